@@ -3,8 +3,8 @@
 //!
 //! Rays are chosen by a hash of their bits, so the report does not depend on threads. The audited
 //! backend is called as in a normal render, packets as packets, so that an audited picture has the
-//! same bits. Brute force traces a share of these rays, inverse to the number of triangles, and
-//! each reported disagreement; its answer identifies the wrong backend.
+//! same bits. Brute force also traces each reported disagreement, to identify the wrong backend,
+//! and a share of the checked rays that is inversely proportional to the number of triangles.
 
 use super::brute::BruteForce;
 use super::{Accel, Answer, BackendInfo, Cause, Disagreement, Query, QueryKind, judge};
@@ -133,7 +133,8 @@ impl<'a> Auditor<'a> {
         }
     }
 
-    /// Disagreement with brute force, if both backends missed the same surface.
+    /// Returns the disagreement of the first backend with brute force, if both backends agree but
+    /// missed a surface that brute force hits.
     fn common_fault(&self, query: &Query, answers: [Answer; 2]) -> Option<Disagreement> {
         let exact = query.ask(&self.brute);
         let distance = |answer: &Answer| answer.hit().map_or(f32::INFINITY, |hit| hit.t);
@@ -309,8 +310,8 @@ mod tests {
         builder.build().unwrap().0
     }
 
-    /// Findings for the closest hit of one ray in a backend with hits changed by `change`, and the
-    /// two `wrong` flags of the backends.
+    /// Cause of the disagreement for the closest hit of `ray` in a backend with hits changed by
+    /// `change`, and true for each backend that is wrong. `None` if the backends agree.
     fn judged(ray: Ray, change: fn(Hit) -> Option<Hit>) -> Option<(Cause, [bool; 2])> {
         let scene = squares();
         let right = BruteForce::new(&scene);
@@ -354,7 +355,8 @@ mod tests {
 
     #[test]
     fn leaks_are_told_from_rims() {
-        // Through the shared edge of both triangles, and beside the square
+        // Test rays through the shared edge of both triangles, and rays at the boundary of the
+        // square
         let diagonal = down(0.25, 0.25 + 1e-9);
         let behind = |hit: Hit| {
             Some(Hit {
@@ -410,7 +412,7 @@ mod tests {
         let material = builder.add_material(Material::default()).unwrap();
         let mesh = Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-            // Two equal triangles would count as one.
+            // The second triangle has the opposite winding: two equal triangles would count as one.
             triangles: vec![[0, 1, 2], [0, 2, 1]],
             ..Mesh::default()
         };

@@ -5,7 +5,7 @@
 //! computed in f64. This checks ids and barycentrics without a second backend, and finds errors
 //! that both backends share.
 //!
-//! Rounding explains a hit in only one backend in four cases:
+//! If only one backend has a hit, rounding explains it in four cases:
 //!
 //! - The ray passes the boundary edge of a surface.
 //! - The ray is parallel to the surface.
@@ -88,13 +88,14 @@ impl Cause {
 }
 
 impl Disagreement {
-    /// Returns for each answer true if it is wrong. `brute` is the reference, if given. Both are
-    /// false if rounding explains the difference.
+    /// Returns true for each answer that is wrong. The answer of `brute`, if given, counts as
+    /// correct. Both results are false if rounding explains the difference.
     pub fn wrong(&self, scene: &Scene, brute: Option<&BruteForce>) -> [bool; 2] {
         let ray = &self.query.ray;
         let exact = brute.map(|brute| self.query.ask(brute));
         let truth = match self.cause {
-            // The surface exists, even if exact arithmetic passes through an edge too.
+            // The nearest hit is correct: the surface exists, even if brute force also leaks
+            // through the edge.
             Cause::Leak => self
                 .answers
                 .into_iter()
@@ -312,14 +313,14 @@ impl Crossing {
         }
     }
 
-    /// Returns true if the surface continues on all sides: eight rays beside this ray, farther off
-    /// than rounding, hit something at a similar or smaller distance.
+    /// Returns true if the surface continues on all sides: eight rays beside this ray, at a
+    /// distance above the rounding error, hit something at a similar or smaller ray parameter.
     fn goes_on(&self, accel: &dyn Accel) -> bool {
         let ray = &self.ray;
         let length = ray.direction.length();
         let roundings = ROUNDINGS * self.scale / self.edge + self.displacement;
         let offset = 4.0 * roundings as f32 + gamma(8) * ray.origin.abs().max_element();
-        // Steeper surfaces count as boundaries.
+        // Limit the distance, so that the edge of a steeper surface counts as a boundary
         let furthest = self.t as f32 + 64.0 * offset / length;
         let frame = Frame::from_z(ray.direction / length);
         (0..8).all(|i| {

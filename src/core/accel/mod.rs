@@ -61,7 +61,7 @@ pub trait Accel: Send + Sync {
     /// Name, version and instruction set of the backend.
     fn info(&self) -> BackendInfo;
 
-    /// Bytes of the structure, as far as known to the backend.
+    /// Bytes of memory of the structure, as far as the backend can measure them.
     fn bytes(&self) -> u64;
 }
 

@@ -57,7 +57,7 @@ impl Query {
 }
 
 impl Answer {
-    /// Closest hit, if the query was for one and there is one.
+    /// Closest hit, if the query was for the closest hit and the ray hit a surface.
     #[inline(always)]
     pub fn hit(&self) -> Option<Hit> {
         match self {

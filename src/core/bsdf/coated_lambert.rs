@@ -19,7 +19,7 @@ pub struct CoatedLambert {
     /// Reflectance of the coat along the normal.
     f0: f32,
     roughness: f32,
-    /// Share of the light lost by single reflections in the coat that multiple reflections return.
+    /// Share of the energy loss of single reflections in the coat that multiple reflections return.
     several: f32,
     /// Mean transmittance of the coat.
     passed: f32,
@@ -93,8 +93,9 @@ impl CoatedLambert {
     }
 }
 
-/// Transmittance of a coat. Its single reflections lose the share `missing`. `grazing` is their
-/// albedo, weighted by `(1 − cos)⁵`.
+/// Transmittance of a coat with reflectance `f0` along the normal. Single reflections lose the
+/// share `missing` of the light, and multiple reflections return the share `several` of this loss.
+/// `grazing` is the albedo of single reflections, each weighted by `(1 − cos)⁵`.
 #[inline(always)]
 fn passed(f0: f32, several: f32, missing: f32, grazing: f32) -> f32 {
     1.0 - (f0 * (1.0 - missing - grazing) + grazing + several * missing)

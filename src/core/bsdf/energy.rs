@@ -32,8 +32,8 @@ const INDEX_NODES: usize = 65;
 /// Maximum index of refraction; indices are clamped to it, and to its inverse.
 const LARGEST_ETA: f32 = 3.0;
 
-/// Points of the quadrature: azimuths of the facets, and steps from facets that reflect light back
-/// to grazing facets.
+/// Numbers of quadrature points: azimuths of the facets, and steps from facets that reflect light
+/// straight back, to grazing facets.
 const POINTS: [usize; 2] = [32, 48];
 
 /// Tables of mirror facets, by roughness: the energy loss, and the albedo weighted by `(1 − cos)⁵`
@@ -45,8 +45,8 @@ static MIRRORS: [OnceLock<[Row; 2]>; NODES] = [const { OnceLock::new() }; NODES]
 static DIELECTRICS: [[OnceLock<[Row; 2]>; NODES]; INDEX_NODES] =
     [const { [const { OnceLock::new() }; NODES] }; INDEX_NODES];
 
-/// Energy by the cosine of its direction, for one roughness: interpolated from the rows of
-/// neighbouring nodes.
+/// Table of an energy by the cosine of the direction, for one roughness. Values are interpolated
+/// between `N` rows of neighbouring nodes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EnergyTable<const N: usize> {
     rows: [(&'static Row, f32); N],
@@ -55,7 +55,7 @@ pub(super) struct EnergyTable<const N: usize> {
 /// Energy tables of rough conductors with one roughness.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ConductorTables {
-    /// Position of the roughness among the nodes, in steps.
+    /// Position of the roughness on the axis of nodes, in steps between nodes.
     place: f32,
 }
 
@@ -119,7 +119,7 @@ impl ConductorTables {
 pub(super) struct ConductorRows {
     lower: &'static [Row; 2],
     upper: &'static [Row; 2],
-    /// Weight of `upper`.
+    /// Weight of the row `upper`. The row `lower` has the weight 1 − `t`.
     t: f32,
     /// Cosine-weighted mean of the energy loss of single reflections.
     pub mean_loss: f32,
@@ -139,20 +139,21 @@ impl ConductorRows {
         }
     }
 
-    /// Energy loss of single reflections, at a node of the cosine before the last and at the next
-    /// node.
+    /// Energy loss of single reflections at the cosine nodes `node` and `node + 1`.
     #[inline(always)]
     pub fn loss(&self, node: usize) -> [f32; 2] {
         self.at(0, node)
     }
 
-    /// Albedo of single reflections, each weighted by Schlick's `(1 − cos)⁵`, at the two nodes.
+    /// Albedo of single reflections, each weighted by Schlick's `(1 − cos)⁵`, at the cosine nodes
+    /// `node` and `node + 1`.
     #[inline(always)]
     pub fn grazing(&self, node: usize) -> [f32; 2] {
         self.at(1, node)
     }
 
-    /// Mean of the loss between the two nodes, relative to the mean over all cosines.
+    /// Mean of the loss between the cosine nodes `node` and `node + 1`, relative to the mean over
+    /// all cosines.
     #[inline(always)]
     pub fn loss_cell(&self, node: usize) -> f32 {
         self.blend(self.lower[0].cells[node], self.upper[0].cells[node]) / self.mean_loss
@@ -254,7 +255,7 @@ impl<const N: usize> EnergyTable<N> {
         self.blend(|row| row.at(cos))
     }
 
-    /// Cosine-weighted mean, `2 ∫ x cos d cos`.
+    /// Cosine-weighted mean of the energy x, `2 ∫ x cos d cos`.
     #[inline(always)]
     pub fn mean(&self) -> f32 {
         self.blend(|row| row.mean)
@@ -263,7 +264,7 @@ impl<const N: usize> EnergyTable<N> {
     /// Samples a direction on the upper hemisphere nearly in proportion to the energy, with density
     /// [`EnergyTable::pdf`].
     pub fn sample(&self, u: Vec2) -> Vec3 {
-        // Cell that contains `u`, and the square of a cosine in the cell
+        // Find the cell that contains `u.x`, and the squared cosine of `u.x` in the cell
         let mut rest = u.x * self.mean();
         let mut cos2 = 1.0;
         for cell in 0..NODES - 1 {
@@ -378,7 +379,7 @@ pub(super) fn coordinate(i: usize, n: usize) -> f32 {
     i as f32 / (n - 1) as f32
 }
 
-// Builds may evaluate `powi` in different orders, which changes bits.
+// Do not use `powi`: builds may evaluate it in different orders, which changes bits.
 fn fourth_power(x: f32) -> f32 {
     x * x * (x * x)
 }
@@ -401,12 +402,12 @@ fn index_coordinate(eta: f32) -> f32 {
     (eta - 1.0) / (eta + 1.0)
 }
 
-/// Energy loss `1 - share`. Lobes divide by it, so it is at least the rounding of 1.
+/// Energy loss `1 - share`. Lobes divide by it, so it is clamped to the rounding error of 1.
 fn missing(share: f64) -> f32 {
     ((1.0 - share) as f32).max(f32::EPSILON)
 }
 
-/// Weight of a reflection on the facet `h`: the share that is not shadowed.
+/// Weight of a reflection on the facet `h`: the share of the light that is not shadowed.
 fn reflected(wo: Vec3, facets: Ggx, h: Vec3, cos: f32) -> f32 {
     let wi = 2.0 * cos * h - wo;
     if wi.z > 0.0 {

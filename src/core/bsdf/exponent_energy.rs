@@ -37,7 +37,7 @@ pub(super) fn blinn_reflected(exponent: f32, cos: f32) -> [f32; 2] {
     [0, 1].map(|kind| (1.0 - t) * lower[kind].at(cos) + t * upper[kind].at(cos))
 }
 
-/// Node before an exponent, and its distance in steps.
+/// Node before `exponent`, and the distance of `exponent` from it in steps.
 fn nodes(exponent: f32) -> (usize, f32) {
     cell(place((2.0 / (exponent + 2.0)).sqrt().sqrt(), NODES), NODES)
 }
@@ -72,9 +72,9 @@ fn blinn_rows(node: usize) -> &'static [Row; 2] {
     })
 }
 
-/// Directional albedos by facets sampled as in Blinn's lobe.
+/// Quadrature for [`blinn_reflected`] with the exponent `n`. Facets are sampled as in Blinn's lobe.
 fn blinn_shares(n: f32, cos: f32) -> [f32; 2] {
-    // Limit at the horizon, where the weight is 0 / 0
+    // Stay above the horizon, where the weight is 0 / 0
     let wo = towards(cos.max(1e-4));
     mean(|u| {
         let wh = cosine_power_hemisphere(u, n + 1.0);

@@ -60,8 +60,8 @@ impl Fresnel {
         }
     }
 
-    /// Directional albedo of facets. With mirror facets it would be `all`, and with Schlick's
-    /// weights `(1 − cos)⁵` `grazing`.
+    /// Directional albedo of facets with this Fresnel term. `all` is the albedo of perfect mirror
+    /// facets, and `grazing` is the same albedo with each reflection weighted by `(1 − cos)⁵`.
     ///
     /// Exact for Schlick's term, which is linear in `(1 − cos)⁵`. Other terms are nearly linear in
     /// it, so they are evaluated at the angle with the mean weight.
@@ -80,7 +80,8 @@ impl Fresnel {
         }
     }
 
-    /// Colour of the term for a surface's albedo: the mean of Schlick's formula, 1 for other terms.
+    /// Colour of the Fresnel term, as a factor of a surface's albedo: the mean of Schlick's
+    /// formula, 1 for other terms.
     pub(super) fn tint(&self) -> Spectrum {
         match self {
             Self::Schlick { .. } => self.mean(),
@@ -216,7 +217,7 @@ mod tests {
     #[test]
     fn means_over_the_cosine() {
         assert_eq!(Fresnel::Full.mean(), Spectrum::ONE);
-        // Against sums over the angle
+        // Compare the means with sums over the angle
         let terms = [
             Fresnel::Dielectric { eta: 1.5 },
             Fresnel::Dielectric { eta: 1.0 / 1.5 },

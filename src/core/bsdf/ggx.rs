@@ -181,7 +181,8 @@ mod tests {
         for slopes in SLOPES {
             let facets = Ggx::new(slopes.into());
             for w in directions() {
-                // Means of the normal and of its square, from samples and by quadrature
+                // Compare the means of the normal and of its square: from samples, and by
+                // quadrature
                 let mut drawn = [0.0f64; 4];
                 for i in 0..GRID * GRID {
                     let u = Vec2::new((i % GRID) as f32 + 0.5, (i / GRID) as f32 + 0.5) / GRID as f32;

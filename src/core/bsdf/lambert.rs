@@ -53,7 +53,7 @@ impl Lambert {
             f: self.albedo * FRAC_1_PI,
             wi,
             pdf,
-            // Cosine and π cancel, so that roulette can use the weight at once.
+            // Cosine and π cancel. Roulette can use the weight before the direction is computed.
             weight: self.albedo,
             scattering: Scattering::Diffuse,
             eta: 1.0,

@@ -5,9 +5,9 @@
 //! are evaluated here for all pairs of a group in one pass. A loop over lanes has no branch and no
 //! call; only the energy lookups run lane by lane. The loops are also compiled for AVX2, but
 //! without FMA, so that all processors return the same bits. Other BSDFs and single vertices are
-//! evaluated by [`super::BsdfView`]. Both return equal values up to rounding.
+//! evaluated by [`super::BsdfView`]. Lanes and views return equal values up to rounding.
 
-// A single index for all arrays of a loop, which the compiler needs to vectorise it
+// Loops use one index for all arrays, so that the compiler can vectorise them.
 #![allow(clippy::needless_range_loop)]
 
 use super::energy::{ConductorRows, ConductorTables, NODES};
@@ -34,14 +34,15 @@ pub struct BsdfLanes {
     facets: FacetLanes,
     /// Probabilities of the base and of the facets.
     p: [Lane; 2],
-    /// Transmittance of the coat towards `wo`. `loss` is the energy loss of single reflections.
+    /// Transmittance of the coat towards `wo`. `loss` is the energy loss of single reflections
+    /// towards `wo`.
     passed: Lane,
     loss: Lane,
     /// [`super::ggx::Ggx::stretched`] of `wo`.
     stretched: Lane,
 }
 
-/// Diffuse bases.
+/// Diffuse bases, one for each lane.
 #[derive(Clone, Debug)]
 struct BaseLanes {
     /// Albedo over π, divided by the mean transmittance of the coat.
@@ -55,7 +56,7 @@ struct BaseLanes {
     coat: [Lane; 2],
 }
 
-/// GGX facets with Schlick's reflectance.
+/// GGX facets with Schlick's reflectance, one surface for each lane.
 #[derive(Clone, Debug)]
 struct FacetLanes {
     alpha: [Lane; 2],
@@ -67,14 +68,14 @@ struct FacetLanes {
     rows: [ConductorRows; LANES],
 }
 
-/// Energy towards directions.
+/// Energy of the facets towards one direction for each lane.
 struct EnergyLanes {
     loss: Lane,
     grazing: Lane,
     loss_pdf: Lane,
 }
 
-/// Parts of a BSDF that lanes support.
+/// Parts of a BSDF that [`BsdfLanes`] supports.
 struct Parts<'a> {
     base: Option<Base<'a>>,
     /// Facets, and rows of the energy tables for their roughness.
@@ -163,8 +164,8 @@ impl BsdfLanes {
         true
     }
 
-    /// Sets a BSDF and a direction `wo` in each lane. The result is true for lanes whose BSDF is
-    /// supported.
+    /// Sets lanes: each item of `bsdfs` has the index of a lane, a BSDF and a direction `wo`. The
+    /// result is true for lanes whose BSDF is supported.
     pub fn hold_each<'a>(&mut self, bsdfs: impl Iterator<Item = (usize, &'a Bsdf, Vec3)>) -> [bool; LANES] {
         let mut is_held = [false; LANES];
         for (lane, bsdf, wo) in bsdfs {
@@ -262,12 +263,12 @@ fn eval_pdf(lanes: &BsdfLanes, wi: &Vec3Lanes) -> ValueLanes {
     };
     for i in 0..LANES {
         let (zo, zi) = (wo.z[i].abs(), wi.z[i].abs());
-        // Half vector, and its cosine with both directions
+        // Compute the half vector, and its cosine with both directions
         let (x, y, z) = (wo.x[i] + wi.x[i], wo.y[i] + wi.y[i], wo.z[i] + wi.z[i]);
         let inverse = 1.0 / (x * x + y * y + z * z).sqrt();
         let (x, y, z) = (x * inverse, y * inverse, z * inverse);
         let cos = wo.x[i] * x + wo.y[i] * y + wo.z[i] * z;
-        // Facets: D, and value and density of single reflections
+        // Compute D of the facets, and the value and density of single reflections
         let (ax, ay) = (facets.alpha[0][i], facets.alpha[1][i]);
         let area = ax * ay;
         let (hx, hy, hz) = (x * ay, y * ax, z * area);
@@ -278,7 +279,7 @@ fn eval_pdf(lanes: &BsdfLanes, wi: &Vec3Lanes) -> ValueLanes {
         let away = 1.0 - cos;
         let away = if away > 0.0 { away } else { 0.0 };
         let grazing = away * away * (away * away) * away;
-        // All lobes
+        // Add the values and densities of all lobes
         let is_reflected = wo.z[i] * wi.z[i] > 0.0;
         let several = lanes.loss[i] * energy.loss[i];
         let below = lanes.passed[i] * passed[i];
@@ -296,7 +297,7 @@ fn eval_pdf(lanes: &BsdfLanes, wi: &Vec3Lanes) -> ValueLanes {
 }
 
 impl BaseLanes {
-    /// Transmittance of the coat.
+    /// Transmittance of the coat towards the directions of `energy`.
     #[inline(always)]
     fn passed(&self, energy: &EnergyLanes) -> Lane {
         let mut passed = [0.0; LANES];
@@ -324,13 +325,14 @@ impl FacetLanes {
     /// Energy towards directions with the cosines `z`.
     #[inline(always)]
     fn energy(&self, z: &Lane) -> EnergyLanes {
-        // Position among the nodes
+        // Compute the positions of the cosines on the axis of nodes, in steps
         let mut place = [0.0; LANES];
         for i in 0..LANES {
             let root = z[i].abs().sqrt();
             place[i] = if root < 1.0 { root } else { 1.0 } * (NODES - 1) as f32;
         }
-        // Values at the nodes before and after, from the rows of lower and higher roughness
+        // Read the values at the nodes before and after each position, interpolated between the
+        // rows of lower and higher roughness
         let mut loss = [[0.0; LANES]; 2];
         let mut grazing = [[0.0; LANES]; 2];
         let mut cells = [0.0; LANES];

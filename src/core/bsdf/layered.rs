@@ -37,8 +37,8 @@ const SHEEN: usize = 3;
 const COAT: usize = 4;
 
 impl Layered {
-    /// BSDF of a base with a diffuse, a glossy or mirror-like and a transmitting lobe, in this
-    /// order, under a `sheen`, under a reflecting `coat`.
+    /// BSDF of a base with three lobes (diffuse, glossy or mirror-like, transmitting) under a
+    /// `sheen`, under a reflecting `coat`.
     pub fn new([diffuse, glossy, transmitting]: [Option<Lobe>; 3], sheen: Option<Sheen>, coat: Option<Lobe>) -> Self {
         let layered = Self {
             lobes: [diffuse, glossy, transmitting, sheen.map(Lobe::Sheen), coat],
@@ -81,7 +81,7 @@ impl Layered {
         }
     }
 
-    /// `sample` of the lobe in `place`, times the transmittance of the layers.
+    /// `sample` of the lobe with the index `place`, times the transmittance of the layers.
     pub(super) fn below(&self, place: usize, lobe: &Lobe, wo: Vec3, sample: BsdfSample) -> BsdfSample {
         let share = self.transmittance(lobe, self.passed(wo)[place], self.passed(sample.wi)[place]);
         BsdfSample {
@@ -91,7 +91,8 @@ impl Layered {
         }
     }
 
-    /// Directional albedo towards `wo` of the delta lobe in `place`, through the layers.
+    /// Directional albedo towards `wo` of the delta lobe with the index `place`, through the
+    /// layers.
     pub(super) fn delta_albedo(&self, place: usize, lobe: &Lobe, wo: Vec3) -> Spectrum {
         let directions = lobe.directions(wo, TransportMode::Importance);
         let below = directions.into_iter().flatten().map(|s| self.below(place, lobe, wo, s));

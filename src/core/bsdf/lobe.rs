@@ -89,14 +89,14 @@ impl Lobe {
     /// direction. `None` if the lobe scatters no light.
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         if self.is_delta() {
-            // Choose the first of two single directions with its share as probability
+            // Choose the first of the two directions with its share of the flux as probability
             let [first, second] = self.directions(wo, mode);
             return first.filter(|s| u.x < s.pdf).or(second);
         }
         let terms = self.terms_of(wo);
         let wi = self.sample_direction(&terms, wo, u_lobe, u)?;
         let (f, pdf) = self.eval_pdf_with([&terms, &self.terms_of(wi)], wo, wi);
-        // Only refraction is not symmetric.
+        // For importance, exchange the directions if the lobe refracts: no other lobe is asymmetric
         let f = match (self, mode) {
             (Self::RoughDielectric(_), TransportMode::Importance) => self.eval(wi, wo),
             _ => f,
@@ -151,8 +151,8 @@ impl Lobe {
         }
     }
 
-    /// Sample with the direction `wi`, drawn by this lobe, and the value and density of all smooth
-    /// lobes. `None` if the direction lies in the surface.
+    /// Sample with the direction `wi`, which this lobe has sampled. `f` and `pdf` are the value and
+    /// density of all smooth lobes. `None` if the direction lies in the surface.
     pub(super) fn smooth_sample(&self, f: Spectrum, wo: Vec3, wi: Vec3, pdf: f32) -> Option<BsdfSample> {
         let eta = match self {
             Self::RoughDielectric(lobe) if !same_hemisphere(wo, wi) => lobe.eta(wo),
@@ -189,9 +189,9 @@ impl Lobe {
         }
     }
 
-    /// Directional albedo: share of uniform light that the lobe scatters to `wo`, by channel, with
-    /// the terms of `wo`. Transmitted light counts by its flux: refraction changes radiance, but
-    /// not this share.
+    /// Directional albedo: share of uniform light that the lobe scatters to `wo`, by channel.
+    /// `terms` are the terms of `wo`. Transmitted light counts by its flux: refraction changes
+    /// radiance, but not this share.
     pub(super) fn directional_albedo(&self, terms: &DirectionTerms, wo: Vec3) -> Spectrum {
         match self {
             Self::Lambert(lobe) => lobe.albedo,
@@ -207,13 +207,13 @@ impl Lobe {
         }
     }
 
-    /// [`Lobe::directional_albedo`] without given terms.
+    /// [`Lobe::directional_albedo`], which also computes the terms of `wo`.
     pub(super) fn directional_albedo_alone(&self, wo: Vec3) -> Spectrum {
         self.directional_albedo(&self.terms_of(wo), wo)
     }
 
-    /// Estimate of the directional albedo towards `wo`, by channel. Lobes are chosen in proportion
-    /// to it.
+    /// Estimate of the directional albedo towards `wo`, by channel. Sampling chooses lobes in
+    /// proportion to this estimate.
     pub(super) fn albedo_towards(&self, wo: Vec3) -> Spectrum {
         self.albedo_with(&self.terms_of(wo), wo)
     }

@@ -17,9 +17,9 @@
 //! share the half vector and the energy tables.
 //!
 //! - A mixture chooses a lobe in proportion to its normalised albedo. Absorption is in the
-//!   throughput, and roulette terminates paths by it. Choosing by the albedo itself and terminating
-//!   the path with the remaining probability has the same mean, but terminates paths at the first
-//!   vertex.
+//!   throughput, and roulette terminates paths by it. A choice by the albedo without normalisation,
+//!   with termination for the rest of the probability, would have the same mean, but would
+//!   terminate paths at the first vertex.
 //! - A rough lobe chooses between single and multiple scattering, and between reflection and
 //!   refraction. The choice needs an additional random number, `u_lobe`, which a mixture rescales
 //!   and passes on. Rough lobes are therefore always in a `Mix`, even a single one.
@@ -82,11 +82,11 @@ pub enum TransportMode {
 /// Width of a lobe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scattering {
-    /// All directions alike.
+    /// Scatters into all directions alike.
     Diffuse,
-    /// Mostly some directions.
+    /// Scatters mostly into some directions.
     Glossy,
-    /// Single directions: a delta distribution.
+    /// Scatters into single directions: a delta distribution.
     Specular,
 }
 
@@ -102,7 +102,7 @@ pub struct BsdfSample {
     /// Factor of the throughput, `f |cos θi| / pdf`. It is a field because some lobes compute it
     /// before the direction.
     pub weight: Spectrum,
-    /// Scattering of the lobe that was sampled.
+    /// Width of the lobe that was sampled.
     pub scattering: Scattering,
     /// Index of refraction beyond the surface, relative to the side of `wo`, if the sample was
     /// refracted; else 1.
@@ -110,7 +110,7 @@ pub struct BsdfSample {
 }
 
 impl BsdfSample {
-    /// Sample that stays in its medium.
+    /// Sample that is not refracted: `eta` is 1.
     pub fn new(f: Spectrum, wi: Vec3, pdf: f32, scattering: Scattering) -> Self {
         Self {
             f,
@@ -151,7 +151,7 @@ impl Bsdf {
         self.places().map(|(_, lobe)| lobe)
     }
 
-    /// Lobes, each with its place among layers, if there are any.
+    /// Lobes, each with its index among the lobes of a mix or of a layered BSDF.
     #[inline(always)]
     pub(crate) fn places(&self) -> impl Iterator<Item = (usize, &Lobe)> {
         let (single, several): (_, &[Option<Lobe>]) = match self {
@@ -246,8 +246,8 @@ impl Bsdf {
         }
     }
 
-    // Most paths hit matte surfaces. Code for other surfaces is kept out of line, so that it takes
-    // no registers and cache from them.
+    // Most paths hit matte surfaces. Code for other surfaces is kept out of line, so that matte
+    // surfaces keep the registers and the cache.
 
     /// [`Bsdf::eval`] of BSDFs that are not matte. It needs no lobe probabilities.
     #[inline(never)]
@@ -311,7 +311,7 @@ impl Bsdf {
         }
     }
 
-    /// `sample` of the lobe in `place`, times the transmittance of the layers above it.
+    /// `sample` of the lobe with the index `place`, times the transmittance of the layers above it.
     pub(crate) fn below_layers(&self, place: usize, lobe: &Lobe, wo: Vec3, sample: BsdfSample) -> BsdfSample {
         match self {
             Self::Single(_) | Self::Mix(_) => sample,
@@ -361,7 +361,8 @@ fn on_side_of(wo: Vec3, wi: Vec3) -> Vec3 {
     Vec3::new(wi.x, wi.y, wi.z.copysign(wo.z))
 }
 
-/// Facet normal that reflects `wi` to `wo`, and its cosine with both; `None` if there is none.
+/// Facet normal that reflects `wi` to `wo`, and its cosine with both directions; `None` if there is
+/// no such facet.
 fn half_vector(wo: Vec3, wi: Vec3) -> Option<(Vec3, f32)> {
     if !same_hemisphere(wo, wi) {
         return None;

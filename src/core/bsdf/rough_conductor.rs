@@ -32,8 +32,8 @@ impl RoughConductor {
         matches!(self.fresnel, Fresnel::Schlick { .. })
     }
 
-    /// Parameters for [`super::BsdfLanes`]: slopes; and by channel the factor of single
-    /// reflections, the reflectance along the normal and the factor of multiple reflections.
+    /// Parameters for [`super::BsdfLanes`]: the slopes, and three factors by channel: factor of
+    /// single reflections, reflectance along the normal, and factor of multiple reflections.
     pub(super) fn lane_parameters(&self) -> (Vec2, [[f32; 3]; 3]) {
         let f0 = match self.fresnel {
             Fresnel::Schlick { f0 } => f0,

@@ -24,7 +24,7 @@ const PLACES: usize = 5;
 pub struct BsdfView<'a> {
     bsdf: &'a Bsdf,
     wo: BsdfDirection,
-    /// Probability of choosing each lobe, by its place.
+    /// Probability of choosing each lobe, by the index of the lobe.
     p: [f32; PLACES],
 }
 
@@ -33,7 +33,7 @@ pub struct BsdfView<'a> {
 pub struct BsdfDirection {
     /// Unit direction, local frame.
     w: Vec3,
-    /// Terms of the lobes, by their places.
+    /// Terms of the lobes, by the index of the lobe.
     lobes: [DirectionTerms; PLACES],
     /// Transmittance of the layers above each lobe, towards this direction.
     passed: [f32; PLACES],
@@ -78,7 +78,7 @@ impl<'a> BsdfView<'a> {
         view
     }
 
-    /// Lobes, each with its place.
+    /// Lobes, each with its index in the BSDF.
     #[inline(always)]
     fn lobes(&self) -> impl Iterator<Item = (usize, &'a Lobe)> {
         self.bsdf.places()

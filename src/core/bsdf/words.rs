@@ -22,10 +22,10 @@ impl fmt::Display for Fresnel {
 }
 
 impl Bsdf {
-    /// Name of the lobe with the largest share of the light from `wi`, among delta lobes or smooth
-    /// lobes.
+    /// Name of the lobe that scatters the largest share of the light from `wi`: a delta lobe if
+    /// `is_delta`, else a smooth lobe.
     pub fn lobe_name(&self, wo: Vec3, wi: Vec3, is_delta: bool) -> &'static str {
-        /// Maximum squared distance of equal directions, for rounding.
+        /// Squared distance up to which two directions count as equal, because of rounding.
         const NEAR: f32 = 1e-6;
         let share = |(lobe, f): (&Lobe, Spectrum)| {
             if is_delta {
@@ -175,7 +175,7 @@ impl Lobe {
 }
 
 impl Fresnel {
-    /// Parameters of the term by name.
+    /// Parameters of the Fresnel term by name.
     fn values(&self) -> Vec<(&'static str, Vec<f32>)> {
         match self {
             Self::Full => Vec::new(),

@@ -5,7 +5,7 @@
 //! sides, which leaks at edges. This module converts the binary hierarchy (PLOC with reinsertion)
 //! to four boxes per node (`wide`). Box tests are conservative (Ize 2013) and triangle tests
 //! watertight (`watertight`; Woop et al. 2013). Both use f32. Edge functions that vanish, and the
-//! distance of a hit, use f64: with f32 errors a ray could hit a sliver again that it left.
+//! distance of a hit, use f64: with f32 errors a ray that leaves a sliver could hit it again.
 //!
 //! Instances have a separate tree, and so have moving triangles; boxes bound all positions over
 //! time. obvhs's CWBVH is not used. It has nodes with eight quantised boxes; four float boxes per
@@ -91,7 +91,8 @@ impl BvhAccel {
         }
     }
 
-    /// `ray` in the space of the instance's prototype, with an unchanged parameter.
+    /// `ray` in the space of the instance's prototype, up to `t_max`. A point on the ray has the
+    /// same ray parameter in both spaces.
     fn in_prototype(&self, instance: &InstanceLeaf, ray: &Ray, t_max: f32) -> Ray {
         let placement = || self.placements[instance.id as usize].at(ray.time).inverse();
         let inverse = instance.inverse.unwrap_or_else(placement);

@@ -31,20 +31,21 @@ impl<L: Leaf> Tree<L> {
                 leaves: Vec::new(),
             };
         }
-        // obvhs joins the nearest boxes. It joins equal boxes two at a time, in a hierarchy as deep
-        // as their number. So it gets each different box once.
+        // obvhs would join equal boxes one pair at a time, and the hierarchy would be as deep as
+        // their number. Therefore pass each distinct box only once.
         let mut items = items.to_vec();
         items.par_sort_by_cached_key(|item| bits(item.bounds()));
         let alike: Vec<&[L]> = items.chunk_by(|a, b| bits(a.bounds()) == bits(b.bounds())).collect();
         let boxes: Vec<Item> = alike.iter().map(|items| Item(items[0].bounds())).collect();
-        // Splitting large triangles first costs rays more than it saves (docs/notebook/2026-11.md).
+        // Do not split large triangles before the build: rays lose more time than they save
+        // (docs/notebook/2026-11.md).
         let parameters = BvhBuildParams {
             pre_split: false,
             ..BvhBuildParams::slow_build()
         };
         let bvh = build_bvh2(&boxes, parameters, &mut Duration::default());
         let mut leaves = Vec::with_capacity(items.len());
-        // Start of the items of each box
+        // Index in `leaves` of the first item of each box
         let mut starts = vec![0];
         for &i in &bvh.primitive_indices {
             leaves.extend_from_slice(alike[i as usize]);
@@ -75,7 +76,7 @@ impl<L: Leaf> Tree<L> {
         while let Some((child, t)) = next {
             let first = child.first as usize;
             if t > *t_max {
-                // A nearer hit was found after the box was pushed.
+                // Skip the box: a nearer hit was found after the box was pushed.
             } else if child.count > 0 {
                 for leaf in &self.leaves[first..first + child.count as usize] {
                     if visit(leaf, t_max) {
@@ -99,7 +100,7 @@ impl<L: Leaf> Tree<L> {
     }
 }
 
-/// Equal for equal boxes.
+/// Bits of the box, as a sort key that groups equal boxes.
 fn bits(bounds: Bounds3) -> [[u32; 3]; 2] {
     [bounds.min, bounds.max].map(|corner| corner.to_array().map(f32::to_bits))
 }

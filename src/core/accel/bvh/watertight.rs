@@ -55,7 +55,7 @@ impl MovingTriangleLeaf {
 
 impl Leaf for MovingTriangleLeaf {
     fn bounds(&self) -> Bounds3 {
-        // Interpolation may round to values outside both ends.
+        // Enlarge the box: interpolation may round corners to positions outside both ends.
         let error = |p: Vec3| gamma(4) * p.abs();
         let ends = self.open.corners().into_iter().chain(self.close);
         ends.flat_map(|p| [p - error(p), p + error(p)]).collect()

@@ -9,7 +9,7 @@ pub(super) const WIDTH: usize = 4;
 /// Four boxes, stored by coordinate, and their contents. Two cache lines.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
-    /// Lower and upper ends along x, y and z; an empty place has inverted ends.
+    /// Lower and upper ends of the boxes along x, y and z. A place without a box has inverted ends.
     bounds: [[Vec4; 3]; 2],
     /// Content of each box.
     pub children: [Child; WIDTH],
@@ -40,10 +40,10 @@ impl Node {
     }
 }
 
-/// Converts a binary hierarchy to four children per node. A wide node starts with a binary node.
-/// The member with the largest surface is replaced by its two children, until there are four
-/// members. The root is first. Primitive `i` of the binary hierarchy stands for the items from
-/// `starts[i]` to `starts[i + 1]`.
+/// Converts a binary hierarchy to a hierarchy with four children per node. To make a wide node,
+/// start with one binary node and replace the member with the largest surface by its two children,
+/// until there are four members. The root is first. Primitive `i` of the binary hierarchy stands
+/// for the items from `starts[i]` to `starts[i + 1]`.
 pub(super) fn widen(binary: &Bvh2, starts: &[u32]) -> Vec<Node> {
     let Some(root) = binary.nodes.first() else {
         return Vec::new();

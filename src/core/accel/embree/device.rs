@@ -62,16 +62,16 @@ impl Device {
     /// Instruction sets that a device can be configured for.
     pub const ISAS: [&str; 3] = ["sse2", "avx2", "avx512"];
 
-    /// Untested device with Embree's configuration string `config`. The library's version must
-    /// match the headers.
+    /// Device with Embree's configuration string `config`, before the tests of `probe`. The
+    /// library's version must match the headers.
     pub(super) fn configured(config: &str) -> Result<Self, EmbreeError> {
         let config = CString::new(config).unwrap_or_default();
         // SAFETY: rtcNewDevice reads the zero-terminated configuration during the call only, and
         // returns null on failure.
         let handle = unsafe { rtcNewDevice(config.as_ptr()) };
         if handle.is_null() {
-            // SAFETY: a null device is allowed here: it asks for the error of this thread's failed
-            // rtcNewDevice.
+            // SAFETY: a null device is allowed here: the call then returns the error of this
+            // thread's failed rtcNewDevice.
             let code = unsafe { rtcGetDeviceError(ptr::null_mut()) };
             return Err(EmbreeError::Call {
                 doing: "creating a device",
@@ -110,8 +110,8 @@ impl Device {
     }
 
     pub(super) fn property(&self, property: RTCDeviceProperty) -> isize {
-        // SAFETY: the handle is a live device; a property that this library does not know sets an
-        // error and returns 0.
+        // SAFETY: the handle is a live device; for a property that this library does not support,
+        // the call sets an error and returns 0.
         unsafe { rtcGetDeviceProperty(self.handle, property) }
     }
 
@@ -164,8 +164,8 @@ impl Device {
 
 impl Drop for Device {
     fn drop(&mut self) {
-        // SAFETY: the handle is a live device and is not used again. The callback goes first, so
-        // that nothing that is released later can reach the counter.
+        // SAFETY: the handle is a live device and is not used again. The callback is unregistered
+        // first, so that nothing that is released later can reach the counter.
         unsafe {
             rtcSetDeviceMemoryMonitorFunction(self.handle, None, ptr::null_mut());
             rtcReleaseDevice(self.handle);

@@ -28,7 +28,7 @@ impl SceneHandle {
         } else {
             RTCSceneFlags::RTC_SCENE_FLAG_ROBUST
         };
-        // SAFETY: the scene is live, not yet committed, and known to this thread alone.
+        // SAFETY: the scene is live, not yet committed, and no other thread has its handle.
         unsafe {
             rtcSetSceneFlags(handle.0, flags);
             rtcSetSceneBuildQuality(handle.0, RTCBuildQuality::RTC_BUILD_QUALITY_HIGH);
@@ -39,7 +39,7 @@ impl SceneHandle {
 
     /// Builds the hierarchy over all attached geometries.
     pub(super) fn commit(&self, device: &Device) -> Result<(), EmbreeError> {
-        // SAFETY: the scene is live, and no other thread knows it yet.
+        // SAFETY: the scene is live, and no other thread has its handle yet.
         unsafe { rtcCommitScene(self.0) };
         device.check("building the acceleration structure")
     }
@@ -53,7 +53,8 @@ impl SceneHandle {
 
 impl Drop for SceneHandle {
     fn drop(&mut self) {
-        // SAFETY: gives back the one reference that rtcNewScene gave; the handle is not used again.
+        // SAFETY: this releases the one reference that rtcNewScene returned; the handle is not used
+        // again.
         unsafe { rtcReleaseScene(self.0) }
     }
 }
@@ -72,8 +73,8 @@ impl Drop for GeometryHandle {
 /// Attaches a geometry with the arrays of `mesh` to `scene`.
 ///
 /// # Safety
-/// The arrays of `mesh` stay where and as they are for as long as `scene` exists, and `id` is free
-/// in it.
+/// The arrays of `mesh` are neither moved nor changed while `scene` exists, and `id` is free in
+/// `scene`.
 pub(super) unsafe fn attach_mesh(
     device: &Device,
     scene: &SceneHandle,
@@ -90,7 +91,7 @@ pub(super) unsafe fn attach_mesh(
     );
     let (float3, uint3) = (RTCFormat::RTC_FORMAT_FLOAT3, RTCFormat::RTC_FORMAT_UINT3);
     // SAFETY: Vec3 begins with three floats and has 16 bytes, [u32; 3] is three integers; the
-    // caller keeps the arrays.
+    // caller guarantees that the arrays stay.
     unsafe {
         if mesh.deforms() {
             // The time step count sets the number of vertex buffer slots, so it must come first.
@@ -117,9 +118,9 @@ pub(super) fn attach_instance(
     let geometry = GeometryHandle(geometry);
     device.check("creating an instance")?;
     let steps = placement.steps();
-    // SAFETY: both are live, and of the same device; Embree's rtcSetGeometryInstancedScene keeps a
-    // reference to the scene. The builder allows no more steps than Embree, so that they fit 32
-    // bits.
+    // SAFETY: geometry and prototype are live, and of the same device; Embree's
+    // rtcSetGeometryInstancedScene keeps a reference to the scene of the prototype. The builder
+    // allows no more steps than Embree, so that their number fits 32 bits.
     unsafe {
         rtcSetGeometryInstancedScene(geometry.0, prototype.0);
         rtcSetGeometryTimeStepCount(geometry.0, steps.len() as u32);
@@ -128,7 +129,7 @@ pub(super) fn attach_instance(
         let columns = placement.to_cols_array();
         let format = RTCFormat::RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR;
         // SAFETY: the geometry is live and has this step. The pointer is to twelve floats, column
-        // by column, as the format says; Embree copies them.
+        // by column, as `format` requires; Embree copies them.
         unsafe { rtcSetGeometryTransform(geometry.0, step, format, columns.as_ptr().cast()) };
     }
     device.check("placing an instance")?;
@@ -137,8 +138,8 @@ pub(super) fn attach_instance(
 
 /// Commits `geometry` and attaches it to `scene`, in which `id` must be free.
 fn attach(device: &Device, scene: &SceneHandle, id: u32, geometry: &GeometryHandle) -> Result<(), EmbreeError> {
-    // SAFETY: geometry and scene are live and known to this thread alone. Embree reports an id that
-    // is not free as an error.
+    // SAFETY: geometry and scene are live, and no other thread has their handles. Embree reports an
+    // id that is not free as an error.
     unsafe {
         rtcCommitGeometry(geometry.0);
         rtcAttachGeometryByID(scene.0, geometry.0, id);
@@ -149,8 +150,8 @@ fn attach(device: &Device, scene: &SceneHandle, id: u32, geometry: &GeometryHand
 /// Shares `items` with `geometry` as its buffer `kind` in `slot`, without a copy.
 ///
 /// # Safety
-/// `T` begins with what `format` says, and takes 16 bytes where Embree loads it as a vertex.
-/// `items` stays where and as it is for as long as the geometry is part of a scene.
+/// `T` begins with the fields of `format`, and has 16 bytes if Embree loads it as a vertex. `items`
+/// is neither moved nor changed while the geometry is part of a scene.
 unsafe fn share_buffer<T>(
     device: &Device,
     geometry: &GeometryHandle,
@@ -158,9 +159,9 @@ unsafe fn share_buffer<T>(
     format: RTCFormat,
     items: &[T],
 ) -> Result<(), EmbreeError> {
-    // SAFETY: the geometry is live. Embree asks for a pointer and a stride that are multiples of 4,
-    // for items that stay while they are in use, and for a last vertex that can be loaded by 16
-    // bytes; it only reads.
+    // SAFETY: the geometry is live. Embree requires a pointer and a stride that are multiples of 4,
+    // items that stay while they are in use, and a last vertex of which 16 bytes can be loaded. It
+    // only reads the items.
     unsafe {
         rtcSetSharedGeometryBuffer(
             geometry.0,

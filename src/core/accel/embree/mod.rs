@@ -10,8 +10,8 @@
 //!   triangles. Medium quality is slower (docs/notebook/2026-11.md, "Single steps").
 //! - Embree reads vertices and indices from the scene's borrowed arrays: a `Vec3` has the 16 bytes
 //!   that Embree loads.
-//! - A deforming mesh has two vertex buffers, and placements are time steps. Each prototype is an
-//!   Embree scene.
+//! - A deforming mesh has two vertex buffers, and moving placements are time steps. Each prototype
+//!   is an Embree scene.
 //! - Rays are stored in 16-byte words, as Embree loads them. Stored field by field, every query had
 //!   a store-forwarding stall, 3.5 % of a render.
 //! - Embree's interval is closed. The wrapper moves both ends inwards by one float. The lower end

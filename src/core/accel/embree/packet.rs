@@ -54,9 +54,9 @@ fn intersect_packet(accel: &EmbreeAccel, rays: &[Ray], hits: &mut [Option<Hit>])
         intersect: None,
     };
     // SAFETY: the scene is live and committed. `valid` holds sixteen integers aligned to 64 bytes,
-    // as Embree asks; `query` is of the layout and alignment that the headers give, and this
-    // thread's own. The arguments are what Embree's rtcInitIntersectArguments sets, with another
-    // ray flag, and are only read.
+    // as Embree requires. `query` has the layout and alignment of the headers, and belongs to this
+    // thread. The arguments have the values that Embree's rtcInitIntersectArguments sets, with
+    // another ray flag, and are only read.
     unsafe { rtcIntersect16(valid.0.as_ptr(), accel.handle(), &mut query, &mut arguments) };
     for (lane, (ray, hit)) in rays.iter().zip(hits).enumerate().take(WIDTH) {
         *hit = (query.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID).then(|| {
@@ -87,7 +87,8 @@ fn occluded_packet(accel: &EmbreeAccel, rays: &[Ray], occluded: &mut [bool]) {
         filter: None,
         occluded: None,
     };
-    // SAFETY: as for rtcIntersect16, with an RTCRay16 and what rtcInitOccludedArguments sets.
+    // SAFETY: as for rtcIntersect16, with an RTCRay16 and the values that rtcInitOccludedArguments
+    // sets.
     unsafe { rtcOccluded16(valid.0.as_ptr(), accel.handle(), &mut query, &mut arguments) };
     for (lane, occluded) in occluded.iter_mut().enumerate().take(WIDTH) {
         // Embree sets tfar to minus infinity for occluded rays.

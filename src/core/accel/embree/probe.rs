@@ -90,8 +90,8 @@ fn check(device: &Device) -> Result<(), EmbreeError> {
     };
     let [prototype, scene] = [SceneHandle::new(device, false)?, SceneHandle::new(device, false)?];
     for scene in [&prototype, &scene] {
-        // SAFETY: the mesh stays as it is until the end of this function, where both scenes end
-        // before it.
+        // SAFETY: the mesh is not changed until the end of this function, and both scenes are
+        // dropped before the mesh.
         unsafe { attach_mesh(device, scene, 0, &mesh)? };
     }
     prototype.commit(device)?;
@@ -103,9 +103,9 @@ fn check(device: &Device) -> Result<(), EmbreeError> {
             query: trial.query(),
             guard: GUARD,
         };
-        // SAFETY: the scene is live and committed. The query is of the layout and alignment that
-        // the headers give, and null arguments mean the defaults. Where the library's own layout is
-        // longer, it writes into the guard, which is part of the same object.
+        // SAFETY: the scene is live and committed. The query has the layout and alignment of the
+        // headers, and null arguments mean the defaults. If the layout of the loaded library is
+        // longer, the library writes into the guard, which is part of the same object.
         unsafe { rtcIntersect1(scene.raw(), &mut answer.query, ptr::null_mut()) };
         trial.judge(&answer).map_err(misfit)?;
     }
@@ -125,14 +125,14 @@ impl Trial {
         query.ray.dir_z = -side;
         query.ray.tfar = f32::INFINITY;
         query.ray.mask = u32::MAX;
-        // Ids that differ from every hit
+        // Set ids that no test ray finds
         query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         query.hit.primID = 7;
         query.hit.instID.fill(7);
         query
     }
 
-    /// Fault of the library with this answer, if any.
+    /// Returns an error with the difference between library and headers, if `answer` shows one.
     fn judge(&self, answer: &Guarded) -> Result<(), &'static str> {
         let RTCRayHit { ray, hit } = &answer.query;
         let near = |a: f32, b: f32| (a - b).abs() < 1e-5;

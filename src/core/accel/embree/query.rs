@@ -24,8 +24,9 @@ impl Accel for EmbreeAccel<'_> {
             ray: to_embree(ray),
             hit,
         };
-        // SAFETY: the scene is live and committed. `query` is of the layout the headers give,
-        // aligned to 16 bytes by its type, and this thread's own. Null arguments mean the defaults.
+        // SAFETY: the scene is live and committed. `query` has the layout of the headers, is
+        // aligned to 16 bytes by its type, and belongs to this thread. Null arguments mean the
+        // defaults.
         unsafe { rtcIntersect1(self.handle(), &mut query, ptr::null_mut()) };
         if query.hit.geomID == RTC_INVALID_GEOMETRY_ID {
             return None;

@@ -5,8 +5,9 @@ use embree4_sys::*;
 
 /// Words of an `RTCRay`, sixteen bytes each.
 ///
-/// Embree loads a ray in 16-byte words. Stored in equal words, it is forwarded from the store
-/// buffer. Stored field by field, it would have to reach the cache first, at every query.
+/// Embree loads a ray in 16-byte words. If the ray is stored in the same words, the CPU forwards it
+/// from the store buffer. If it is stored field by field, each query has to wait until the fields
+/// are in the cache.
 #[repr(C, align(16))]
 struct RayWords {
     origin_tnear: Vec4,

@@ -21,7 +21,7 @@ pub struct EmbreeAccel<'a> {
     device: Device,
     /// Number of meshes in world space.
     standing: u32,
-    /// First mesh of each instance.
+    /// Id of the first mesh of each instance's prototype.
     first_meshes: Vec<u32>,
     /// Arrays that Embree reads.
     meshes: Meshes<'a>,
@@ -53,8 +53,9 @@ impl Meshes<'_> {
 }
 
 impl EmbreeAccel<'static> {
-    /// Builds over the meshes of `scene` with `threads` threads, and shares these meshes. All other
-    /// parts of the scene may change meanwhile.
+    /// Builds the Embree scene over the meshes of `scene` with `threads` threads, and shares
+    /// ownership of these meshes. All other parts of `scene` may then change while the result is in
+    /// use.
     pub(crate) fn kept(scene: &Scene, threads: usize) -> Result<Self, EmbreeError> {
         let placements = scene.instances().iter().map(|i| i.placement.clone()).collect();
         let meshes = scene.shared_meshes();
@@ -63,25 +64,25 @@ impl EmbreeAccel<'static> {
 }
 
 impl<'a> EmbreeAccel<'a> {
-    /// Builds over the meshes of `scene` with `threads` threads.
+    /// Builds the Embree scene over the meshes of `scene` with `threads` threads.
     pub fn new(scene: &'a Scene, threads: usize) -> Result<Self, EmbreeError> {
         Self::on(Device::new(threads)?, scene)
     }
 
-    /// Builds over the meshes of `scene`, on `device`.
+    /// Builds the Embree scene over the meshes of `scene`, on `device`.
     pub fn on(device: Device, scene: &'a Scene) -> Result<Self, EmbreeError> {
         Self::over(device, scene, Meshes::Of(scene))
     }
 
-    /// Builds over `meshes`, the meshes of `scene`.
+    /// Builds the Embree scene over `meshes`, the meshes of `scene`.
     fn over(device: Device, scene: &Scene, meshes: Meshes<'a>) -> Result<Self, EmbreeError> {
         let attach_all = |handle: &SceneHandle, meshes: Range<u32>| {
             for (id, geom) in meshes.enumerate() {
-                // SAFETY: `meshes` are those of `scene`, borrowed for 'a or counted, which no
-                // Embree scene made here outlives: `Self` holds the only handle to the one that
-                // refers to all others, and `meshes`. A shared borrow keeps them as they are, and
-                // so does the count: a scene changes meshes through `Arc::make_mut` alone, which
-                // copies what is shared.
+                // SAFETY: `meshes` holds the meshes of `scene`, either borrowed for 'a or
+                // reference-counted. No Embree scene made here outlives them: `Self` holds
+                // `meshes`, and the only handle to the Embree scene that refers to all other Embree
+                // scenes. A shared borrow keeps the meshes unchanged. A reference count does too: a
+                // scene changes meshes through `Arc::make_mut` only, which copies shared meshes.
                 unsafe { attach_mesh(&device, handle, id as u32, scene.mesh(GeomId(geom)))? };
             }
             Ok(())
@@ -112,7 +113,7 @@ impl<'a> EmbreeAccel<'a> {
         })
     }
 
-    /// Mesh and instance of a hit with Embree's ids.
+    /// Ids of mesh and instance for a hit with Embree's ids `geom` and `inst`.
     #[inline(always)]
     pub(super) fn ids(&self, geom: u32, inst: u32) -> (GeomId, InstanceId) {
         if inst == RTC_INVALID_GEOMETRY_ID {

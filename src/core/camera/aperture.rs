@@ -48,7 +48,8 @@ impl Aperture {
         let side = u.x * self.blades as f32;
         let first = (side as u32).min(self.blades - 1);
         let (a, b) = (self.corner(first), self.corner(first + 1));
-        // The share of a triangle's area within r of its height grows with r².
+        // Take the square root: the area within the fraction r of the triangle's height grows with
+        // r².
         (side - first as f32).clamp(0.0, 1.0).sqrt() * a.lerp(b, u.y)
     }
 
@@ -68,8 +69,8 @@ impl Aperture {
 mod tests {
     use super::*;
 
-    /// Moments over a lattice of numbers against the moments of regular polygons: the mean is 0,
-    /// and the mean squared distance is R²/6 · (2 + cos 2π/n).
+    /// Compares the moments of points for a lattice of numbers with the moments of regular
+    /// polygons: the mean is 0, and the mean squared distance is R²/6 · (2 + cos 2π/n).
     #[test]
     fn points_are_uniform_over_the_polygon() {
         const N: u32 = 1 << 20;
@@ -90,7 +91,7 @@ mod tests {
             let expected = (2.0 + (TAU as f64 / blades as f64).cos()) / 6.0;
             assert!(mean[0].hypot(mean[1]) / n < 1e-4, "{blades}");
             assert!((squared / n / expected - 1.0).abs() < 1e-3, "{blades}: {squared}");
-            // A disk around the centre has its share of the area.
+            // The share of the points in a disk around the centre is the disk's share of the area.
             let share = std::f64::consts::PI * (0.5 * apothem as f64).powi(2) / aperture.area() as f64;
             assert!((f64::from(inside) / n / share - 1.0).abs() < 5e-3, "{blades}: {inside}");
         }

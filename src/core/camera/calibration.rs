@@ -59,9 +59,11 @@ pub(super) struct CalibratedLens {
     limit: f64,
 }
 
-/// Number of parts in which each side of a picture is checked.
+/// Number of parts into which each side of a picture, and each line from its centre, is divided for
+/// checks.
 const PARTS: u32 = 32;
-/// Maximum distance in the plane in a picture: 89.9° from the axis.
+/// Maximum distance from the axis, in the plane at distance 1, within a picture: 89.9° from the
+/// axis.
 const MAX_DISTANCE: f64 = 600.0;
 /// Maximum number of steps of Newton's method and of bisection: somewhat more than the bits of a
 /// number.
@@ -158,8 +160,8 @@ impl CalibratedLens {
         end
     }
 
-    /// Returns true if the point has exactly one ray, and so have its neighbours. Points beyond an
-    /// angle of 180° need no ray.
+    /// Returns true if the film point `film` has exactly one ray, and its neighbours too. Points
+    /// beyond an angle of 180° need no ray.
     fn is_regular(&self, film: Vec2) -> bool {
         let distorted = self.distorted(film);
         let is_beyond = distorted.length() > self.limit * self.factor(self.limit);
@@ -168,7 +170,7 @@ impl CalibratedLens {
         }
         let point = self.point_of(film);
         let (back, [across, down]) = self.distort(point);
-        // Also check the way from the centre
+        // Check that the distortion does not fold over between the centre and the point
         let is_open = |part: f64| {
             let (_, [across, down]) = self.distort(part * point);
             across.perp_dot(down) > 0.0
@@ -213,7 +215,7 @@ impl CalibratedLens {
         if distorted >= self.limit * self.factor(self.limit) {
             return self.limit;
         }
-        // Newton's method with bracketing
+        // Find the root by Newton's method with bracketing
         let (mut low, mut high, mut radius) = (0.0, self.limit, distorted.min(self.limit));
         for _ in 0..STEPS {
             let error = radius * self.factor(radius) - distorted;
@@ -354,8 +356,8 @@ mod tests {
         }
     }
 
-    /// r (1 − r² / 2) has its maximum at r = √(2/3), with the value 0.544: outside a narrow
-    /// picture.
+    /// The distortion r (1 − r² / 2) has its maximum 0.544 at r = √(2/3). A narrow picture does not
+    /// reach it.
     #[test]
     fn distortion_that_folds_over_is_refused() {
         let folding = Distortion::Pinhole([-0.5, 0.0, 0.0, 0.0, 0.0]);

@@ -10,32 +10,33 @@ use std::f32::consts::PI;
 pub struct Importance {
     /// Film position in pixels, origin top left. It may lie outside the image.
     pub film: Vec2,
-    /// Importance in a pixel of the box filter, m⁻²·sr⁻¹. It is the weight of radiance along the
-    /// ray, times the cosine to [`LensPoint::normal`], in the pixel's value, per area of the lens
-    /// and solid angle: `pdf / (cos θ A)` for a lens of area A. For a perspective with pixels of
-    /// width s at distance 1 it is `1 / (s² cos⁴ θ A)` (Pharr, Jakob and Humphreys 2016, §16.1.1,
-    /// where the whole film counts as one).
+    /// Importance in a pixel of the box filter, m⁻²·sr⁻¹, per area of the lens and solid angle.
+    /// This factor, times the cosine to [`LensPoint::normal`], is the weight of the ray's radiance
+    /// in the pixel's value. For a lens of area A it is `pdf / (cos θ A)`. For a perspective with
+    /// pixels of width s at distance 1 it is `1 / (s² cos⁴ θ A)` (Pharr, Jakob and Humphreys 2016,
+    /// §16.1.1, where the whole film counts as one).
     pub we: f32,
-    /// Density of the ray per solid angle of the direction, for uniform film points, one per pixel:
-    /// `1 / (s² cos³ θ)` for a perspective. For parallel rays, it is per area across them: `1 / (s²
-    /// cos θ)` for pixels of width s.
+    /// Density of the ray's direction per solid angle, if film points have a uniform density of one
+    /// per pixel: `1 / (s² cos³ θ)` for a perspective. For parallel rays, density per area across
+    /// the rays: `1 / (s² cos θ)` for pixels of width s.
     pub pdf: f32,
 }
 
-/// End of a path on the lens.
+/// Point on the lens at which a path ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LensPoint {
     /// Position in world space.
     pub p: Vec3,
-    /// Direction for cosines: the view direction. Zero if all directions have equal weight, in
-    /// panoramas and fisheyes. The direction of the rays if they are parallel.
+    /// Direction to which cosines are measured: the view direction, or the direction of parallel
+    /// rays. Zero in panoramas and fisheyes, where all directions have equal weight.
     pub normal: Vec3,
     /// True if the point represents all parallel rays that come from the same point of the lens.
     pub is_far: bool,
 }
 
 impl Camera {
-    /// End of paths at a point of the lens at `time`, uniform over its area, or at the pinhole.
+    /// Samples a lens point at `time`, uniformly over the area of the lens. Returns the pinhole if
+    /// there is no lens.
     pub fn lens_point(&self, u: Vec2, time: f32) -> LensPoint {
         let camera = self.at(time);
         let lens = if self.has_lens() { camera.on_lens(u) } else { Vec3::ZERO };
@@ -43,7 +44,7 @@ impl Camera {
         camera.lens_end(camera.position + lens, || to_focus().normalize())
     }
 
-    /// End of paths at the lens point from which the camera's `ray` starts.
+    /// Lens point from which the camera's `ray` starts.
     pub fn lens_of(&self, ray: &Ray) -> LensPoint {
         self.at(ray.time).lens_end(ray.origin, || ray.direction)
     }
@@ -62,8 +63,8 @@ impl Camera {
         LensPoint { p, normal, is_far }
     }
 
-    /// Position of `lens` from which the point `seen` is visible at `time`. For parallel rays, it
-    /// is on the ray through the point. `None` behind the camera.
+    /// `lens` as the point from which `seen` is visible at `time`. For parallel rays, it is moved
+    /// to the ray through `seen`. `None` if `seen` is behind the camera.
     pub fn lens_facing(&self, lens: LensPoint, seen: Vec3, time: f32) -> Option<LensPoint> {
         if !lens.is_far {
             return Some(lens);
@@ -125,7 +126,7 @@ impl Camera {
             }
         };
         let we = pdf / (over_cos * self.lens_area());
-        // Along the lens, both values overflow.
+        // For directions along the plane of the lens, both values overflow.
         (cos > 0.0 && we.is_finite() && film.is_finite()).then_some(Importance { film, we, pdf })
     }
 }
@@ -216,7 +217,7 @@ mod tests {
             let is_flat = !camera.film.is_curved();
             for i in 0..2000 {
                 let [place, lens, other, _] = numbers(i);
-                // Also outside the image, if it has an outside
+                // Test film points outside the image too, for projections onto a plane
                 let margin = if is_flat { 0.25 } else { 0.0 };
                 let film = ((1.0 + 2.0 * margin) * place - margin) * size.as_vec2();
                 let time = other.x;
@@ -228,7 +229,7 @@ mod tests {
                 let drawn = camera.lens_point(lens, time);
                 assert_eq!((end.normal, end.is_far), (drawn.normal, drawn.is_far));
                 assert_eq!(end.p, ray.origin);
-                // For a point on the ray, the facing end is the ray's end.
+                // For a point on the ray, the facing lens point is the start of the ray.
                 let facing = camera.lens_facing(drawn, ray.at(7.0), time).unwrap();
                 assert!(facing.p.distance(ray.origin) < 1e-5, "{facing:?} {ray:?}");
                 assert_eq!(camera.lens_facing(drawn, ray.at(-1.0), time).is_none(), end.is_far);
@@ -308,7 +309,7 @@ mod tests {
                 for i in 0..N {
                     let [u, lens, ..] = numbers(i);
                     let lens = camera.lens_point(lens, time);
-                    // A position beside the middle for parallel rays, else a direction
+                    // Sample a position beside the middle for parallel rays, else a direction
                     let (p, w, pdf) = if is_far {
                         let disk = radius * uniform_disk(u);
                         let frame = Frame::from_z(lens.normal);

@@ -154,10 +154,10 @@ encode_fields!(CameraDescription {
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("camera {parameter} {message}")]
 pub struct CameraError {
-    /// Field of [`CameraParameters`].
+    /// Name of the wrong parameter: a field of [`CameraParameters`].
     pub parameter: &'static str,
     message: String,
-    /// Remedy, unless it is to correct the parameter.
+    /// Help for the user; `None` if it is only to correct the parameter.
     pub help: Option<String>,
 }
 
@@ -374,7 +374,8 @@ impl Camera {
 
     #[inline]
     fn ray_of_still(&self, film: Vec2, u_lens: Vec2, time: f32) -> Ray {
-        // Direction through the centre of the lens. Planes have a depth of 1 along the axis.
+        // Direction through the centre of the lens. If the projection is onto a plane, it has depth
+        // 1.
         let (place, through_center) = self.film.ray(film, [self.right, self.up, self.forward]);
         if self.lens_radius == 0.0 {
             return Ray::new(self.position + place, through_center.normalize()).when(time);
@@ -532,7 +533,8 @@ mod tests {
             let q = Vec3::new(4.0, -3.0, -8.0);
             assert!((moving.depth(q, time) - still.depth(q, time)).abs() < 1e-4);
         }
-        // Through the `look_at` point, or with a shutter that closes before it opens
+        // Invalid motions: through the `look_at` point, or with a shutter that closes before it
+        // opens
         let through = Pose {
             position: Vec3::new(1.0, 2.0, -17.0),
             ..close

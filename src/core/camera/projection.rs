@@ -267,9 +267,9 @@ impl Film {
         }
     }
 
-    /// Origin, in the plane through the camera, and direction of the ray through `film`, from the
-    /// axes right, up and forward. For a projection onto a plane, the direction has depth 1, else
-    /// it is a unit vector.
+    /// Returns the origin and the direction of the ray through `film`, for a camera with the axes
+    /// right, up and forward. The origin is relative to the camera, in the plane through the
+    /// camera. For a projection onto a plane, the direction has depth 1, else it is a unit vector.
     #[inline]
     pub fn ray(&self, film: Vec2, [right, up, forward]: [Vec3; 3]) -> (Vec3, Vec3) {
         let image = film * self.scale - self.offset;
@@ -307,8 +307,9 @@ impl Film {
         }
     }
 
-    /// Density of film points, one per pixel, per solid angle in the unit direction `to`, in
-    /// coordinates along right, up and forward; for projections without a plane.
+    /// Density of film points per solid angle in the unit direction `to`, if there is one film
+    /// point per pixel. `to` has coordinates along right, up and forward. Only for projections
+    /// without a plane.
     pub fn density(&self, to: Vec3) -> f32 {
         match self.projection {
             Projection::Perspective { .. } | Projection::Orthographic { .. } => 0.0,
@@ -326,7 +327,7 @@ impl Film {
     }
 
     /// Film position of the point `to` relative to the camera, in coordinates along right, up and
-    /// forward; `None` if it has none.
+    /// forward; `None` if no film position shows the point.
     pub fn place(&self, to: Vec3) -> Option<Vec2> {
         let plane = Vec2::new(to.x, -to.y);
         let image = match self.projection {
@@ -430,7 +431,7 @@ mod tests {
         assert!(towards(&fisheye, 125.0, 50.0).distance(Vec3::X) < 1e-6);
         assert!(towards(&fisheye, 100.0, 25.0).distance(Vec3::Y) < 1e-6);
         assert!(fisheye.sees(Vec2::new(149.0, 50.0)) && !fisheye.sees(Vec2::new(151.0, 50.0)));
-        // Half a picture height to the right, and up
+        // The shift is half a picture height to the right, and up.
         let shifted = film(Projection::Perspective {
             shift: Vec2::new(0.5, 0.5),
         });

@@ -1,8 +1,8 @@
 //! Tone curves: from unbounded linear light to display values.
 //!
 //! The curve `srgb` keeps the values that a display can show and clips the rest. The other curves
-//! compress highlights so that they keep their shape. All curves only change the look of a picture;
-//! measure in linear values.
+//! compress highlights, so that their gradations stay visible. All curves only change the look of a
+//! picture; measure in linear values.
 
 use super::{Spectrum, srgb};
 use std::fmt;
@@ -102,7 +102,7 @@ impl Curve {
 }
 
 impl fmt::Display for Tone {
-    /// Format of flags, `tone=NAME exposure=STOPS`.
+    /// Text as in flags: `tone=NAME exposure=STOPS`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let name = Curve::NAMES.iter().find(|(_, curve)| *curve == self.curve);
         write!(
@@ -114,7 +114,8 @@ impl fmt::Display for Tone {
     }
 }
 
-/// Maximum absolute exposure in stops: within it, no light of a scene leaves the range of numbers.
+/// Maximum absolute exposure in stops. Within this limit, no light of a scene leaves the range of
+/// `f32`.
 pub const MAX_EXPOSURE: f32 = 64.0;
 
 impl Tone {
@@ -164,8 +165,9 @@ fn product(matrix: [[f32; 3]; 3], v: [f32; 3]) -> [f32; 3] {
 
 /// Sobotka's AgX, from linear to encoded.
 fn agx(rgb: [f32; 3]) -> [f32; 3] {
-    // The inset: colours move a fifth of the way to the grey with these shares of their channels,
-    // and back at the end. Sobotka's configuration has a matrix and its inverse for this.
+    // The inset: colours move a fifth of the way to a grey before the curve, and back after it. The
+    // grey is the sum of the channels with these weights. Sobotka's configuration has a matrix and
+    // its inverse for this.
     const GREY: [f32; 3] = [0.212_005_36, 0.392_182_5, 0.395_812_14];
     const INSET: f32 = 0.2;
     let grey = |v: [f32; 3]| GREY[0] * v[0] + GREY[1] * v[1] + GREY[2] * v[2];
@@ -176,11 +178,11 @@ fn agx(rgb: [f32; 3]) -> [f32; 3] {
     curved.map(|v| ((v - INSET * from) / (1.0 - INSET)).clamp(0.0, 1.0))
 }
 
-/// AgX's curve. The share `s` is the position in the 16.5 stops from 10 below middle grey, 0.18, to
-/// 6.5 above it. The curve of `s` is the sigmoid that the configuration tabulates. It goes from 0
-/// to 1, and has the slope 2 at middle grey, which becomes a half at `s` = 10 / 16.5. It is `1/2 +
-/// 2 d / (1 + a |d|^p)^(1/p)` with the distance `d` from there. `p` is 3 below and 3.25 above; `a`
-/// makes the ends 0 and 1.
+/// AgX's curve. `s` is the position of the light in a range of 16.5 stops: from 10 stops below
+/// middle grey (0.18) to 6.5 stops above it. The curve of `s` is the sigmoid that the configuration
+/// tabulates. It rises from 0 to 1. At middle grey, where `s` is 10 / 16.5, it is 1/2 and has the
+/// slope 2. It is `1/2 + 2 d / (1 + a |d|^p)^(1/p)`, where `d` is `s` minus 10 / 16.5. `p` is 3
+/// below middle grey and 3.25 above; `a` is such that the ends are 0 and 1.
 fn agx_curve(linear: f32) -> f32 {
     const PIVOT: f32 = 10.0 / 16.5;
     const SLOPE: f32 = 2.0;
@@ -191,7 +193,7 @@ fn agx_curve(linear: f32) -> f32 {
         (3.25, 1.0 - PIVOT)
     };
     let distance = share - PIVOT;
-    // At the ends, 2 l / (1 + a l^p)^(1/p) is a half.
+    // `bend` is a l^p, such that 2 l / (1 + a l^p)^(1/p) is 1/2 at the ends.
     let bend = (2.0 * SLOPE * length).powf(power) - 1.0;
     0.5 + SLOPE * distance / (1.0 + bend * (distance.abs() / length).powf(power)).powf(1.0 / power)
 }
@@ -215,7 +217,7 @@ mod tests {
             assert_eq!(curve.encode([0.0; 3]), [0.0; 3], "{name}");
             let mut last = [0.0; 3];
             for step in 0..4000 {
-                // 24 stops
+                // Test greys over a range of 24 stops
                 let grey = 0.18 * ((step as f32 - 2000.0) / 4000.0 * 24.0).exp2();
                 let shown = curve.encode([grey; 3]);
                 for c in 0..3 {

@@ -166,7 +166,8 @@ fn errors(image: &PerceivedPicture, reference: &PerceivedPicture) -> Vec<f32> {
 /// Exponent that compresses differences of colours.
 const COLOR_EXPONENT: f32 = 0.7;
 
-/// Maps differences below 0.4 of the maximum to 0.95 of the range (2020, section 4.1.3).
+/// Maps differences to [0, 1]: differences below 0.4 of the maximum `largest` get 0.95 of the range
+/// (2020, section 4.1.3).
 fn redistributed(difference: f32, largest: f32) -> f32 {
     let (knee, range) = (0.4 * largest, 0.95);
     if difference < knee {
@@ -243,8 +244,8 @@ fn seen_colors([lightness, red_green, blue_yellow]: [Plane; 3]) -> Vec<[f32; 3]>
         .collect()
 }
 
-/// A separable Gaussian: a kernel along a line, whose weights sum to 1, and the 2D sum over the
-/// pixels for amplitude 1.
+/// A separable Gaussian `a √(π / b) exp(−π² x² / b)`. `kernel` has its weights along a line, which
+/// sum to 1. `volume` is its sum over all pixels of the plane for a = 1.
 struct Sensitivity {
     kernel: Vec<f32>,
     volume: f32,
@@ -399,8 +400,8 @@ mod tests {
     fn the_largest_differences() {
         let flat = |color: [f32; 3]| picture(|_, _| color);
         let between = |a, b| Flip::ldr(&flat(a), &flat(b)).unwrap().mean;
-        // Green and blue are the ends of the scale; the value for black and white is from
-        // flip-evaluator.
+        // In FLIP, green and blue have the maximum difference 1; the value for black and white is
+        // from flip-evaluator.
         assert!((between([0.0, 1.0, 0.0], [0.0, 0.0, 1.0]) - 1.0).abs() < 1e-5);
         assert!(
             (between([0.0; 3], [1.0; 3]) - 0.967_401).abs() < 3e-5,

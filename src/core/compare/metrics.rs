@@ -183,8 +183,8 @@ mod tests {
         assert!(errors.block_rel_mse.iter().all(|error| *error < 1e-9), "{errors:?}");
         let stain = picture(|x, y| if x < 16 && y < 16 { 0.4 } else { 0.3 });
         let [small, middle, large] = Errors::new(&stain, &reference).unwrap().block_rel_mse;
-        // 16 of 200 blocks, 1 of 15, and a sixteenth of the first of two blocks of 64 × 40 and 16 ×
-        // 40
+        // Share of the blocks that differ: 16 of 200; 1 of 15; and a sixteenth of the first of two
+        // blocks, of 64 × 40 and 16 × 40 pixels
         assert!((small - 0.1 * 16.0 / 200.0).abs() < 1e-5, "{small}");
         assert!((middle - 0.1 / 15.0).abs() < 1e-5, "{middle}");
         let share = 256.0 / (64.0 * 40.0);

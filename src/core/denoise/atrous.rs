@@ -75,7 +75,7 @@ struct Guide {
     disparity: f32,
     /// Change of the disparity from pixel to pixel, along rows and columns.
     gradient: [f32; 2],
-    /// Divisor of the light.
+    /// Divisor of the light: the albedo, or 1 if the input is not light.
     divisor: Vec3,
 }
 
@@ -84,7 +84,7 @@ struct Guide {
 struct FilteredLight {
     /// Radiance over albedo.
     value: Vec3,
-    /// Variance of its luminance.
+    /// Variance of the luminance of `value`.
     variance: f32,
 }
 
@@ -154,7 +154,8 @@ impl FilteredLight {
 }
 
 impl Guide {
-    /// Returns true if the pixel at the offset `[dx, dy]` shows a similar surface.
+    /// Returns true if the pixel with the guide `other`, at the offset `[dx, dy]`, shows a similar
+    /// surface.
     fn is_alike(&self, other: &Self, [dx, dy]: [isize; 2]) -> bool {
         let plane = self.disparity + self.gradient[0] * dx as f32 + self.gradient[1] * dy as f32;
         let distance = (other.normal - self.normal).length_squared() / (SIGMA_NORMAL * SIGMA_NORMAL)
@@ -249,8 +250,8 @@ pub(super) fn denoise(input: Input) -> Vec<Vec3> {
 
 /// For each pixel, ratio of the light in its surroundings before and after filtering.
 ///
-/// Bright, noisy pixels blend with dark pixels more than dark pixels with them, so light is lost.
-/// The light before and after is averaged over pixels with similar guides, for any brightness. The
+/// A bright, noisy pixel takes more from dark pixels than it gives to them, so light is lost. The
+/// light before and after is averaged over pixels with similar guides, for any brightness. The
 /// ratio of both is smooth, and restores lost light near its original position.
 fn lost_light(guides: &[Guide], light: &[FilteredLight], raw: Vec<f32>, size: [usize; 2]) -> Vec<f32> {
     let both: Vec<[f32; 2]> = raw

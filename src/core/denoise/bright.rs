@@ -18,7 +18,7 @@ use crate::math::Vec3;
 /// Limit relative to the geometric mean of luminance. Open Image Denoise changes lamps below it by
 /// at most 0.1 %.
 const LIMIT: f32 = 100.0;
-/// Maximum noise of a pixel in standard deviations.
+/// Number of standard deviations that may be noise in the light of a pixel.
 const NOISE: f32 = 3.0;
 
 /// Removes bright light from `layers` and returns it; `None` if there is none. `emitted` is the

@@ -46,7 +46,7 @@ pub(super) fn denoise(
     let straight = filter(&straight(layers, &means))?;
     let filtered = filter(&as_light(layers, coverage, samples))?;
     let mut filtered = within_range(coverage, &filtered, layers.size);
-    // A filter may colour grey values.
+    // Keep grey values grey: a filter may colour them.
     if coverage.iter().all(|a| a.x == a.y && a.y == a.z) {
         filtered
             .iter_mut()

@@ -160,7 +160,7 @@ impl Denoiser {
                 let samples = values(image, SAMPLES).ok();
                 let behind = Vec3::from(backing.light().to_array());
                 let raw: Vec<Vec3> = raw.into_iter().map(Vec3::from).collect();
-                // Light in front of the background, as in a transparent picture
+                // Separate the light in front of the background, as in a transparent picture
                 let front = layers.color.iter().zip(&raw);
                 layers.color = front.map(|(&light, &a)| light - (Vec3::ONE - a) * behind).collect();
                 let (mut picture, coverage) = coverage::denoise(&layers, &raw, (samples, bright.as_deref()), filter)?;

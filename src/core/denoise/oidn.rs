@@ -47,7 +47,7 @@ fn guides(layers: &Layers) -> Option<[Vec<f32>; 2]> {
     }
 }
 
-/// Pixels that `filter` computes with a device.
+/// Pixels that `filter` computes on a device.
 fn filtered(filter: impl FnOnce(&Device) -> Result<Vec<f32>, Error>) -> Result<Vec<Vec3>, DenoiseError> {
     let device = Device::new(rayon::current_num_threads(), OIDN_MB).map_err(failed)?;
     let denoised = filter(&device).map_err(failed)?;

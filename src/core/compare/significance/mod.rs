@@ -38,8 +38,9 @@ pub enum Scale {
     /// A square of 4 × 4 tiles: Student's t of the relative differences of its tiles, whose errors
     /// are independent.
     Region,
-    /// Student's t of the tiles of the whole picture. If tiles may have common errors, their number
-    /// is divided by four, and at most sixteen or eight.
+    /// Student's t of the tiles of the whole picture. If tiles may have common errors, the number
+    /// of independent tiles is a quarter of their number: at most sixteen for
+    /// [`CommonErrors::Sample`], and at most eight for [`CommonErrors::Picture`].
     Whole,
 }
 
@@ -78,11 +79,12 @@ pub struct Significance {
     pub p: f64,
     /// Most extreme test of each scale; scales without tests are left out.
     pub extremes: Vec<Extreme>,
-    /// Common errors of pixels, in the picture where they are worse. They decide the tests.
+    /// Kind of errors that pixels have in common, in the picture with the worse kind. It decides
+    /// which tests are made.
     pub common: CommonErrors,
-    /// Approximate number of samples that make most of the noise, if these are rare and the
-    /// pictures differ in their sampling: heavy tails. Only the whole is tested then, and nothing
-    /// if there are fewer than [`MIN_RARE`] of these samples.
+    /// Approximate number of rare samples that make most of the noise, if the pictures differ in
+    /// their sampling (heavy tails); else `None`. With rare samples, only the whole is tested, and
+    /// nothing if there are fewer than [`MIN_RARE`] of them.
     pub rare: Option<f64>,
 }
 
@@ -94,9 +96,9 @@ impl Significance {
     /// Tests two pictures of the pixels of `window`. `None` if the pictures have a different number
     /// of pixels, or if variances are unknown, as after one sample.
     ///
-    /// All tests are one family: each scale has an equal share of the probability of a false alarm,
-    /// and within a scale each test (Šidák 1967). Variances that are too large, such as of
-    /// low-discrepancy samples, only make alarms rarer.
+    /// All tests are one family. Each scale has an equal share of the probability of a false alarm,
+    /// and each test has an equal share within its scale (Šidák 1967). Variances that are too
+    /// large, such as of low-discrepancy samples, only make alarms rarer.
     ///
     /// Regions and the whole are tested by the spread of the differences of their tiles, which
     /// needs no correct variance. With equal numbers of samples, differences have symmetric
@@ -108,8 +110,8 @@ impl Significance {
         let tiles: Vec<&NoiseTile> = pixels.tiles.iter().collect();
         let common = pixels.common;
         if let Some(rare) = pixels.rare {
-            // Most tiles have none of these samples. Means of relative differences, weighted by the
-            // tiles' variances, would be means of tiles without them.
+            // Most tiles have no rare sample. Means of relative differences, weighted by the tiles'
+            // variances, would be means of these tiles. Therefore test sums.
             let tests = (rare >= MIN_RARE).then(|| sum_tests(&tiles));
             let whole = extreme(Scale::Whole, tests.into_iter().flatten());
             return Some(Self {
@@ -163,8 +165,8 @@ impl Significance {
     }
 }
 
-/// Largest score of each pixel over its channels, as in [`Scale::Pixel`]; 0 if unknown. `None` as
-/// for [`Significance::new`].
+/// Largest score of each pixel over its channels, as in [`Scale::Pixel`]; 0 if unknown. `None` in
+/// the same cases as for [`Significance::new`].
 pub fn pixel_scores(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise)) -> Option<Vec<f32>> {
     let pixels = Pixels::new(window, reference, image)?.pixels;
     let furthest = |pixel: &Pixel| {
@@ -241,7 +243,8 @@ impl Pixels {
             for channel in 0..3 {
                 let Some(score) = pixel.score(channel) else { continue };
                 tests += 1;
-                // Skip smaller scores with at least as many degrees of freedom.
+                // Skip the pixel if its score is smaller and has at least as many degrees of
+                // freedom: its p is at least as large.
                 let is_less =
                     |(test, freedom): &(Test, f64)| score.abs() <= test.score.abs() && pixel.freedom >= *freedom;
                 if worst.as_ref().is_some_and(is_less) {
@@ -302,8 +305,9 @@ fn independent_tiles(tiles: usize, common: CommonErrors) -> f64 {
         CommonErrors::None | CommonErrors::Tile => tiles as f64,
         // A photon, a record or a chain contributes to several tiles. Errors that all tiles have in
         // common must not count as a difference. Examples are the distribution of light between
-        // chains, or the number of photons through a single door. With sixteen tiles the mean must
-        // be as large as the spread, with eight larger.
+        // chains, or the number of photons through a single door. To be significant with sixteen
+        // tiles, the mean difference must be as large as the spread of the tiles; with eight tiles
+        // it must be larger.
         CommonErrors::Sample => (tiles as f64 / 4.0).min(16.0),
         CommonErrors::Picture => (tiles as f64 / 4.0).min(8.0),
     }
@@ -338,9 +342,9 @@ fn sum_tests(tiles: &[&NoiseTile]) -> Vec<Test> {
     (0..3).filter_map(test).collect()
 }
 
-/// Share of the `squares` of `n` terms that their `sum` does not explain; 1 if all terms are 0.
-/// With S the sum over the root of the squares, it is 1 − S² / n, which is ν / (ν + t²) for
-/// Student's t = S √((n − 1) / (n − S²)).
+/// Share of `squares`, the sum of the squares of `n` terms, that `sum`, the sum of the terms, does
+/// not explain; 1 if all terms are 0. With S = sum / √squares, the share is 1 − S² / n, which is ν
+/// / (ν + t²) for Student's t = S √((n − 1) / (n − S²)).
 fn within_share(sum: f64, squares: f64, n: f64) -> f64 {
     if squares > 0.0 {
         (1.0 - sum * sum / squares / n).clamp(0.0, 1.0)
@@ -378,8 +382,8 @@ fn spread_test(tiles: &[&NoiseTile], common: CommonErrors, channel: usize) -> Op
     let mut variances: Vec<f64> = relative.iter().map(|r| r.1).collect();
     variances.sort_by(f64::total_cmp);
     let usual = variances.get(variances.len() / 2)?;
-    // Tiles are weighted by the inverse variance, limited by the median: a lamp has no noise, and
-    // would have all the weight.
+    // Weight tiles by the inverse of their variance plus the median variance: a lamp has no noise,
+    // and would otherwise have all the weight.
     let weighted = relative.iter().map(|(difference, variance)| {
         let weight = 1.0 / (variance + usual);
         (weight, weight * difference)
@@ -400,8 +404,8 @@ fn spread_test(tiles: &[&NoiseTile], common: CommonErrors, channel: usize) -> Op
     let (sum, squares) = terms.fold((0.0, 0.0), |(a, b), term| (a + term, b + term * term));
     // Subtract the rounding error of 32-bit values
     let sum = sum.signum() * (sum.abs() - f32::EPSILON as f64 * weights).max(0.0);
-    // If c tiles share one error, both S² and n are c times as large: their number cancels in the
-    // share, and is only in ν.
+    // If c tiles share one error, both S² and n are c times as large: c cancels in the share, and
+    // changes only ν.
     let n = relative.len() as f64;
     let share = within_share(sum, squares, n);
     Some(Test {

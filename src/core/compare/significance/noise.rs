@@ -1,4 +1,4 @@
-//! Noise of two images: values and variances of pixels and tiles, also estimated from their
+//! Noise of two images: values and variances of pixels and tiles. Variances are also estimated from
 //! neighbours.
 
 use crate::film::{Rect, RgbImage, TILE_SIZE};
@@ -11,7 +11,7 @@ pub struct Noise {
     pub variance: Vec<[f32; 3]>,
     /// Number of samples of each pixel, on which the variance is based.
     pub samples: Vec<f32>,
-    /// Common errors of pixels.
+    /// Kind of errors that pixels have in common.
     pub common: CommonErrors,
 }
 
@@ -19,20 +19,20 @@ pub struct Noise {
 /// than for independent pixels by this factor, because errors of a group add up linearly.
 const SHARING: f64 = 16.0;
 
-/// Common errors of pixels, in ascending order of severity.
+/// Kinds of errors that pixels have in common, in ascending order of severity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CommonErrors {
-    /// No common errors: each pixel has separate paths.
+    /// No errors in common: each pixel has separate paths.
     None,
     /// Errors that up to 16 pixels of a tile have in common: they share camera paths, or parts of
     /// light paths.
     Tile,
-    /// Common errors of all pixels in a sample: a photon contributes to many pixels, and a Markov
-    /// chain stays in bright areas. Samples are independent, so that the variance of each pixel is
-    /// right.
+    /// Errors that all pixels have in common in one sample: a photon contributes to many pixels,
+    /// and a Markov chain stays in bright areas. Samples are independent, so that the variance of
+    /// each pixel is right.
     Sample,
-    /// Common errors of all samples, which use the same photon map or irradiance cache: no variance
-    /// includes them.
+    /// Errors that all samples have in common, because they use the same photon map or irradiance
+    /// cache: no variance includes them.
     Picture,
 }
 
@@ -67,17 +67,17 @@ pub(super) struct Pixels {
     pub(super) window: Rect,
     pub(super) pixels: Vec<Pixel>,
     pub(super) tiles: Vec<NoiseTile>,
-    /// Common errors of the worse picture.
+    /// Kind of errors that pixels have in common, in the picture with the worse kind.
     pub(super) common: CommonErrors,
-    /// Approximate number of samples that make most of the noise, if these are rare and the
-    /// pictures differ in their sampling.
+    /// Approximate number of rare samples that make most of the noise, if the pictures differ in
+    /// their sampling; else `None`.
     pub(super) rare: Option<f64>,
 }
 
 pub(super) struct Pixel {
     /// Values of reference and image.
     pub(super) values: [[f64; 3]; 2],
-    /// Variance of the difference, estimated with the pixels around.
+    /// Variance of the difference, also estimated from the pixels around.
     variance: [f64; 3],
     /// Degrees of freedom of the estimates of the variance.
     pub(super) freedom: f64,
@@ -116,7 +116,8 @@ impl Pixels {
                 freedom,
             });
         }
-        // Errors across pixels have separate tests.
+        // Search for rare samples only if errors stay within tiles: errors across tiles have
+        // separate tests.
         let rare = (common <= CommonErrors::Tile).then(|| rare_samples(&sources, tiles.len()));
         Some(Self {
             window,
@@ -141,7 +142,7 @@ pub(super) fn ratio(a: f64, b: f64) -> Option<f64> {
     (a.is_finite() && b.is_finite()).then(|| if a == 0.0 { 0.0 } else { a / b })
 }
 
-/// A picture, with its noise around each pixel and tile.
+/// A picture, with the noise of each pixel and tile and of their surroundings.
 struct NoisyPicture {
     values: Vec<[f64; 3]>,
     variance: Vec<[f64; 3]>,
@@ -187,21 +188,21 @@ fn is_known(variance: &[f64; 3]) -> bool {
     variance.iter().all(|v| v.is_finite())
 }
 
-/// Maximum number of samples that make up a pixel whose variance counts as the variance of rare
-/// samples.
+/// The variance of a pixel counts as the variance of rare samples if at most this number of samples
+/// could make up the pixel.
 const FEW_SAMPLES: f64 = 4.0;
 
 /// Mean number of rare samples per tile above which most tiles have a correct variance.
 const RARE_OF_A_TILE: f64 = 4.0;
 
-/// Approximate number of samples that make nearly all of the noise of two pictures. `None` if there
-/// are many, or if they are equally likely in both pictures: differences are then symmetric, even
-/// for rare samples.
+/// Approximate number of rare samples that make nearly all of the noise of two pictures. `None` if
+/// there are many such samples, or if they are equally likely in both pictures: differences are
+/// then symmetric, even for rare samples.
 ///
 /// A single sample that makes up its pixel, of mean m, has a variance of m², and k equal samples
-/// have m² / k. If pixels of few samples have most of all variance, the number of terms of this
-/// size is `(Σ v)² / Σ v²`. The variances of each pixel show if the pictures were sampled alike:
-/// then both have equal chances to be larger, for any tails.
+/// have m² / k. If pixels made of few samples have most of the variance, the number of terms of
+/// this size is `(Σ v)² / Σ v²`. The two variances of each pixel show if the pictures were sampled
+/// alike: each is then larger with the same probability, for any tails.
 fn rare_samples(sources: &[NoisyPicture; 2], tiles: usize) -> Option<f64> {
     let sum = |v: &[f64; 3]| v.iter().sum::<f64>();
     let (mut all, mut rare, mut squares) = (0.0, 0.0, 0.0);
@@ -232,7 +233,7 @@ fn rare_samples(sources: &[NoisyPicture; 2], tiles: usize) -> Option<f64> {
     (!is_alike && rare > 0.5 * all && events < RARE_OF_A_TILE * tiles as f64).then_some(events)
 }
 
-/// Means over squares of `2 · radius + 1` entries around each entry, over known entries.
+/// Mean of the known entries in the square of `2 · radius + 1` entries around each entry.
 fn surroundings(variance: &[[f64; 3]], width: usize, radius: usize) -> Vec<[f64; 3]> {
     let height = variance.len() / width.max(1);
     let around = |at: usize, end: usize| at.saturating_sub(radius)..(at + radius + 1).min(end);
@@ -290,7 +291,8 @@ impl Grid {
         Rect { min, max }.intersection(self.window)
     }
 
-    /// Means over the tiles of the values of the window's pixels.
+    /// Mean of the known variances in each tile. `variance` has one entry for each pixel of the
+    /// window.
     fn means(self, variance: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let mut of_tile: Vec<Vec<&[f64; 3]>> = vec![Vec::new(); self.tiles()];
         for (at, v) in self.window.pixels().zip(variance) {
@@ -306,9 +308,9 @@ pub(super) struct NoiseTile {
     pub(super) pixels: f64,
     /// Sums of reference and image.
     pub(super) sums: [[f64; 3]; 2],
-    /// Mean variance of the difference of a pixel.
+    /// Variance of a pixel's difference, mean over the pixels.
     variance: [f64; 3],
-    /// Mean variance, including the tiles around.
+    /// Variance of a pixel's difference, estimated also from the tiles around.
     pub(super) wide_variance: [f64; 3],
     /// Number of pixels that may have common errors.
     pub(super) sharing: f64,
@@ -347,7 +349,8 @@ impl NoiseTile {
         self.sums.map(|sums| sums[channel] / self.pixels)
     }
 
-    /// Variance of the difference of the means, if `sharing` pixels have common errors.
+    /// Variance of the difference of the means, if `sharing` pixels have common errors. `of_pixel`
+    /// is the variance of a pixel's difference.
     pub(super) fn variance(&self, of_pixel: f64, sharing: f64, channel: usize) -> f64 {
         // The rounding errors of all pixels may have the same sign.
         let rounding = f32::EPSILON as f64 * self.means(channel).into_iter().fold(0.0, f64::max);

@@ -10,7 +10,7 @@ impl Numbers {
         (mix(mix(self.0)) >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Box and Muller 1958.
+    /// A normally distributed number (Box and Muller 1958).
     fn normal(&mut self) -> f64 {
         let radius = (-2.0 * (1.0 - self.uniform()).ln()).sqrt();
         radius * (std::f64::consts::TAU * self.uniform()).cos()
@@ -121,8 +121,8 @@ fn false_alarms_keep_to_their_level() {
     );
 }
 
-/// Sixteen pixels of a tile have the same error: by their variances, means of tiles are four times
-/// too far off.
+/// Sixteen pixels of a tile have the same error. The errors of tile means are then four times as
+/// large as the variances of pixels suggest.
 #[test]
 fn shared_errors_are_allowed_for() {
     let mut numbers = Numbers(2);
@@ -150,9 +150,9 @@ fn shared_errors_are_allowed_for() {
     assert_eq!(alarms(40, 0.05, || next.next().unwrap()), 40);
 }
 
-/// Errors of disks of 33 pixels across, and of the whole, are correlated, and variances may or may
-/// not include them. Tests that assume independent tiles find differences. The other tests do not,
-/// but still find a brighter whole.
+/// Errors are correlated within disks of 33 pixels across, or over the whole picture. Variances may
+/// or may not include these errors. Tests that assume independent tiles report differences. The
+/// other tests do not, but still find a picture that is brighter as a whole.
 #[test]
 fn errors_that_cross_tiles_are_allowed_for() {
     let mut numbers = Numbers(5);
@@ -219,7 +219,7 @@ fn differences_are_found_where_they_are() {
         pixels.for_each(|(at, pixel)| *pixel = f(at, *pixel));
         judge((&a, &image), 0.01)
     };
-    // A change of the whole by 1 %, with a pixel error of 7.5 %
+    // Change the whole by 1 %, with a pixel error of 7.5 %
     let test = changed(&|_, p| p.map(|v| 1.01 * v));
     let worst = test.worst().unwrap();
     assert!(test.differs() && worst.scale == Scale::Whole, "{test:?}");
@@ -228,7 +228,7 @@ fn differences_are_found_where_they_are() {
         "{worst:?}"
     );
 
-    // A change of one pixel's green
+    // Change the green of one pixel
     let place = UVec2::new(77, 33);
     let test = changed(&|at, [r, g, b]| [r, if at == place { 3.0 * g } else { g }, b]);
     let worst = test.worst().unwrap();
@@ -239,7 +239,7 @@ fn differences_are_found_where_they_are() {
     assert_eq!(worst.window.min, place);
     assert!(worst.score > 9.0 && worst.p < 0.0025, "{worst:?}");
 
-    // A change of a tile by 5 %, and of its neighbour by −5 %
+    // Change a tile by 5 %, and its neighbour by −5 %
     let test = changed(&|at, p| match (at / TILE_SIZE).to_array() {
         [3, 2] => p.map(|v| 1.05 * v),
         [4, 2] => p.map(|v| 0.95 * v),
@@ -262,7 +262,7 @@ fn what_is_not_known_is_not_judged() {
     assert_eq!(Significance::new(WINDOW, (&a.0, &a.1), (&b.0, &b.1), 0.01), None);
     b.1.variance.truncate(5);
     assert_eq!(Significance::new(WINDOW, (&a.0, &a.1), (&b.0, &b.1), 0.01), None);
-    // Without noise, rounding is not a difference, and every larger change is.
+    // Without noise, a rounding error is not a difference, and every larger change is a difference.
     let same = (
         a.0.clone(),
         Noise {

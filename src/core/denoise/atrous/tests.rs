@@ -35,7 +35,7 @@ fn wall(albedo: impl Fn(usize) -> f32, light: impl Fn(usize) -> f32, noise: f32)
     }
 }
 
-/// Mean, and variance around it, of pixels in these columns.
+/// Mean and variance of the pixels in these columns.
 fn moments(picture: &[Vec3], columns: std::ops::Range<usize>) -> (f64, f64) {
     let values = || {
         let inside = |(i, v): (usize, &Vec3)| columns.contains(&(i % SIZE[0])).then_some(v.y as f64);

@@ -38,7 +38,7 @@ pub struct Block {
 }
 
 impl Block {
-    /// Block of one sample. `radiance` is a sum in double precision.
+    /// Block of one sample, whose `radiance` was summed in double precision.
     pub(super) fn alone(radiance: [f64; 3], surface: Option<&FirstSurface>) -> Self {
         let mut block = Self::default();
         block.add(Spectrum::from(radiance.map(|value| value as f32)), surface);
@@ -81,9 +81,9 @@ impl Block {
 
 /// Sums over all samples of one pixel.
 ///
-/// The terms are sums of blocks of samples. The first block may come in parts, each a term. The
-/// sample indices fix the terms, and the totals are exact. A pixel's bits therefore do not depend
-/// on threads, on interruptions, or on the machine that took a sample.
+/// The terms are sums of blocks of samples. The first block may come in parts; each part is then a
+/// term. The sample indices fix the terms, and the totals are exact. A pixel's bits therefore do
+/// not depend on threads, on interruptions, or on the machine that took a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Accumulator {
     pub(super) sum: [Fixed; 3],
@@ -148,7 +148,8 @@ impl Accumulator {
     /// those of one render. The spread of blocks, from which the error is estimated, is equal up to
     /// rounding.
     pub fn merge(&mut self, other: &Self) {
-        // Chan, Golub and LeVeque 1983, "Algorithms for Computing the Sample Variance"
+        // Merge the spreads (Chan, Golub and LeVeque 1983, "Algorithms for Computing the Sample
+        // Variance")
         let [n, m] = [self.samples, other.samples].map(|samples| (samples / BLOCK) as f64);
         let spread = |c: usize| {
             let between = if n * m > 0.0 {

@@ -61,7 +61,7 @@ impl Aov {
     /// method.
     pub(super) fn channel_count(self) -> usize {
         match self {
-            // Objects, parts and materials, three pairs of ranks with two channels each
+            // Three kinds (objects, parts and materials), each with six ranks of two channels
             Self::Cryptomatte => 36,
             _ => self.channels().len(),
         }

@@ -41,7 +41,7 @@ impl Backing {
     }
 }
 
-/// Sum over the samples of a pixel of the share of background that each sees.
+/// Share of background that a sample of a pixel sees, summed over the samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BackgroundSum {
     /// Exact sum of each channel.
@@ -79,7 +79,8 @@ impl BackgroundSum {
 
     /// Adds the sum of `others` samples of the same pixel to the sum of `own` samples.
     pub fn merge(&mut self, other: &Self, [own, others]: [u32; 2]) {
-        // Chan, Golub and LeVeque 1983, "Algorithms for Computing the Sample Variance"
+        // Merge the spreads (Chan, Golub and LeVeque 1983, "Algorithms for Computing the Sample
+        // Variance")
         let [n, m] = [own, others].map(|samples| f64::from(samples / BLOCK));
         let between = if n * m > 0.0 {
             luminance([0, 1, 2].map(|c| other.mean(others)[c] - self.mean(own)[c])).powi(2) * n * m / (n + m)
@@ -90,7 +91,7 @@ impl BackgroundSum {
         self.block_spread += other.block_spread + between;
     }
 
-    /// Mean share over `samples`; 0 before the first sample.
+    /// Mean share over `samples` samples; 0 before the first sample.
     pub fn mean(&self, samples: u32) -> [f64; 3] {
         self.sum.map(|sum| sum.to_f64() / f64::from(samples.max(1)))
     }

@@ -158,7 +158,7 @@ impl Coverage {
 
     /// Adds `n` samples that hit `id`.
     pub fn add(&mut self, id: u32, n: u32) {
-        // Most pixels see one id only.
+        // Fast path: most pixels show one id only
         let found = match self.0.as_slice() {
             [(only, _)] if *only == id => Ok(0),
             all => all.binary_search_by_key(&id, |&(id, _)| id),

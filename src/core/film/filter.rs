@@ -104,7 +104,7 @@ const STEPS: usize = 256;
 const PLACES: usize = 16;
 
 impl Filter {
-    /// Uniform in the pixel.
+    /// Box filter with the size of a pixel: samples are uniform in the pixel.
     pub const BOX: Self = Self {
         kind: FilterKind::Box,
         radius: 0.5,
@@ -116,7 +116,7 @@ impl Filter {
     pub fn new(kind: FilterKind, radius: f32) -> Self {
         let place = |i: usize| 2.0 * (i as f64 + 0.5) / (STEPS * PLACES) as f64 - 1.0;
         let values: Vec<f64> = (0..STEPS * PLACES).map(|i| kind.eval(place(i))).collect();
-        // Mean absolute value in a step: above 0 unless the function is 0 everywhere in it
+        // Mean absolute value in a step: above 0 unless the function is 0 everywhere in the step
         let weight = |values: &[f64]| values.iter().map(|v| v.abs()).sum::<f64>() as f32;
         let weights: Vec<f32> = values.chunks(PLACES).map(weight).collect();
         Self {
@@ -268,8 +268,8 @@ mod tests {
                 assert_eq!(filter.eval(Vec2::new(0.0, 1.001 * radius)), 0.0);
                 assert_eq!(filter.eval(Vec2::new(f32::NAN, 0.0)), 0.0);
 
-                // Sums of sample weights on a regular grid, in bins, against the integral over each
-                // bin
+                // Compare the sums of sample weights in bins with the integral over each bin, for a
+                // regular grid of samples
                 const BINS: usize = 8;
                 const N: usize = 512;
                 let mut found = [[0.0; BINS]; BINS];

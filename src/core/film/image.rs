@@ -26,7 +26,7 @@ pub struct Image {
     pub crop: Rect,
     /// `R G B` first, then the auxiliary channels.
     pub channels: Vec<Channel>,
-    /// Background, if the image has a channel of its coverage.
+    /// Background behind the surfaces, if the image has channels of its coverage.
     pub backing: Option<Backing>,
 }
 

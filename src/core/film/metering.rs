@@ -35,11 +35,11 @@ use std::collections::BTreeMap;
 
 /// Middle grey, the target of the log-average.
 const MIDDLE_GREY: f32 = 0.18;
-/// Target of the log-average in front of much background.
+/// Target of the log-average for a picture with much background.
 const BEFORE_BACKGROUND: f32 = 0.28;
 /// Share of background in the picture at which [`BEFORE_BACKGROUND`] is reached.
 const BACKGROUND_SHARE: f32 = 0.25;
-/// Mean albedo above which the target rises, the exponent, and the maximum factor.
+/// Mean albedo above which the target rises. Then the exponent of the rise, and its maximum factor.
 const BRIGHT_ALBEDO: f32 = 0.4;
 const BRIGHT_POWER: f32 = 0.85;
 const MAX_BRIGHTER: f32 = 1.8;
@@ -47,9 +47,9 @@ const MAX_BRIGHTER: f32 = 1.8;
 const TRIMMED: f64 = 0.05;
 /// Maximum range of the log-average below the brightest blocks, in stops.
 const RANGE: f32 = 8.0;
-/// Range of the code of the median block; the display's range is 1.
+/// Range to which the code of the median block is limited. Codes are from 0 to 1.
 const MEDIAN: [f32; 2] = [0.35, 0.6];
-/// Code of the median block below which highlights are not protected.
+/// Minimum code of the median block after the protection of highlights.
 const MIN_MEDIAN: f32 = 0.25;
 /// Maximum share of white blocks.
 const CLIPPED: f64 = 0.02;
@@ -57,7 +57,7 @@ const CLIPPED: f64 = 0.02;
 const WHITE: f32 = 254.5 / 255.0;
 /// Exposure for the light of the studio, in stops.
 const STUDIO: f32 = 0.15;
-/// Share of the way from there to the metered value, and its maximum in stops.
+/// Share of the way from [`STUDIO`] to the metered value. Then the maximum of this shift, in stops.
 const SUBJECT: f32 = 0.2;
 const MAX_SHIFT: f32 = 1.0;
 /// Edge of a block in pixels.
@@ -114,7 +114,7 @@ struct Meter {
     luminances: Vec<f32>,
     /// Largest channel of each block, in ascending order.
     peaks: Vec<f32>,
-    /// Target of the log-average.
+    /// Target of the log-average luminance.
     key: f32,
 }
 
@@ -204,8 +204,8 @@ impl Meter {
         rounded(stops)
     }
 
-    /// Mean of the base-2 logarithms of the luminances, without the ends. `None` for a black
-    /// picture.
+    /// Mean of the base-2 logarithms of the luminances, without the darkest and the brightest
+    /// blocks ([`TRIMMED`]). `None` for a black picture.
     fn log_average(&self) -> Option<f32> {
         let all = &self.luminances;
         let brightest = *all.last()?;
@@ -370,7 +370,7 @@ mod tests {
         for light in [0.0, -1.0, f32::NAN, f32::INFINITY] {
             assert_eq!(stops(&picture([8, 8], |_, _| Some(light)), Curve::Agx), 0.0, "{light}");
         }
-        // Background only
+        // A picture of background only
         assert!((stops(&picture([8, 8], |_, _| None), Curve::Agx) + 12.44).abs() < 0.02);
         let mut image = picture([8, 8], |_, _| Some(1.0));
         image.channels.clear();

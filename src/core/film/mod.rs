@@ -154,8 +154,8 @@ impl Film {
         self.tiles.first().map_or(0, Tile::parts)
     }
 
-    /// Separates the light of samples by `paths`. The last parts of [`Film::with_parts`] are its
-    /// layers.
+    /// Separates the light of samples by `paths`. The last parts of [`Film::with_parts`] are the
+    /// layers of `paths`.
     pub fn tell_paths(&mut self, paths: &Arc<LightPaths>) {
         self.tiles.iter_mut().for_each(|tile| tile.tell_paths(paths.clone()));
     }
@@ -308,7 +308,7 @@ impl Film {
         squared.is_finite().then(|| squared.sqrt())
     }
 
-    /// Square root of each tile's error, in all its pixels.
+    /// Channel that has in each pixel the square root of the error of its tile.
     pub fn error_map(&self) -> Channel {
         Image::error_map(self)
     }

@@ -38,7 +38,8 @@ fn transposed(values: &[f32], width: usize) -> Vec<f32> {
 /// Weights of the old values of a line for each new value.
 struct Axis {
     is_smaller: bool,
-    /// First value and weights, which sum to 1.
+    /// For each new value: index of the first old value, and weights of the old values from there
+    /// on, which sum to 1.
     taps: Vec<(usize, Vec<f32>)>,
 }
 
@@ -75,7 +76,7 @@ impl Axis {
         }
         let min = seen.clone().map(|(value, _)| *value).fold(f32::INFINITY, f32::min);
         let max = seen.map(|(value, _)| *value).fold(f32::NEG_INFINITY, f32::max);
-        // `max` and `min` accept NaN, where `clamp` would panic.
+        // `max` and `min` accept NaN; `clamp` would panic.
         sum.max(min).min(max)
     }
 }

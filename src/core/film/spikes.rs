@@ -28,7 +28,7 @@ pub struct Spikes {
     pub value: f64,
     /// Standard error of `value`.
     pub error: f64,
-    /// Median of the pixels around it.
+    /// Median of the pixels around the brightest spike.
     pub around: f64,
 }
 

@@ -4,7 +4,8 @@ use super::fixed::Narrow;
 use super::{Accumulator, BackgroundSum, Coverage, FeatureSums, Film, Fixed, PartSum, Tile};
 use crate::math::UVec2;
 
-/// Names of sums: of [`Fixed`], of [`Narrow`], and of floats.
+/// Names of the sums of type [`Fixed`]. Then the names of the sums of type [`Narrow`], and of the
+/// floats.
 const FIXED: [&str; 8] = [
     "sum.R",
     "sum.G",

@@ -160,7 +160,7 @@ impl Tile {
         self.parts
     }
 
-    /// Starts to separate light by paths. Their parts are the last parts.
+    /// Starts to separate light by `paths`. The layers of `paths` are the last parts.
     pub(super) fn tell_paths(&mut self, paths: Arc<LightPaths>) {
         self.light_paths = Some(paths);
     }
@@ -267,7 +267,8 @@ impl Tile {
         self.backing
     }
 
-    /// Sum over the samples of `pixel` of the share of background that each sees, if summed.
+    /// Share of background that a sample of `pixel` sees, summed over the samples, if the film sums
+    /// it.
     pub fn background(&self, pixel: UVec2) -> Option<BackgroundSum> {
         self.background.get(self.index(pixel)?).copied()
     }

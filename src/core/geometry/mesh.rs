@@ -3,16 +3,16 @@
 //!
 //! A difference between the two normals has three consequences:
 //!
-//! - A viewer may see the back of the shading normal on the front of the facet: black rims.
-//!   `SurfacePoint::seen_from` bends the shading normal until the mirror direction is outside
+//! - A viewer may see the back of the shading normal on the front of the facet, which gives black
+//!   rims. `SurfacePoint::seen_from` bends the shading normal until the mirror direction is outside
 //!   (Keller et al. 2017).
 //! - Facets would cast shadows on each other at grazing angles, the shadow terminator. Rays beyond
 //!   a facet's horizon start at the height of the curved surface (Hanika 2021), along the geometric
 //!   normal on either side.
 //! - A direction may be in front of the surface by one normal and behind it by the other. It
 //!   scatters by the shading normal, and the ray starts on the side of the shading normal. Geometry
-//!   in its way, such as the wall itself, blocks it. The usual method against leaks rejects these
-//!   directions. It left whole facets black at the terminator of a coarse sphere
+//!   in the way of this ray, such as the wall itself, blocks it. The usual method against leaks
+//!   rejects these directions. It left whole facets black at the terminator of a coarse sphere
 //!   (`tests/it/materials/surfaces.rs`).
 //!
 //! Each triangle in world space stores its normal and its part of the ray offset, a `Facet` of 16
@@ -163,7 +163,8 @@ impl Mesh {
     pub fn tangents(&self, prim: PrimId, [p0, p1, p2]: [Vec3; 3]) -> Option<[Vec3; 2]> {
         let [t0, t1, t2] = self.corner_uvs(prim)?;
         let ([e1, e2], [d1, d2]) = ([p1 - p0, p2 - p0], [t1 - t0, t2 - t0]);
-        // p = p₀ + u ∂p/∂u + v ∂p/∂v at the three corners, solved up to the length
+        // Solve p = p₀ + u ∂p/∂u + v ∂p/∂v at the three corners for the directions of both
+        // derivatives
         let side = 1f32.copysign(d1.perp_dot(d2));
         let du = ((d2.y * e1 - d1.y * e2) * side).try_normalize()?;
         let dv = ((d1.x * e2 - d2.x * e1) * side).try_normalize()?;
@@ -354,16 +355,16 @@ impl SurfacePoint {
     /// `normals` at its corners. `b` are the weights of the corners.
     ///
     /// The shading normal is interpolated. Rays start at the height of the curved surface over the
-    /// facet, if it bulges to their side. Otherwise the facets' edges would be visible at grazing
-    /// angles. The height follows Hanika 2021, "Hacking the Shadow Terminator", eq. 1: the point is
-    /// projected onto the planes at the corners in front of it, and the projections are
-    /// interpolated.
+    /// facet, if the curved surface bulges to their side. Otherwise the facets' edges would be
+    /// visible at grazing angles. The height follows Hanika 2021, "Hacking the Shadow Terminator",
+    /// eq. 1: the point is projected onto the planes at the corners in front of it, and the
+    /// projections are interpolated.
     #[inline(never)]
     pub(super) fn curved(self, corners: [Vec3; 3], normals: [Vec3; 3], b: [f32; 3]) -> Self {
         let mut ns = Vec3::ZERO;
         let mut curvature_offset = [0.0; 2];
         for i in 0..3 {
-            // Flip vertex normals that are on the other side of the winding.
+            // Flip vertex normals that are not on the side of the geometric normal.
             let n = normals[i] * 1f32.copysign(normals[i].dot(self.ng));
             ns += b[i] * n;
             let height = (corners[i] - self.p).dot(n);
@@ -379,7 +380,7 @@ impl SurfacePoint {
     /// The point with the shading normal `bumped` of a bump or normal map, a vector in the frame of
     /// two unit tangents and the present shading normal.
     pub fn with_bumps(self, [du, dv]: [Vec3; 2], bumped: Vec3) -> Self {
-        // Tangent to the surface of the shading normal
+        // Project the tangents onto the plane perpendicular to the shading normal
         let onto = |t: Vec3| (t - self.ns * t.dot(self.ns)).try_normalize().unwrap_or(Vec3::ZERO);
         let n = bumped.x * onto(du) + bumped.y * onto(dv) + bumped.z * self.ns;
         let ns = n.try_normalize().filter(|n| n.dot(self.ng) > 0.0);
@@ -414,9 +415,9 @@ impl SurfacePoint {
     }
 
     /// The point with the shading normal bent by the minimum amount that puts the mirror direction
-    /// of `wo`, the unit direction to the viewer, outside the facet. Otherwise there are black rims
-    /// (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System", appendix
-    /// A.3: the mirror direction is moved to the horizon).
+    /// of `wo`, the unit direction to the viewer, outside the facet. Without the bend, there are
+    /// black rims (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System",
+    /// appendix A.3: the mirror direction is moved to the horizon).
     pub fn seen_from(self, wo: Vec3) -> Self {
         if !self.bends_for(wo) {
             return self;

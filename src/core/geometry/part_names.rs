@@ -22,7 +22,7 @@ pub struct PartNames {
 /// A part in the hash table.
 #[derive(Clone, Copy, Debug)]
 struct Slot {
-    /// Hash of its names, so that names of different parts are rarely compared.
+    /// Hash of the part's names, so that names of different parts are rarely compared.
     hash: u32,
     part: u32,
 }
@@ -42,7 +42,7 @@ impl PartNames {
             return UNNAMED;
         }
         if self.table.len() < self.ends.len() {
-            // The table was freed.
+            // Fill the table again: [`Self::shrink_to_fit`] freed it
             self.fill_table();
         }
         let hash = hash(object, groups);

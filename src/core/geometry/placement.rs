@@ -9,7 +9,7 @@
 //! roundings of |M| |M⁻¹| (|p| + |t|), so the ray offset is larger if an instance is far from the
 //! origin. By the same bound, points keep a distance from the edges of their triangle
 //! (`PlacedTriangle::point`). Nearer to an edge, rounding could put the start of a ray behind the
-//! neighbour, and paths would leak (docs/notebook/2026-11.md, "Leaks in instances").
+//! neighbouring triangle, and paths would leak (docs/notebook/2026-11.md, "Leaks in instances").
 //!
 //! A moving placement is a list of matrices with linear interpolation, because Embree interpolates
 //! matrices linearly. Backends and shading use the same motion; rotations are divided into enough
@@ -122,7 +122,7 @@ pub struct PlacedTriangle {
     pub corners: [Vec3; 3],
     /// Unit shading normals at the corners, if any.
     normals: Option<[Vec3; 3]>,
-    /// Transform of its instance, if it is placed.
+    /// Transform of the triangle's instance, if any.
     placement: Option<Affine3A>,
     /// True if the second and the third corner are swapped.
     is_mirrored: bool,
@@ -147,7 +147,7 @@ impl PlacedTriangle {
             placement,
             is_mirrored: m.matrix3.determinant() < 0.0,
         };
-        // Keep the front on the front.
+        // Swap two corners, so that the front stays the front
         if placed.is_mirrored {
             placed.corners.swap(1, 2);
             if let Some(normals) = &mut placed.normals {
@@ -164,15 +164,15 @@ impl PlacedTriangle {
 
     /// Point at the barycentric coordinates `b1`, `b2` of the mesh's second and third corner.
     ///
-    /// If an instance places the triangle, the point keeps a distance from its edges, the bound on
-    /// the error of an intersector. Nearer to an edge, rays could start behind the neighbouring
-    /// triangle.
+    /// If an instance places the triangle, the point keeps a distance from the triangle's edges:
+    /// the bound on the error of an intersector. Nearer to an edge, rays could start behind the
+    /// neighbouring triangle.
     pub fn point(&self, b1: f32, b2: f32) -> SurfacePoint {
         let (b1, b2) = if self.is_mirrored { (b2, b1) } else { (b1, b2) };
         let mut b = [1.0 - b1 - b2, b1, b2];
         let facet = Facet::new(self.corners);
         let mut point = SurfacePoint::new(self.corners, facet, b1, b2);
-        // Corners may have been interpolated in time, here or in an intersector.
+        // Include the error of corners that are interpolated in time, here or in an intersector
         let mut error = gamma(4) * point.p.abs();
         if let Some(m) = &self.placement {
             error += rounding(m, point.p);

@@ -46,8 +46,9 @@ impl Side {
 
 impl SurfacePoint {
     /// Returns true if the unit direction `w` is on the same side by the shading normal and by the
-    /// geometric normal. If not, `w` points beyond the horizon of one of the two. Light from there
-    /// is found only by paths from the camera, because a path from a light hits the other side.
+    /// geometric normal. If not, `w` points beyond the horizon of one of the two normals. Light
+    /// from this direction is found only by paths from the camera, because a path from a light hits
+    /// the other side.
     #[inline(always)]
     pub fn sides_agree(&self, w: Vec3) -> bool {
         Side::of(w.dot(self.ns)) == Side::of(w.dot(self.ng))
@@ -135,7 +136,8 @@ mod tests {
         assert_eq!(s.ng, Vec3::X);
         let right = offset_origin(&s, Vec3::new(0.1, 5.0, 0.0)).x - 1e3;
         let left = 1e3 - offset_origin(&s, Vec3::new(-0.1, 5.0, 0.0)).x;
-        // Up to the rounding of the sum, half a unit in the last place of 1000
+        // The distances equal the ray offset up to the rounding of the sum: half a unit in the last
+        // place of 1000.
         for distance in [left, right] {
             assert!(
                 (distance - s.ray_offset).abs() <= 3.1e-5 && distance > 0.0,
@@ -143,7 +145,7 @@ mod tests {
                 s.ray_offset
             );
         }
-        // Plane through the origin
+        // A plane through the origin
         let flat = Mesh {
             positions: vec![Vec3::ZERO, Vec3::Z, Vec3::X],
             triangles: vec![[0, 1, 2]],

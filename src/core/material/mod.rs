@@ -74,8 +74,8 @@ quantities! {
         /// True for a thin dielectric, which transmits light without refraction, instead of the
         /// boundary of a body.
         thin: bool = false;
-        /// Emitted radiance on the front side, W·sr⁻¹·m⁻². A texture multiplies it; with a black
-        /// constant, the texture is used alone.
+        /// Emitted radiance on the front side, W·sr⁻¹·m⁻². A texture multiplies it; if the constant
+        /// is black, only the texture is used.
         emission: Spectrum = Spectrum::ZERO, in NOT_NEGATIVE;
         /// Opacity, 0 to 1.
         opacity: f32 = 1.0, in SHARE;
@@ -241,7 +241,7 @@ impl Material {
         self.base_lobes().iter().flatten().any(Lobe::has_roughness)
     }
 
-    /// Only the dielectric part reflects diffusely.
+    /// Diffuse reflectance. With [`Gloss::Metallic`], only the dielectric part reflects diffusely.
     fn diffuse_reflectance(&self) -> Spectrum {
         match self.gloss {
             Gloss::Metallic(metallic) => self.diffuse * (1.0 - metallic),
@@ -269,7 +269,7 @@ impl Material {
                 fresnel,
             }),
             Gloss::Mirror(fresnel) => Lobe::Mirror(Mirror { reflectance, fresnel }),
-            // Facets below the limit of their formulas are a mirror.
+            // Facets whose `α` is too small for the formulas are a mirror.
             Gloss::Ggx(fresnel) if self.alpha() < MIN_ALPHA => Lobe::Mirror(Mirror { reflectance, fresnel }),
             Gloss::Ggx(fresnel) => Lobe::RoughConductor(RoughConductor::new(reflectance, alpha, fresnel)),
             Gloss::Metallic(metallic) if self.alpha() < MIN_ALPHA => {
@@ -330,12 +330,12 @@ impl Material {
         ((self.ior - 1.0) / (self.ior + 1.0)).powi(2)
     }
 
-    /// Lobe with a colourless reflection, as of dielectrics, within the energy of the mixture's
-    /// transmission.
+    /// Lobe of the transmitted light. It also reflects without colour, as dielectrics do: the
+    /// factor of the reflection is the largest channel of the transmission.
     fn transmission_lobe(&self) -> Lobe {
         let (reflectance, transmittance) = (Spectrum::splat(self.transmission.max_component()), self.transmission);
         let ior = self.ior;
-        // If the index changes little, refraction spreads light less than the facets.
+        // If the index changes little, refraction spreads light less than the slopes of the facets.
         let spread = self.alpha() * (ior - 1.0).abs().min(1.0);
         if self.thin {
             Lobe::ThinDielectric(ThinDielectric {

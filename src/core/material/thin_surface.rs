@@ -56,7 +56,7 @@ impl Material {
     pub fn thin_surface(&self) -> Option<ThinSurface> {
         let varies = self.maps.varies_bsdf() || self.maps.has_bumps();
         let has_layers = self.clearcoat > 0.0 || !self.sheen.is_black();
-        // All of a lamp is sampled, which assumes that rays always hit it.
+        // Exclude lamps: light sampling assumes that rays always hit them
         let emits = !self.emission_factor().is_black();
         if !self.thin || self.transmission.is_black() || varies || has_layers || emits {
             return None;
@@ -117,7 +117,8 @@ mod tests {
         }
     }
 
-    /// Passing and reflection have the directions and shares of the lobe.
+    /// Rays that pass and rays that are reflected have the directions and shares of the thin
+    /// dielectric lobe.
     #[test]
     fn chance_and_mirror_are_the_thin_dielectric() {
         let glass = thin(Spectrum::rgb(0.9, 0.8, 0.5), 1.5);

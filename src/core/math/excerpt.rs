@@ -20,7 +20,8 @@ pub fn excerpt(text: &str) -> Cow<'_, str> {
     Cow::Owned(start)
 }
 
-/// Maximum number of characters in a quote of a name, and the number of characters from its end.
+/// Maximum number of characters in a quote of a name. Then the number of these characters that come
+/// from the end of the name.
 const MAX_NAME_CHARS: usize = 120;
 const NAME_END: usize = 50;
 

@@ -97,7 +97,7 @@ mod tests {
         at(Vec3::NEG_Y, 0.0, 0.0, Vec3::NEG_Z);
         at(Vec3::NEG_Y, 90.0, 0.0, Vec3::X);
         at(Vec3::NEG_Y, 0.0, 90.0, Vec3::NEG_Y);
-        // Close to the exception
+        // Test an up axis close to −y
         let up = Vec3::new(1e-3, -1.0, 0.0).normalize();
         at(up, 0.0, 90.0, up);
     }

@@ -1,6 +1,6 @@
 //! Sixteen numbers or vectors at once, as arrays whose loops the compiler vectorises.
 
-// A single index for all arrays of a loop, which the compiler needs to vectorise it
+// Loops use one index for all arrays, so that the compiler can vectorise them.
 #![allow(clippy::needless_range_loop)]
 
 use super::Vec3;

@@ -16,7 +16,7 @@ pub struct Ray {
     pub t_max: f32,
     /// Time, from 0 to 1, which sets the positions of moving objects.
     pub time: f32,
-    /// Number in the scene of the absorbing body in which the ray starts; 0 outside.
+    /// Number, in the scene, of the absorbing body in which the ray starts; 0 outside of bodies.
     pub body: u32,
 }
 

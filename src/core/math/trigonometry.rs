@@ -17,10 +17,10 @@ pub fn sin_cos_eighth_turn(x: f32) -> (f32, f32) {
 /// Sine and cosine of an angle of `turns` full turns, at most 10⁶. The error is below 1.5e-7.
 #[inline(always)]
 pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
-    /// Large enough that sums with it are whole numbers.
+    /// Sums with this number are rounded to whole numbers, because it is so large.
     const WHOLE: f32 = 12_582_912.0;
-    // The nearest quarter turn, in the lowest bits, and the rest of the angle, which is exact as a
-    // fraction of a quarter turn
+    // Split the angle into the nearest quarter turn, in the lowest bits of the sum, and the rest,
+    // which is exact as a fraction of a quarter turn
     let quarters = 4.0 * turns;
     let shifted = quarters + WHOLE;
     let (sin, cos) = sin_cos_eighth_turn(FRAC_PI_2 * (quarters - (shifted - WHOLE)));

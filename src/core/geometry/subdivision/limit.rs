@@ -9,7 +9,7 @@ use crate::math::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
-/// Vertices on the limit surface. Faces are quads or triangles.
+/// Positions of the vertices on the limit surface. Faces are quads or triangles.
 pub(super) fn positions(topology: &Topology, scheme: Scheme, positions: &[DVec3], around: &[Around]) -> Vec<DVec3> {
     let [sums, sharp_sums] = sums_of_neighbours(topology, positions);
     let mut of_diagonals = Vec::new();
@@ -40,13 +40,14 @@ pub(super) fn positions(topology: &Topology, scheme: Scheme, positions: &[DVec3]
     (0..positions.len()).into_par_iter().map(limit).collect()
 }
 
-/// Corners of one vertex between sharp edges, counter-clockwise, with their values.
+/// Corners around one vertex between two sharp edges, counter-clockwise, with the positions of the
+/// neighbours.
 #[derive(Default)]
 struct Fan {
     corners: Vec<u32>,
-    /// Neighbours along the edges; one more than corners if the fan is open.
+    /// Positions of the neighbours along the edges; one more than the corners if the fan is open.
     edges: Vec<DVec3>,
-    /// Vertices opposite in quads.
+    /// Positions of the opposite vertices of quads.
     diagonals: Vec<DVec3>,
     is_closed: bool,
 }
@@ -85,8 +86,8 @@ pub(super) fn normals(
 }
 
 impl Fan {
-    /// Collects the fan of `corner`, at a vertex with `count` corners. Fans of faces with repeated
-    /// vertices may have no end.
+    /// Collects the fan of `corner`, at a vertex with `count` corners. `count` limits the search:
+    /// fans of faces with repeated vertices may have no end.
     fn follow(&mut self, topology: &Topology, positions: &[DVec3], corner: u32, count: u32) {
         self.corners.clear();
         self.edges.clear();

@@ -44,16 +44,16 @@ pub struct ControlMesh<'a> {
     pub sizes: &'a [u32],
     /// Position index of each corner.
     pub corners: &'a [u32],
-    /// Index of the texture coordinates of each corner, out of range for none; empty if no corner
-    /// has any.
+    /// Index of the texture coordinates of each corner; out of range if the corner has none. Empty
+    /// if no corner has any.
     pub uv_corners: &'a [u32],
     /// Angle in degrees. Edges between faces at a larger angle stay sharp. Vertices between sharp
     /// edges at a larger angle keep their position.
     pub crease_angle: Option<f32>,
 }
 
-/// Triangles of a subdivided mesh. Each face of the control mesh is a consecutive range of them, in
-/// order.
+/// Triangles of a subdivided mesh. Each face of the control mesh becomes a consecutive range of
+/// these triangles, in order.
 #[derive(Clone, Debug, Default)]
 pub struct Subdivided {
     /// Vertices on the limit surface.
@@ -66,12 +66,12 @@ pub struct Subdivided {
     pub colors: Vec<[f32; 4]>,
     /// Indices of the positions of each triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// Indices of the texture coordinates of each triangle, out of range for none; empty if no
-    /// corner has any.
+    /// Indices of the texture coordinates of each triangle; out of range if a corner has none.
+    /// Empty if no corner has any.
     pub uv_triangles: Vec<[u32; 3]>,
     /// Indices of the normals of each triangle.
     pub normal_triangles: Vec<[u32; 3]>,
-    /// Edges without a smooth surface.
+    /// Numbers of edges at which the surface is not smooth.
     pub irregular: Irregular,
 }
 
@@ -81,7 +81,7 @@ impl ControlMesh<'_> {
         Scheme::of(self.sizes)
     }
 
-    /// Number of triangles of a face of `size` corners after `steps`.
+    /// Number of triangles of a face of `size` corners after `steps` steps.
     pub fn triangles_of_face(scheme: Scheme, size: u32, steps: u32) -> u64 {
         let size = u64::from(size);
         match (scheme, steps) {
@@ -91,7 +91,7 @@ impl ControlMesh<'_> {
         }
     }
 
-    /// Number of triangles after `steps`.
+    /// Number of triangles after `steps` steps.
     pub fn triangles(&self, steps: u32) -> u64 {
         let scheme = self.scheme();
         let of_faces = self
@@ -101,10 +101,10 @@ impl ControlMesh<'_> {
         of_faces.sum()
     }
 
-    /// Upper estimate of the bytes of subdividing and its result.
+    /// Upper estimate of the bytes of a subdivision in `steps` steps, including the result.
     pub fn bytes(&self, steps: u32) -> u64 {
         let per_triangle = match self.scheme() {
-            // Measured in the test of memory
+            // Bytes per triangle, measured in the test of memory
             Scheme::CatmullClark => 150,
             Scheme::Loop => 170,
         };
@@ -113,7 +113,7 @@ impl ControlMesh<'_> {
         self.triangles(steps) * (per_triangle + of_uvs + of_colors)
     }
 
-    /// Returns true if the indices of `steps` fit in 32 bits.
+    /// Returns true if the indices of the mesh after `steps` steps fit in 32 bits.
     pub fn fits_indices(&self, steps: u32) -> bool {
         // A step makes up to 6 entries for each triangle
         steps <= MAX_STEPS && self.triangles(steps).saturating_mul(6) < u64::from(u32::MAX)
@@ -195,7 +195,8 @@ impl ControlMesh<'_> {
         }
     }
 
-    /// Makes edges sharp whose faces meet at an angle above `crease_angle`.
+    /// Makes edges sharp if the angle between their faces is above `crease_angle`. Pins vertices at
+    /// which two sharp edges turn by more than this angle.
     fn make_creases(&self, topology: &mut Topology) {
         let Some(degrees) = self.crease_angle else { return };
         let min_cosine = f64::from(degrees).to_radians().cos();
@@ -218,8 +219,8 @@ impl ControlMesh<'_> {
                 *sharpness = f32::INFINITY;
             }
         }
-        // Sharp edges that turn: the sum of their directions away from the vertex is 0 if they do
-        // not turn
+        // Find vertices at which two sharp edges turn. If the edges do not turn, the sum of their
+        // directions away from the vertex is 0
         let mut sums = vec![(0, DVec3::ZERO); self.positions.len()];
         let sharp = (0..)
             .zip(&topology.sharpness)
@@ -232,21 +233,22 @@ impl ControlMesh<'_> {
                 sums[vertex].1 += direction;
             }
         }
-        // The sum of unit vectors that turn by θ has the square 2 − 2 cos θ
+        // The sum of two unit vectors that turn by θ has the square 2 − 2 cos θ
         let max_square = 2.0 - 2.0 * min_cosine;
         let turns = |&(count, sum): &(u32, DVec3)| count == 2 && sum.length_squared() > max_square;
         topology.pinned = sums.iter().map(turns).collect();
     }
 }
 
-/// Texture coordinates and the faces of their islands.
+/// Texture coordinates, and the topology of the faces that they connect (islands).
 struct UvMesh {
     topology: Topology,
     values: Vec<DVec2>,
 }
 
 impl UvMesh {
-    /// Texture coordinates of a mesh whose positions have a `topology`; `None` if it has none.
+    /// Texture coordinates of `mesh`, whose positions have the topology `topology`; `None` without
+    /// texture coordinates.
     fn new(mesh: &ControlMesh, topology: &Topology) -> Option<Self> {
         if mesh.uv_corners.is_empty() {
             return None;
@@ -259,7 +261,7 @@ impl UvMesh {
             let [first, second] = *corners;
             let of_positions = topology.edges[first as usize];
             *sharpness = sharpness.max(topology.sharpness[of_positions as usize]);
-            // Islands of several faces may overlap
+            // Islands may overlap: separate faces that have a common edge in the texture only
             if second != NONE && topology.edges[second as usize] != of_positions {
                 *sharpness = f32::INFINITY;
                 corners[1] = NONE;
@@ -276,8 +278,8 @@ impl UvMesh {
         self.topology = self.topology.refined(scheme);
     }
 
-    /// Index of each corner. [`NONE`] for all corners of a face if a corner has no texture
-    /// coordinates.
+    /// Index of the texture coordinates of each corner after `steps` steps. [`NONE`] for all
+    /// corners of a face of `mesh` if one of its corners has no texture coordinates.
     fn corners(&self, mesh: &ControlMesh, scheme: Scheme, steps: u32) -> Vec<u32> {
         let mut corners = self.topology.vertices.clone();
         let count = mesh.uvs.len() as u32;

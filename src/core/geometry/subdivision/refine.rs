@@ -38,9 +38,9 @@ pub(super) struct Around {
     pub corners: u32,
     /// Number of sharp edges.
     pub sharp: u32,
-    /// Sum of their sharpness.
+    /// Sum of the sharpness of these edges.
     pub sharpness: f32,
-    /// True if the vertex keeps its position by the crease angle.
+    /// True if the vertex keeps its position because of the crease angle.
     pub is_pinned: bool,
 }
 
@@ -78,7 +78,7 @@ pub(super) fn around_vertices(topology: &Topology) -> Vec<Around> {
 }
 
 /// Sums of the values of the neighbours of each vertex: over all edges, and over sharp edges. The
-/// second is empty if no edge is sharp.
+/// second list is empty if no edge is sharp.
 pub(super) fn sums_of_neighbours<V: VertexValue>(topology: &Topology, values: &[V]) -> [Vec<V>; 2] {
     let mut of_all = vec![V::default(); values.len()];
     let has_sharp = topology.sharpness.par_iter().any(|&sharpness| sharpness > 0.0);

@@ -56,7 +56,7 @@ pub(super) struct Topology {
     pub pinned: Vec<bool>,
 }
 
-/// Numbers of edges without a smooth surface.
+/// Numbers of edges at which the surface is not smooth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Irregular {
     /// Edges of three or more faces.
@@ -209,7 +209,7 @@ impl Topology {
         Some(twin).filter(|&twin| twin != NONE && self.sharpness[edge] == 0.0)
     }
 
-    /// Half of an edge at the vertex of `corner`.
+    /// Index of the half of `edge` that touches the vertex of `corner`; each edge has two halves.
     fn half_at(&self, edge: u32, corner: u32) -> u32 {
         let [first, _] = self.ends(edge);
         2 * edge + u32::from(first != self.vertex(corner))

@@ -52,8 +52,8 @@ fn watch(embree: &Embree, deps: &Path) {
     println!("cargo::rerun-if-changed=build");
     println!("cargo::rerun-if-env-changed=LIBCLANG_PATH");
 
-    // bindgen declares each header. Their folder shows an upgrade even if the package manager sets
-    // dates older than the last build.
+    // bindgen declares each header. The folder of the headers shows an upgrade even if the package
+    // manager sets dates older than the last build.
     let headers = embree.include_dir.join("embree4");
     let library = embree.lib_dir.join(embree.library);
     println!("cargo::rerun-if-changed={}", headers.display());
@@ -76,7 +76,8 @@ fn link(embree: &Embree, multiarch: &str) {
         versioned => println!("cargo::rustc-link-lib=dylib:+verbatim={versioned}"),
     }
 
-    // An rpath set here applies only to this crate's tests. Dependents read it and set their own.
+    // An rpath set here applies only to this crate's tests. Dependent crates read the metadata
+    // `rpath` and set an rpath themselves.
     let rpath = if discover::needs_rpath(&embree.lib_dir, multiarch) {
         lib_dir.to_string()
     } else {
@@ -99,14 +100,15 @@ fn bind(embree: &Embree) -> Result<(), String> {
         // Embree's comments are not marked as documentation, but are useful as such.
         .clang_arg("-fparse-all-comments")
         .allowlist_item("(rtc|RTC).*")
-        // Never a Rust enum: a value that the header does not name would be undefined behaviour.
+        // Do not generate Rust enums: a value that the header does not name would be undefined
+        // behaviour.
         .newtype_enum("RTC.*")
         .bitfield_enum("RTC.*Flags")
         .layout_tests(true)
         .use_core()
         .rust_target(rust)
         .rust_edition(bindgen::RustEdition::Edition2024)
-        // Unlike rustfmt, it needs no installed program.
+        // Unlike rustfmt, prettyplease needs no installed program.
         .formatter(bindgen::Formatter::Prettyplease)
         .parse_callbacks(Box::new(bindgen::CargoCallbacks::new()))
         .generate()
@@ -129,7 +131,8 @@ libclang reads Embree's headers, with the help of some that come with it. How to
 To build without Embree:
   cargo build --no-default-features --features cli";
 
-/// bindgen panics without libclang. This check comes first and suppresses the panic message.
+/// Returns an error if libclang is missing. bindgen would panic, so this check comes before bindgen
+/// and suppresses the panic message.
 fn require_libclang() -> Result<(), String> {
     let hook = panic::take_hook();
     panic::set_hook(Box::new(|_| {}));
@@ -151,13 +154,13 @@ fn multiarch(target: &str) -> String {
     }
 }
 
-/// A path that the user may set. An empty path counts as unset.
+/// Path in the environment variable `name`, which the user may set. An empty path counts as unset.
 fn user_path(name: &str) -> Option<PathBuf> {
     println!("cargo::rerun-if-env-changed={name}");
     env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from)
 }
 
-/// A variable that Cargo sets.
+/// Value of the environment variable `name`, which Cargo sets.
 fn variable(name: &str) -> String {
     env::var(name).unwrap_or_else(|error| panic!("Cargo sets {name}: {error}"))
 }

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 
 /// Locations to search, in this order.
 pub struct Places {
-    /// `EMBREE_DIR`: a prefix.
+    /// Value of `EMBREE_DIR`: a prefix.
     pub embree_dir: Option<PathBuf>,
-    /// `EMBREE_INCLUDE_DIR`, with `lib_dir`: separate folders instead of a prefix.
+    /// Value of `EMBREE_INCLUDE_DIR`, with `lib_dir`: separate folders instead of a prefix.
     pub include_dir: Option<PathBuf>,
-    /// `EMBREE_LIB_DIR`.
+    /// Value of `EMBREE_LIB_DIR`.
     pub lib_dir: Option<PathBuf>,
     /// Prefix of the Embree in the project's folder.
     pub deps: PathBuf,
@@ -110,8 +110,8 @@ pub fn system_prefixes(root: &Path) -> Vec<PathBuf> {
     // Libraries installed by hand come before the distribution's, as for compilers and loaders.
     let mut prefixes = vec![root.join("usr/local")];
 
-    // Embree's own archives unpack to a folder that ends in the version. Reverse order likely puts
-    // the latest first.
+    // Embree's own archives unpack to a folder that ends in the version. In reverse order, the
+    // latest version is likely first.
     let opt = fs::read_dir(root.join("opt")).into_iter().flatten().flatten();
     let mut unpacked: Vec<_> = opt
         .map(|entry| entry.path())
@@ -138,8 +138,8 @@ pub fn needs_rpath(lib_dir: &Path, multiarch: &str) -> bool {
         .any(|dir| [real(dir), real(&dir.join(multiarch))].contains(&real(lib_dir)))
 }
 
-/// Cargo runs build scripts in the package's folder, so a relative path would have a different base
-/// than the user's.
+/// Returns an error if `path` is relative. Cargo runs build scripts in the package's folder, so a
+/// relative path would have a different base than the user's.
 fn absolute(path: &Path) -> Result<(), String> {
     if path.is_absolute() {
         Ok(())
@@ -148,7 +148,7 @@ fn absolute(path: &Path) -> Result<(), String> {
     }
 }
 
-/// Embree in a prefix, or one line about its contents.
+/// Embree in `prefix`. The error is one line about the contents of `prefix`.
 fn in_prefix(prefix: &Path, multiarch: &str) -> Result<Embree, String> {
     // Most specific first: a plain `lib` may hold the libraries of another architecture.
     let libs = [format!("lib/{multiarch}"), "lib64".into(), "lib".into()].map(|lib| prefix.join(lib));

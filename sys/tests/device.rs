@@ -10,7 +10,8 @@ struct Device(RTCDevice);
 
 impl Device {
     fn new() -> Self {
-        // SAFETY: the configuration is a C string, read during the call only. A failure gives null.
+        // SAFETY: the configuration is a C string, read during the call only. On failure, the
+        // function returns null.
         let device = unsafe { rtcNewDevice(c"threads=1".as_ptr()) };
         assert!(!device.is_null(), "no Embree device");
         Device(device)
@@ -22,14 +23,16 @@ impl Device {
     }
 
     fn property(&self, property: RTCDeviceProperty) -> isize {
-        // SAFETY: the device is alive. A property that Embree does not know is an error.
+        // SAFETY: the device is alive. For a property that Embree does not support, the call sets
+        // an error.
         unsafe { rtcGetDeviceProperty(self.0, property) }
     }
 }
 
 impl Drop for Device {
     fn drop(&mut self) {
-        // SAFETY: gives back the one reference that rtcNewDevice gave; `self` is gone afterwards.
+        // SAFETY: this releases the one reference that rtcNewDevice returned; `self` is not used
+        // afterwards.
         unsafe { rtcReleaseDevice(self.0) }
     }
 }
@@ -40,9 +43,9 @@ struct Scene(RTCScene);
 impl Scene {
     fn one_triangle(device: &Device) -> Self {
         // SAFETY: the device is alive; handles are checked for null before use. Embree allocates
-        // the buffers, aligned and padded; they are written in their format, within the size that
-        // was asked for, and before the commit. The scene holds a reference to the geometry of its
-        // own, so ours is given back.
+        // the buffers, aligned and padded; they are written in their format, within the requested
+        // size, and before the commit. The scene holds its own reference to the geometry, so the
+        // first reference is released.
         unsafe {
             let geometry = rtcNewGeometry(device.0, RTCGeometryType::RTC_GEOMETRY_TYPE_TRIANGLE);
             assert!(!geometry.is_null());
@@ -79,14 +82,15 @@ impl Scene {
     }
 
     fn occluded(&self, query: &mut Guarded<RTCRay>) {
-        // SAFETY: as for `intersect`, with a ray alone.
+        // SAFETY: as for `intersect`, with a ray but no hit.
         unsafe { rtcOccluded1(self.0, &mut query.value, ptr::null_mut()) }
     }
 }
 
 impl Drop for Scene {
     fn drop(&mut self) {
-        // SAFETY: gives back the one reference that rtcNewScene gave; `self` is gone afterwards.
+        // SAFETY: this releases the one reference that rtcNewScene returned; `self` is not used
+        // afterwards.
         unsafe { rtcReleaseScene(self.0) }
     }
 }
@@ -175,7 +179,7 @@ fn a_hit_is_read_back_and_stays_within_its_structure() {
     );
     assert_eq!([hit.Ng_x, hit.Ng_y, hit.Ng_z], [0.0, 0.0, 1.0]);
     assert_eq!((hit.geomID, hit.primID), (GEOMETRY, 0));
-    // No instance. This also checks our constant against the library's.
+    // There is no instance. This also checks the constant of the bindings against the library.
     assert!(
         hit.instID.iter().all(|&id| id == RTC_INVALID_GEOMETRY_ID),
         "instID = {:?}",
@@ -226,7 +230,7 @@ fn a_bad_call_leaves_an_error_that_is_read_once() {
     let device = Device::new();
     assert_eq!(device.error(), RTCError::RTC_ERROR_NONE);
 
-    // SAFETY: the device is alive. A type that Embree does not know is an error.
+    // SAFETY: the device is alive. For a type that Embree does not support, the call sets an error.
     let geometry = unsafe { rtcNewGeometry(device.0, RTCGeometryType(12345)) };
     assert!(geometry.is_null());
     // The error code differs between versions.
@@ -240,7 +244,7 @@ fn flags_combine() {
     let scene = Scene::one_triangle(&device);
     let flags = RTCSceneFlags::RTC_SCENE_FLAG_ROBUST | RTCSceneFlags::RTC_SCENE_FLAG_COMPACT;
 
-    // SAFETY: the scene is alive, and no other thread has it.
+    // SAFETY: the scene is alive, and no other thread has its handle.
     let read_back = unsafe {
         rtcSetSceneFlags(scene.0, flags);
         rtcGetSceneFlags(scene.0)

@@ -46,7 +46,7 @@ fn install(prefix: &Path, version: Version, library: &str) {
     write(&prefix.join(library), "");
 }
 
-/// Locations below the root, all empty at first.
+/// Places to search below `root`, without installations at first.
 fn places(root: &Path) -> Places {
     Places {
         embree_dir: None,
@@ -171,7 +171,7 @@ fn embree_dir_comes_before_all() {
     ] {
         let prefix = root.join(library.replace('/', "_"));
         install(&prefix, Version(4, 1, 0), library);
-        // The pair of folders is ignored.
+        // `EMBREE_LIB_DIR` is ignored.
         let lib_dir = Some(root.join("nowhere"));
         let embree = discover(&Places {
             embree_dir: Some(prefix.clone()),

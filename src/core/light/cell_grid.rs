@@ -67,7 +67,7 @@ impl CellGrid {
     fn index(&self, p: Vec3) -> Option<usize> {
         let x = (p - self.min) * self.scale;
         let end = Vec3::from_array(self.counts.map(|n| n as f32));
-        // Also false for NaN
+        // Return `None` for NaN too
         if !(x.cmpge(Vec3::ZERO).all() && x.cmplt(end).all()) {
             return None;
         }

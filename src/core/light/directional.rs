@@ -15,7 +15,7 @@ pub struct DirectionalLight {
 encode_fields!(DirectionalLight { direction, irradiance });
 
 impl DirectionalLight {
-    /// The only direction of the light.
+    /// Returns the only direction of the light.
     pub(super) fn sample(&self) -> LightSample {
         LightSample {
             wi: -self.direction,

@@ -1,8 +1,8 @@
 //! Disks that emit on one side.
 //!
 //! From nearer than the radius, directions are uniform over the solid angle of the square around
-//! the disk (`sampling/spherical_rectangle.rs`). Directions beside the disk are rejected: on the
-//! axis a share of at most 1 − π/4, near the rim up to a half. From farther away, points are
+//! the disk (`sampling/spherical_rectangle.rs`). Directions beside the disk are rejected: at most a
+//! share of 1 − π/4 on the axis, and up to a half near the rim. From farther away, points are
 //! uniform over the area, which has less variance there (docs/notebook/2026-11.md, "Disks"). The
 //! disk itself is a spherical ellipse on the sphere of directions. Its uniform sampling needs
 //! elliptic integrals or their inversion for each sample (Guillén et al. 2017, "Area-Preserving
@@ -142,14 +142,16 @@ impl DiskLight {
         squared.is_nan() || squared >= f64::from(self.radius).powi(2)
     }
 
-    /// Samples emitted light from a point uniform over the area, with the cosine's density.
+    /// Samples emitted light: a point uniform over the area, and a direction with a density
+    /// proportional to the cosine.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
         let at = (self.point(u_position), self.normal);
         let pdf_position = (1.0 / self.area()) as f32;
         Emission::of_surface(at, self.ray_offset(), (self.radiance, pdf_position), u_direction)
     }
 
-    /// Densities of the points, and of the unit direction `w` if the normal is `ng`.
+    /// Density of the points per area, and of the unit direction `w` per solid angle if the normal
+    /// is `ng`.
     pub(super) fn emission_pdfs(&self, ng: Vec3, w: Vec3) -> [f32; 2] {
         [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
     }

@@ -126,7 +126,7 @@ impl Light {
     /// are the scene's, and `world` holds all of its geometry.
     ///
     /// Triangles and other lights with a size emit from points uniform over their area, with the
-    /// cosine's density. Light from infinity passes points uniform over the disk.
+    /// cosine's density. Light from infinity passes points uniform over a disk in front of `world`.
     pub fn sample_emission(
         &self,
         time: f32,

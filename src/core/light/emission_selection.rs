@@ -29,7 +29,7 @@ impl EmissionSelection {
         if count == 0 {
             return Self { ends: Vec::new() };
         }
-        // A step for each light, and the rest by power
+        // Give each light one step, and distribute the rest by power
         let min = u32::from(count <= (STEPS / 2) as usize);
         let rest = (STEPS - min * count as u32) as f64;
         let (mut steps, mut so_far) = (0, 0.0);
@@ -110,7 +110,7 @@ mod tests {
                     "{pmf} {share}"
                 );
                 if pmf > 0.0 {
-                    // First and last number of the interval
+                    // Test the first and the last number of the interval
                     for u in [before, before + pmf - 1.0 / steps] {
                         assert_eq!(selection.sample(u as f32), Some((id, pmf as f32)));
                     }

@@ -34,14 +34,14 @@ pub struct EnvironmentLight {
     distribution: Arc<Distribution2D>,
     /// Mean colour of the image over the sphere.
     mean: Spectrum,
-    /// Source of the image. It changes no light.
+    /// Source of the image. It does not affect the light.
     kind: EnvironmentKind,
 }
 
 /// Source of the image of an environment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EnvironmentKind {
-    /// A file, or the program's own code.
+    /// Picture from a file or from the program's own code.
     #[default]
     Picture,
     /// A model of the daylight sky.
@@ -65,7 +65,7 @@ encode_fields!(LatLongImage { width, height, texels });
 
 impl Encode for EnvironmentLight {
     fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
-        // The other fields follow from these, or change no light.
+        // The other fields follow from these, or do not affect the light.
         let Self {
             image,
             scale,
@@ -170,7 +170,7 @@ impl EnvironmentLight {
         &self.distribution
     }
 
-    /// Samples a direction by luminance.
+    /// Samples a direction in proportion to its luminance.
     pub(super) fn sample(&self, u: Vec2) -> Option<LightSample> {
         self.sample_at(self.distribution.sample(u))
     }
@@ -189,7 +189,7 @@ impl EnvironmentLight {
         })
     }
 
-    /// Samples light that enters `world`, its direction by luminance.
+    /// Samples light that enters `world`. Its direction is sampled in proportion to the luminance.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2, world: &Ball) -> Option<Emission> {
         let LightSample { wi, radiance, pdf, .. } = self.sample(u_direction)?;
         Some(Emission::from_infinity(-wi, radiance, pdf, u_position, world))
@@ -217,7 +217,7 @@ impl EnvironmentLight {
 
 /// Direction at `st` in [0, 1)² of the image.
 fn direction(st: Vec2) -> Vec3 {
-    // The azimuth is half a turn too small, which flips the signs of both.
+    // This azimuth is half a turn too small, which flips the signs of its sine and cosine.
     let (sin_phi, cos_phi) = sin_cos_turns(st.x);
     let (sin_theta, cos_theta) = sin_cos_turns(0.5 * st.y);
     Vec3::new(-sin_theta * sin_phi, cos_theta, sin_theta * cos_phi)

@@ -1,5 +1,5 @@
 //! Irradiance of a plane without occlusion, in closed form or by quadrature. The ground compares
-//! the arriving light with it (`scene/ground.rs`).
+//! the arriving light with this irradiance (`scene/ground.rs`).
 
 use super::environment::EnvironmentLight;
 use super::triangle::TriangleLight;
@@ -78,7 +78,7 @@ fn of_sun(light: &SunLight, n: Vec3) -> Spectrum {
     Spectrum::from(sum.map(|sum| (sum / (DISC_PLACES * DISC_PLACES) as f64) as f32))
 }
 
-/// Minimum number of quadrature points along the longer side of an environment.
+/// Minimum number of quadrature points along the longer side of an environment's image.
 const PLACES: usize = 1024;
 
 /// `∫ L(w) (w · n)⁺ dw` by the midpoint rule over the image. The image is linear between texel
@@ -111,8 +111,8 @@ fn of_environment(light: &EnvironmentLight, n: Vec3) -> Spectrum {
 
 /// Irradiance by a polygon of constant radiance: `E = L / 2 · Σ βᵢ n · (rᵢ × rᵢ₊₁) / |rᵢ × rᵢ₊₁|`,
 /// where βᵢ is the angle between two neighbouring corners as seen from the point (Lambert 1760;
-/// Arvo 1995, "Analytic Methods for Simulated Light Transport", §4.2), of the part above the
-/// horizon.
+/// Arvo 1995, "Analytic Methods for Simulated Light Transport", §4.2). The corners are the corners
+/// of the part above the horizon.
 fn of_triangle(light: &TriangleLight, p: Vec3, n: Vec3) -> Spectrum {
     light.radiance() * of_polygon(&light.corners(), light.normal(), p, n)
 }
@@ -125,7 +125,7 @@ fn of_polygon(corners: &[Vec3], front: Vec3, p: Vec3, n: Vec3) -> f32 {
     if corners[0].dot(front.as_dvec3()) >= 0.0 {
         return 0.0;
     }
-    // The part above the horizon (Sutherland and Hodgman 1974)
+    // Clip the polygon to the part above the horizon (Sutherland and Hodgman 1974)
     let mut above: Vec<DVec3> = Vec::with_capacity(corners.len() + 1);
     for i in 0..corners.len() {
         let (a, b) = (corners[i], corners[(i + 1) % corners.len()]);

@@ -1,17 +1,17 @@
 //! Choice of a light by place: tables over a grid of the scene.
 //!
 //! A table belongs to a cell of the grid and to the nearest of 26 directions to the point's normal.
-//! It has the light that each light would send there, without visibility. Grids of twice the size
-//! surround the first one, so that a wide plain does not coarsen it. A table is made from the cell
-//! only, at the first request, so that threads change no bit.
+//! It has the irradiance that each light would cause there without occlusion. Grids of twice the
+//! size surround the first one, so that a wide plain does not coarsen it. A table is made from the
+//! cell only, at the first request, so that threads change no bit.
 //!
 //! A table distinguishes up to 64 clusters, a cut of a hierarchy of the lights (`tree`; Walter et
 //! al. 2005). Within a cluster, a light is chosen by power. Traversing the hierarchy at each vertex
 //! would evaluate two boxes per level; a table needs one search.
 //!
-//! A fiftieth of the choice goes by power for any estimate, and no cluster has a probability below
-//! 2⁻²⁰: every light can be sampled. docs/notebook/2026-11.md, "By place", has the gain and the
-//! variants that were tried.
+//! A fiftieth of the choices is made by power, whatever the estimates are, and no cluster has a
+//! probability below 2⁻²⁰: every light can be sampled. docs/notebook/2026-11.md, "By place", has
+//! the gain and the variants that were tried.
 
 use super::tree::{LightTree, ReceiverRegion};
 use super::{Light, LightId, LightSampleContext};
@@ -26,7 +26,7 @@ const MAX_LEVELS: u32 = 16;
 const MAX_CLUSTERS: usize = 64;
 /// Number of representative normals: each coordinate is negative, near zero or positive.
 pub(super) const NORMALS: usize = 27;
-/// Share of the choice that goes by power at every place.
+/// Share of the choices that are made by power at every place.
 const BY_POWER: f64 = 0.02;
 /// Minimum probability of a cluster: some steps of a random number.
 const MIN_PROBABILITY: f64 = 1.0 / (1u32 << 20) as f64;
@@ -60,11 +60,11 @@ type Cell = [OnceLock<Box<[Entry]>>; NORMALS];
 /// A cluster of lights in a cumulative distribution.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
-    /// End of the cluster's interval.
+    /// End of the cluster's interval in [0, 1].
     upper: f32,
-    /// Length of the cluster's interval.
+    /// Length of the cluster's interval: the probability of the cluster.
     pmf: f32,
-    /// Position of the first light.
+    /// Position of the cluster's first light in the order of the lights.
     first: u32,
     count: u32,
 }
@@ -201,14 +201,15 @@ impl LightGrid {
         })
     }
 
-    /// Distribution in `region`. `corrected` refines the estimated irradiance of a light there.
+    /// Distribution in `region`. `corrected` takes a light and the estimate of its irradiance
+    /// there, and returns a refined estimate.
     pub fn distribution(
         &self,
         lights: &[Light],
         region: &ReceiverRegion,
         corrected: &dyn Fn(LightId, f64) -> f64,
     ) -> Box<[Entry]> {
-        // Clusters, and a separate part for each light at infinity
+        // Collect the clusters, and a separate part for each light at infinity
         let cut = self.tree.cut(lights, region, MAX_CLUSTERS).into_iter();
         let mut parts: Vec<(u32, u32, f64)> = cut
             .map(|c| {
@@ -267,7 +268,8 @@ impl LightGrid {
     }
 }
 
-/// Index of the [`NORMALS`] direction near `n`; the middle one for zero.
+/// Index of the representative direction near `n`, one of [`NORMALS`]; the middle index if `n` is
+/// zero.
 #[inline(always)]
 pub(super) fn normal_index(n: Vec3) -> usize {
     // sin 22.5°: the limit between an axis and a diagonal of a coordinate plane
@@ -276,7 +278,7 @@ pub(super) fn normal_index(n: Vec3) -> usize {
     digit(n.x) + 3 * digit(n.y) + 9 * digit(n.z)
 }
 
-/// Unit direction with the index `index`; zero for the middle one.
+/// Unit direction with the index `index`; zero for the middle index.
 pub(super) fn normal_direction(index: usize) -> Vec3 {
     let digit = |i: usize| (i % 3) as f32 - 1.0;
     Vec3::new(digit(index), digit(index / 3), digit(index / 9)).normalize_or_zero()
@@ -296,7 +298,7 @@ struct Grids {
 impl Grids {
     /// Grids for lights in the box `lights`, in a scene within `bounds`.
     fn new(lights: Bounds3, bounds: Bounds3, scene_radius: f32) -> Self {
-        // The box of the lights, extended by half its size
+        // Extend the box of the lights by half its size
         let mut inner = lights;
         if !lights.is_empty() {
             let margin = (0.5 * (lights.max - lights.min).max_element()).max(scene_radius / 64.0);
@@ -307,8 +309,8 @@ impl Grids {
             inner = bounds;
         }
         // Walls often have round coordinates, or are the scene's bounds. On a border between cells,
-        // rounding would choose a point's cell. Odd shares of the whole keep borders away from
-        // walls.
+        // rounding would choose a point's cell. Margins that are odd shares of the size keep
+        // borders away from walls.
         let margins =
             [0.013, 0.029].map(|share| share * (inner.max - inner.min).max_element().max(scene_radius / 64.0));
         inner.min -= margins[0];

@@ -15,11 +15,11 @@
 //! A new light needs a variant of [`Light`] with its module, its encoding for the scene hash
 //! (`encode_fields!`), an `add_…` function of `scene/builder.rs`, and a section in
 //! `description/light_section.rs`. The compiler reports all missing arms of a `match`. A light that
-//! rays can hit also needs `Scene::emitted` or `Scene::escaped` (`scene/mod.rs`), and a round one a
-//! hull (`scene/lamp_hulls.rs`). The ground needs its irradiance (`irradiance`). A light that can
-//! be a latitude-longitude image needs no variant. As for `sky` and `studio`, its module makes a
-//! [`LatLongImage`], and `scene/made_lights.rs` makes an [`EnvironmentLight`] of an
-//! [`EnvironmentKind`] of it.
+//! rays can hit also needs `Scene::emitted` or `Scene::escaped` (`scene/mod.rs`), and a round light
+//! needs a hull (`scene/lamp_hulls.rs`). The ground needs its irradiance (`irradiance`). A light
+//! that can be a latitude-longitude image needs no variant. As for `sky` and `studio`, its module
+//! makes a [`LatLongImage`], and `scene/made_lights.rs` makes an [`EnvironmentLight`] with an
+//! [`EnvironmentKind`] from this image.
 //!
 //! Moving lights are placed at the time of each sample. An emitting triangle stores its normal and
 //! the largest ray offset of its points, so that the end of a shadow ray costs one product.
@@ -367,7 +367,8 @@ impl Light {
 
     /// Irradiance by a light at infinity, in a scene with the radius `scene_radius`.
     fn irradiance_from_infinity(&self, region: &ReceiverRegion, scene_radius: f32) -> f64 {
-        // A disk of the scene's radius; the power of light from all directions includes all disks.
+        // The power is measured through a disk of the scene's radius. Light from all directions has
+        // one disk for each direction, and the power is their sum.
         let disk = PI * (scene_radius as f64).powi(2);
         let irradiance = self.power(scene_radius) / disk;
         match self {
@@ -387,6 +388,6 @@ impl Light {
 fn area_pdf(p: Vec3, q: Vec3, wi: Vec3, normal: Vec3, area: f64) -> f32 {
     let cos = -wi.dot(normal);
     let pdf = p.distance_squared(q) / (cos * area as f32);
-    // Edge-on, the density may be NaN: no sample.
+    // If the area is seen edge-on, the density may be NaN: there is no sample.
     if cos > 0.0 && pdf.is_finite() { pdf } else { 0.0 }
 }

@@ -50,7 +50,7 @@ impl RectangleLight {
             lengths: edges.map(Vec3::length),
             normal: edges[0].cross(edges[1]).normalize_or(Vec3::Z),
             radiance,
-            // The errors of a corner and of a vector to it
+            // Bound the rounding errors of a corner and of a vector to the corner
             ray_offset: gamma(32) * largest.max_element(),
         }
     }
@@ -156,14 +156,16 @@ impl RectangleLight {
         }
     }
 
-    /// Samples emitted light from a point uniform over the area, with the cosine's density.
+    /// Samples emitted light: a point uniform over the area, and a direction with a density
+    /// proportional to the cosine.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
         let at = (self.point(u_position), self.normal);
         let pdf_position = (1.0 / self.area()) as f32;
         Emission::of_surface(at, self.ray_offset, (self.radiance, pdf_position), u_direction)
     }
 
-    /// Densities of the points, and of the unit direction `w` if the normal is `ng`.
+    /// Density of the points per area, and of the unit direction `w` per solid angle if the normal
+    /// is `ng`.
     pub(super) fn emission_pdfs(&self, ng: Vec3, w: Vec3) -> [f32; 2] {
         [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
     }
@@ -211,7 +213,7 @@ impl RectangleLight {
 mod tests {
     use super::*;
 
-    /// Near (sampled by solid angle), far, and behind.
+    /// Tests points near the rectangle (sampled by solid angle), far from it, and behind it.
     #[test]
     fn four_points_have_the_bits_of_single_ones() {
         let edges = [Vec3::new(0.8, 0.6, 0.0), Vec3::new(-0.9, 1.2, 0.0)];

@@ -56,7 +56,8 @@ impl Default for LightChoice {
     }
 }
 
-/// Chooses one light for next-event estimation, or all. A light without power is never chosen.
+/// Chooses one light for next-event estimation, or all lights. A light without power is never
+/// chosen.
 #[derive(Clone, Debug)]
 pub struct LightSelection {
     /// Choice by weight; `None` if there is no emission.
@@ -132,8 +133,8 @@ impl LightSelection {
     }
 
     /// A grid without visibility for the surface points `points`. The number of cells is limited so
-    /// that `max_rays` rays reach all targets. `None` if there is nothing to learn: if none of
-    /// `lights` shines from many directions and there is at most one lamp, or if there are no
+    /// that `max_rays` rays suffice for all targets. `None` if there is nothing to learn: if none
+    /// of `lights` shines from many directions and there is at most one lamp, or if there are no
     /// points.
     pub fn visibility_grid(&self, lights: &[Light], points: &[Vec3], max_rays: usize) -> Option<VisibilityGrid> {
         VisibilityGrid::new((lights, self.grid.as_ref()), points, max_rays)
@@ -177,7 +178,7 @@ impl LightSelection {
         u: [Vec2; 4],
         textures: &[Texture],
     ) -> [Option<LightSample>; 4] {
-        // Samples of the same rectangle share its solid angle.
+        // If all samples are on the same rectangle, compute its solid angle only once
         let is_one = ids.iter().all(|id| id.is_none() || *id == ids[0]);
         match ids[0].map(|id| &lights[id.0 as usize]) {
             Some(Light::Rectangle(light)) if is_one => light.sample_four(to.0.p, u),

@@ -8,9 +8,9 @@
 //! turbidities 2 to 6 and a sun above the horizon; 6 to 10 is extrapolated with its formulas.
 //!
 //! Beyond the paper: with the sun below the horizon, the sky keeps the colours of sunset and
-//! darkens by a decade every 2.9° (the illuminance of civil twilight falls from about 400 lx to 3.4
-//! lx within 6°). Night begins 18° below. Directions below the horizon show a grey ground of albedo
-//! [`GROUND_ALBEDO`] under this sky and a sun of [`SUN_IRRADIANCE`].
+//! darkens by a factor of ten every 2.9° (the illuminance of civil twilight falls from about 400 lx
+//! to 3.4 lx within 6°). Night begins 18° below. Directions below the horizon show a grey ground of
+//! albedo [`GROUND_ALBEDO`] under this sky and a sun of [`SUN_IRRADIANCE`].
 
 use super::LatLongImage;
 use crate::color::Spectrum;
@@ -33,16 +33,17 @@ pub const SKY_SIZE: [usize; 2] = [512, 256];
 
 /// Elevation of the sun at which twilight ends, in degrees.
 const NIGHT: f64 = -18.0;
-/// Decades by which the sky darkens per degree of the sinking sun.
+/// Powers of ten by which the sky darkens per degree that the sun sinks.
 const TWILIGHT: f64 = 0.345;
 
 /// The sky for an elevation of the sun and a turbidity.
 #[derive(Clone, Copy, Debug)]
 pub struct Sky {
-    /// Unit vector to the sun in the frame of the image: above its middle, −z.
+    /// Unit vector to the sun in the frame of the image. The sun is above the image's middle, which
+    /// is −z.
     sun: [f64; 3],
-    /// Distributions of Y, x and y, and their zenith values divided by the distribution's zenith
-    /// value.
+    /// Distributions of Y, x and y over the sky. `zenith` has the values of Y, x and y at the
+    /// zenith, each divided by the value of its distribution there.
     perez: [Perez; 3],
     zenith: [f64; 3],
     /// Irradiance of the ground by the sun.
@@ -87,7 +88,7 @@ impl Sky {
     }
 
     /// Luminance in kcd/m² and chromaticity x, y, from the unit direction `w` above the horizon. In
-    /// its frame +y is up and the sun is above −z.
+    /// the frame of `w`, +y is up and the sun is above −z.
     fn luminance(&self, w: [f64; 3]) -> [f64; 3] {
         let cos_gamma: f64 = w.iter().zip(self.sun).map(|(a, b)| a * b).sum();
         let gamma = cos_gamma.clamp(-1.0, 1.0).acos();
@@ -99,7 +100,8 @@ impl Sky {
         values
     }
 
-    /// Radiance from the unit direction `w` in that frame; `None` below the horizon.
+    /// Radiance from the unit direction `w`, in a frame with +y up and the sun above −z; `None`
+    /// below the horizon.
     pub fn radiance(&self, w: Vec3) -> Option<Spectrum> {
         let w = w.to_array().map(f64::from);
         (w[1] >= 0.0).then(|| Spectrum::from(self.rgb(w).map(|v| v as f32)))
@@ -126,7 +128,7 @@ impl Sky {
                 texels.push(Spectrum::from(rgb.map(|v| v as f32)));
             }
         }
-        // A grey Lambertian plane, lit by the sun and the summed sky
+        // Below the horizon: a grey Lambertian plane, lit by the sun and the summed sky
         let ground = Spectrum::from(irradiance.map(|e| (GROUND_ALBEDO * e / PI) as f32));
         texels.resize(width * height, ground);
         LatLongImage { width, height, texels }
@@ -357,7 +359,7 @@ mod tests {
             let sun = f64::from(SUN_IRRADIANCE) * f64::from(elevation).to_radians().sin();
             assert!((ground / (GROUND_ALBEDO * (irradiance + sun) / PI) - 1.0).abs() < 1e-4);
             assert_eq!(image.texels[width * height / 2], image.texels[width * height - 1]);
-            // The sun's place is the brightest of its row: the middle of the image.
+            // The brightest texel in the row of the sun is in the middle of the image.
             let row = ((90.0 - elevation) / 180.0 * height as f32) as usize;
             let texels = &image.texels[row * width..(row + 1) * width];
             let brightest = (0..width).max_by(|&a, &b| texels[a].luminance().total_cmp(&texels[b].luminance()));

@@ -5,17 +5,17 @@ use std::f32::consts::FRAC_1_PI;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// Rows of bins from the top to the bottom of the sphere of directions, with equal solid angles; a
-/// small image has fewer.
+/// Number of rows of bins from the top to the bottom of the sphere of directions. Rows have equal
+/// solid angles. A small image has fewer rows.
 const ROWS: usize = 16;
-/// Bins around the vertical axis; a small image has fewer.
+/// Number of bins around the vertical axis. A small image has fewer bins.
 const COLUMNS: usize = 24;
 
 /// Directions of an infinitely distant light in bins: rows of a range of latitude, cut into
 /// columns.
 ///
-/// A bin of an environment is a rectangle of texels. So the sampling of a direction in it, and its
-/// probability, follow exactly from the light's own distribution.
+/// A bin of an environment is a rectangle of texels. So the sampling of a direction in a bin, and
+/// the probability of the bin, follow exactly from the light's own distribution.
 #[derive(Clone, Debug)]
 pub(super) struct SkyBins {
     rows: usize,
@@ -31,15 +31,16 @@ pub(super) struct SkyBins {
 /// Bins of an environment's texels.
 #[derive(Clone, Debug)]
 struct TexelBins {
-    /// First row of texels of each row of bins, then the number of rows.
+    /// First row of texels of each row of bins, then the number of rows of texels.
     row_starts: Vec<usize>,
-    /// First column of texels of each column of bins, then the number of columns.
+    /// First column of texels of each column of bins, then the number of columns of texels.
     column_starts: Vec<usize>,
     /// Row of bins of each row of texels.
     row_of: Vec<u8>,
     /// Column of bins of each column of texels.
     column_of: Vec<u8>,
-    /// For each column of bins: the probability of its texels above each row, then of all of them.
+    /// For each column of bins: the probability of its texels above each row of texels, then of all
+    /// its texels.
     above: Vec<Vec<f64>>,
 }
 
@@ -204,7 +205,7 @@ impl TexelBins {
         above[rows.end] - above[rows.start]
     }
 
-    /// Samples a row of texels in a bin; returns it with the remainder of `u`, in [0, 1).
+    /// Samples a row of texels in a bin. Returns the row with the remainder of `u`, in [0, 1).
     fn sample_row(&self, row: usize, column: usize, u: f32) -> Option<(usize, f32)> {
         let rows = self.rows(row);
         let above = &self.above[column][rows.start..=rows.end];
@@ -227,13 +228,14 @@ impl TexelBins {
 /// Direction at `u` in [0, 1)² of a constant light's bin, uniform in solid angle.
 fn uniform_in(row: usize, column: usize, u: Vec2) -> Vec3 {
     let y = 1.0 - 2.0 * (row as f32 + u.y) / ROWS as f32;
-    // The azimuth is half a turn too small, which flips the signs of both.
+    // This azimuth is half a turn too small, which flips the signs of its sine and cosine.
     let (sin, cos) = sin_cos_turns((column as f32 + u.x) / COLUMNS as f32);
     let r = (1.0 - y * y).max(0.0).sqrt();
     Vec3::new(-r * sin, y, r * cos)
 }
 
-/// Starts of bins that end at `shares` of `count` texels, then `count`. No bin is empty.
+/// First texel of each bin, then `count`. The bins divide `count` texels at the fractions `shares`,
+/// from 0 to 1. Bins without texels are left out.
 fn starts(count: usize, shares: impl Iterator<Item = f64>) -> Vec<usize> {
     let mut starts: Vec<usize> = shares.map(|share| (share * count as f64).round() as usize).collect();
     starts.dedup();

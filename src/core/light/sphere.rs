@@ -81,7 +81,8 @@ impl SphereLight {
         let depth = self.depth(p)?;
         let (p, to) = (p.as_dvec3(), self.center.as_dvec3() - p.as_dvec3());
         let distance = to.length();
-        // A disk, projected to the cap: its radius is the root of the share of the depth.
+        // Project a point of a disk to the cap: the square of the point's radius is its share of
+        // the cap's depth.
         let disk = uniform_disk(u);
         let fallen = depth * f64::from(disk.length_squared()).min(1.0);
         let scale = (depth * (2.0 - fallen)).sqrt();
@@ -90,7 +91,7 @@ impl SphereLight {
         let [right, up] = [Vec3::X, Vec3::Y].map(|axis| frame.to_world(axis).as_dvec3());
         let wi = (x * right + y * up + z * (to / distance)).normalize();
 
-        // Hit point on the near side of the sphere
+        // Compute the hit point on the near side of the sphere
         let beside = distance * distance * (x * x + y * y);
         let half_chord = (f64::from(self.radius).powi(2) - beside).max(0.0).sqrt();
         let n = (p + wi * (distance * z - half_chord) - self.center.as_dvec3()).try_normalize()?;
@@ -123,7 +124,8 @@ impl SphereLight {
     }
 
     /// Parameter along `ray`, in lengths of its direction, of the point nearest to the centre
-    /// between its ends; and its squared distance over the squared radius.
+    /// between the ray's ends. Also returns the squared distance of this point from the centre,
+    /// over the squared radius.
     fn approach(&self, ray: &Ray) -> (f64, f64) {
         let (to, d) = (self.center.as_dvec3() - ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let t = (to.dot(d) / d.length_squared()).clamp(f64::from(ray.t_min), f64::from(ray.t_max));
@@ -156,7 +158,8 @@ impl SphereLight {
         self.end_offset(0.0)
     }
 
-    /// Samples emitted light from a point uniform over the sphere, with the cosine's density.
+    /// Samples emitted light: a point uniform over the sphere, and a direction with a density
+    /// proportional to the cosine.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
         let n = uniform_sphere(u_position);
         let at = (self.center + self.radius * n, n);
@@ -164,13 +167,14 @@ impl SphereLight {
         Emission::of_surface(at, self.ray_offset(), (self.radiance, pdf_position), u_direction)
     }
 
-    /// Densities of the points, and of the unit direction `w` if the normal is `ng`.
+    /// Density of the points per area, and of the unit direction `w` per solid angle if the normal
+    /// is `ng`.
     pub(super) fn emission_pdfs(&self, ng: Vec3, w: Vec3) -> [f32; 2] {
         [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
     }
 
-    /// Position, size and emission of the light for the light tree: as for a disk of the same
-    /// radius.
+    /// Position, size and emission of the light for the light tree, as for a disk with the
+    /// same radius.
     pub(super) fn bounds(&self) -> LightBounds {
         let disk = 0.25 * self.area() as f32;
         LightBounds {

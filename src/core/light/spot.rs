@@ -79,8 +79,9 @@ impl SpotLight {
         })
     }
 
-    /// Power in watts: the integral of the falloff over directions is the inner cone and half of
-    /// the region between the cones, since the smooth step is odd about its middle.
+    /// Power in watts. The integral of the falloff over directions is the solid angle of the inner
+    /// cone plus half of the solid angle between the cones, since the smooth step is odd about its
+    /// middle.
     pub(super) fn power(&self) -> f64 {
         let solid_angle = 2.0 * PI * (1.0 - 0.5 * (self.cos_inner as f64 + self.cos_outer as f64));
         solid_angle * self.intensity.luminance() as f64

@@ -23,8 +23,8 @@ pub const STUDIO_IRRADIANCE: [f64; 3] = [3.2, 0.3, 4.0];
 /// Radiance of the wall at the nadir, at the horizon and at the zenith.
 const WALL: [f64; 3] = [0.02, 0.05, 0.10];
 
-/// A lamp: azimuth in degrees from the camera's, elevation in degrees above the horizon, and half
-/// its width and height at distance 1.
+/// A lamp: azimuth in degrees from the camera's azimuth, elevation in degrees above the horizon,
+/// and half its width and height at distance 1.
 struct Lamp {
     azimuth: f32,
     elevation: f32,
@@ -92,7 +92,7 @@ pub fn studio_image() -> LatLongImage {
     for (lamp, irradiance) in LAMPS.iter().zip(STUDIO_IRRADIANCE) {
         let frame = lamp.frame();
         let shapes: Vec<f64> = directions.clone().map(|(w, _)| lamp.shape(&frame, w)).collect();
-        // Irradiance by the lamp's texels at radiance 1
+        // Irradiance by the lamp's texels if its radiance is 1
         let unit: f64 = directions
             .clone()
             .zip(&shapes)
@@ -144,7 +144,7 @@ mod tests {
         sum * (PI / rows as f64) * (TAU / columns as f64)
     }
 
-    /// Each lamp has the stated irradiance, apart from the wall and its neighbours.
+    /// Each lamp has the stated irradiance. The wall and the other lamps add a little.
     #[test]
     fn lamps_are_as_bright_as_stated() {
         let image = studio_image();

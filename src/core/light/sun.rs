@@ -54,8 +54,8 @@ impl SunLight {
         }
     }
 
-    /// Returns true if the disc lies in the direction `wi`. For unit vectors, half the squared
-    /// distance is one minus the cosine, without its cancellation.
+    /// Returns true if the disc lies in the direction `wi`. Half the squared distance of two unit
+    /// vectors is one minus their cosine, but without cancellation.
     fn is_met(&self, wi: Vec3) -> bool {
         0.5 * (wi + self.direction).length_squared() <= self.depth
     }

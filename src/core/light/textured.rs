@@ -2,9 +2,9 @@
 //!
 //! A point is sampled as on a triangle with constant emission. The emission is looked up at the
 //! sampled point in the finest level, as at a ray hit. The triangle is chosen by the mean of the
-//! texture over it. A coarse level may be 0 where a texel emits. If direct light is only sampled,
-//! the light of the texel would be missing, so these triangles keep a small minimum weight.
-//! Triangles without emission are never chosen.
+//! texture over it. A coarse level of the texture may be 0 around a texel that emits. If direct
+//! light is only sampled, the light of the texel would be missing, so these triangles keep a small
+//! minimum weight. Triangles without emission are never chosen.
 //!
 //! A surface of opacity α emits α Le on average. A ray stops there with probability α and finds Le
 //! (`TexturedTriangle::color`). A sampled point has α Le (`TexturedTriangle::mean_color`). Both
@@ -17,7 +17,7 @@ use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::uniform_triangle;
 use crate::texture::{Mapping, Texture, TextureId};
 
-/// Maximum number of parts along a side of a triangle for its mean.
+/// Maximum number of parts along a side of a triangle for the mean of its texture.
 const PARTS: f32 = 8.0;
 /// Minimum weight of a triangle that may emit in the choice of a light, as a share of the weight of
 /// its brightest texel.
@@ -44,7 +44,7 @@ pub struct Variation {
 /// Every lookup uses the finest level, so that sampled light and hit light are the same.
 #[derive(Clone, Debug)]
 pub struct TexturedTriangle {
-    /// Triangle with constant emission, the factor of the textures.
+    /// Triangle with constant emission. The textures multiply its radiance.
     even: Even,
     variation: Variation,
     /// Mean factor of the radiance, including opacity, by which the light is chosen.
@@ -97,14 +97,14 @@ impl TexturedTriangle {
         matches!(self.even, Even::Moving(_))
     }
 
-    /// Factor of the radiance of [`TexturedTriangle::at`] where a ray stops at barycentric
+    /// Factor of the radiance of [`TexturedTriangle::at`] for a ray that stops at the barycentric
     /// coordinates `b1`, `b2` of the mesh's second and third corner.
     pub fn color(&self, b1: f32, b2: f32, textures: &[Texture]) -> Spectrum {
         self.color_at(b1, b2, 0.0, textures)
     }
 
-    /// [`TexturedTriangle::color`] times the opacity at the point, the mean over all rays; and the
-    /// opacity.
+    /// [`TexturedTriangle::color`] times the opacity at the point: the mean over rays that stop and
+    /// rays that pass. Also returns the opacity.
     pub fn mean_color(&self, b1: f32, b2: f32, textures: &[Texture]) -> (Spectrum, f32) {
         let opacity = self.opacity_at(b1, b2, 0.0, textures);
         (self.color(b1, b2, textures) * opacity, opacity)
@@ -126,7 +126,8 @@ impl TexturedTriangle {
         })
     }
 
-    /// Samples a point on the triangle, seen from `p` at `time`; `None` also if the point is black.
+    /// Samples a point on the triangle, seen from `p` at `time`; `None` if no light arrives or if
+    /// the point is black.
     #[cold]
     pub(super) fn sample(&self, p: Vec3, time: f32, u: Vec2, textures: &[Texture]) -> Option<LightSample> {
         let triangle = self.at(time);
@@ -207,8 +208,8 @@ impl TexturedTriangle {
     /// texels, or at most 64 larger ones; each is one lookup at its middle.
     ///
     /// The mean is 0 only if no point of the triangle emits. If all lookups are 0, the texels
-    /// around are searched, unless there are too many. If one emits, or may emit, the mean is a
-    /// small share of the brightest texel.
+    /// around the triangle are searched, unless there are too many. If a texel emits or may emit,
+    /// the mean is a small share of the brightest texel.
     fn mean_factor(&self, textures: &[Texture]) -> Spectrum {
         let [t0, t1, t2] = self.variation.uvs;
         let area = 0.5 * (t1 - t0).perp_dot(t2 - t0).abs();

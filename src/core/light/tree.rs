@@ -68,7 +68,7 @@ pub(super) struct ReceiverRegion {
     pub normal: Vec3,
 }
 
-/// Bound on the error of the cosine with [`ReceiverRegion::normal`] instead of the normal.
+/// Bound on the error of the cosine if [`ReceiverRegion::normal`] replaces the true normal.
 const NORMAL_SPREAD: f32 = 0.25;
 
 impl ReceiverRegion {
@@ -88,10 +88,11 @@ impl ReceiverRegion {
     }
 
     /// Estimate of the mean irradiance from a ball of light. `intensity` takes the direction to the
-    /// ball and the spread of this direction.
+    /// ball and the spread of this direction, and returns the intensity from there.
     pub fn irradiance_by(&self, center: Vec3, radius: f32, intensity: impl FnOnce(Vec3, f32) -> f32) -> f32 {
         // The mean squared distance between points of two balls is larger than the squared distance
-        // of their centres. Mean directions are shorter accordingly: zero if the balls overlap.
+        // of their centres. The direction is divided by the same distance, so it is shorter than 1,
+        // and near zero if the centres are close.
         let d = center - self.center;
         let squared = d.length_squared() + 0.5 * (self.radius * self.radius + radius * radius);
         let inverse = 1.0 / squared.sqrt();
@@ -172,7 +173,7 @@ impl LightTree {
         &self.order
     }
 
-    /// Parts all lights into at most `max` clusters for `region`. Splits the cluster with the
+    /// Divides all lights into at most `max` clusters for `region`. Splits the cluster with the
     /// largest error bound first.
     pub fn cut(&self, lights: &[Light], region: &ReceiverRegion, max: usize) -> Vec<Cluster> {
         let Some(root) = self.nodes.first() else {

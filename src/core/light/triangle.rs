@@ -24,8 +24,8 @@ pub enum TriangleSampling {
 }
 
 /// Solid angles, sr, for which sampling by solid angle pays. A smaller triangle looks the same
-/// everywhere, so area sampling is as good. A triangle of nearly the half sphere is seen from so
-/// near its plane that the arcs of its edges are inaccurate.
+/// everywhere, so area sampling is as good. A triangle that fills nearly the half sphere is seen
+/// from so near its plane that the arcs of its edges are inaccurate.
 const SOLID_ANGLES: std::ops::Range<f64> = 3e-4..6.2;
 
 /// A triangle that emits the same radiance in every direction of its front side.
@@ -33,8 +33,8 @@ const SOLID_ANGLES: std::ops::Range<f64> = 3e-4..6.2;
 pub struct TriangleLight {
     corners: [Vec3; 3],
     normal: Vec3,
-    /// Largest ray offset of its points: no point is further from the origin than the furthest
-    /// corner.
+    /// Largest ray offset of the triangle's points: no point is further from the origin than the
+    /// furthest corner.
     ray_offset: f32,
     area: f32,
     radiance: Spectrum,
@@ -108,7 +108,8 @@ impl TriangleLight {
         self.sample_at(p, self.barycentrics(p, u))
     }
 
-    /// Samples emitted light from a point uniform over the area, with the cosine's density.
+    /// Samples emitted light: a point uniform over the area, and a direction with a density
+    /// proportional to the cosine.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
         self.emission_at(uniform_triangle(u_position), u_direction)
     }
@@ -125,8 +126,8 @@ impl TriangleLight {
         )
     }
 
-    /// Densities of the points, and of the unit direction `w` if the normal is `ng`: `1 / A` and
-    /// `cos θ / π`.
+    /// Density of the points per area, `1 / A`, and of the unit direction `w` per solid angle if
+    /// the normal is `ng`, `cos θ / π`.
     pub(super) fn emission_pdfs(&self, ng: Vec3, w: Vec3) -> [f32; 2] {
         [1.0 / self.area, cosine_hemisphere_pdf(w.dot(ng))]
     }
@@ -156,7 +157,7 @@ impl TriangleLight {
             TriangleSampling::Area => self.pdf_by_area(squared, -wi.dot(self.normal)),
             TriangleSampling::SolidAngle => self.pdf(p, q, wi),
         };
-        // NaN if both points coincide
+        // The density is NaN if both points coincide.
         if !(pdf > 0.0 && pdf < f32::INFINITY) {
             return None;
         }
@@ -165,7 +166,7 @@ impl TriangleLight {
             radiance: self.radiance,
             pdf,
             is_delta: false,
-            // On the front side, where the receiving point is
+            // Move the point to the front side, on which the receiving point lies
             target: Some(q + self.normal * self.ray_offset),
         })
     }

@@ -39,11 +39,11 @@ const MAX_CLUSTERS: usize = 48;
 const MAX_INFINITE: usize = 16;
 /// Approximate share of the sky's bins to which a cell traces rays.
 const BINS_LOOKED_AT: f64 = 0.33;
-/// Rays of a cell to each cluster of lights.
+/// Number of rays from each cell to each cluster of lights.
 pub const RAYS_A_CLUSTER: u32 = 2;
 /// Share of directions that follow the light's own distribution for any visibility.
 const BY_RADIANCE: f64 = 0.1;
-/// Bound on the error of the cosine with the representative direction instead of the normal.
+/// Bound on the error of the cosine if the representative direction replaces the true normal.
 const NORMAL_SPREAD: f32 = 0.35;
 /// Minimum visible share that is assumed for every light, since there are few rays.
 const MIN_SHARE: f64 = 0.01;
@@ -51,7 +51,7 @@ const MIN_SHARE: f64 = 0.01;
 const MIN_RATE: f64 = 0.25;
 /// Units of probability in a table.
 const UNITS: u32 = 1 << 16;
-/// Value of the visible share 1.
+/// Stored value of the visible share 1.
 const VISIBLE: f32 = 255.0;
 
 /// Visible shares of lights by place.
@@ -103,9 +103,9 @@ pub enum VisibilityTarget {
 
 impl VisibilityGrid {
     /// A grid without visibility for the surface points `points`. The number of cells is limited so
-    /// that `max_rays` rays reach all targets. `grid` chooses among `lights` if there are several.
-    /// `None` if there is nothing to learn: if no light shines from many directions and there is at
-    /// most one lamp, or if there are no points.
+    /// that `max_rays` rays suffice for all targets. `grid` chooses among `lights` if there are
+    /// several. `None` if there is nothing to learn: if no light shines from many directions and
+    /// there is at most one lamp, or if there are no points.
     pub(super) fn new(
         (lights, grid): (&[Light], Option<&LightGrid>),
         points: &[Vec3],
@@ -113,7 +113,7 @@ impl VisibilityGrid {
     ) -> Option<Self> {
         let all = (0..).map(LightId).zip(lights);
         let skies = all.filter_map(|(id, light)| Some((id, light.power(1.0), SkyBins::new(light)?)));
-        // The first of lights with equal power
+        // Choose the sky with the highest power; the first if powers are equal
         let sky = skies
             .reduce(|a, b| if b.1 > a.1 { b } else { a })
             .filter(|sky| sky.1 > 0.0);
@@ -204,7 +204,7 @@ impl VisibilityGrid {
             (VisibilityTarget::Bin(_), None) => None,
             (VisibilityTarget::Cluster(number), _) => {
                 let ids = self.clusters.get(number)?;
-                // The remainder of the number samples the point.
+                // Choose a light with `u.x`. The remainder of `u.x` samples the point on the light.
                 let x = u.x * ids.len() as f32;
                 let i = (x as usize).min(ids.len().checked_sub(1)?);
                 let light = lights.get(ids[i].0 as usize)?;
@@ -354,7 +354,7 @@ impl VisibilityGrid {
     #[cold]
     #[inline(never)]
     fn make(&self, (lights, grid): (&[Light], Option<&LightGrid>), cell: usize, normal: Vec3) -> Box<Table> {
-        // Starts of the bins, and the share of the sky's light that arrives
+        // Compute the starts of the bins, and the share of the sky's light that arrives
         let (starts, share) = self
             .sky
             .as_ref()
@@ -466,8 +466,8 @@ fn units(starts: &[u16], i: usize) -> u32 {
     starts.get(i + 1).map_or(UNITS, |&end| u32::from(end)) - u32::from(starts[i])
 }
 
-/// The interval that contains `u`, for intervals with the starts `starts`; the place of `u` in it;
-/// and its units.
+/// The interval that contains `u`, for intervals with the starts `starts`; the position of `u` in
+/// the interval, from 0 to 1; and the units of the interval.
 #[inline]
 fn draw(starts: &[u16], u: f32) -> (usize, f32, u32) {
     let x = u * UNITS as f32;

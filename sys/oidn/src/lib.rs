@@ -30,8 +30,8 @@ impl Error {
     /// `None` if there was no error.
     fn of(device: OIDNDevice) -> Option<Self> {
         let mut message = ptr::null();
-        // SAFETY: the handle is a live device or null, for which the library has the errors of the
-        // thread.
+        // SAFETY: the handle is a live device or null. For null, the library returns the errors of
+        // the thread.
         let code = unsafe { oidnGetDeviceError(device, &mut message) };
         if code == OIDNError_OIDN_ERROR_NONE {
             return None;
@@ -39,8 +39,8 @@ impl Error {
         if message.is_null() {
             return Some(Self(format!("error {code}")));
         }
-        // SAFETY: the library's message ends with a zero, and is there until the next error of this
-        // thread.
+        // SAFETY: the library's message ends with a zero, and stays valid until the next error of
+        // this thread.
         let words = unsafe { CStr::from_ptr(message) }.to_string_lossy();
         Some(Self(words.into_owned()))
     }
@@ -64,14 +64,15 @@ impl Device {
     /// Device with `threads` threads. Its filters take at most `max_memory_mb` MiB without the
     /// images, and process larger pictures in tiles.
     pub fn new(threads: usize, max_memory_mb: u32) -> Result<Self, Error> {
-        // SAFETY: the type is one of the header's. Null is an answer, and handled.
+        // SAFETY: the type is a constant of the header. The function may return null, which is
+        // handled.
         let handle = unsafe { oidnNewDevice(OIDNDeviceType_OIDN_DEVICE_TYPE_CPU) };
         if handle.is_null() {
             return Err(Error::or(handle, "no device"));
         }
         let threads = i32::try_from(threads).unwrap_or(i32::MAX);
-        // SAFETY: the handle is a live device, which the parameters are set of before it is
-        // committed, as the library asks for; the wrapper owns it from then on and releases it.
+        // SAFETY: the handle is a live device. Its parameters are set before it is committed, as
+        // the library requires. The wrapper owns the handle from then on and releases it.
         let device = unsafe {
             oidnSetDeviceInt(handle, c"numThreads".as_ptr(), threads);
             // Threads bound to cores would wait for other programs on these cores.
@@ -85,7 +86,7 @@ impl Device {
     }
 
     fn raw(&self) -> OIDNDevice {
-        // SAFETY: the handle is that of a live device, and nothing here releases it.
+        // SAFETY: the handle belongs to a live device, and nothing here releases it.
         unsafe { self.device.raw() }
     }
 
@@ -164,14 +165,14 @@ impl Device {
             // SAFETY: the filter is live, and the name ends with a zero.
             unsafe { oidnSetFilterBool(filter.0, flag.as_ptr(), true) };
         }
-        // SAFETY: the filter is live, and the name ends with a zero; the value is one of the
-        // header's.
+        // SAFETY: the filter is live, and the name ends with a zero; the value is a constant of the
+        // header.
         unsafe { oidnSetFilterInt(filter.0, c"quality".as_ptr(), quality.0) };
         let limit = i32::try_from(self.max_memory_mb).unwrap_or(i32::MAX);
         // SAFETY: the filter is live, and the name ends with a zero.
         unsafe { oidnSetFilterInt(filter.0, c"maxMemoryMB".as_ptr(), limit) };
-        // SAFETY: the filter is live, and so is all that it refers to; it is done when the call
-        // returns.
+        // SAFETY: the filter is live, and everything that it refers to is live; the filter is done
+        // when the call returns.
         unsafe {
             oidnCommitFilter(filter.0);
             oidnExecuteFilter(filter.0);
@@ -204,8 +205,8 @@ struct Filter(OIDNFilter);
 
 impl Filter {
     fn new(device: &Device) -> Result<Self, Error> {
-        // SAFETY: the handle is a live device, and the name ends with a zero. Null is an answer,
-        // and handled.
+        // SAFETY: the handle is a live device, and the name ends with a zero. The function may
+        // return null, which is handled.
         let handle = unsafe { oidnNewFilter(device.raw(), c"RT".as_ptr()) };
         if handle.is_null() {
             return Err(Error::or(device.raw(), "no filter"));

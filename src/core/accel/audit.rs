@@ -252,14 +252,14 @@ mod tests {
     fn wrong_backends_are_found() {
         let inside = [down(0.2, 0.3), down(5.0, 0.3)];
         assert_eq!(audit(&inside, 1.0, Some).count(), 0);
-        // Missing hits, for the closest hit and for occlusion
+        // Test a backend that misses all hits: closest hits and occlusion
         let blind = audit(&inside, 1.0, |_| None);
         assert_eq!(
             (blind.rays(), blind.count(), blind.caused_by(Cause::Unexplained)),
             (4, 2, 2)
         );
         assert_eq!(blind.disagreements.len(), 2);
-        // Distance errors above and below the rounding bound
+        // Test distance errors above and below the rounding bound
         let off = audit(&inside, 1.0, |hit| {
             Some(Hit {
                 t: hit.t * 1.001,
@@ -502,7 +502,7 @@ mod tests {
         let rays: Vec<Ray> = (0..20_000).map(|i| down(i as f32 * 1e-5, 0.3)).collect();
         let checked = |share| audit(&rays, share, Some).rays() as f64;
         assert_eq!((checked(0.0), checked(1.0)), (0.0, 40_000.0));
-        // Binomial: 400 with a standard deviation of 20
+        // The number is binomial: 400 with a standard deviation of 20
         assert!((checked(0.01) - 400.0).abs() < 100.0, "{}", checked(0.01));
     }
 }

@@ -69,7 +69,7 @@ impl Cause {
         Self::Unexplained,
     ];
 
-    /// Name for users.
+    /// Name of the cause, for users.
     pub fn name(self) -> &'static str {
         match self {
             Self::Edge => "edge",

@@ -28,7 +28,7 @@ impl Blinn {
         };
         let (cos_o, cos_i, cos_h) = (wo.z.abs(), wi.z.abs(), wh.z.abs());
         let d = (self.exponent + 2.0) / (2.0 * PI) * cos_h.powf(self.exponent);
-        // Shadowing and masking in V-shaped grooves
+        // Factor for shadowing and masking in V-shaped grooves
         let g = (2.0 * cos_h * cos_o.min(cos_i) / cos_oh).min(1.0);
         (
             self.reflectance * self.fresnel.reflectance(cos_oh) * (d * g / (4.0 * cos_i * cos_o)),

@@ -32,7 +32,7 @@ impl Dielectric {
         if cos_o == 0.0 {
             return [None, None];
         }
-        // Index on the other side, relative to the side of `wo`
+        // Index of refraction on the other side, relative to the side of `wo`
         let eta = if wo.z > 0.0 { self.ior } else { 1.0 / self.ior };
         let (r, cos_t) = fresnel::dielectric(cos_o, eta);
         let f = self.reflectance * (r / cos_o);

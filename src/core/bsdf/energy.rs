@@ -336,7 +336,7 @@ fn dielectric_rows(index: usize, node: usize) -> &'static [Row; 2] {
 #[derive(Debug)]
 pub(super) struct Row {
     nodes: [f32; NODES],
-    /// Cosine-weighted means between neighbouring nodes.
+    /// Cosine-weighted means of the quantity between neighbouring nodes.
     cells: [f32; NODES - 1],
     /// Cosine-weighted mean over all directions.
     pub mean: f32,
@@ -351,8 +351,8 @@ impl Row {
     fn new(nodes: [f32; NODES]) -> Self {
         let mut mean = 0.0;
         let cells = from_fn(|cell| {
-            // 4 ∫ x s³ ds of values that are linear in s = √cos, exactly: Gauss-Legendre with three
-            // points
+            // Integrate 4 x s³ over s, for values x that are linear in s = √cos: Gauss-Legendre
+            // quadrature with three points is exact
             let half = 0.5 * 0.6f32.sqrt();
             let points = [(0.5 - half, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.5 + half, 5.0 / 18.0)];
             let [lower, upper] = [cell, cell + 1].map(|node| coordinate(node, NODES));
@@ -387,11 +387,12 @@ fn fourth_power(x: f32) -> f32 {
 /// Position of `x`, clamped to [0, 1], on an axis of `n` nodes, in steps.
 #[inline(always)]
 pub(super) fn place(x: f32, n: usize) -> f32 {
-    // Unlike `clamp`, this maps NaN to 0.
+    // Unlike `clamp`, this expression maps NaN to 0.
     if x > 0.0 { x.min(1.0) * (n - 1) as f32 } else { 0.0 }
 }
 
-/// The node before `place`, at most `n - 2`, and the offset of `place` from it in steps.
+/// Returns the node before the position `place`, at most `n - 2`, and the offset of `place` from
+/// this node in steps.
 #[inline(always)]
 pub(super) fn cell(place: f32, n: usize) -> (usize, f32) {
     let node = (place as usize).min(n - 2);

@@ -42,7 +42,8 @@ pub enum ScatteringEvent {
 }
 
 impl ScatteringEvent {
-    /// Kinds of scattering, each with its share by channel. The shares sum to 1.
+    /// Kinds of scattering in the event, each with its share of the light by channel. The shares
+    /// sum to 1.
     pub fn shares(self) -> [(EventKind, Spectrum); 2] {
         use EventKind::*;
         match self {
@@ -86,7 +87,7 @@ impl Bsdf {
     fn diffuse_share(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         let is_diffuse = |lobe: &Lobe| lobe.scattering() == Scattering::Diffuse;
         let mut smooth = self.lobes().filter(|lobe| !lobe.is_delta()).map(is_diffuse);
-        // Most BSDFs have smooth lobes of one kind and need no evaluation.
+        // Most BSDFs have smooth lobes of one kind. The values of these lobes are not needed.
         let Some(first) = smooth.next() else {
             return Spectrum::ZERO;
         };

@@ -93,9 +93,9 @@ impl Fresnel {
     pub(super) fn mean(&self) -> Spectrum {
         match *self {
             Self::Full => Spectrum::ONE,
-            // Integral of the formula: `1 − f0` has the weight 2 ∫ (1 − x)⁵ x dx = 1/21
+            // Integral of Schlick's formula: `1 − f0` has the weight 2 ∫ (1 − x)⁵ x dx = 1/21
             Self::Schlick { f0 } => Spectrum::from(f0.map(|f0| (20.0 * f0 + 1.0) / 21.0)),
-            // Midpoint rule in cos²
+            // Use the midpoint rule in cos²
             Self::Dielectric { .. } | Self::Conductor { .. } => {
                 const POINTS: u32 = 64;
                 let cosines = (0..POINTS).map(|i| ((i as f32 + 0.5) / POINTS as f32).sqrt());
@@ -114,13 +114,13 @@ pub fn dielectric(cos_i: f32, eta: f32) -> (f32, f32) {
     if eta == 1.0 {
         return (0.0, cos_i);
     }
-    // Snell's law
+    // Cosine of the refracted direction, by Snell's law
     let cos2_t = 1.0 - (1.0 - cos_i * cos_i).max(0.0) / (eta * eta);
     if cos2_t <= 0.0 {
         return (1.0, 0.0);
     }
     let cos_t = cos2_t.sqrt();
-    // Amplitudes of the two polarisations
+    // Reflected amplitudes of the two polarisations
     let parallel = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
     let perpendicular = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
     (0.5 * (parallel * parallel + perpendicular * perpendicular), cos_t)
@@ -183,7 +183,8 @@ mod tests {
         close(dielectric(0.0, 1.5).0, 1.0);
         // From inside, 45° is beyond the critical angle of 41.8°.
         assert_eq!(dielectric(FRAC_1_SQRT_2, 1.0 / 1.5), (1.0, 0.0));
-        // Brewster's angle: half of the reflectance of perpendicular polarisation.
+        // At Brewster's angle, the reflectance is half of the reflectance of perpendicular
+        // polarisation.
         let cos_brewster = 1.0 / (1.0f32 + 1.5 * 1.5).sqrt();
         let (r, cos_t) = dielectric(cos_brewster, 1.5);
         close(r, 0.5 * ((1.0 - 2.25f32) / (1.0 + 2.25)).powi(2));

@@ -25,7 +25,7 @@ pub(super) struct Ggx {
 impl Ggx {
     /// Facets with the slopes `αx` and `αy`, each clamped to [[`MIN_ALPHA`], 1].
     pub fn new(alpha: Vec2) -> Self {
-        // Unlike `clamp`, this maps NaN to `MIN_ALPHA`.
+        // Unlike `clamp`, this expression maps NaN to `MIN_ALPHA`.
         let bounded = |a: f32| if a > MIN_ALPHA { a.min(1.0) } else { MIN_ALPHA };
         Self {
             alpha: Vec2::new(bounded(alpha.x), bounded(alpha.y)),
@@ -43,7 +43,7 @@ impl Ggx {
     /// Unlike the form with `cos² (α² − 1) + 1`, this form has no subtraction.
     #[inline(always)]
     pub fn density(&self, h: Vec3) -> f32 {
-        // Multiplied by the slopes, so that one division is enough
+        // Multiply the normal by the slopes, so that one division is enough
         let area = self.alpha.x * self.alpha.y;
         let (x, y, z) = (h.x * self.alpha.y, h.y * self.alpha.x, h.z * area);
         let t = x * x + y * y + z * z;
@@ -105,12 +105,12 @@ impl Ggx {
         let side = 1f32.copysign(wo.z);
         let stretch = Vec3::new(self.alpha.x, self.alpha.y, side);
         let w = (wo * stretch).normalize_or(Vec3::Z);
-        // Uniform on the part of the sphere to which a mirror can reflect
+        // Sample uniformly the part of the sphere to which a mirror can reflect
         let z = (1.0 - u.y) * (1.0 + w.z) - w.z;
         let r = (1.0 - z * z).max(0.0).sqrt();
         let (sin, cos) = sin_cos_turns(u.x);
         let h = Vec3::new(r * cos, r * sin, z) + w;
-        // Rounding must not flip a facet.
+        // Clamp z: rounding must not flip a facet.
         let h = Vec3::new(h.x, h.y, h.z.max(0.0));
         (h * stretch).normalize_or(Vec3::new(0.0, 0.0, side))
     }

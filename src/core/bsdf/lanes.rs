@@ -45,11 +45,11 @@ pub struct BsdfLanes {
 /// Diffuse bases, one for each lane.
 #[derive(Clone, Debug)]
 struct BaseLanes {
-    /// Albedo over π, divided by the mean transmittance of the coat.
+    /// Albedo over π, divided by the mean transmittance of the coat, by channel.
     f: [Lane; 3],
     /// Mean of the channels of the albedo.
     albedo: Lane,
-    /// 1 below a coat, else 0.
+    /// 1 if the base is below a coat, else 0.
     is_coated: Lane,
     /// Reflectance of the coat along the normal, and share of the energy loss that multiple
     /// reflections return.
@@ -417,7 +417,7 @@ mod tests {
             let mut wi = Vec3Lanes::splat(Vec3::Z);
             let towards = |i: usize| direction(7 * i + round) * Vec3::new(1.0, 1.0, side(i));
             (0..LANES).for_each(|i| wi.set(i, towards(i)));
-            // A different BSDF in each lane
+            // Set a different BSDF in each lane
             let each = |i: usize| &bsdfs[(i + round) % bsdfs.len()];
             let is_held = lanes.hold_each((0..LANES).map(|i| (i, each(i), wo[i])));
             assert_eq!(is_held, [true; LANES]);
@@ -426,7 +426,7 @@ mod tests {
                 let expected = BsdfView::new(each(i), wo).eval_pdf(towards(i));
                 assert_same(values.get(i), expected, &format!("lane {i}, round {round}"));
             }
-            // A single BSDF in all lanes, after lanes held other BSDFs
+            // Set a single BSDF in all lanes, after the lanes held other BSDFs
             let one = &bsdfs[round % bsdfs.len()];
             let mut views = Vec3Lanes::splat(Vec3::Z);
             (0..LANES).for_each(|i| views.set(i, wo[i]));

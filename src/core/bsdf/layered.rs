@@ -44,7 +44,7 @@ impl Layered {
             lobes: [diffuse, glossy, transmitting, sheen.map(Lobe::Sheen), coat],
             diffuse_passed: 1.0,
         };
-        // Midpoint rule in cos²
+        // Use the midpoint rule in cos²
         const POINTS: u32 = 16;
         let (mut passed, mut scattered) = (0.0, 0.0);
         for cos2 in (0..POINTS).map(|i| (i as f32 + 0.5) / POINTS as f32) {

@@ -69,7 +69,8 @@ impl RoughConductor {
         let mixed = |metal: Spectrum, rest: Spectrum| metal * metallic + rest * (1.0 - metallic);
         let of = |f0: Spectrum| Self::new(reflectance, alpha, Fresnel::Schlick { f0: f0.to_array() });
         let rest = Spectrum::splat(f0);
-        // Single reflection is linear in the colour along the normal, multiple reflection is not.
+        // Single reflection is linear in the colour along the normal. Multiple reflection is not
+        // linear, so its factors are mixed.
         Self {
             several: mixed(of(base).several.into(), of(rest).several.into()).to_array(),
             ..of(mixed(base, rest))

@@ -12,7 +12,7 @@ use super::{Bsdf, BsdfSample, Lobe, TransportMode, same_hemisphere};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3, float::ALMOST_ONE};
 
-/// Number of places for lobes in a BSDF.
+/// Maximum number of lobes in a BSDF.
 const PLACES: usize = 5;
 
 /// A BSDF for one direction `wo`.

@@ -110,8 +110,8 @@ impl Camera {
             };
             (image, 1.0 / (scale * scale * cos), 1.0)
         } else {
-            // The ray and the ray through the centre of the lens cross in the plane of focus, which
-            // is the film's.
+            // The ray and the ray through the centre of the lens cross in the plane of focus, onto
+            // which the film is projected.
             let mut image = plane(w) / cos;
             if camera.has_lens() {
                 image += plane(p - camera.position) / camera.focus_distance;
@@ -244,9 +244,10 @@ mod tests {
                 if is_flat {
                     assert_eq!(camera.importance(ray.origin, -ray.direction, time), None);
                 }
-                // Compare with the solid angle of a square of the film per area, from the
-                // directions of its edges. For parallel rays, it is the square's area across them.
-                // Near the rim of a fisheye, directions bend.
+                // Compare the density with the solid angle of a square of the film per area, which
+                // follows from the directions of the square's edges. For parallel rays, compare
+                // with the square's area across the rays. Near the rim of a fisheye, directions
+                // bend.
                 let half = if is_flat { 0.5 } else { 0.02 };
                 let edge = |step: Vec2| {
                     let at = |s| camera.ray(film + s, lens, time);
@@ -261,7 +262,7 @@ mod tests {
                 };
                 let square = edge(Vec2::new(half, 0.0)).cross(edge(Vec2::new(0.0, half))).length();
                 let size = square / f64::from(4.0 * half * half);
-                // The directions of a square are not in a plane.
+                // The directions to a square of the film do not lie in a plane.
                 let error = if is_flat { 1e-3 } else { 1e-2 };
                 assert!(
                     (seen.pdf as f64 * size - 1.0).abs() < error,
@@ -296,8 +297,8 @@ mod tests {
                 let middle = to(pixel + 0.5);
                 let is_far = camera.lens_of(&middle).is_far;
                 let axis = middle.direction;
-                // Directions from the whole lens: its radius, seen from the plane of focus, is less
-                // than 0.1.
+                // Include directions from the whole lens: the radius of the lens, seen from the
+                // plane of focus, is less than 0.1.
                 let cosines = corners.map(|corner| to(corner).direction.dot(axis));
                 let angle = cosines.into_iter().fold(1.0, f32::min).acos() + 0.1;
                 // Pixels of panoramas and fisheyes are curved.

@@ -380,7 +380,7 @@ impl Camera {
         if self.lens_radius == 0.0 {
             return Ray::new(self.position + place, through_center.normalize()).when(time);
         }
-        // The point in focus is common to all lens points.
+        // All rays of this film point meet in one point of the plane of focus.
         let lens = self.on_lens(u_lens);
         let to_focus = self.focus_distance * through_center - lens;
         Ray::new(self.position + place + lens, to_focus.normalize()).when(time)
@@ -474,7 +474,7 @@ mod tests {
         let camera = Camera::new(parameters(), UVec2::new(200, 100)).unwrap();
         let towards = |x, y| camera.ray(Vec2::new(x, y), Vec2::ZERO, 0.0).direction;
         assert!(towards(100.0, 50.0).distance(Vec3::NEG_Z) < 1e-6);
-        // Top edge: 45° up. Right edge: twice as far in x.
+        // At the top edge, the direction is 45° up. At the right edge, it is twice as far in x.
         assert!(towards(100.0, 0.0).distance(Vec3::new(0.0, 1.0, -1.0).normalize()) < 1e-6);
         assert!(towards(200.0, 50.0).distance(Vec3::new(2.0, 0.0, -1.0).normalize()) < 1e-6);
     }

@@ -190,7 +190,7 @@ impl Film {
             Projection::Panorama => TAU / size.x,
             Projection::Fisheye { mapping, fov } => {
                 if !(fov > 0.0 && fov <= mapping.max_fov()) {
-                    let message = format!("must lie above 0 and be {} at most, not {fov}", mapping.max_fov());
+                    let message = format!("must lie above 0 and be at most {}, not {fov}", mapping.max_fov());
                     return Err(CameraError::wrong("fisheye_fov", message));
                 }
                 2.0 * mapping.radius(0.5 * fov.to_radians()) / size.y

@@ -36,7 +36,7 @@ mod tests {
         assert_eq!(encode_u8(7.0), 255);
         assert_eq!(encode_u8(-1.0), 0);
         assert_eq!(encode_u8(f32::NAN), 0);
-        // 18 % grey and half intensity, the textbook pair.
+        // Compare with the textbook values for 18 % grey and for half intensity
         assert_eq!(encode_u8(0.18), 118);
         assert_eq!(encode_u8(0.5), 188);
         // Both branches agree at their border.
@@ -49,7 +49,7 @@ mod tests {
             assert_eq!(encode_u8(decode(code as f32 / 255.0)), code);
         }
         assert_eq!((decode(0.0), decode(1.0)), (0.0, 1.0));
-        // Middle grey of 8 bits, the textbook value
+        // Compare with the textbook value for the middle grey of 8 bits
         assert!((decode(128.0 / 255.0) - 0.215_86).abs() < 1e-5);
     }
 }

@@ -143,8 +143,8 @@ pub fn narkowicz(x: f32) -> f32 {
 
 /// Hill's fit, linear to linear; slightly below 0 for black.
 fn hill(rgb: [f32; 3]) -> [f32; 3] {
-    // From Rec.709 to ACES's working space with the desaturation of its rendering transform, and
-    // back from the space of the output transform
+    // Matrices from Rec.709 to ACES's working space, including the desaturation of its rendering
+    // transform, and back from the space of the output transform
     const INPUT: [[f32; 3]; 3] = [
         [0.59719, 0.35458, 0.04823],
         [0.07600, 0.90834, 0.01566],
@@ -253,8 +253,8 @@ mod tests {
             let error = (0..2).map(|i| (shown[i] - linear[i]).abs()).fold(0.0, f32::max);
             assert!(error < 1e-4, "{name}: {shown:?}");
         }
-        // Half of the code values; and s = 12.474 / 16.5, so that 1/2 + 0.3000 / (1 + 69.863 ·
-        // 0.15^3.25)^(1/3.25)
+        // Half of the code values for middle grey; and for 1: s = 12.474 / 16.5, so that 1/2 +
+        // 0.3000 / (1 + 69.863 · 0.15^3.25)^(1/3.25)
         assert!((encoded(Curve::Agx, 0.18) - 0.5).abs() < 1e-5);
         assert!((encoded(Curve::Agx, 1.0) - 0.787_515).abs() < 1e-5);
         assert_eq!(Tone::default().encode_u8([0.18, 0.5, 7.0]), [118, 188, 255]);

@@ -177,7 +177,7 @@ fn redistributed(difference: f32, largest: f32) -> f32 {
     }
 }
 
-// Colours
+// Functions for colours
 
 /// Linear Rec.709 to the opponent space YCxCz, which is L*a*b* without its cube roots (Flohr et al.
 /// 1993).
@@ -220,7 +220,7 @@ fn hyab(p: [f32; 3], q: [f32; 3]) -> f32 {
     (p[0] - q[0]).abs() + (p[1] - q[1]).hypot(p[2] - q[2])
 }
 
-// Filters
+// Functions for filters
 
 /// Colours that the eye perceives at the viewing distance: each channel is filtered by its contrast
 /// sensitivity (2020, table 1).
@@ -273,7 +273,7 @@ fn features(gray: &Plane) -> Vec<[f32; 2]> {
     let kernel = |f: &dyn Fn(f32) -> f32| -> Vec<f32> {
         let weight = |x: i32| f(x as f32) * (-(x as f32).powi(2) / (2.0 * deviation * deviation)).exp();
         let mut kernel: Vec<f32> = (-radius..=radius).map(weight).collect();
-        // Positive weights sum to 1, negative weights to −1.
+        // Scale the kernel: positive weights sum to 1, negative weights to −1
         let positive: f32 = kernel.iter().filter(|k| **k > 0.0).sum();
         let negative: f32 = -kernel.iter().filter(|k| **k < 0.0).sum::<f32>();
         kernel

@@ -161,7 +161,8 @@ mod tests {
         let mut pixels = vec![[1.0, 0.1, 0.3]; 2000];
         pixels[7] = [1e6; 3];
         let errors = Errors::new(&image(pixels), &reference).unwrap();
-        // (0.1² / 0.01) / 3; the firefly is one of the two pixels that are left out.
+        // The expected value is (0.1² / 0.01) / 3; the firefly is one of the two pixels that are
+        // left out.
         assert!((errors.rel_mse - 1.0 / 3.0).abs() < 1e-6, "{errors:?}");
         assert!(errors.mse > 1e8);
         assert_eq!(errors.reference_mean[0], 1.0);

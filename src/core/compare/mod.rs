@@ -15,7 +15,7 @@ fn relative_change(reference: f64, image: f64) -> f64 {
     if image == reference {
         0.0
     } else {
-        // A reference of −0 counts as 0.
+        // Adding 0 turns a reference of −0 into 0.
         (image - reference) / (reference + 0.0)
     }
 }

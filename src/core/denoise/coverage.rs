@@ -230,7 +230,7 @@ mod tests {
         let coverage: Vec<Vec3> = coverage.into_iter().map(Vec3::splat).collect();
         let bounded = within_range(&coverage, &filtered, SIZE);
         let at = |x: usize, y: usize| bounded[y * SIZE[0] + x].y;
-        // In the middle, on the edge, and outside
+        // Coverage in the middle, on the edge, and outside
         assert_eq!([at(5, 4), at(9, 4), at(12, 0)], [1.0, 0.5, 0.0]);
     }
 }

@@ -23,7 +23,7 @@ pub(super) struct Layers {
 }
 
 impl Layers {
-    /// Layers of `image`, with its raw picture.
+    /// Layers of `image`. The picture to filter is the raw picture, before any denoising.
     pub fn of(image: &Image) -> Result<Self, DenoiseError> {
         let size = image.crop.size();
         Ok(Self {

@@ -102,8 +102,8 @@ pub struct Accumulator {
 impl Accumulator {
     /// Adds the next samples.
     pub fn add(&mut self, block: &Block) {
-        // Running variance over full blocks (Welford 1962, "Note on a Method for Calculating
-        // Corrected Sums of Squares and Products")
+        // Update the running variance over full blocks (Welford 1962, "Note on a Method for
+        // Calculating Corrected Sums of Squares and Products")
         if self.samples >= BLOCK && self.samples % BLOCK == 0 && block.samples == BLOCK {
             let blocks = (self.samples / BLOCK) as f64;
             for c in 0..3 {

@@ -169,7 +169,7 @@ impl Filter {
         };
         let (place, _) = steps.sample(u);
         let x = 2.0 * place - 1.0;
-        // Density over [-1, 1]
+        // Density of the sampled position over [-1, 1]
         let pdf = 0.5 * steps.pdf(place) as f64;
         (x, self.kind.eval(x as f64) / (self.integral * pdf))
     }
@@ -195,7 +195,7 @@ mod tests {
     fn weights_and_moments_are_those_of_the_function() {
         for &(name, kind) in FilterKind::NAMES {
             let filter = Filter::new(kind, kind.usual_radius());
-            // ∫ xⁿ f / ∫ f by the midpoint rule
+            // Compute ∫ xⁿ f / ∫ f by the midpoint rule
             let x = |i: usize| 2.0 * (i as f64 + 0.5) / 1e5 - 1.0;
             let integral = |n: i32| (0..100_000).map(|i| x(i).powi(n) * kind.eval(x(i))).sum::<f64>();
             for n in 0..5 {

@@ -196,7 +196,7 @@ impl Meter {
             stops = stops.clamp(min, max);
         }
 
-        // Protect highlights
+        // Protect highlights: limit the share of white blocks
         if let Some(max) = to(WHITE, at(&self.peaks, 1.0 - CLIPPED)) {
             let min = to(MIN_MEDIAN, median).map_or(max, |min| min.max(max));
             stops = stops.min(min);

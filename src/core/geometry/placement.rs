@@ -236,7 +236,7 @@ mod tests {
             let moved = p.distance(b[1] * Vec3::X + b[2] * Vec3::Y);
             assert!(moved < 0.06, "{b:?}: {inner:?}");
         }
-        // Along a sliver, points move by little.
+        // Points of a sliver move only a little.
         let sliver = [Vec3::ZERO, Vec3::X, Vec3::new(0.5, 1e-3, 0.0)];
         let p = inside(sliver, [0.9, 0.1, 0.0], 0.01);
         let x = p[1] + 0.5 * p[2];

@@ -138,7 +138,7 @@ impl DiskLight {
         let n = self.normal.as_dvec3();
         let t = to.dot(n) / d.dot(n);
         let squared = (t * d - to).length_squared();
-        // NaN if the ray is parallel to the plane
+        // The distance is NaN if the ray is parallel to the plane.
         squared.is_nan() || squared >= f64::from(self.radius).powi(2)
     }
 

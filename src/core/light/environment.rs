@@ -226,7 +226,7 @@ fn direction(st: Vec2) -> Vec3 {
 /// Image coordinates, in [0, 1)², of the direction `w` in the image's frame.
 fn place(w: Vec3) -> Vec2 {
     let s = 0.5 + atan2(w.x, -w.z) * (0.5 * FRAC_1_PI);
-    // Accurate near the poles, unlike an arc cosine.
+    // `atan2` is accurate near the poles, unlike an arc cosine.
     let t = atan2((w.x * w.x + w.z * w.z).sqrt(), w.y) * FRAC_1_PI;
     Vec2::new(if s >= 1.0 { 0.0 } else { s.max(0.0) }, t.min(ALMOST_ONE))
 }

@@ -45,7 +45,7 @@ impl Light {
                 Some(light.radiance() * of_polygon(&corners, light.normal(), p, n))
             }
             Self::Rectangle(light) => Some(light.radiance() * of_polygon(&light.corners(), light.normal(), p, n)),
-            // A texture has no closed form.
+            // The irradiance by a texture has no closed form.
             Self::Textured(light) => Some(of_triangle(&light.without_textures(time)?, p, n)),
         }
     }
@@ -54,7 +54,7 @@ impl Light {
 /// Sides of the polygon that approximates a disk.
 const DISK_SIDES: u32 = 128;
 
-/// Points along each side of the square that is mapped to the disc of a sun.
+/// Number of points along each side of the square that is mapped to the disc of a sun.
 const DISC_PLACES: usize = 256;
 
 /// `∫ L (w · n)⁺ dw` over the disc of a sun: in closed form if all of it is above the surface, else
@@ -93,7 +93,7 @@ fn of_environment(light: &EnvironmentLight, n: Vec3) -> Spectrum {
     let mut sum = [0.0f64; 3];
     for y in 0..rows {
         let theta = PI * (y as f64 + 0.5) / rows as f64;
-        // Exact solid angle of a row's cells
+        // Compute the exact solid angle of a row's cells
         let [above, below] = [y, y + 1].map(|y| (PI * y as f64 / rows as f64).cos());
         let solid_angle = 2.0 * PI / columns as f64 * (above - below);
         for x in 0..columns {

@@ -377,7 +377,7 @@ impl Light {
                 let (wi, spread) = light.cone();
                 irradiance * region.cosine(wi, spread) as f64
             }
-            // Only called for lights at infinity.
+            // This function is called for lights at infinity only.
             _ => 0.25 * irradiance,
         }
     }

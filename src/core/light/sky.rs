@@ -210,7 +210,7 @@ pub fn sun_color(elevation: f32, turbidity: f32) -> Spectrum {
     let mass = 1.0 / (degrees.to_radians().sin() + 0.15 * (degrees + 3.885).powf(-1.253));
     let beta = 0.04608 * f64::from(turbidity) - 0.04586;
     let mut xyz = [0.0; 3];
-    // Wavelengths in nanometres; micrometres in the formulas
+    // `nm` is in nanometres; the formulas use micrometres.
     for nm in (380..=780).step_by(5) {
         let nm = f64::from(nm);
         let um = 1e-3 * nm;
@@ -377,7 +377,7 @@ mod tests {
         }
         let night = |elevation| Sky::new(elevation, 3.0).radiance(Vec3::Y).unwrap();
         assert_eq!(night(-18.0), night(-90.0));
-        // Civil twilight: from about 400 lx to 3.4 lx
+        // In civil twilight, the illuminance falls from about 400 lx to 3.4 lx.
         let ratio = night(0.0).luminance() / night(-6.0).luminance();
         assert!((ratio / (400.0 / 3.4) - 1.0).abs() < 0.02, "{ratio}");
         for turbidity in [2.0, 2.5, 4.0, 7.0, 10.0] {

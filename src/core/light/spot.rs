@@ -108,7 +108,7 @@ mod tests {
         assert!((at(1.0) - 1.0).abs() < 1e-5 && (at(0.91) - 1.0).abs() < 1e-5);
         assert!((at(0.85) - 0.5).abs() < 1e-4);
         assert_eq!((at(0.79), at(-1.0)), (0.0, 0.0));
-        // Power, compared to a sum over directions
+        // Compare the power with a sum over directions
         let n = 100_000;
         let sum: f64 = (0..n)
             .map(|i| spot.falloff(-1.0 + 2.0 * (i as f32 + 0.5) / n as f32) as f64)

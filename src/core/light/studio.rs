@@ -185,7 +185,7 @@ mod tests {
         };
         // Seen from +z towards −z, left is −x: azimuth −90.
         assert!(at(-55.0, 45.0) > 2.0 && at(65.0, 10.0) > 0.15 && at(150.0, 35.0) > 2.0);
-        // View of the camera behind the subject
+        // Test the view of the camera behind the subject
         for azimuth in [-170.0, 180.0, 170.0] {
             for elevation in [-30.0, -10.0, 5.0] {
                 assert!((0.03..0.1).contains(&at(azimuth, elevation)), "{azimuth} {elevation}");

@@ -132,7 +132,7 @@ impl TexturedTriangle {
     pub(super) fn sample(&self, p: Vec3, time: f32, u: Vec2, textures: &[Texture]) -> Option<LightSample> {
         let triangle = self.at(time);
         let point = triangle.barycentrics(p, u);
-        // `None` from behind
+        // `None` if `p` is behind the triangle
         let sample = triangle.sample_at(p, point)?;
         let (b1, b2) = triangle.of_mesh(point);
         let radiance = sample.radiance * self.mean_color(b1, b2, textures).0;
@@ -219,7 +219,7 @@ impl TexturedTriangle {
             area * (mapping.scale.x * mapping.scale.y).abs() * width as f32 * height as f32
         });
         let texels = texels.fold(1.0, f32::max);
-        // Returns a number for NaN, unlike `clamp`.
+        // Unlike `clamp`, `min` returns a number for NaN.
         let alphas = self.variation.alphas;
         let n = if alphas != [alphas[0]; 3] {
             PARTS
@@ -232,7 +232,7 @@ impl TexturedTriangle {
         let factor = |b1, b2| self.color_at(b1, b2, footprint, textures) * self.opacity_at(b1, b2, footprint, textures);
         let mut sum = Spectrum::ZERO;
         for (i, j) in (0..n as u32).flat_map(|i| (0..n as u32 - i).map(move |j| (i as f32, j as f32))) {
-            // A part oriented like the triangle, and an inverted one beside it
+            // Add a part oriented like the triangle, and an inverted part beside it
             let third = 1.0 / 3.0;
             sum += factor((i + third) / n, (j + third) / n);
             if i + j + 1.0 < n {
@@ -338,15 +338,16 @@ mod tests {
     #[test]
     fn only_what_emits_nowhere_has_no_power() {
         let plain = Mapping::default();
-        // Too small a part of the whole to appear in the coarse level of the lookups
+        // The texel is too small a part of the texture to appear in the coarse level of the
+        // lookups.
         for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror] {
             assert!(
                 light(LOWER, plain, lone_texel(40, 200, wrap)).power(1.0) > 0.0,
                 "{wrap:?}"
             );
         }
-        // Triangles of a few texels around the emitting one, at u = 40.5/256 and v = 55.5/256, or
-        // away from it
+        // Test triangles of a few texels around the emitting texel, at u = 40.5/256 and v =
+        // 55.5/256, or away from it
         let at =
             |x: f32, y: f32, size: f32| [[x, y], [x + size, y], [x, y + size]].map(|[x, y]| [x / 256.0, y / 256.0]);
         for (shift, emits) in [(0.0, true), (-0.9, true), (0.9, true), (6.0, false), (-30.0, false)] {
@@ -357,7 +358,7 @@ mod tests {
                 assert_eq!(matches!(light, Light::Triangle(_)), !emits);
             }
         }
-        // A long triangle whose parts are larger than the texel and only touch it
+        // Test a long triangle whose parts are larger than the texel and only touch it
         let touching = at(1.0, 54.9, 1.2).map(|[u, v]| if u > 0.006 { [0.2, v] } else { [u, v] });
         assert!(light(touching, plain, lone_texel(40, 200, Wrap::Repeat)).power(1.0) > 0.0);
         // The offset of a mapping emits, and a negative offset removes emission.
@@ -366,7 +367,7 @@ mod tests {
         let power = |mapping| light(away, mapping, lone_texel(40, 200, Wrap::Repeat)).power(1.0);
         assert!(power(moved(0.5, 1.0)) > 0.0 && power(moved(1.0, -1.0)) > 0.0);
         assert_eq!(power(moved(-1.0, 1.0)), 0.0);
-        // Extreme coordinates
+        // Test extreme coordinates
         for wild in [1e30f32, -3e38] {
             let uvs = [[wild, 0.0], [0.0, wild], [wild, -wild]];
             assert!(light(uvs, plain, lone_texel(0, 0, Wrap::Repeat)).power(1.0) > 0.0);

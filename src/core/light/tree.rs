@@ -44,8 +44,8 @@ impl LightBounds {
         let center = mean(self.center, other.center);
         let reach = |s: &Self| s.center.distance(center) + s.radius;
         let axis = mean(self.axis, other.axis);
-        // Different directions shorten the mean; the cosine with one of them may be wrong by this
-        // difference.
+        // Different directions shorten the mean; the cosine with one of the directions may be wrong
+        // by its distance from the mean.
         let spread = |s: &Self| s.spread + s.axis.distance(axis);
         Self {
             center,

@@ -100,8 +100,8 @@ impl TriangleLight {
     /// Samples a point on the triangle, seen from `p`.
     #[inline(always)]
     pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
-        // No light behind the triangle. Checked first, since this is the most common reason to
-        // return.
+        // There is no light behind the triangle. Check this first, since it is the most common
+        // reason to return.
         if (p - self.corners[0]).dot(self.normal) <= 0.0 {
             return None;
         }

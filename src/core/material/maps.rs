@@ -176,7 +176,7 @@ impl Maps {
         }
         let Some(map) = &self.bump else { return Vec3::Z };
         // Heights are in texels, so that a picture is equally rough on large and small walls. Blinn
-        // 1978, "Simulation of Wrinkled Surfaces", and MTL leave their unit open.
+        // 1978, "Simulation of Wrinkled Surfaces", and MTL leave the unit of heights open.
         let texture = map.texture(spot);
         let (width, height) = texture.size();
         let texels = Vec2::new(width as f32, height as f32) * map.mapping.scale.abs();

@@ -76,7 +76,7 @@ impl Sheared {
         let d = ray.direction;
         let z = (0..3).fold(0, |best, axis| if d[axis].abs() > d[best].abs() { axis } else { best });
         let (mut x, mut y) = ((z + 1) % 3, (z + 2) % 3);
-        // Keep the winding.
+        // Swap x and y to keep the winding of triangles
         if d[z] < 0.0 {
             (x, y) = (y, x);
         }
@@ -93,11 +93,11 @@ impl Sheared {
     /// shared edges.
     #[inline(always)]
     pub fn intersect(&self, triangle: &TriangleLeaf, t_min: f32, t_max: f32) -> Option<(f32, f32, f32)> {
-        // Corners relative to the ray, after the shear
+        // Compute the corners relative to the ray, after the shear
         let [x, y, z] = self.axes.map(|axis| triangle.coordinates[axis] - self.origin[axis]);
         let (x, y) = (x - self.shear[0] * z, y - self.shear[1] * z);
 
-        // Edge functions. If one is 0 in f32, its sign is computed in f64.
+        // Compute the edge functions. If one is 0 in f32, its sign is computed in f64.
         let mut edges = x.zxy() * y.yzx() - y.zxy() * x.yzx();
         if edges.cmpeq(Vec3::ZERO).any() {
             let (x, y) = (x.as_dvec3(), y.as_dvec3());

@@ -49,7 +49,7 @@ pub(super) fn widen(binary: &Bvh2, starts: &[u32]) -> Vec<Node> {
         return Vec::new();
     };
     let mut nodes = vec![Node::EMPTY];
-    // Binary nodes whose children are not yet in a wide node
+    // Stack of binary nodes whose children are not yet in a wide node
     let mut open = vec![(root, 0)];
     while let Some((node, index)) = open.pop() {
         let mut members = vec![node];

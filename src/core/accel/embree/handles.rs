@@ -177,5 +177,5 @@ unsafe fn share_buffer<T>(
     device.check("sharing a buffer")
 }
 
-// Assumption of [`attach_mesh`]
+// Check the sizes that [`attach_mesh`] assumes
 const _: () = assert!(size_of::<Vec3>() == 16 && size_of::<[u32; 3]>() == 12);

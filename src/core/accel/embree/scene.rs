@@ -87,7 +87,7 @@ impl<'a> EmbreeAccel<'a> {
             }
             Ok(())
         };
-        // Prototypes are separate scenes, which instances refer to.
+        // Prototypes are separate Embree scenes, to which instances refer.
         let mut prototypes = Vec::with_capacity(scene.prototypes().len());
         for meshes in scene.prototypes() {
             let prototype = SceneHandle::new(&device, scene.is_compact())?;

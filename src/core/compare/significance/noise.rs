@@ -102,7 +102,7 @@ impl Pixels {
                 tiles[tile].add(&values, freedom);
             }
             let variance = |c: usize| {
-                // Rounding error of 32-bit values, even without noise
+                // Values have a rounding error of 32 bits even without noise.
                 let rounding = f32::EPSILON as f64 * f64::max(values[0][c].abs(), values[1][c].abs());
                 sources
                     .iter()

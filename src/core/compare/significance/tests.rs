@@ -142,7 +142,7 @@ fn shared_errors_are_allowed_for() {
     let pairs: Vec<(Picture, Picture)> = (0..40).map(|_| (shared(), shared())).collect();
     let mut next = pairs.iter().cloned();
     assert!(alarms(40, 0.05, || next.next().unwrap()) <= 9);
-    // Without this attribute, all pairs are false alarms.
+    // Without the attribute of common errors, all pairs are false alarms.
     let mut next = pairs.into_iter().map(|(mut a, mut b)| {
         (a.1.common, b.1.common) = (CommonErrors::None, CommonErrors::None);
         (a, b)
@@ -187,7 +187,7 @@ fn errors_that_cross_tiles_are_allowed_for() {
         });
         alarms(30, 0.05, || next.next().unwrap())
     };
-    // Nine disks overlap a pixel.
+    // Nine disks overlap each pixel.
     let known = 9.0 * 0.03 * 0.03 + 0.01 * 0.01;
     let found = [
         with(CommonErrors::None, known, 1.0),
@@ -199,7 +199,7 @@ fn errors_that_cross_tiles_are_allowed_for() {
     ];
     println!("differences found: {found:?} of 30");
     assert!(found[0] >= 20 && found[3] >= 20, "{found:?}");
-    // 1.5 of 30 are expected at this level; more than 5 have a probability of 0.3 %
+    // At this level, 1.5 of 30 differences are expected; more than 5 have a probability of 0.3 %
     assert!(found[1] <= 5 && found[4] <= 5, "{found:?}");
     assert!(found[2] >= 28 && found[5] >= 28, "{found:?}");
     let (mut a, b) = pairs[0].clone();

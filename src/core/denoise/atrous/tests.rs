@@ -125,7 +125,7 @@ fn highlights_of_many_samples_stay() {
 
 #[test]
 fn edges_stay_sharp() {
-    // Edges of albedo, and of light far above the noise: both sides keep their means up to the
+    // Test edges of albedo, and of light far above the noise: both sides keep their means up to the
     // edge.
     let edge = |x: usize| if x < 30 { 0.8 } else { 0.1 };
     let pictures = [
@@ -143,7 +143,7 @@ fn edges_stay_sharp() {
             );
         }
     }
-    // Edges of normals and of depths, with a small difference of light.
+    // Test edges of normals and of depths, with a small difference of light.
     let light = |x: usize| if x < 30 { 1.0 } else { 0.7 };
     let turned = |g: &mut Guide| g.normal = Vec3::X;
     let behind = |g: &mut Guide| g.disparity = 0.25;

@@ -227,7 +227,7 @@ impl Topology {
             Scheme::CatmullClark => 4,
             Scheme::Loop => 3,
         };
-        // First corner of the new face at a corner
+        // First corner of the new face at the corner `corner`
         let child = |corner: u32| match scheme {
             Scheme::CatmullClark => 4 * corner,
             Scheme::Loop => 3 * (corner / 3 * 4 + corner % 3),

@@ -63,8 +63,8 @@ impl<'a> BruteForce<'a> {
     }
 }
 
-/// World-space corners of triangle `prim` at `time`. `placement` is the transform of its instance
-/// at `time`.
+/// World-space corners of triangle `prim` at `time`. `placement` is the transform of the triangle's
+/// instance at `time`.
 fn corners_at(mesh: &Mesh, prim: PrimId, time: f64, placement: Option<&DAffine3>) -> [DVec3; 3] {
     let mut corners = mesh.corners(prim).map(Vec3::as_dvec3);
     if mesh.deforms() {

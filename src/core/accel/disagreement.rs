@@ -132,9 +132,10 @@ pub fn compare(scene: &Scene, accels: [&dyn Accel; 2], query: &Query) -> Option<
 
 /// Returns the disagreement between the answers of `accels`, if any.
 ///
-/// Each hit must be at the crossing of its ray and its triangle, computed in f64. Both backends
-/// must hit or miss. Their distances may differ by the sum of [`Crossing::t_error`] of both hits.
-/// The triangles must be equal, unless the ray passes an edge, which neighbours share.
+/// Each hit must be at the crossing of its ray and its triangle, computed in f64. Either both
+/// backends hit, or both backends miss. Their distances may differ by the sum of
+/// [`Crossing::t_error`] of both hits. The triangles must be equal, unless the ray passes an edge,
+/// which neighbours share.
 pub(super) fn judge(
     scene: &Scene,
     accels: [&dyn Accel; 2],

@@ -29,7 +29,7 @@ pub(super) const NODES: usize = 32;
 /// Number of nodes along the index of refraction.
 const INDEX_NODES: usize = 65;
 
-/// Maximum index of refraction; indices are clamped to it, and to its inverse.
+/// Maximum index of refraction. Larger indices are clamped to it, and small indices to its inverse.
 const LARGEST_ETA: f32 = 3.0;
 
 /// Numbers of quadrature points: azimuths of the facets, and steps from facets that reflect light
@@ -99,7 +99,8 @@ impl ConductorTables {
         loss
     }
 
-    /// All quantities towards a direction with the cosine `cos`. They share one lookup position.
+    /// All quantities towards a direction with the cosine `cos`. All use the same position in the
+    /// tables.
     #[inline(always)]
     pub fn towards(&self, cos: f32) -> ConductorEnergy {
         let rows = ConductorRows::of(*self);
@@ -419,10 +420,11 @@ fn reflected(wo: Vec3, facets: Ggx, h: Vec3, cos: f32) -> f32 {
 }
 
 /// Means of `value` over the facets visible from a direction, for each node of the cosine. `value`
-/// gets the direction, the facets, the normal of a facet, and its cosine with the direction.
+/// gets the direction, the facets, the normal of a facet, and the cosine of this normal with the
+/// direction.
 ///
 /// Half of the azimuths mirror the other half. Steps are short near grazing facets: smooth surfaces
-/// have few of them, and only they lose light.
+/// have few grazing facets, and only these facets lose light.
 fn along_cosines<const K: usize>(
     roughness: f32,
     value: impl Fn(Vec3, Ggx, Vec3, f32) -> [f32; K],

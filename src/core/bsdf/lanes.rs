@@ -152,7 +152,8 @@ impl BsdfLanes {
         }
     }
 
-    /// Sets `bsdf` and the directions `wo` in all lanes. Returns false if lanes do not support it.
+    /// Sets `bsdf` and the directions `wo` in all lanes. Returns false if lanes do not support
+    /// `bsdf`.
     #[inline(never)]
     pub fn hold(&mut self, bsdf: &Bsdf, wo: &Vec3Lanes) -> bool {
         let Some(parts) = Parts::of(bsdf) else { return false };

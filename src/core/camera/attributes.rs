@@ -133,7 +133,7 @@ mod tests {
         description.camera(UVec2::new(120, 80)).unwrap()
     }
 
-    /// Product of the point and the matrix, divided by its last coordinate.
+    /// Product of the point `p` and the matrix `m`, divided by the last coordinate of the product.
     fn times(p: Vec3, m: Matrix) -> [f64; 3] {
         let of = |column: usize| {
             let row = |row: usize, x: f32| f64::from(x) * f64::from(m[4 * row + column]);

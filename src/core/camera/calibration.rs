@@ -189,7 +189,8 @@ impl CalibratedLens {
         (distorted * self.focal + self.center).as_vec2()
     }
 
-    /// Distorted point of a `point` of the plane, with its derivatives by x and by y.
+    /// Distorts a `point` of the plane. Returns the distorted point, and its derivatives by x and
+    /// by y of `point`.
     fn distort(&self, point: DVec2) -> (DVec2, [DVec2; 2]) {
         let DVec2 { x, y } = point;
         let s = point.length_squared();

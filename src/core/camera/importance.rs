@@ -5,7 +5,7 @@ use super::projection::Film;
 use crate::math::{Ray, Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// Importance of a pixel along a ray from the lens: weight of the light that arrives along it.
+/// Importance of a pixel along a ray from the lens: weight of the light that arrives along the ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Importance {
     /// Film position in pixels, origin top left. It may lie outside the image.

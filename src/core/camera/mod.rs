@@ -19,7 +19,7 @@ use projection::Film;
 use thiserror::Error;
 
 /// A camera of any projection. Its rays pass through a pinhole, or through an ideal thin lens if
-/// its radius is positive.
+/// the radius of the lens is positive.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
     position: Vec3,
@@ -88,8 +88,8 @@ pub struct CameraParameters {
     pub up: Vec3,
     /// Vertical field of view in degrees, inside (0, 180).
     pub vertical_fov: f32,
-    /// Radius of the lens; 0 for a pinhole. With an [`Aperture`], the distance of its corners from
-    /// the centre.
+    /// Radius of the lens; 0 for a pinhole. With an [`Aperture`], distance of the aperture's
+    /// corners from the centre of the lens.
     pub lens_radius: f32,
     /// Distance from the lens, along the view axis, to the plane in focus.
     pub focus_distance: f32,
@@ -305,8 +305,8 @@ impl Camera {
         Ok(Self { film, ..self })
     }
 
-    /// Returns true if film points beyond the borders of the picture repeat its directions, as in
-    /// panoramas.
+    /// Returns true if film points beyond the borders of the picture repeat directions of the
+    /// picture, as in panoramas.
     pub fn repeats(&self) -> bool {
         self.film.repeats()
     }

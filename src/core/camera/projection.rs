@@ -236,7 +236,8 @@ impl Film {
         }
     }
 
-    /// Plane of the projection; `None` if it has none, or if a lens distorts it.
+    /// Plane of the projection; `None` if the projection is not onto a plane, or if a lens distorts
+    /// the picture.
     pub fn plane(&self) -> Option<Plane> {
         let is_parallel = self.is_parallel();
         let plane = |scale, middle| Plane {

@@ -66,8 +66,8 @@ pub enum Curve {
     /// (Reinhard, Stark, Shirley and Ferwerda 2002, "Photographic Tone Reproduction for Digital
     /// Images", eq. 3).
     Reinhard,
-    /// [`narkowicz`] of each channel: similar to ACES, but without its colours and with a slightly
-    /// different curve.
+    /// [`narkowicz`] of each channel: similar to ACES, but without the colours of ACES and with a
+    /// slightly different curve.
     AcesNarkowicz,
     /// Stephen Hill's fit of ACES's reference rendering transform and its output transform for sRGB
     /// displays, including colours (published in Matt Pettineo's BakingLab, `ACES.hlsl`).
@@ -135,8 +135,8 @@ impl Tone {
 }
 
 /// A fit of ACES's rendering of one channel of an sRGB display, linear to linear, from 0 to 0 and
-/// from infinity to 1.03: `(x (2.51 x + 0.03)) / (x (2.43 x + 0.59) + 0.14)`. Its `x` is 0.6 times
-/// the input of ACES (Krzysztof Narkowicz 2016, "ACES Filmic Tone Mapping Curve").
+/// from infinity to 1.03: `(x (2.51 x + 0.03)) / (x (2.43 x + 0.59) + 0.14)`. The input `x` is 0.6
+/// times the input of ACES (Krzysztof Narkowicz 2016, "ACES Filmic Tone Mapping Curve").
 pub fn narkowicz(x: f32) -> f32 {
     (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)
 }
@@ -180,9 +180,9 @@ fn agx(rgb: [f32; 3]) -> [f32; 3] {
 
 /// AgX's curve. `s` is the position of the light in a range of 16.5 stops: from 10 stops below
 /// middle grey (0.18) to 6.5 stops above it. The curve of `s` is the sigmoid that the configuration
-/// tabulates. It rises from 0 to 1. At middle grey, where `s` is 10 / 16.5, it is 1/2 and has the
-/// slope 2. It is `1/2 + 2 d / (1 + a |d|^p)^(1/p)`, where `d` is `s` minus 10 / 16.5. `p` is 3
-/// below middle grey and 3.25 above; `a` is such that the ends are 0 and 1.
+/// tabulates. The curve rises from 0 to 1. At middle grey, where `s` is 10 / 16.5, the curve is 1/2
+/// and has the slope 2. The curve is `1/2 + 2 d / (1 + a |d|^p)^(1/p)`, where `d` is `s` minus 10 /
+/// 16.5. `p` is 3 below middle grey and 3.25 above; `a` is such that the ends are 0 and 1.
 fn agx_curve(linear: f32) -> f32 {
     const PIVOT: f32 = 10.0 / 16.5;
     const SLOPE: f32 = 2.0;

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 /// radians of a degree.
 const PIXELS_PER_DEGREE: f32 = 0.7 * (3840.0 / 0.7) * (std::f32::consts::PI / 180.0);
 
-/// Factor before Narkowicz's curve, which makes it as bright as ACES.
+/// Factor before Narkowicz's curve, which makes the curve as bright as ACES.
 const PRE_EXPOSURE: f32 = 0.6;
 
 /// Perceived error of an image.
@@ -75,7 +75,7 @@ impl Flip {
 
 impl Exposures {
     /// Exposures for `reference`: from the exposure that maps its brightest pixel to 0.85 of the
-    /// display's range, to the exposure that maps its median there (2021, section 4.2).
+    /// display's range, to the exposure that maps its median to 0.85 (2021, section 4.2).
     fn of(reference: &RgbImage) -> Self {
         const TARGET: f32 = 0.85;
         // Input of Narkowicz's curve for this value: the larger root of (2.51 − 2.43 t) x² + (0.03

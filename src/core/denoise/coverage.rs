@@ -77,7 +77,8 @@ pub(super) fn denoise(
     Ok((picture, filtered))
 }
 
-/// Layers with colour, albedo and normals divided by the coverage, and extended beyond it.
+/// Layers with colour, albedo and normals divided by the coverage, and extended beyond the covered
+/// pixels.
 fn straight(layers: &Layers, coverage: &[f32]) -> Layers {
     let straight = |layer: &[Vec3]| continued(layer, coverage, layers.size);
     let of_colors = |variance: &Vec<Vec3>| {
@@ -138,9 +139,9 @@ fn box_mean(values: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
     along(&rows, &|i| [i / width, height], width)
 }
 
-/// `layer` divided by `coverage`. Pixels without coverage get the mean colour around: of blocks of
-/// 2 × 2 pixels, of blocks of these blocks, and so on (Gortler et al. 1996, "The Lumigraph", §3.4,
-/// pull and push).
+/// `layer` divided by `coverage`. Pixels without coverage get the mean colour of the pixels around:
+/// of blocks of 2 × 2 pixels, of blocks of these blocks, and so on (Gortler et al. 1996, "The
+/// Lumigraph", §3.4, pull and push).
 fn continued(layer: &[Vec3], coverage: &[f32], size: [usize; 2]) -> Vec<Vec3> {
     let own = |(&v, &a): (&Vec3, &f32)| if a > 0.0 { (v, a) } else { (Vec3::ZERO, 0.0) };
     let mut levels = vec![(size, layer.iter().zip(coverage).map(own).collect::<Vec<_>>())];

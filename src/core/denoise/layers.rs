@@ -4,7 +4,7 @@ use super::{ALBEDO, COLOR, DenoiseError, NORMAL, RAW, VARIANCE, values, vectors}
 use crate::film::Image;
 use crate::math::Vec3;
 
-/// A layer, or the error for its missing channel. Only some filters need the layer.
+/// A layer, or the error that its channel is missing. Only some filters need the layer.
 type Layer<T> = Result<Vec<T>, DenoiseError>;
 
 /// Layers of an image as input of the filters, row by row.

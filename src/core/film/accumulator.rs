@@ -144,8 +144,8 @@ impl Accumulator {
         };
     }
 
-    /// Adds the samples of another accumulator of the same pixel. The sums are bit-identical to
-    /// those of one render. The spread of blocks, from which the error is estimated, is equal up to
+    /// Adds the samples of another accumulator of the same pixel. The sums are bit-identical to the
+    /// sums of one render. The spread of blocks, from which the error is estimated, is equal up to
     /// rounding.
     pub fn merge(&mut self, other: &Self) {
         // Merge the spreads (Chan, Golub and LeVeque 1983, "Algorithms for Computing the Sample

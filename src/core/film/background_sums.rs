@@ -62,7 +62,7 @@ impl BackgroundSum {
         self.change(share, Fixed::plus);
     }
 
-    /// Adds the `share` of one sample outside of all blocks.
+    /// Adds the `share` of one sample that is in no block.
     pub fn add_alone(&mut self, share: [f64; 3]) {
         self.change(share, Fixed::plus);
         self.block_spread = f64::NAN;

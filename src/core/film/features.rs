@@ -147,7 +147,7 @@ impl FeatureSums {
     }
 }
 
-/// Numbers of samples of a pixel by the id that they hit.
+/// Ids that the samples of a pixel hit, each with its number of samples.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Coverage(Vec<(u32, u32)>);
 

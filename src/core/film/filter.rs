@@ -39,7 +39,7 @@ impl FilterKind {
         ("blackman-harris", Self::BlackmanHarris),
     ];
 
-    /// Returns true if the filter is negative somewhere. Pixels beside bright ones may then be
+    /// Returns true if the filter is negative somewhere. Pixels beside bright pixels may then be
     /// negative.
     pub fn has_negative_lobes(self) -> bool {
         self == Self::Mitchell
@@ -83,9 +83,9 @@ impl FilterKind {
     }
 }
 
-/// An importance-sampled reconstruction filter: the sample positions have its distribution, so that
-/// each sample touches one pixel only (Ernst, Stamminger and Greiner 2006, "Filter Importance
-/// Sampling").
+/// An importance-sampled reconstruction filter: the sample positions have the filter's
+/// distribution, so that each sample touches one pixel only (Ernst, Stamminger and Greiner 2006,
+/// "Filter Importance Sampling").
 #[derive(Clone, Debug, PartialEq)]
 pub struct Filter {
     kind: FilterKind,
@@ -137,8 +137,8 @@ impl Filter {
         self.radius
     }
 
-    /// Value of the filter at an offset from the pixel's centre in pixels. It is per pixel area, so
-    /// that it integrates to 1, and 0 beyond the radius.
+    /// Value of the filter at an offset from the pixel's centre in pixels. The value is per pixel
+    /// area, so that the filter integrates to 1. It is 0 beyond the radius.
     ///
     /// The box includes its lower border and excludes its upper border, so that each point of the
     /// film is in exactly one pixel.
@@ -153,8 +153,8 @@ impl Filter {
         (along(offset.x) * along(offset.y)) as f32
     }
 
-    /// Samples a position relative to the pixel's corner, and the weight of its radiance: 1 on
-    /// average.
+    /// Samples a position relative to the pixel's corner, and the weight of the sample's radiance,
+    /// which is 1 on average.
     #[inline]
     pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
         let ((x, wx), (y, wy)) = (self.draw(u.x), self.draw(u.y));

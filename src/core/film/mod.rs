@@ -250,7 +250,8 @@ impl Film {
         self.tile_at(pixel)?.sums(pixel)
     }
 
-    /// Adds the sums of another film of the same image. Pixels outside this crop are left out.
+    /// Adds the sums of another film of the same image. Pixels outside the crop of `self` are left
+    /// out.
     pub fn merge(&mut self, other: &Self) {
         for from in &other.tiles {
             for pixel in from.bounds().pixels() {

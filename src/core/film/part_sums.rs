@@ -4,8 +4,8 @@
 use super::Fixed;
 use crate::color::Spectrum;
 
-/// Sums of parts of the light of one pixel in one task, such as one sum per light group. They cover
-/// at most one block of samples.
+/// Sums of parts of the light of one pixel in one task, such as one sum per light group. The sums
+/// cover at most one block of samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartBlock(Vec<[f64; 3]>);
 
@@ -61,7 +61,7 @@ impl PartSum {
         Self([0, 1, 2].map(|c| self.0[c].minus(other.0[c])))
     }
 
-    /// Mean in channel `c` over `samples` samples; 0 before the first one.
+    /// Mean in channel `c` over `samples` samples; 0 before the first sample.
     pub fn mean(self, c: usize, samples: u32) -> f64 {
         self.0[c].to_f64() / samples.max(1) as f64
     }

@@ -86,8 +86,8 @@ pub struct SurfacePoint {
     pub time: f32,
     /// Ray offset from `p` along the normal: a bound on rounding errors.
     pub ray_offset: f32,
-    /// Height of the curved surface over the triangle, on the front and on the back. Rays that
-    /// leave beyond the facet's horizon add it to `ray_offset`.
+    /// Height of the curved surface over the triangle, on the front and on the back. For rays that
+    /// leave beyond the facet's horizon, this height is added to `ray_offset`.
     pub curvature_offset: [f32; 2],
     /// Unit geometric normal, by the winding.
     pub ng: Vec3,
@@ -158,8 +158,8 @@ impl Mesh {
         Some([normal(a)?, normal(b)?, normal(c)?])
     }
 
-    /// Unit tangents along u and v of triangle `prim` with these corners. `None` if it has no
-    /// texture coordinates, or if these are degenerate.
+    /// Unit tangents along u and v of triangle `prim` with these corners. `None` if the triangle
+    /// has no texture coordinates, or if the texture coordinates are degenerate.
     pub fn tangents(&self, prim: PrimId, [p0, p1, p2]: [Vec3; 3]) -> Option<[Vec3; 2]> {
         let [t0, t1, t2] = self.corner_uvs(prim)?;
         let ([e1, e2], [d1, d2]) = ([p1 - p0, p2 - p0], [t1 - t0, t2 - t0]);
@@ -172,7 +172,7 @@ impl Mesh {
     }
 
     /// Length in texture coordinates per length in space, from the areas of triangle `prim` with
-    /// these corners; 0 if it has no texture coordinates.
+    /// these corners; 0 if the triangle has no texture coordinates.
     pub fn uv_per_length(&self, prim: PrimId, [p0, p1, p2]: [Vec3; 3]) -> f32 {
         let Some([t0, t1, t2]) = self.corner_uvs(prim) else {
             return 0.0;
@@ -210,7 +210,7 @@ impl Mesh {
         };
     }
 
-    /// Facet of triangle `prim`, which all its points share.
+    /// Facet of triangle `prim`, which all points of the triangle share.
     pub fn facet(&self, prim: PrimId) -> Facet {
         Facet::new(self.corners(prim))
     }
@@ -291,7 +291,7 @@ pub fn retain_triangles(triangles: &mut Vec<[u32; 3]>, parts: &mut Vec<u32>, mut
     parts.truncate(kept);
 }
 
-/// Unit geometric normal and ray offset of a triangle, which all its points share.
+/// Unit geometric normal and ray offset of a triangle, which all points of the triangle share.
 #[derive(Clone, Copy, Debug)]
 pub struct Facet(Vec4);
 
@@ -355,10 +355,10 @@ impl SurfacePoint {
     /// `normals` at its corners. `b` are the weights of the corners.
     ///
     /// The shading normal is interpolated. Rays start at the height of the curved surface over the
-    /// facet, if the curved surface bulges to their side. Otherwise the facets' edges would be
-    /// visible at grazing angles. The height follows Hanika 2021, "Hacking the Shadow Terminator",
-    /// eq. 1: the point is projected onto the planes at the corners in front of it, and the
-    /// projections are interpolated.
+    /// facet, if the curved surface bulges to the side of the rays. Otherwise the facets' edges
+    /// would be visible at grazing angles. The height follows Hanika 2021, "Hacking the Shadow
+    /// Terminator", eq. 1: the point is projected onto the planes at the corners in front of it,
+    /// and the projections are interpolated.
     #[inline(never)]
     pub(super) fn curved(self, corners: [Vec3; 3], normals: [Vec3; 3], b: [f32; 3]) -> Self {
         let mut ns = Vec3::ZERO;

@@ -12,7 +12,7 @@ pub const UNNAMED: u32 = 0;
 /// Parts are numbered from 1. [`UNNAMED`] is the part without names.
 #[derive(Clone, Debug, Default)]
 pub struct PartNames {
-    /// Object and groups of each part, one after the other.
+    /// Names of the object and of the groups of each part, one after the other.
     text: String,
     ends: Vec<End>,
     /// Parts by the hash of their names.

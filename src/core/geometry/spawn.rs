@@ -81,8 +81,9 @@ impl SurfacePoint {
 
 /// Moves a point off its surface along the normal, to one side, just beyond its rounding error.
 ///
-/// A ray from there to that side cannot hit its own surface, and skips nothing wider than the
-/// rounding error (PBR4 §6.8.6; the rounding of the sum itself is part of the bound here).
+/// A ray from the moved point to that side cannot hit the surface of the point, and skips nothing
+/// wider than the rounding error (PBR4 §6.8.6; the rounding of the sum itself is part of the bound
+/// here).
 #[inline(always)]
 pub fn offset_to(s: &SurfacePoint, side: Side) -> Vec3 {
     s.raised(side, 0.0)
@@ -98,14 +99,14 @@ pub fn ray_towards(s: &SurfacePoint, w: Vec3) -> Ray {
     Ray::new(offset_origin(s, w), w).when(s.time)
 }
 
-/// Segment from the surface at `s` to the point `target`, which it does not reach.
+/// Segment from the surface at `s` to the point `target`, which the segment does not reach.
 ///
 /// If `target` is on a surface, it must already be off that surface ([`offset_origin`]).
 pub fn ray_between(s: &SurfacePoint, target: Vec3) -> Ray {
     segment(offset_origin(s, target - s.p), target).when(s.time)
 }
 
-/// Segment from `origin` to the point `target`, which it does not reach, at time 0.
+/// Segment from `origin` to the point `target`, which the segment does not reach, at time 0.
 #[inline(always)]
 pub fn segment(origin: Vec3, target: Vec3) -> Ray {
     Ray {

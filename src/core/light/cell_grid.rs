@@ -3,7 +3,7 @@ use crate::math::{Bounds3, Vec3};
 /// Candidate numbers of cells along the longest side, tried from the largest.
 const RESOLUTIONS: [u32; 14] = [48, 40, 32, 28, 24, 20, 16, 13, 10, 8, 6, 4, 2, 1];
 /// Share of points, at each end of each axis, that may lie outside of the grid: few paths reach
-/// them, and they may be far away.
+/// these points, and the points may be far away.
 const OUTSIDE: f64 = 0.005;
 /// Number of a cell without surfaces.
 const EMPTY: u32 = u32::MAX;

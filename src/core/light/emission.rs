@@ -108,7 +108,7 @@ impl Emission {
         }
     }
 
-    /// Flux of the path, W: its mean over all samples is the light's power.
+    /// Flux of the path, W. The mean flux over all samples is the light's power.
     pub fn weight(&self) -> Spectrum {
         // Divide one by one: for a tiny light the product of both densities may overflow.
         self.radiance * (self.cos() / self.pdf_direction / self.pdf_position)
@@ -123,10 +123,11 @@ impl Emission {
 
 impl Light {
     /// Samples emitted light at `time`; `None` if the light is black for this sample. `textures`
-    /// are the scene's, and `world` holds all of its geometry.
+    /// are the scene's, and `world` encloses all geometry of the scene.
     ///
-    /// Triangles and other lights with a size emit from points uniform over their area, with the
-    /// cosine's density. Light from infinity passes points uniform over a disk in front of `world`.
+    /// Triangles and other lights with a size emit from points uniform over their area, in
+    /// directions with a density proportional to the cosine. Light from infinity passes points
+    /// uniform over a disk in front of `world`.
     pub fn sample_emission(
         &self,
         time: f32,

@@ -86,7 +86,7 @@ mod tests {
     }
 
     /// Over all random numbers, the frequency of each light is its probability. The probability is
-    /// proportional to its power, within a few steps.
+    /// proportional to the power of the light, within a few steps.
     #[test]
     fn probabilities_are_exact() {
         // Intensities of many magnitudes, some of them zero

@@ -18,7 +18,7 @@ pub struct LightGroups {
 encode_fields!(LightGroups { names, of_lights });
 
 impl LightGroups {
-    /// Maximum number of groups, including the group of all other lights.
+    /// Maximum number of groups, including the default group.
     pub const MOST: usize = 16;
     /// Name of the group of lights without a group.
     pub const DEFAULT: &str = "default";

@@ -57,8 +57,8 @@ const DISK_SIDES: u32 = 128;
 /// Number of points along each side of the square that is mapped to the disc of a sun.
 const DISC_PLACES: usize = 256;
 
-/// `∫ L (w · n)⁺ dw` over the disc of a sun: in closed form if all of it is above the surface, else
-/// by the midpoint rule.
+/// `∫ L (w · n)⁺ dw` over the disc of a sun: in closed form if the whole disc is above the surface,
+/// else by the midpoint rule.
 fn of_sun(light: &SunLight, n: Vec3) -> Spectrum {
     let (towards, sin) = light.cone();
     let cos = towards.dot(n);

@@ -260,8 +260,9 @@ mod tests {
         }
     }
 
-    /// Luminance in kcd/m² and chromaticity at the zenith, and 60° from it, opposite to the sun and
-    /// on its side. Reference values are the paper's formulas, evaluated outside of this code.
+    /// Luminance in kcd/m² and chromaticity at the zenith, and at 60° from the zenith: opposite to
+    /// the sun, and on the side of the sun. Reference values are the paper's formulas, evaluated
+    /// outside of this code.
     #[test]
     fn values_are_those_of_the_paper() {
         for (turbidity, elevation, zenith, opposite, near) in [

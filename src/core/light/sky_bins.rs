@@ -138,7 +138,7 @@ impl SkyBins {
         &self.middles
     }
 
-    /// The bin of the unit direction `wi` of `light`, the light of these bins.
+    /// The bin of the unit direction `wi`. `light` is the light of these bins.
     pub fn bin(&self, light: &Light, wi: Vec3) -> usize {
         let (row, column) = match (light, &self.texels) {
             (Light::Environment(light), Some(texels)) => {
@@ -155,8 +155,8 @@ impl SkyBins {
         row * self.columns + column
     }
 
-    /// Samples a direction of `light`, the light of these bins, in the bin at `row` and `column`,
-    /// by the light's own distribution. The density is the density of the light's own sampling
+    /// Samples a direction in the bin at `row` and `column`, by the own distribution of `light`,
+    /// which is the light of these bins. The density is the density of the light's own sampling
     /// among all directions. `None` if the light never samples a direction in the bin.
     pub fn sample(&self, light: &Light, (row, column): (usize, usize), u: Vec2) -> Option<LightSample> {
         match (light, &self.texels) {

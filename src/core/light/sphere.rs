@@ -112,8 +112,8 @@ impl SphereLight {
     }
 
     /// Offset from the sphere of the ends of shadow rays and the starts of paths. `size` is the
-    /// largest coordinate of the other end. The offset bounds the rounding errors of both ends and
-    /// of the direction between them.
+    /// largest coordinate of the other end of the ray. The offset bounds the rounding errors of
+    /// both ends and of the direction between them.
     fn end_offset(&self, size: f32) -> f32 {
         gamma(16) * (self.center.abs().max_element() + self.radius + size)
     }

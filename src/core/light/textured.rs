@@ -19,8 +19,8 @@ use crate::texture::{Mapping, Texture, TextureId};
 
 /// Maximum number of parts along a side of a triangle for the mean of its texture.
 const PARTS: f32 = 8.0;
-/// Minimum weight of a triangle that may emit in the choice of a light, as a share of the weight of
-/// its brightest texel.
+/// Minimum weight, in the choice of a light, of a triangle that may emit. It is a share of the
+/// weight of the triangle's brightest texel.
 const MIN_SHARE: f32 = 1.0 / 1024.0;
 
 /// Variation of emission and opacity over a triangle.
@@ -84,7 +84,7 @@ impl Light {
 }
 
 impl TexturedTriangle {
-    /// The triangle at `time` with constant emission, by which it is sampled.
+    /// The triangle at `time` with constant emission. Points are sampled on this triangle.
     pub fn at(&self, time: f32) -> TriangleLight {
         match &self.even {
             Even::Still(light) => *light,
@@ -110,8 +110,8 @@ impl TexturedTriangle {
         (self.color(b1, b2, textures) * opacity, opacity)
     }
 
-    /// The triangle at `time` if its emission is constant over it; its radiance is multiplied by
-    /// the opacity.
+    /// The triangle at `time` if its emission is constant over the triangle. The radiance is
+    /// multiplied by the opacity.
     pub(super) fn without_textures(&self, time: f32) -> Option<TriangleLight> {
         let Variation {
             emission,
@@ -183,7 +183,8 @@ impl TexturedTriangle {
         }
     }
 
-    /// Texture coordinates at these barycentric coordinates.
+    /// Texture coordinates at the barycentric coordinates `b1`, `b2` of the mesh's second and third
+    /// corner.
     fn uv(&self, b1: f32, b2: f32) -> Vec2 {
         let [t0, t1, t2] = self.variation.uvs;
         (1.0 - b1 - b2) * t0 + b1 * t1 + b2 * t2
@@ -205,7 +206,7 @@ impl TexturedTriangle {
     }
 
     /// Mean factor of the radiance over the triangle, including opacity. Parts are as large as
-    /// texels, or at most 64 larger ones; each is one lookup at its middle.
+    /// texels, or at most 64 larger ones; each part is one lookup at its middle.
     ///
     /// The mean is 0 only if no point of the triangle emits. If all lookups are 0, the texels
     /// around the triangle are searched, unless there are too many. If a texel emits or may emit,

@@ -13,8 +13,8 @@ pub(super) struct LightBounds {
     pub radius: f32,
     /// Luminance of the largest possible radiant intensity in one direction, W/sr.
     pub intensity: f32,
-    /// Mean of the directions of maximum emission, weighted by intensity. It is shorter if the
-    /// directions differ.
+    /// Mean of the directions of maximum emission, weighted by intensity. The mean is shorter if
+    /// the directions differ.
     pub axis: Vec3,
     /// Bound on the error of the cosine with `axis`, because the directions differ.
     pub spread: f32,
@@ -100,7 +100,7 @@ impl ReceiverRegion {
         intensity(wi, spread) * self.cosine(wi, spread) / squared
     }
 
-    /// Radius of `source` over the distance to it.
+    /// Radius of `source` over the distance from the region to `source`.
     fn angle(&self, source: &LightBounds) -> f32 {
         let distance = self.center.distance(source.center).max(self.radius);
         if source.radius > 0.0 {

@@ -25,7 +25,7 @@ pub enum TriangleSampling {
 
 /// Solid angles, sr, for which sampling by solid angle pays. A smaller triangle looks the same
 /// everywhere, so area sampling is as good. A triangle that fills nearly the half sphere is seen
-/// from so near its plane that the arcs of its edges are inaccurate.
+/// from so near the triangle's plane that the arcs of the edges are inaccurate.
 const SOLID_ANGLES: std::ops::Range<f64> = 3e-4..6.2;
 
 /// A triangle that emits the same radiance in every direction of its front side.
@@ -330,7 +330,7 @@ impl MovingTriangle {
     }
 
     /// Power in watts: mean of `π A L` over a few times, so that a triangle with an area at only
-    /// some of them still has power.
+    /// some of these times still has power.
     pub(super) fn power(&self) -> f64 {
         TIMES.iter().map(|&time| self.at(time).power()).sum::<f64>() / TIMES.len() as f64
     }

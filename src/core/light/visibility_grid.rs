@@ -259,8 +259,8 @@ impl VisibilityGrid {
     }
 
     /// Samples a light of the scene's `lights`. `grid` chooses if there are several. The inner
-    /// value is `None` if no light is sampled, and the outer one if this grid has no data for the
-    /// place.
+    /// value is `None` if no light is sampled, and the outer value is `None` if this grid has no
+    /// data for the place.
     #[inline]
     pub(super) fn choose(
         &self,
@@ -398,7 +398,8 @@ impl VisibilityGrid {
 }
 
 impl SkyTable {
-    /// Probability of a bin by its table, over its probability by the light's own distribution.
+    /// Probability of a bin by the table of a cell, over the probability of the bin by the light's
+    /// own distribution.
     fn factor(&self, bin: usize, row_units: u32, column_units: u32) -> f32 {
         let mass = self.bins.masses()[bin];
         match mass > 0.0 {

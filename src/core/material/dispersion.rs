@@ -28,8 +28,8 @@ impl Material {
         self.ior + b * (inverse_square(nanometers) - inverse_square(D))
     }
 
-    /// The material's `bsdf` at a vacuum wavelength in nanometres; `None` if it does not depend on
-    /// the wavelength.
+    /// The material's `bsdf` at a vacuum wavelength in nanometres; `None` if the BSDF does not
+    /// depend on the wavelength.
     pub fn dispersed(&self, bsdf: &Bsdf, nanometers: f32) -> Option<Bsdf> {
         match bsdf {
             Bsdf::Single(Lobe::Dielectric(glass)) if self.abbe.is_some() && !self.maps.varies_bsdf() => {

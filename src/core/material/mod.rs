@@ -56,7 +56,7 @@ quantities! {
         anisotropy: f32 = 0.0, in SHARE;
         /// Angle from ∂p/∂u to the tangent around the normal, in degrees.
         anisotropy_rotation: f32 = 0.0, in Range::Any;
-        /// Factor of the reflection of a layer of index 1.5 over all other lobes.
+        /// Factor of the reflection of the clear coat, a layer of index 1.5 over all other lobes.
         clearcoat: f32 = 0.0, in SHARE;
         /// Roughness of the clear coat.
         clearcoat_roughness: f32 = 0.0, in SHARE;
@@ -120,8 +120,8 @@ pub enum Gloss {
     /// GGX microfacets with the material's roughness and a Fresnel term.
     Ggx(Fresnel),
     /// Metallic-roughness model (glTF 2.0, appendix B) with this share of metal: GGX microfacets
-    /// with the material's roughness. Metal reflects with the base colour; the rest reflects by its
-    /// index, over a diffuse base.
+    /// with the material's roughness. Metal reflects with the base colour; the dielectric rest
+    /// reflects by the index of refraction, over a diffuse base.
     Metallic(f32),
     /// Perfect mirror with a Fresnel term.
     Mirror(Fresnel),
@@ -176,8 +176,8 @@ impl Material {
         }
     }
 
-    /// Radiance of the front side, or the factor of its texture. The factor of a texture without a
-    /// constant is 1.
+    /// Radiance of the front side or, with an emission texture, factor of the texture. If the
+    /// constant is black, the factor is 1.
     pub fn emission_factor(&self) -> Spectrum {
         match self.maps.emission {
             Some(_) if self.emission.is_black() => Spectrum::ONE,
@@ -330,7 +330,7 @@ impl Material {
         ((self.ior - 1.0) / (self.ior + 1.0)).powi(2)
     }
 
-    /// Lobe of the transmitted light. It also reflects without colour, as dielectrics do: the
+    /// Lobe of the transmitted light. The lobe also reflects without colour, as dielectrics do: the
     /// factor of the reflection is the largest channel of the transmission.
     fn transmission_lobe(&self) -> Lobe {
         let (reflectance, transmittance) = (Spectrum::splat(self.transmission.max_component()), self.transmission);

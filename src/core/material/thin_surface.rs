@@ -26,7 +26,7 @@ use crate::color::Spectrum;
 pub struct ThinSurface {
     /// Factor of the transmitted light.
     pub tint: Spectrum,
-    /// Probability of passing for rays that the interfaces do not reflect; below 1 if there are
+    /// Probability that a ray passes if the interfaces do not reflect it; below 1 if there are
     /// other lobes.
     share: f32,
     ior: f32,
@@ -51,8 +51,8 @@ impl ThinSurface {
 }
 
 impl Material {
-    /// Transmission of the surface without refraction. `None` if there is none, or if it varies
-    /// over the surface.
+    /// Transmission of the surface without refraction. `None` if there is no such transmission, or
+    /// if it varies over the surface.
     pub fn thin_surface(&self) -> Option<ThinSurface> {
         let varies = self.maps.varies_bsdf() || self.maps.has_bumps();
         let has_layers = self.clearcoat > 0.0 || !self.sheen.is_black();

@@ -75,8 +75,8 @@ impl Glob {
         chars.collect()
     }
 
-    /// Pattern as text. `copy` selects one of several equivalent spellings, for tables with several
-    /// entries of the same names: literal characters may be escaped by `\`.
+    /// Pattern as text. A table may need several entries for the same names: `copy` selects one of
+    /// several equivalent spellings, which differ in literal characters that are escaped by `\`.
     pub fn text(&self, copy: usize) -> String {
         let mut left = copy;
         let mut text = String::new();

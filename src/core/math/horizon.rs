@@ -4,8 +4,8 @@ use super::{DVec3, Quat, Vec3};
 ///
 /// With +y up, azimuth 0 is +z, the position of a camera without rotation, and azimuths grow
 /// towards +x: counter-clockwise seen from above. For another up axis, the smallest rotation from
-/// +y turns the frame. It keeps directions perpendicular to both axes: with +z up, azimuth 0 is −y,
-/// and +x stays at 90°. With −y up, the rotation is around +x.
+/// +y turns the frame. The rotation keeps directions perpendicular to both axes: with +z up,
+/// azimuth 0 is −y, and +x stays at 90°. With −y up, the rotation is around +x.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Horizon {
     up: Vec3,
@@ -32,7 +32,7 @@ impl Horizon {
         self.up
     }
 
-    /// Up direction in the image of a camera with the unit vector `back` towards its back:
+    /// Up direction in the image of a camera with the unit vector `back` towards the camera's back:
     /// [`Horizon::up`]. If the camera points straight up or down, azimuth 0 is at the bottom.
     pub fn image_up(&self, back: Vec3) -> Vec3 {
         let height = back.dot(self.up);

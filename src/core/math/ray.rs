@@ -50,8 +50,8 @@ impl Ray {
         self.origin + t * self.direction
     }
 
-    /// Bits of origin, direction, `t_min`, `t_max` and time, to store a ray exactly. Its hits
-    /// depend on nothing else.
+    /// Bits of origin, direction, `t_min`, `t_max` and time, to store a ray exactly. The hits of
+    /// the ray depend on nothing else.
     pub fn bits(&self) -> [u32; 9] {
         let ([a, b, c], [d, e, f]) = (self.origin.to_array(), self.direction.to_array());
         [a, b, c, d, e, f, self.t_min, self.t_max, self.time].map(f32::to_bits)

@@ -37,7 +37,7 @@ pub struct BvhAccel {
     placements: Vec<Placement>,
 }
 
-/// Triangles in one space, with moving triangles in a separate tree.
+/// Triangles in one space: one tree of still triangles, and one tree of moving triangles.
 struct Shapes {
     still: Tree<TriangleLeaf>,
     moving: Tree<MovingTriangleLeaf>,

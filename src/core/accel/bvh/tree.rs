@@ -114,7 +114,7 @@ impl Boundable for Item {
     }
 }
 
-/// Stack of boxes, each with the ray parameter of its entry.
+/// Stack of boxes, each with the ray parameter at which the ray enters the box.
 struct Stack {
     items: [(Child, f32); Self::NEAR],
     len: usize,

@@ -62,7 +62,7 @@ impl Leaf for MovingTriangleLeaf {
     }
 }
 
-/// A ray prepared for triangles: axes permuted and sheared so that it points along +z (Woop,
+/// A ray prepared for triangles: axes permuted and sheared so that the ray points along +z (Woop,
 /// Benthin and Wald 2013, "Watertight Ray/Triangle Intersection").
 pub(super) struct Sheared {
     origin: Vec3,

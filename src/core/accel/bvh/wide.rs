@@ -118,8 +118,8 @@ impl Slabs {
 
     /// Ray parameters of the entry into each box, and a bit mask of the boxes hit before `t_max`.
     ///
-    /// The far end is increased by the error bound of both (Ize 2013, "Robust BVH Ray Traversal";
-    /// PBR4 §6.8.2).
+    /// The far end is increased by the error bound of both ends (Ize 2013, "Robust BVH Ray
+    /// Traversal"; PBR4 §6.8.2).
     #[inline(always)]
     pub fn meet(&self, node: &Node, t_max: f32) -> (Vec4, u32) {
         let t = |end: usize, axis: usize| (node.bounds[end][axis] - self.origin[axis]) * self.inverse[axis];

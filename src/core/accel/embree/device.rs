@@ -29,7 +29,7 @@ pub enum EmbreeError {
         /// Version of the headers.
         wanted: String,
     },
-    /// The build options of the loaded library differ from its headers.
+    /// The build options of the loaded library differ from the options in its headers.
     #[error(
         "Embree {version} {problem}\n  help: install a library with {RTC_MAX_INSTANCE_LEVEL_COUNT} level of instances and without backface culling, or \
          rebuild against the headers of this one"

@@ -105,7 +105,7 @@ pub(super) unsafe fn attach_mesh(
 }
 
 /// Attaches an instance of `prototype`, which must be committed, to `scene`. `id` must be free in
-/// it.
+/// `scene`.
 pub(super) fn attach_instance(
     device: &Device,
     scene: &SceneHandle,
@@ -147,7 +147,8 @@ fn attach(device: &Device, scene: &SceneHandle, id: u32, geometry: &GeometryHand
     device.check("attaching a geometry")
 }
 
-/// Shares `items` with `geometry` as its buffer `kind` in `slot`, without a copy.
+/// Shares `items`, without a copy, with `geometry`. They become the buffer of type `kind` in
+/// `slot`.
 ///
 /// # Safety
 /// `T` begins with the fields of `format`, and has 16 bytes if Embree loads it as a vertex. `items`

@@ -29,7 +29,7 @@ use std::collections::BTreeMap;
 pub enum Scale {
     /// Single pixel: Student's t, with the degrees of freedom of the picture with fewer samples. If
     /// light is found rarely, the variance of most pixels is too low. The variance is therefore at
-    /// least the mean over the 5 × 5 pixels around it, and over its tile.
+    /// least the mean over the 5 × 5 pixels around the pixel, and over the pixel's tile.
     Pixel,
     /// Mean over a tile of 16 × 16 pixels, with the variances of its pixels, which are at least the
     /// mean over the 3 × 3 tiles around it. If all pixels of a sample may have common errors, the
@@ -63,8 +63,9 @@ pub struct Extreme {
     /// `reference` is 0.
     pub difference: f64,
     /// Difference over its standard deviation: normal for tiles, else Student's t. For regions and
-    /// the whole, it is for the weighted mean of the tiles' relative differences. The weights
-    /// follow from their variances, so its sign may differ from `difference`.
+    /// the whole, it is the score of the weighted mean of the tiles' relative differences. The
+    /// weights follow from the tiles' variances, so the score and `difference` may have different
+    /// signs.
     pub score: f64,
     /// Probability that noise makes one of the tests of this scale as extreme.
     pub p: f64,
@@ -176,8 +177,8 @@ pub fn pixel_scores(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbIm
     Some(pixels.iter().map(furthest).collect())
 }
 
-/// Probability that the minimum of `tests` independent p-values is at most `p` (Šidák 1967). It is
-/// lower for positively dependent p-values.
+/// Probability that the minimum of `tests` independent p-values is at most `p` (Šidák 1967). The
+/// probability is lower for positively dependent p-values.
 fn of_family(p: f64, tests: usize) -> f64 {
     -f64::exp_m1(tests as f64 * f64::ln_1p(-p))
 }
@@ -313,14 +314,14 @@ fn independent_tiles(tiles: usize, common: CommonErrors) -> f64 {
     }
 }
 
-/// Tests by the spread of the relative differences of `tiles`, one per channel.
+/// One test for each channel, by the spread of the relative differences of `tiles`.
 fn spread_tests(tiles: &[&NoiseTile], common: CommonErrors) -> Vec<Test> {
     let test = |channel| spread_test(tiles, common, channel);
     (0..3).filter_map(test).collect()
 }
 
-/// Tests by the spread of the absolute differences of `tiles`, one per channel: each tile has the
-/// weight of its light.
+/// One test for each channel, by the spread of the absolute differences of `tiles`: each tile has
+/// the weight of its light.
 fn sum_tests(tiles: &[&NoiseTile]) -> Vec<Test> {
     let test = |channel: usize| {
         let terms = tiles.iter().map(|tile| tile.sums[1][channel] - tile.sums[0][channel]);

@@ -15,8 +15,8 @@ pub struct Noise {
     pub common: CommonErrors,
 }
 
-/// Maximum number of pixels that share their paths. The variance of a tile's mean may be larger
-/// than for independent pixels by this factor, because errors of a group add up linearly.
+/// Maximum number of pixels that share their paths. The variance of a tile's mean may be this
+/// factor larger than for independent pixels, because errors of a group add up linearly.
 const SHARING: f64 = 16.0;
 
 /// Kinds of errors that pixels have in common, in ascending order of severity.
@@ -130,7 +130,7 @@ impl Pixels {
 }
 
 impl Pixel {
-    /// Difference over its standard deviation, if known.
+    /// Difference over its standard deviation; `None` if the standard deviation is unknown.
     pub(super) fn score(&self, channel: usize) -> Option<f64> {
         let [reference, image] = self.values.map(|v| v[channel]);
         ratio(image - reference, self.variance[channel].sqrt())

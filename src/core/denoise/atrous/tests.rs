@@ -66,8 +66,8 @@ fn noise_on_a_wall_falls_fiftyfold() {
     assert!((mean / 0.5 - 1.0).abs() < 0.02, "mean {mean}");
 }
 
-/// A fiftieth of the pixels has a bright sample, which its variance includes; the total light is
-/// unchanged.
+/// A fiftieth of the pixels has a bright sample, which the variances of these pixels include; the
+/// total light is unchanged.
 #[test]
 fn fireflies_leave_no_blotches() {
     let mut input = wall(|_| 0.5, |_| 1.0, 0.1);
@@ -92,8 +92,8 @@ fn fireflies_leave_no_blotches() {
     assert!(variance.sqrt() < 0.2 * mean, "{mean} ± {}", variance.sqrt());
 }
 
-/// Rows of a lamp's edge, whose guides differ from all neighbours, have random light, which their
-/// variance includes; the mean of the picture is unchanged.
+/// Rows of a lamp's edge, whose guides differ from all neighbours, have random light, which the
+/// variances of these pixels include; the mean of the picture is unchanged.
 #[test]
 fn light_on_edges_is_not_lost() {
     let mut input = wall(|_| 0.5, |_| 1.0, 0.1);

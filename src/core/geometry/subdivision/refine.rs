@@ -46,7 +46,7 @@ pub(super) struct Around {
 
 impl Around {
     /// Returns true if the vertex keeps its position: it is pinned, more than two sharp edges meet
-    /// in it, or it is the corner of a single face.
+    /// at the vertex, or it is the corner of a single face.
     pub fn is_corner(&self) -> bool {
         self.is_pinned || self.sharp > 2 || self.sharp == 2 && self.corners == 1
     }

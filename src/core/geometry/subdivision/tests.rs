@@ -325,7 +325,8 @@ fn seams_of_uvs_move_nothing() {
     }
 }
 
-/// A mesh with a separate vertex for each corner, as many programs write it, has the same surface.
+/// A mesh with a separate vertex for each corner, as many programs write meshes, has the same
+/// surface as with common vertices.
 #[test]
 fn vertices_at_one_place_are_joined() {
     let positions = cube_corners();

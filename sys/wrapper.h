@@ -1,7 +1,7 @@
 #include <embree4/rtcore.h>
 
-/* Two macros that bindgen drops, one for its cast and one for having no value, become constants
-   of the same name. */
+/* bindgen drops two macros: one has a cast, and one has no value. Constants of the same names
+   replace them. */
 
 enum { invalid_geometry_id = RTC_INVALID_GEOMETRY_ID };
 #undef RTC_INVALID_GEOMETRY_ID
@@ -16,6 +16,6 @@ enum { instance_array = 1 };
 enum { instance_array = 0 };
 #endif
 
-/* Whether Embree was compiled with instance arrays. `RTCHit` then has a second id for each level
+/* True if Embree was compiled with instance arrays. `RTCHit` then has a second id for each level
    of instancing. */
 static const bool RTC_GEOMETRY_INSTANCE_ARRAY = instance_array;

@@ -184,7 +184,7 @@ pub(super) struct DirectionTerms {
     pub share: f32,
     /// Rough lobes: density of sampling the direction for multiple scattering.
     pub several_pdf: f32,
-    /// Rough conductors: energy of the facets.
+    /// Rough conductors: energy of the facets towards the direction.
     pub energy: ConductorEnergy,
     /// Rough conductors: [`Ggx::stretched`] of the direction.
     pub stretched: f32,

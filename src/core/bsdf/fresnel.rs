@@ -126,9 +126,9 @@ pub fn dielectric(cos_i: f32, eta: f32) -> (f32, f32) {
     (0.5 * (parallel * parallel + perpendicular * perpendicular), cos_t)
 }
 
-/// Direction in which the facet `h` refracts `w`. `cos_i` and `cos_t` are the cosines with the
-/// normal on either side. `eta` is the index on the far side, relative to the side of `w`, as in
-/// [`dielectric`] (PBR4 eq. 9.5).
+/// Direction in which the facet `h` refracts `w`. `cos_i` and `cos_t` are the cosines of both
+/// directions with the facet's normal. `eta` is the index on the far side, relative to the side of
+/// `w`, as in [`dielectric`] (PBR4 eq. 9.5).
 pub fn refract(w: Vec3, h: Vec3, cos_i: f32, cos_t: f32, eta: f32) -> Vec3 {
     (cos_i / eta - cos_t) * h - w / eta
 }

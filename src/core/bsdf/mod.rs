@@ -122,7 +122,7 @@ impl BsdfSample {
         }
     }
 
-    /// The sample, refracted with the relative index `eta`.
+    /// The sample as a refracted sample with the relative index `eta`.
     pub(super) fn with_eta(self, eta: f32) -> Self {
         Self { eta, ..self }
     }
@@ -255,7 +255,7 @@ impl Bsdf {
         self.lobe_values(wo, wi).fold(Spectrum::ZERO, |sum, (_, f)| sum + f)
     }
 
-    /// Lobes, each with its part of [`Bsdf::eval`].
+    /// Lobes, each with the value that it contributes to [`Bsdf::eval`].
     #[inline(always)]
     pub fn lobe_values(&self, wo: Vec3, wi: Vec3) -> impl Iterator<Item = (&Lobe, Spectrum)> {
         let [o, i] = [wo, wi].map(|w| self.passed(w));

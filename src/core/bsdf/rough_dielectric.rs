@@ -29,7 +29,7 @@ pub struct RoughDielectric {
 struct EnergySide {
     /// Mean share of the light that is lost.
     missing: f32,
-    /// Share of the loss that returns to this side.
+    /// Share of the loss that returns to the side from which the light came.
     reflected: f32,
 }
 

@@ -28,7 +28,7 @@ pub struct BsdfView<'a> {
     p: [f32; PLACES],
 }
 
-/// A direction, with the terms of a BSDF that depend on it only.
+/// A direction, with the terms of a BSDF that depend on this direction only.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfDirection {
     /// Unit direction, local frame.

@@ -27,7 +27,7 @@ impl Spectrum {
         self.0.to_array()
     }
 
-    /// Maximum of both, by channel.
+    /// Maximum of `self` and `other`, by channel.
     pub fn max(self, other: Self) -> Self {
         Self(self.0.max(other.0))
     }

@@ -219,7 +219,7 @@ mod tests {
         for v in continued(&picture, &coverage, SIZE) {
             assert!((v / color - Vec3::ONE).abs().max_element() < 1e-5, "{v}");
         }
-        // Without any coverage, there is no colour to extend.
+        // If no pixel has coverage, there is no colour to extend.
         let nothing = continued(&picture, &vec![0.0; picture.len()], SIZE);
         assert!(nothing.iter().all(|&v| v == Vec3::ZERO));
     }

@@ -244,7 +244,7 @@ impl Accumulator {
         [0, 1, 2].map(channel).iter().sum::<f64>() / 3.0
     }
 
-    /// Squared error from the variance of all samples, as if they were independent.
+    /// Squared error from the variance of all samples, as if the samples were independent.
     pub fn independent_squared_error(&self) -> f64 {
         let channel = |c| self.variance_of_mean(c) / (self.mean(c).powi(2) + DARK);
         [0, 1, 2].map(channel).iter().sum::<f64>() / 3.0

@@ -4,7 +4,7 @@ use super::accumulator::BLOCK;
 use super::{DARK, Fixed};
 use crate::color::Spectrum;
 
-/// Backgrounds that pictures for display show unchanged.
+/// Backgrounds that pictures for display show without exposure and tone curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Backing {
     /// No background: the picture has an alpha channel.
@@ -14,9 +14,9 @@ pub enum Backing {
 }
 
 impl Backing {
-    /// Names of the coverage channels: the share of a pixel's red, green and blue that is not light
-    /// of the background. The three differ in coloured shadows on a ground. Alpha is the luminance
-    /// of this share.
+    /// Names of the coverage channels. Coverage is the share of a pixel's red, green and blue that
+    /// is not light of the background. The three shares differ in coloured shadows on a ground.
+    /// Alpha is the luminance of the coverage.
     pub const fn channels(self) -> &'static [&'static str] {
         match self {
             Self::Transparent => &["A"],

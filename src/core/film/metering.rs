@@ -149,8 +149,7 @@ impl Meter {
         }
     }
 
-    /// Meter with the target for the albedo of the surfaces in `image`, if the image has an albedo
-    /// channel.
+    /// The meter, with the target raised for bright surfaces if `image` has an albedo channel.
     fn for_albedo(mut self, image: &Image) -> Self {
         let Some(albedo) = channels(image, ["albedo.R", "albedo.G", "albedo.B"]) else {
             return self;

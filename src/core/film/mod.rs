@@ -127,7 +127,7 @@ impl Film {
             .collect()
     }
 
-    /// Adds sums of the [`Features`] of the surfaces that samples hit.
+    /// Makes the film sum the [`Features`] of the surfaces that samples hit.
     pub fn with_features(mut self) -> Self {
         self.tiles.iter_mut().for_each(Tile::sum_features);
         self

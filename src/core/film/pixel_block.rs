@@ -77,7 +77,7 @@ mod tests {
     use crate::film::{Backing, Features, Film, Points, Rect, Tile, Turn};
     use crate::math::{UVec2, Vec2, Vec3};
 
-    /// A tile of one pixel that sums everything.
+    /// A tile of one pixel that sums all quantities.
     fn tile() -> Tile {
         let size = UVec2::ONE;
         let film = Film::new(size, Rect::full(size)).with_features().with_parts(2);

@@ -2,8 +2,8 @@
 //! filter for larger ones. Both work along rows, then along columns.
 //!
 //! Enlarging uses the filter of Mitchell and Netravali (1988, "Reconstruction Filters in Computer
-//! Graphics") with B = C = 1/3. Its negative lobes would ring around lamps, so values are clamped
-//! to the range of the values under the filter.
+//! Graphics") with B = C = 1/3. The filter's negative lobes would ring around lamps, so values are
+//! clamped to the range of the values under the filter.
 
 use rayon::prelude::*;
 

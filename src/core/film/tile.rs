@@ -83,7 +83,8 @@ pub struct Tile {
     pixels: Vec<Accumulator>,
     /// Sums of features, one per pixel; empty without features.
     features: Vec<FeatureSums>,
-    /// Number of separate parts of the light. `part_sums` holds their sums, pixel by pixel.
+    /// Number of separate parts of the light. `part_sums` holds the sums of the parts, pixel by
+    /// pixel.
     parts: usize,
     part_sums: Vec<PartSum>,
     /// Classifier of light paths, if the last parts are light path expressions.

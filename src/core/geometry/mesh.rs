@@ -395,7 +395,7 @@ impl SurfacePoint {
         self.ns != self.ng
     }
 
-    /// Correction of a BSDF's value along a path from a light, which arrives from the unit
+    /// Factor that corrects a BSDF's value along a path from a light, which arrives from the unit
     /// direction `wo` and continues in `wi`: `|wo·ns| |wi·ng| / (|wo·ng| |wi·ns|)`. If the shading
     /// normal differs from the geometric normal, a BSDF is not symmetric. Without the factor, paths
     /// from lights would show another surface than paths from the camera (Veach 1997, §5.3). 0 if a

@@ -57,7 +57,7 @@ impl LightBounds {
     }
 }
 
-/// Receiving points: a ball of points whose normals are near one direction.
+/// A ball of receiving points whose normals are near one direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ReceiverRegion {
     /// Middle of the ball, world space.

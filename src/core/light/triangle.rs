@@ -16,10 +16,11 @@ use std::f64::consts::PI;
 /// Sampling of points on an emitting triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TriangleSampling {
-    /// Uniform over the area: cheaper.
+    /// Uniform over the area. It costs less time.
     #[default]
     Area,
-    /// Uniform over the solid angle, if it is large enough: less noise near large lights.
+    /// Uniform over the solid angle, if the solid angle is large enough. It has less noise near
+    /// large lights.
     SolidAngle,
 }
 

@@ -66,7 +66,7 @@ impl Glob {
         self.0.iter().all(|part| matches!(part, Part::Char(_)))
     }
 
-    /// The pattern without its wildcards, to search for similar names.
+    /// The pattern's characters without wildcards, to search for similar names.
     pub fn literal(&self) -> String {
         let chars = self.0.iter().filter_map(|part| match part {
             Part::Char(c) => Some(*c),

@@ -1,10 +1,10 @@
 //! [Open Image Denoise 2](https://www.openimagedenoise.org) on the CPU, for still pictures with
 //! guides.
 //!
-//! The `oidn` crate links the library and binds it. Its own safe filter (2.4.1) always has a colour
-//! image, so that guides cannot be filtered separately. It misspells the parameter `cleanAux`,
-//! which the library then ignores. It accepts no number of threads and no memory limit. This crate
-//! makes the same few calls with these four additions.
+//! The `oidn` crate links the library and binds it. The safe filter of that crate (2.4.1) always
+//! has a colour image, so that guides cannot be filtered separately. The filter misspells the
+//! parameter `cleanAux`, which the library then ignores. It accepts no number of threads and no
+//! memory limit. This crate makes the same few calls with these four additions.
 
 #![allow(unsafe_code)] // Calls of a C library; each says why it is sound.
 

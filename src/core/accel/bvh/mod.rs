@@ -1,11 +1,11 @@
 //! The backend in pure Rust: obvhs builds a hierarchy of boxes, and this module traces rays.
 //!
-//! obvhs's own traversals clamp the reciprocal of a direction at a fixed epsilon. Its wide variant
-//! also starts at a fixed distance, which misses scenes of 10⁻⁸ units. Its box tests round to both
-//! sides, which leaks at edges. This module converts the binary hierarchy (PLOC with reinsertion)
-//! to four boxes per node (`wide`). Box tests are conservative (Ize 2013) and triangle tests
-//! watertight (`watertight`; Woop et al. 2013). Both use f32. Edge functions that vanish, and the
-//! distance of a hit, use f64: with f32 errors a ray that leaves a sliver could hit it again.
+//! obvhs's own traversals clamp the reciprocal of a direction at a fixed epsilon. obvhs's wide
+//! variant also starts at a fixed distance, which misses scenes of 10⁻⁸ units. Its box tests round
+//! to both sides, which leaks at edges. This module converts the binary hierarchy (PLOC with
+//! reinsertion) to four boxes per node (`wide`). Box tests are conservative (Ize 2013) and triangle
+//! tests watertight (`watertight`; Woop et al. 2013). Both use f32. Edge functions that vanish, and
+//! the distance of a hit, use f64: with f32 errors a ray that leaves a sliver could hit it again.
 //!
 //! Instances have a separate tree, and so have moving triangles; boxes bound all positions over
 //! time. obvhs's CWBVH is not used. It has nodes with eight quantised boxes; four float boxes per

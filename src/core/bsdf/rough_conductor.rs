@@ -32,7 +32,7 @@ impl RoughConductor {
         matches!(self.fresnel, Fresnel::Schlick { .. })
     }
 
-    /// Parameters for [`super::BsdfLanes`]: the slopes, and three factors by channel: factor of
+    /// Parameters for [`super::BsdfLanes`]: the slopes, and three values by channel: factor of
     /// single reflections, reflectance along the normal, and factor of multiple reflections.
     pub(super) fn lane_parameters(&self) -> (Vec2, [[f32; 3]; 3]) {
         let f0 = match self.fresnel {

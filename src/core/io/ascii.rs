@@ -1,8 +1,8 @@
-/// Returns `text` in ASCII. Other characters are escaped as in JSON, `\u6728`; those beyond U+FFFF
-/// as two surrogates.
+/// Returns `text` in ASCII. Other characters are escaped as in JSON, such as `\u6728`. Characters
+/// beyond U+FFFF become two surrogates.
 ///
-/// EXR files have no encoding for their text, and readers assume ASCII, Latin-1 or UTF-8. JSON
-/// keeps its value if it is escaped.
+/// EXR files have no encoding for their text, and readers assume ASCII, Latin-1 or UTF-8. JSON text
+/// keeps its meaning, because its parser reads the escapes.
 pub(super) fn ascii(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

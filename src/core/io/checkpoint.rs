@@ -1,11 +1,12 @@
-//! Checkpoints: all words of a film in an EXR file, from which a render resumes.
+//! Checkpoints: the complete state of a film in an EXR file, from which a render resumes.
 //!
-//! Each word is a channel of 32-bit integers (`film/state.rs`), written row by row without a copy
-//! of the film. The header has a digest of all data. Nothing is compressed, because a checkpoint is
-//! written often and half of the words are noise. `files/output.rs` replaces the file atomically.
+//! The state is a list of 32-bit words per pixel (`film/state.rs`). Each word is an integer
+//! channel, written row by row without a copy of the film. The header has a digest of all data.
+//! Nothing is compressed, because a checkpoint is written often and half of the words are noise.
+//! `files/output.rs` replaces the file atomically.
 //!
-//! An image without its sums cannot be resumed. `Renderer::resume` compares the metadata of a
-//! checkpoint with the render.
+//! A picture without the sums of its pixels cannot be resumed. `Renderer::resume` compares the
+//! metadata of a checkpoint with the render.
 
 use super::exr::{Header, RowChannel, write_rows};
 use super::exr_text::text_attribute;
@@ -29,9 +30,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// Prefix of the channels that hold the words of a film ([`StateLayout::names`]).
 const PREFIX: &str = "state.";
-/// Attribute with the digest of all data.
+/// Name of the attribute with the digest of all data.
 const DIGEST: &str = "embrasure.stateDigest";
-/// Attribute with the statistics.
+/// Name of the attribute with the statistics.
 const STATISTICS: &str = "embrasure.statistics";
 
 /// Complete state of a render, written with its picture. The render can be resumed from it, or
@@ -40,7 +41,7 @@ const STATISTICS: &str = "embrasure.statistics";
 pub struct State<'a> {
     /// Sums of the pixels.
     pub film: &'a Film,
-    /// Statistics of the render, as text in a format of the program.
+    /// Statistics of the render, as text in a format of this program.
     pub statistics: &'a str,
 }
 
@@ -82,7 +83,7 @@ impl State<'_> {
         output.write(|writer| write_rows(writer, header, channels))
     }
 
-    /// One channel per word of a pixel.
+    /// Channels of the state, one for each word of a pixel.
     pub(super) fn channels(&self) -> Vec<RowChannel<'_>> {
         let rows = Arc::new(Rows::new(self.film));
         let names = rows.layout.names().into_iter().enumerate();
@@ -117,7 +118,7 @@ impl State<'_> {
             })
             .collect();
         let mut hash = Sha256::new();
-        // The file has rounded seconds, so they are left out.
+        // The file stores rounded seconds, so the digest leaves the seconds out.
         let exact = Metadata {
             render_seconds: 0.0,
             ..metadata.clone()
@@ -132,7 +133,7 @@ impl State<'_> {
     }
 }
 
-/// Words of all pixels of a row. Rows count from the top of the crop.
+/// Words of all pixels of the row `row`, which is counted from the top of the crop.
 fn words_of_row(film: &Film, layout: &StateLayout, row: usize) -> Vec<u32> {
     let mut words = Vec::new();
     for pixel in pixels_of_row(film.crop(), row) {
@@ -143,7 +144,8 @@ fn words_of_row(film: &Film, layout: &StateLayout, row: usize) -> Vec<u32> {
     words
 }
 
-/// Words of a film by row. One channel after the other requests a row; its words are computed once.
+/// Words of a film by row. The EXR writer requests the same row for one channel after the other;
+/// the words of the row are computed only once.
 struct Rows<'a> {
     film: &'a Film,
     layout: StateLayout,
@@ -199,7 +201,7 @@ pub fn describe_checkpoint(path: &Path) -> Result<Description, FileError> {
 }
 
 /// Reads the file of a [`State`], either a checkpoint or a picture with its state. Returns an error
-/// if the data have changed.
+/// if the data differ from the digest in the header.
 pub fn read_checkpoint(path: impl AsRef<Path>) -> Result<Checkpoint, FileError> {
     let path = path.as_ref();
     Opened::new(path)?.read(path)
@@ -220,7 +222,8 @@ struct Opened {
     resolution: UVec2,
     crop: Rect,
     layout: StateLayout,
-    /// Index of the word in each channel, if any.
+    /// For each channel of the file, the index of the word that it holds; `None` if it holds no
+    /// word.
     places: Vec<Option<usize>>,
     metadata: Metadata,
     statistics: String,
@@ -250,7 +253,7 @@ impl Opened {
         let statistics = text_attribute(attributes, STATISTICS).ok_or_else(stateless)?;
         let metadata = Metadata::of_attributes(attributes).ok_or_else(stateless)?;
 
-        // Place of the picture, and word of each channel
+        // Find the crop of the picture, and the word of each channel
         let (resolution, crop) = windows(header).ok_or_else(|| damaged(path, &"its windows are invalid"))?;
         let min = match header.compression {
             exr::Compression::Uncompressed => crop.area() * Accumulator::WORDS as u64,
@@ -293,7 +296,8 @@ impl Opened {
         let meta = self.reader.meta_data().clone();
         let channels = meta.headers.first().map(|header| &header.channels);
         let channels = channels.ok_or_else(|| damaged(path, &"it has no layer"))?;
-        // The background must be the background of the settings.
+        // The film must have sums of the background if, and only if, the settings have a
+        // background.
         let backing = self.metadata.backing();
         if backing.is_some() != self.layout.has_background() {
             return Err(damaged(path, &"its sums are not those of its settings"));
@@ -400,7 +404,8 @@ fn pixels_of_row(crop: Rect, row: usize) -> impl Iterator<Item = UVec2> {
     (crop.min.x..crop.max.x).map(move |x| UVec2::new(x, y))
 }
 
-/// Fills in four bytes per pixel of a row of `film`.
+/// Fills `bytes` with four bytes per pixel of the row `row` of `film`. `of` returns the bytes of a
+/// pixel.
 fn fill_row(film: &Film, row: usize, bytes: &mut [u8], of: impl Fn(&Accumulator) -> [u8; 4]) {
     for (bytes, pixel) in bytes.chunks_exact_mut(4).zip(pixels_of_row(film.crop(), row)) {
         if let Some(sums) = film.sums(pixel) {

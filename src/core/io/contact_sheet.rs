@@ -48,8 +48,8 @@ pub fn write_sheet_with_plan(
     Sheet::with_plan(plan, &below).write(output)
 }
 
-/// Edge in pixels of the plan that [`write_sheet_with_plan`] draws, for panels of `width` pixels in
-/// `columns`.
+/// Edge, in pixels, of the plan that [`write_sheet_with_plan`] draws above `columns` columns of
+/// panels. The panels are `width` pixels wide.
 pub fn edge_of_plan(width: usize, columns: usize) -> usize {
     (columns.min(2) * (cell_width(width) + MARGIN)).saturating_sub(MARGIN)
 }
@@ -61,7 +61,7 @@ pub struct Mark {
     pub number: usize,
     /// Position in pixels from the left and from the top.
     pub at: [f32; 2],
-    /// Vector of a length of at most 1, x to the right and y down.
+    /// Direction of the mark: x to the right, y down, and a length of at most 1.
     pub direction: [f32; 2],
 }
 
@@ -177,12 +177,13 @@ impl Sheet {
     }
 }
 
-/// Width of a cell for pictures of this width, in pixels. A few words fit into the narrowest cell.
+/// Width, in pixels, of a cell for pictures of the width `picture`. A few words fit into the
+/// narrowest cell.
 fn cell_width(picture: usize) -> usize {
     picture.clamp(220, LARGEST)
 }
 
-/// Wraps `line` at words to at most `fits` characters per line. Longer words are cut.
+/// Wraps `line` between words, with at most `fits` characters per line. Longer words are cut.
 fn wrapped(line: &str, fits: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     let letters = |text: &str| text.chars().count();
@@ -220,7 +221,7 @@ impl DrawTarget for Sheet {
     }
 }
 
-/// Averages blocks of pixels, so that the larger edge of the picture fits.
+/// Averages blocks of pixels, so that the larger edge has at most [`LARGEST`] pixels.
 fn reduced(image: &RgbImage) -> RgbImage {
     let factor = image.width.max(image.height).div_ceil(LARGEST).max(1);
     image.averaged(factor, |v| v.clamp(0.0, 1.0))
@@ -250,7 +251,7 @@ mod tests {
         let at = |x: usize, y: usize| &sheet.bytes[3 * (y * sheet.width + x)..][..3];
         assert_eq!(at(MARGIN, MARGIN), [255, 0, 0]);
         assert_eq!(at(0, 0), [24, 24, 26]);
-        // The first picture has text below it; the empty fourth cell has none.
+        // The first picture has text below it; the empty fourth cell has no text.
         let lit = |x: usize, y: usize| (x..x + 320).any(|x| (y..y + 15).any(|y| at(x, y) == [225, 225, 220]));
         assert!(lit(MARGIN, MARGIN + 164) && !lit(2 * MARGIN + 320, 2 * MARGIN + 209 + 164));
     }
@@ -275,7 +276,7 @@ mod tests {
         // The wedge points to the right of the disk.
         assert_eq!(at(MARGIN + 100 + 20, MARGIN + 50), red);
         assert_ne!(at(MARGIN + 100 - 20, MARGIN + 50), red);
-        // First picture below the plan
+        // The first picture is below the plan.
         assert_eq!(at(MARGIN + 5, 2 * MARGIN + 200 + 2 * LINE + MARGIN + 5), [255, 0, 0]);
     }
 

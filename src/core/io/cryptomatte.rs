@@ -7,13 +7,13 @@ use crate::film::{Aov, Channel, Coverage, FeatureSums, Film};
 use serde_json::Value;
 use std::collections::HashMap;
 
-/// Suffixes of the channels of a layer: pairs of id and coverage, two pairs in each of three layers
-/// of channels.
+/// Suffixes of the channels of a matte layer: six pairs of id and coverage. Each of the EXR layers
+/// `00`, `01` and `02` holds two pairs.
 const CHANNELS: [&str; 12] = [
     "00.R", "00.G", "00.B", "00.A", "01.R", "01.G", "01.B", "01.A", "02.R", "02.G", "02.B", "02.A",
 ];
 
-/// Mattes of one kind.
+/// A layer of mattes: of objects, of parts or of materials.
 struct Layer<'a> {
     name: &'static str,
     /// Names, indexed by the ids of the coverage.
@@ -21,7 +21,8 @@ struct Layer<'a> {
     coverage: fn(&FeatureSums) -> &Coverage,
 }
 
-/// Layers of a scene with these names. Parts have a layer if there are any.
+/// Layers of mattes for a scene with these names: objects, materials, and parts if the scene has
+/// any.
 fn layers(names: &FeatureNames) -> Vec<Layer<'_>> {
     fn texts(names: &[String]) -> Vec<&str> {
         names.iter().map(String::as_str).collect()
@@ -60,7 +61,8 @@ pub fn cryptomattes(film: &Film, names: &FeatureNames) -> Vec<Channel> {
 impl Layer<'_> {
     fn channels(&self, film: &Film) -> Vec<Channel> {
         let hashes: Vec<f32> = self.names.iter().map(|name| id_of(name)).collect();
-        // Several materials may have the same name. A part and an object may, too.
+        // Several materials may have the same name. A part and an object may have the same name,
+        // too.
         let mut first: HashMap<&str, u32> = HashMap::new();
         let ids = (0..).zip(&self.names);
         let first_of: Vec<u32> = ids.map(|(id, name)| *first.entry(name).or_insert(id)).collect();
@@ -119,8 +121,8 @@ pub(super) fn attributes(names: &FeatureNames) -> Vec<(String, String)> {
     layers(names).iter().flat_map(of_layer).collect()
 }
 
-/// Id of a name in mattes: its hash as the bits of a float. One bit changes if they are infinity,
-/// NaN or a subnormal number.
+/// Id of a name in mattes: the hash of the name, read as the bits of a float. If the float would be
+/// zero, infinite, NaN or subnormal, one bit is changed.
 fn id_of(name: &str) -> f32 {
     let hash = hash_of(name);
     let exponent = hash >> 23 & 255;

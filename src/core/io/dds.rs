@@ -55,8 +55,8 @@ impl DdsFile {
         )
     }
 
-    /// Returns true if the format has an alpha channel. A BC1 file may have transparent pixels
-    /// without one.
+    /// Returns true if the format has an alpha channel. BC1 has no alpha channel, although its
+    /// pixels may be transparent.
     fn has_alpha(&self) -> bool {
         use ImageFormat::*;
         matches!(

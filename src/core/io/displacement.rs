@@ -12,14 +12,16 @@ use std::collections::HashMap;
 /// Approximate memory per vertex during displacement, in bytes.
 pub const BYTES_OF_VERTEX: u64 = 160;
 
-/// Heights of the vertices of a mesh.
+/// Texture that displaces the vertices of a mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct HeightMap<'a> {
     /// Texture of the heights.
     pub texture: &'a Texture,
-    /// Mapping of texture coordinates. Heights are `bump` times its value, in units of the mesh.
+    /// Mapping of the texture. The displacement is `mapping.bump` times the mapped value, in units
+    /// of the mesh.
     pub mapping: Mapping,
-    /// Filter: over the distance of neighbouring vertices (`Mip`), or none (`Bilinear`).
+    /// Filter of the texture: `Mip` averages over the distance to neighbouring vertices, `Bilinear`
+    /// does not.
     pub filter: TextureFilter,
 }
 
@@ -79,7 +81,7 @@ fn distances(mesh: &Mesh) -> Vec<f32> {
     sums.into_iter().map(|(sum, count)| sum / count.max(1.0)).collect()
 }
 
-/// Vertices of a mesh at one time.
+/// Vertices and triangles of a mesh at shutter open or at shutter close.
 struct Shape<'a> {
     positions: &'a [Vec3],
     /// Empty if the mesh is flat-shaded.
@@ -110,8 +112,8 @@ impl<'a> Shape<'a> {
     }
 }
 
-/// Calls `add` for each corner of a triangle with the triangle's normal, weighted by the angle
-/// (Thürmer and Wüthrich 1998).
+/// Calls `add` for each corner of a triangle with the triangle's normal, weighted by the triangle's
+/// angle at the corner (Thürmer and Wüthrich 1998).
 fn add_normals(corners: [Vec3; 3], mut add: impl FnMut(usize, DVec3)) {
     let [a, b, c] = corners;
     let normal = triangle_normal(a, b, c).as_dvec3();
@@ -123,10 +125,11 @@ fn add_normals(corners: [Vec3; 3], mut add: impl FnMut(usize, DVec3)) {
     }
 }
 
-/// New positions and normals of each mesh. Vertices move by `heights`. A mesh
-/// with an empty list moves only where it touches another mesh.
+/// New positions and normals of each mesh, after its vertices have moved by `heights` along their
+/// normals. A mesh with an empty list of heights moves only at the positions that it shares with
+/// another mesh.
 fn displaced(shapes: &[Shape], heights: &[Vec<f32>]) -> Vec<(Vec<Vec3>, Vec<Vec3>)> {
-    // Index of each place, shared by all meshes; adding 0 turns -0 into 0
+    // Number the distinct positions of all meshes; adding 0 turns -0 into 0
     let mut index_of: HashMap<[u32; 3], u32> = HashMap::new();
     let places: Vec<Vec<u32>> = (shapes.iter())
         .map(|shape| {
@@ -142,7 +145,7 @@ fn displaced(shapes: &[Shape], heights: &[Vec<f32>]) -> Vec<(Vec<Vec3>, Vec<Vec3
     let count = index_of.len();
     drop(index_of);
 
-    // Normals of places, for flat-shaded meshes
+    // Compute normals at the distinct positions, for flat-shaded meshes
     let is_flat = |(shape, heights): (&Shape, &Vec<f32>)| shape.normals.is_empty() && !heights.is_empty();
     let mut of_places = Vec::new();
     if shapes.iter().zip(heights).any(is_flat) {
@@ -156,7 +159,7 @@ fn displaced(shapes: &[Shape], heights: &[Vec<f32>]) -> Vec<(Vec<Vec3>, Vec<Vec3
         }
     }
 
-    // Mean displacement of each place
+    // Compute the mean displacement at each distinct position
     let mut sums = vec![(DVec3::ZERO, 0u32); count];
     for ((shape, places), heights) in shapes.iter().zip(&places).zip(heights) {
         for (i, &place) in places.iter().enumerate() {
@@ -181,8 +184,9 @@ fn displaced(shapes: &[Shape], heights: &[Vec<f32>]) -> Vec<(Vec<Vec3>, Vec<Vec3
     positions.into_iter().zip(normals).collect()
 }
 
-/// Normals of the meshes at their new positions. Each is the mean over the faces around all
-/// vertices that had the same place and normal before. Normals stay if no face around them moved.
+/// Normals of the meshes at their new positions. Vertices that had the same position and normal
+/// before share their new normal: the mean over the faces around them. A normal does not change if
+/// no face around it has moved.
 fn new_normals(shapes: &[Shape], places: &[Vec<u32>], positions: &[Vec<Vec3>], moves: &[DVec3]) -> Vec<Vec<Vec3>> {
     let mut index_of: HashMap<(u32, [u32; 3]), u32> = HashMap::new();
     let of_vertices: Vec<Vec<u32>> = (shapes.iter().zip(places))
@@ -202,7 +206,7 @@ fn new_normals(shapes: &[Shape], places: &[Vec<u32>], positions: &[Vec<Vec3>], m
         for &triangle in shape.triangles {
             let vertices = triangle.map(|vertex| vertex as usize);
             let is_moved = vertices.iter().any(|&v| moves[places[i][v] as usize] != DVec3::ZERO);
-            // Normals of a mesh may be opposite to its winding
+            // Normals of a mesh may point against the winding of its triangles
             let facet = shape.corners(triangle);
             let facet = triangle_normal(facet[0], facet[1], facet[2]);
             add_normals(vertices.map(|v| positions[i][v]), |corner, normal| {
@@ -230,7 +234,7 @@ mod tests {
     use crate::geometry::{ControlMesh, PrimId};
     use crate::texture::{Curve, Texels, Wrap};
 
-    /// A texture of one row of these bytes, as linear numbers.
+    /// A texture with one row of `texels`, which are linear numbers.
     fn texture(texels: &[u8]) -> Texture {
         Texture::new(
             texels.len(),

@@ -1,9 +1,8 @@
-//! Environment maps: pictures of latitude and longitude (Radiance, EXR) for infinitely distant
-//! light.
+//! Environment maps: latitude-longitude pictures (Radiance, EXR) for infinitely distant light.
 //!
-//! Resampling and conversions of colour leave small negative values, and a sun above 65504 is
-//! infinite in 16-bit files. Such channels are replaced, with a warning: negative ones and NaN by
-//! 0, infinite ones by 65504. A larger value would be a guess, and 0 would lose the sun.
+//! Resampling and colour conversions leave small negative values, and a sun above 65504 is infinite
+//! in 16-bit files. The reader replaces such values with a warning: negative values and NaN by 0,
+//! infinite values by 65504. A larger value would be a guess, and 0 would lose the sun.
 
 use super::FileError;
 use super::header_limits::check_size;
@@ -29,7 +28,7 @@ pub fn environment_bytes(texels: u64) -> u64 {
 /// Value of infinite channels: the largest 16-bit float.
 const LARGEST_HALF: f32 = 65504.0;
 
-/// An environment map, and descriptions of what was replaced in it.
+/// An environment map, and descriptions of the values that were replaced in it.
 #[derive(Debug)]
 pub struct Environment {
     /// The picture. All channels are finite and at least 0.
@@ -38,7 +37,7 @@ pub struct Environment {
     pub repairs: Vec<String>,
 }
 
-/// Reads a Radiance `.hdr` or an `.exr` picture of latitude and longitude, linear Rec.709.
+/// Reads a latitude-longitude picture, Radiance `.hdr` or `.exr`, in linear Rec.709.
 pub fn read_environment(path: &Path, allowance: Allowance) -> Result<Environment, FileError> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     let mut image = match extension.as_deref() {
@@ -62,7 +61,7 @@ pub fn read_environment(path: &Path, allowance: Allowance) -> Result<Environment
     Ok(Environment { image, repairs })
 }
 
-/// Replaced channels of one kind.
+/// Values that were replaced for one reason: they were negative, infinite or NaN.
 #[derive(Clone, Copy, Default)]
 struct Replaced {
     /// Number of texels with a replaced channel.
@@ -84,7 +83,8 @@ impl Replaced {
         self.texels += usize::from(found);
     }
 
-    /// Description of the replaced channels. `None` if there are none.
+    /// Description of the replaced values. `what` is the reason, such as "negative", and `instead`
+    /// the new value. `None` if nothing was replaced.
     fn sentence(&self, width: usize, what: &str, instead: &str) -> Option<String> {
         let (index, value) = self.largest?;
         let (noun, counts) = if self.texels == 1 {

@@ -66,7 +66,7 @@ pub enum Compression {
     Zip,
     /// Deflate, row by row.
     Zips,
-    /// Wavelets: the smallest files of noisy pictures.
+    /// Wavelet compression: the smallest files for noisy pictures.
     Piz,
     /// Run-length encoding of repeated bytes.
     Rle,
@@ -101,12 +101,12 @@ pub(super) struct RowChannel<'a> {
     pub fill: FillRow<'a>,
 }
 
-/// Writes the values of a row to the buffer, in the machine's byte order. Rows count from the top
-/// of the crop.
+/// Function that writes the values of a row to the buffer, in the machine's byte order. Rows count
+/// from the top of the crop.
 pub(super) type FillRow<'a> = Box<dyn Fn(usize, &mut [u8]) + Sync + 'a>;
 
 impl<'a> RowChannel<'a> {
-    /// Channel of stored values, in rows of `width`.
+    /// Channel of `values`, which are stored row by row, `width` values per row.
     fn of_values(name: &str, values: &'a [f32], width: usize, kind: exr::SampleType) -> Self {
         let fill: FillRow = match kind {
             exr::SampleType::F16 => Box::new(move |row, bytes| {

@@ -19,7 +19,7 @@ pub(super) struct ExrFile {
 }
 
 impl ExrFile {
-    /// Opens the file. `failed` makes the error of a wrong header.
+    /// Opens the file. `failed` converts a description to the error of a wrong header.
     pub fn open(path: &Path, failed: &dyn Fn(&dyn std::fmt::Display) -> FileError) -> Result<Self, FileError> {
         let input = Input::open(path, "the EXR file").map_err(|error| error.help_if_none("check the path"))?;
         let known = (input.length(), input.failure());
@@ -41,8 +41,8 @@ impl ExrFile {
         Ok(Self { meta, reader, failure })
     }
 
-    /// Reads all channels of all layers, at the largest resolution. `failed` makes the error of a
-    /// wrong file.
+    /// Reads all channels of all layers, at the largest resolution. `failed` converts a description
+    /// to the error of a wrong file.
     pub fn layers(
         self,
         path: &Path,
@@ -60,8 +60,8 @@ impl ExrFile {
     }
 }
 
-/// Converts an error of the decoder: either the kind of file is not supported, or `failed` makes
-/// the error of a wrong file.
+/// Converts an error of the decoder: to an error of an unsupported kind of file, or to an error of
+/// a wrong file, which `failed` makes from a description.
 pub(super) fn decoding_error(
     path: &Path,
     error: &::exr::error::Error,
@@ -85,7 +85,7 @@ pub(super) fn decoding_error(
 }
 
 /// Position of the pixels of a layer in the display window, relative to the window's corner. Pixels
-/// outside of it are left out.
+/// outside of the display window are left out.
 pub(super) struct DataWindow {
     /// Pixels of the layer that are in the display window.
     pub window: Rect,

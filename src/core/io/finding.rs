@@ -2,12 +2,13 @@
 //!
 //! A finding has a severity, a permanent name, a place and a count. One reader serves renders and
 //! checks. It skips a wrong statement or uses the nearest valid value, skips faces with a wrong
-//! `v`, and continues. `load_scene` stops at the first error at the end of a stage of its work.
-//! `inspect_scene` is the same loader, set to continue. A wrong entry of a scene file is blanked
-//! and the file is read again, because the parser stops at the first error.
+//! `v`, and continues. `load_scene` loads in stages; it stops at the end of a stage that found an
+//! error, and returns the first error. `inspect_scene` is the same loader, but continues after
+//! errors. A wrong entry of a scene file is blanked and the file is read again, because the parser
+//! stops at the first error.
 //!
-//! Columns are computed for messages only: `place_of` searches the statement for the word again, at
-//! most twenty times for each kind.
+//! Columns are computed only for messages: `place_of` then searches the statement for the wrong
+//! word again, at most twenty times for each kind of error.
 
 use super::{FileError, Position};
 use std::fmt;
@@ -17,11 +18,11 @@ use std::path::Path;
 /// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// Wrong: it cannot be intended.
+    /// A mistake: the statement cannot be intended.
     Error,
-    /// Probably not intended. It was repaired, replaced or left out.
+    /// A probable mistake. The statement was repaired, replaced or left out.
     Warning,
-    /// An assumption.
+    /// An assumption of the program.
     Note,
 }
 
@@ -49,7 +50,7 @@ pub struct Finding {
     pub error: FileError,
     /// Number of findings of this kind.
     pub count: u64,
-    /// Places of further findings in the same file, at most [`MAX_PLACES`].
+    /// Places of at most [`MAX_PLACES`] further findings in the same file.
     pub more: Vec<Position>,
 }
 
@@ -126,9 +127,9 @@ impl fmt::Display for Finding {
 /// A message that a render prints.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
-    /// Permanent name of its kind, independent of its wording.
+    /// Permanent name of this kind of warning, independent of its wording.
     pub kind: &'static str,
-    /// Sentences: problem, place and remedy.
+    /// Text of one or more sentences: problem, place and remedy.
     pub text: String,
 }
 
@@ -139,7 +140,7 @@ impl Warning {
         Self { kind, text }
     }
 
-    /// Returns true if the warning is a note: it names an assumption. Other warnings name likely
+    /// Returns true if the warning is a note, which names an assumption. Other warnings name likely
     /// mistakes.
     pub fn is_note(&self) -> bool {
         TOLD_NOTES.contains(&self.kind)

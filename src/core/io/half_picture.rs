@@ -4,10 +4,10 @@
 use crate::film::{Channel, Film, Image};
 use half::slice::{HalfBitsSliceExt, HalfFloatSliceExt};
 
-/// Name of the layer of light.
+/// Name of the layer with the light of the picture: the channels `R`, `G` and `B`.
 pub const PICTURE: &str = "picture";
 
-/// Name of the layer of ids.
+/// Name of the layer with object ids.
 pub const IDS: &str = "id";
 
 /// Largest finite 16-bit float.
@@ -44,7 +44,8 @@ pub fn light(film: &Film) -> Vec<f32> {
     values
 }
 
-/// Coverage of each pixel, for red, green and blue. `None` if `film` does not sum its background.
+/// Coverage of each pixel by surfaces, as three values for red, green and blue. `None` if `film`
+/// does not sum its background.
 pub fn coverage(film: &Film) -> Option<Vec<f32>> {
     film.backing()?;
     let pixels = film.crop().pixels();
@@ -65,7 +66,7 @@ fn shown(value: f32) -> f32 {
     value.clamp(-MAX_HALF, MAX_HALF)
 }
 
-/// Layers of channels, each once. Light is [`PICTURE`].
+/// Names of the layers of `channels`, each once. The layer of `R`, `G` and `B` is [`PICTURE`].
 pub fn layers<'a>(channels: impl Iterator<Item = &'a str>) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for name in channels.map(layer_of) {

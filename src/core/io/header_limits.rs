@@ -1,4 +1,5 @@
-//! Limits on headers of pictures: memory is allocated for the pixels before they are read.
+//! Limits on the sizes in headers of pictures: memory for the pixels is allocated before they are
+//! read.
 
 use super::FileError;
 use ::exr::prelude as exr;
@@ -6,18 +7,19 @@ use std::path::Path;
 
 /// Maximum number of pixels of an image.
 const MAX_PIXELS: u64 = 1 << 28;
-/// Maximum number of bytes of samples, and so also of pixels, per byte of a file. Deflate, the
-/// tightest coding in use, compresses at most 1032 bytes to one (zlib's manual).
+/// Maximum number of bytes of samples per byte of a file. It also limits the pixels, which have at
+/// least one byte each. Deflate, the tightest coding in use, compresses at most 1032 bytes to one
+/// (zlib's manual).
 const MAX_BYTES_PER_BYTE: u64 = 1032;
 
-/// Returns an error if a layer, or a block of it, is larger than an EXR file of `file_bytes` can
-/// have. If the number of pixels permits it, the exr crate (1.74) allocates the stated length of a
-/// block before it reads the block.
+/// Returns an error if a layer, or a block of a layer, is too large for an EXR file of `file_bytes`
+/// bytes. The exr crate (1.74) allocates a block before it reads it, with the length that the file
+/// states, if the number of pixels permits that length.
 pub(super) fn check_exr(path: &Path, file_bytes: u64, meta: &exr::MetaData) -> Result<(), FileError> {
     for header in &meta.headers {
         let (width, height) = (header.layer_size.width(), header.layer_size.height());
         check_size(path, file_bytes, width, height)?;
-        // Limit of all channels together: there may be thousands
+        // Limit the sum over all channels: there may be thousands
         let bytes = (width as u64 * height as u64).saturating_mul(header.channels.bytes_per_pixel as u64);
         if bytes > file_bytes.saturating_mul(MAX_BYTES_PER_BYTE) {
             let count = header.channels.list.len();
@@ -32,8 +34,8 @@ pub(super) fn check_exr(path: &Path, file_bytes: u64, meta: &exr::MetaData) -> R
     Ok(())
 }
 
-/// Returns an error if the header of `path` states more pixels than the limit, or than a file of
-/// `bytes` can hold.
+/// Returns an error if the header of `path` states more than [`MAX_PIXELS`] pixels, or more than a
+/// file of `bytes` bytes can hold.
 pub(super) fn check_size(path: &Path, bytes: u64, width: usize, height: usize) -> Result<(), FileError> {
     let max = MAX_PIXELS.min(bytes.saturating_mul(MAX_BYTES_PER_BYTE));
     if (width as u64)

@@ -91,7 +91,7 @@ named! {
 /// Displacements that are applied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DisplacementUse {
-    /// The displacements of the scene file. Displacements of a library if the object is subdivided.
+    /// Displacements of the scene file, and displacements of a library if the object is subdivided.
     Auto,
     /// All displacements.
     On,
@@ -131,7 +131,7 @@ named! {
     MapsByName: "auto" => Self::Auto, "off" => Self::Off;
 }
 
-/// The caps of sections.
+/// Use of caps, which close the cuts of sections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CutCaps {
     /// Cuts of closed surfaces have caps.
@@ -174,7 +174,7 @@ impl Named for MtlDialect {
 pub struct LoadOptions {
     /// Parts of OBJ files that are read.
     pub parts: PartFilter,
-    /// Choices that the formats leave open.
+    /// Choices for which the formats leave several possibilities.
     pub parameters: LoadParameters,
     /// Maximum memory of the render and of reading its files, in bytes. `None`: the free memory of
     /// the system.

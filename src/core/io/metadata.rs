@@ -46,9 +46,9 @@ pub struct Metadata {
     pub build: String,
     /// Hash of the frozen scene and the camera.
     pub scene_hash: String,
-    /// Method of the render: integrator, sampler, depth and the like, as `key=value` pairs.
+    /// Method of the render: integrator, sampler, depth and others, as `key=value` pairs.
     pub settings: String,
-    /// Errors that pixels have in common; `None` in files of earlier builds.
+    /// Kind of errors that pixels have in common; `None` in files of earlier builds.
     pub common_errors: Option<CommonErrors>,
     /// Index of the first sample.
     pub first_sample: u32,
@@ -146,7 +146,8 @@ encode_fields!(FeatureNames {
 });
 
 impl FeatureNames {
-    /// Layers of the parts of the light that a film sums separately, in their order.
+    /// Names of the layers of light that a film sums separately (light groups, strategies and light
+    /// path expressions), in the order of the film.
     pub fn parts(&self) -> Vec<String> {
         let lights = self.lights.iter().map(|name| format!("light_{name}"));
         let of_strategy = |name| [format!("strategy_{name}"), format!("unweighted_{name}")];
@@ -221,8 +222,8 @@ impl Metadata {
         })
     }
 
-    /// Difference, in words, by which two files do not belong to one picture: both values, this
-    /// file's first. `None` if they do.
+    /// First difference that shows that two files do not belong to one picture, in words: the value
+    /// in this file, then the value in `other`. `None` if they belong to one picture.
     pub fn difference(&self, other: &Self) -> Option<String> {
         let pairs = [
             ("version", &self.version, &other.version),
@@ -244,7 +245,8 @@ impl Metadata {
         Finish::of_text(&self.finish)
     }
 
-    /// Background of the picture, if pictures for display show it as requested.
+    /// Background that pictures for display show unchanged: transparent, or a colour. `None` for
+    /// other backgrounds.
     pub fn backing(&self) -> Option<Backing> {
         backing_of(&self.settings)
     }
@@ -324,7 +326,7 @@ impl CameraAttributes {
     }
 }
 
-/// The first `key=value` pair that differs, from both texts.
+/// The first pair of `key=value` texts that differ: from `ours`, then from `theirs`.
 fn setting_that_differs(ours: &str, theirs: &str) -> Option<String> {
     let pair = |text: &'_ str, i: usize| text.split(' ').nth(i).unwrap_or("nothing").to_string();
     (ours != theirs).then(|| {

@@ -8,12 +8,12 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 /// Computes shading normals of `mesh`. The normal of a corner is a mean over the triangles at that
-/// point, weighted by their angles there (Thürmer and Wüthrich 1998). Triangles whose normals
-/// differ from the corner's own triangle by at least `degrees` are left out.
+/// point, weighted by their angles there (Thürmer and Wüthrich 1998). Triangles are left out if
+/// their normal differs by at least `degrees` from the normal of the corner's own triangle.
 ///
-/// Points are equal if their coordinates are, for any index. A vertex that gets several normals is
-/// split, and its texture coordinates are kept. Existing normals are replaced. The time grows with
-/// the square of the number of triangles at a point.
+/// Vertices with equal coordinates are one point, even if their indices differ. A vertex that gets
+/// several normals is split, and its texture coordinates are kept. Existing normals are replaced.
+/// The time grows with the square of the number of triangles at a point.
 pub fn smooth_by_angle(mesh: &mut Mesh, degrees: f32) {
     let min_cosine = (degrees as f64).to_radians().cos();
     let points = weld(&mesh.positions);
@@ -24,7 +24,7 @@ pub fn smooth_by_angle(mesh: &mut Mesh, degrees: f32) {
         .map(|t| area_vector(&corners(t)).normalize_or_zero())
         .collect();
 
-    // Triangles at each point, in file order: triangle and angle
+    // List the triangles at each point in file order, each with its angle there
     let mut around: Vec<Vec<(u32, f64)>> = vec![Vec::new(); mesh.positions.len()];
     for (t, triangle) in mesh.triangles.iter().enumerate() {
         for (&v, angle) in triangle.iter().zip(corner_angles(&corners(triangle), normals[t])) {
@@ -83,7 +83,7 @@ pub fn area_vector(points: &[Vec3]) -> DVec3 {
     let Some((first, rest)) = points.split_first() else {
         return DVec3::ZERO;
     };
-    // Relative to the first corner, so that no digits are lost far from the origin
+    // Subtract the first corner, so that no digits are lost far from the origin
     let from_first = |p: &Vec3| p.as_dvec3() - first.as_dvec3();
     let pairs = rest.iter().zip(rest.iter().skip(1));
     pairs.map(|(p, q)| from_first(p).cross(from_first(q))).sum()
@@ -148,7 +148,7 @@ mod tests {
         for degrees in [91.0, 180.0] {
             let round = smoothed(cube(), degrees);
             assert_eq!(round.positions.len(), 8);
-            // By symmetry along the diagonals, for any triangulation of the sides
+            // By symmetry the normals point along the diagonals, for any triangulation of the sides
             for (p, n) in round.positions.iter().zip(&round.normals) {
                 assert!((*n * 3f32.sqrt() - *p).length() < 1e-6, "{n} at {p}");
             }

@@ -2,12 +2,12 @@
 //! decode themselves (`DecompressionStream`). `src/view/page/coding.js` is the decoder.
 //!
 //! The bits of a 16-bit float, as an integer, are about the logarithm of its value. The difference
-//! of two channels is thus about their ratio, in which noise that all channels share cancels. Green
-//! is coded directly, red and blue as differences from green. Each number is predicted by the mean
-//! of its neighbours to the left and above. The difference from the prediction is folded to an
-//! unsigned number; low and high bytes have separate planes. All arithmetic wraps around, so the
-//! coding is lossless for every pattern of bits. A picture that will soon be replaced may be
-//! rounded first, to fewer bits of the mantissa.
+//! of two channels is thus about the logarithm of their ratio, in which noise that all channels
+//! share cancels. Green is coded directly, red and blue as differences from green. Each number is
+//! predicted by the mean of its neighbours to the left and above. The difference from the
+//! prediction is folded to an unsigned number; low and high bytes have separate planes. All
+//! arithmetic wraps around, so the coding is lossless for every pattern of bits. A picture that
+//! will soon be replaced may be rounded first, to fewer bits of the mantissa.
 
 use flate2::Compression;
 use flate2::write::DeflateEncoder;
@@ -56,7 +56,7 @@ fn rounded(bits: u16, rounding: u32) -> u16 {
     let unit = 1 << rounding;
     match size {
         _ if rounding == 0 => return bits,
-        // The remaining bits of a NaN may be the bits of infinity.
+        // A NaN without its last bits could have the bits of infinity.
         size if size > INFINITY => return sign | QUIET_NAN,
         INFINITY => return bits,
         _ => {}
@@ -67,7 +67,7 @@ fn rounded(bits: u16, rounding: u32) -> u16 {
 /// Value predicted from the neighbours. The prediction of the first pixel is 0.
 fn predicted(left: Option<u16>, above: Option<u16>) -> u16 {
     match (left, above) {
-        // Signed mean: differences of channels are signed
+        // Use the signed mean, because differences of channels are signed
         (Some(left), Some(above)) => ((i32::from(left as i16) + i32::from(above as i16)) >> 1) as u16,
         (Some(one), None) | (None, Some(one)) => one,
         (None, None) => 0,
@@ -85,7 +85,7 @@ mod tests {
     use flate2::read::DeflateDecoder;
     use std::io::Read;
 
-    /// The decoder of the page.
+    /// Decodes a picture as the page does (`coding.js`).
     fn unpack(packed: &[u8], width: usize, rounding: u32) -> Vec<u16> {
         let mut planes = Vec::new();
         DeflateDecoder::new(packed).read_to_end(&mut planes).unwrap();
@@ -108,7 +108,7 @@ mod tests {
     #[test]
     fn packing_is_lossless() {
         let mut halves: Vec<u16> = (0..=u16::MAX).collect();
-        // In another order as well, so that neighbours differ a lot
+        // Add all patterns in another order, in which neighbours differ a lot
         halves.extend((0..=u16::MAX).map(|i| i.wrapping_mul(40_503)));
         halves.push(0);
         assert_eq!(halves.len() % 3, 0);

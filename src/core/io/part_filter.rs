@@ -22,7 +22,7 @@ pub struct PartRule {
     pub glob: Glob,
     /// True if the parts are shown, false if they are hidden. `None`: earlier rules decide.
     pub visible: Option<bool>,
-    /// True if the parts have a material separate from the file's, and so separate meshes.
+    /// True if the rule replaces the material of the parts, which then have separate meshes.
     pub has_material: bool,
 }
 
@@ -38,8 +38,8 @@ impl PartFilter {
         self.hide.iter().chain(&self.only).chain(of_rules)
     }
 
-    /// Returns true if the faces of `part` are shown. The last rule with `visible` decides, and
-    /// `hide` and `only` can hide more.
+    /// Returns true if the faces of `part` are shown. The last matching rule with `visible`
+    /// decides. `hide` and `only` can then hide the part.
     pub fn shows(&self, names: &PartNames, part: u32) -> bool {
         let fits = |globs: &[Glob]| globs.iter().any(|glob| names.fits(part, glob));
         let mut rules = self.rules.iter().rev();

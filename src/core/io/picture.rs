@@ -19,8 +19,9 @@ pub(super) struct Picture {
 impl Picture {
     /// Returns true if alpha is a cut-out. Nearly all pixels of a cut-out are opaque or
     /// transparent, and both exist. Nearly all of its transparent pixels are black, as programs
-    /// store empty pixels. The transparent pixels of masks of gloss or of clothes have details of
-    /// the picture instead. In other pictures they are white, the colour of paper.
+    /// store empty pixels. If alpha is a mask, such as a mask of gloss or of clothes, the
+    /// transparent pixels have details of the picture instead. In other pictures they are white,
+    /// the colour of paper.
     pub fn is_cut_out(&self) -> bool {
         match &self.samples {
             Samples::Bytes(all) => is_cut_out(all, self.channels, |x| f32::from(x) / f32::from(u8::MAX)),
@@ -54,12 +55,13 @@ impl Picture {
 fn is_cut_out<T: Copy>(samples: &[T], channels: usize, value: impl Fn(T) -> f32) -> bool {
     /// Maximum alpha of transparent pixels, and minimum alpha of opaque ones.
     const ENDS: [f32; 2] = [0.04, 0.96];
-    /// Maximum share of pixels between the ends.
+    /// Maximum share of pixels whose alpha is between both [`ENDS`].
     const GRADED: f32 = 0.05;
     /// Minimum share of transparent pixels, and of opaque ones. A palette may have one transparent
     /// colour that few pixels use.
     const BOTH: f32 = 0.01;
-    /// Minimum share of black among the transparent pixels, and maximum sample of black.
+    /// Minimum share of black pixels among the transparent pixels, and maximum sample of a black
+    /// pixel.
     const NOTHING: f32 = 0.9;
     const BLACK: f32 = 0.06;
     if channels % 2 != 0 {

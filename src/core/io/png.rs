@@ -66,13 +66,14 @@ fn write_printed(
 /// top. There are 4 channels over a transparent background, else 3. `tone` must have a known
 /// exposure.
 ///
-/// `tone` changes light, but not a background colour. A pixel without coverage has the code of that
-/// colour. Light covers it in linear values.
+/// The tone curve changes light, but not a background colour. A pixel without coverage has exactly
+/// the code of the background colour. Partial coverage is blended in linear light.
 ///
 /// Colours over a transparent background are not premultiplied (PNG specification, 3rd edition,
 /// §6.2). Browsers and most painting programs blend codes instead of light. Alpha is therefore
-/// chosen so that their result equals the blend of light, over black and over white. The channels
-/// of a colour need different values of alpha, so the middle of the values is used.
+/// chosen so that the result of these programs equals the blend of light, over black and over
+/// white. The channels of a colour need different values of alpha, so the middle of the values is
+/// used.
 pub fn display_bytes(image: &Image, tone: &Tone) -> (usize, Vec<u8>) {
     let Some((backing, coverage)) = image.coverage() else {
         return (3, image.rgb().flat_map(|rgb| tone.encode_u8(rgb)).collect());
@@ -109,8 +110,8 @@ fn over_nothing(rgb: [f32; 3], a: f32, tone: &Tone) -> [u8; 4] {
     }
 }
 
-/// Codes of the light `rgb` of coverage `a` over `color`. `rgb` includes the share of `color` that
-/// `a` leaves visible.
+/// 8-bit codes of the light `rgb`, with the coverage `a`, over the background `color`. `rgb`
+/// includes the share of `color` that `a` leaves visible.
 fn over(color: Spectrum, rgb: [f32; 3], a: [f32; 3], tone: &Tone) -> [u8; 3] {
     if a == [1.0; 3] {
         return tone.encode_u8(rgb);
@@ -153,7 +154,8 @@ pub fn png_bytes(channels: usize, size: [u32; 2], bytes: &[u8]) -> io::Result<Ve
     Ok(file)
 }
 
-/// `density` is the number of pixels per metre of paper, if the picture has a scale.
+/// Writes an 8-bit PNG file. `density` is the number of pixels per metre of paper, if the picture
+/// has a scale.
 fn encode_as(
     writer: impl Write,
     (color, density): (png::ColorType, Option<u32>),

@@ -48,8 +48,8 @@ mod tests {
     use super::*;
     use ::exr::prelude::WritableImage;
 
-    /// Numbers in the file are overwritten one by one. None may cause a panic or an excessive
-    /// allocation.
+    /// Numbers in the file are overwritten one by one. No overwritten number may cause a panic or
+    /// an excessive allocation.
     #[test]
     fn damaged_headers_are_errors() {
         let folder = tempfile::tempdir().unwrap();

@@ -10,7 +10,8 @@ use crate::options::{Finish, backing_of};
 use ::exr::prelude as exr;
 use std::path::Path;
 
-/// Number of floats in memory per float of the file: the decoder's, and the copy in [`Layers`].
+/// Number of floats in memory per float of the file: one of the decoder, and its copy in
+/// [`Layers`].
 const COPIES: u64 = 2;
 
 /// All channels of an EXR file from any program.
@@ -20,17 +21,18 @@ pub struct Layers {
     pub resolution: UVec2,
     /// Channels with a value for every pixel of their window, in the order of the file.
     pub channels: Vec<LayerChannel>,
-    /// Display settings of the render. The exposure is the metered one if the file has it. The
-    /// denoiser is set only if the picture is still raw.
+    /// Display settings of the render. The exposure is the metered exposure if the file has it. The
+    /// denoiser is set only if it has not been applied to the picture yet.
     pub finish: Finish,
-    /// Background, if pictures for display show it as requested.
+    /// Background that pictures for display show unchanged: transparent, or a colour. `None` for
+    /// other backgrounds.
     pub backing: Option<Backing>,
     /// The camera; `None` in files without its attributes.
     pub camera: Option<CameraAttributes>,
 }
 
 impl Layers {
-    /// Layers of the `image` of a checkpoint, which holds only its sums.
+    /// Layers of `image`, which was computed from a checkpoint: a checkpoint stores only sums.
     pub fn of_image(image: Image, metadata: &Metadata) -> Self {
         let channels = image.channels.into_iter().map(|channel| LayerChannel {
             name: channel.name.into(),
@@ -127,7 +129,7 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
             continue;
         };
         for channel in layer.channel_data.list {
-            // Chroma may have fewer samples than pixels. The state of a render is not a picture.
+            // Skip chroma, which may have fewer samples than pixels, and the state of a render.
             if channel.name.to_string().starts_with("state.") || channel.sample_data.len() != layer.size.area() {
                 continue;
             }

@@ -1,8 +1,8 @@
 //! Pictures for textures: PNG, JPEG, TIFF, WebP, GIF, TGA, BMP, DDS, Radiance and EXR files.
 //!
-//! The header of a file is limited by the file's length (`check_size`). Files on which decoders are
-//! known to fail are refused first (`check_tga`, `check_exr`). Six million randomly damaged files
-//! ended in errors or pictures, within 16 MB of memory.
+//! The size in the header of a file is limited by the file's length (`check_size`). Files on which
+//! decoders are known to fail are refused first (`check_tga`, `check_exr`). Six million randomly
+//! damaged files ended in errors or pictures, within 16 MB of memory.
 
 use super::FileError;
 use super::dds::{self, DdsFile};
@@ -48,7 +48,7 @@ pub(super) fn picture_size(path: &Path, wanted: Wanted, allowance: Allowance) ->
 }
 
 /// Reads a picture of any format of this module. The first bytes decide the format, or else the
-/// name. A GIF file returns its first picture.
+/// file name. A GIF file returns its first picture.
 pub(super) fn read_picture(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Picture, FileError> {
     let opened = open(path, wanted, allowance)?;
     allowance.check(path, opened.size(wanted).reading_bytes())?;
@@ -56,7 +56,7 @@ pub(super) fn read_picture(path: &Path, wanted: Wanted, allowance: Allowance) ->
         Opened::Exr(file) => read_exr(path, *file, wanted)?,
         Opened::Dds(file) => file.picture(path)?,
         Opened::Other(mut decoder, is_gif, failure) => {
-            // Damaged metadata has no orientation.
+            // If the metadata are damaged, the picture has the orientation 1 (as stored).
             let orientation = guarded(|| decoder.orientation());
             let orientation = orientation.ok().and_then(Result::ok).map_or(1, |o| o.to_exif());
             let image = decoded(path, || DynamicImage::from_decoder(decoder)).map_err(|e| failure.or(path, e))?;

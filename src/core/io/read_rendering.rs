@@ -17,7 +17,7 @@ use std::path::Path;
 /// Floats per pixel of a [`Rendering`], including temporary copies.
 const FLOATS_MADE: u64 = 16;
 
-/// A picture from a file, with its place and its noise.
+/// A picture from a file, with its position in the full image and its noise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rendering {
     /// Size of the full image.
@@ -58,7 +58,7 @@ impl Rendering {
         }
     }
 
-    /// Pixels of `window` only, which must be a part of the existing pixels.
+    /// The part of the picture in `window`, which must lie within the picture.
     pub fn cropped(&self, window: Rect) -> Self {
         let width = self.window.size().x as usize;
         let kept = |i: usize| self.window.min + UVec2::new((i % width) as u32, (i / width) as u32);
@@ -163,7 +163,7 @@ fn read_exr(path: &Path) -> Result<Rendering, FileError> {
         variance: rgb(&variance),
         samples: match channel(layer, "samples") {
             Some(samples) => place.pick(&samples),
-            // Without this channel, variances are used unchanged.
+            // Without the channel of sample counts, variances are used unchanged.
             None => vec![f32::INFINITY; window.area() as usize],
         },
         common: common_errors(&layer.attributes),
@@ -262,7 +262,7 @@ mod tests {
         assert!(read_rendering(&path).unwrap_err().message.contains("display window"));
     }
 
-    /// Numbers in the file are overwritten one by one. None may cause a panic.
+    /// Numbers in the file are overwritten one by one. No overwritten number may cause a panic.
     #[test]
     fn damaged_files_are_errors() {
         let folder = tempfile::tempdir().unwrap();

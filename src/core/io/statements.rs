@@ -11,7 +11,7 @@ pub(crate) const MRGB: &str = "#MRGB";
 pub(crate) struct Statement<'a> {
     /// First line of the statement, counted from 1.
     pub line: usize,
-    /// Byte offset in the text of that line.
+    /// Byte offset of that line in the text.
     pub start: usize,
     /// Statement without its comment.
     pub text: Cow<'a, str>,
@@ -78,10 +78,10 @@ pub(crate) fn chunks(text: &str, size: usize) -> Vec<&str> {
     chunks
 }
 
-/// Position of the first word equal to `word` in the statement that begins on `line` of `text`. The
-/// line, if there is no such word.
+/// Position of the first word equal to `word` in the statement that begins on `line` of `text`. If
+/// there is no such word, the position is the line without a column.
 ///
-/// For messages: it counts lines again.
+/// It counts lines again, so it is called only for messages.
 pub(crate) fn place_of(text: &str, line: usize, word: &str) -> Position {
     let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     for (index, content) in lines.skip(line.saturating_sub(1)) {
@@ -157,7 +157,7 @@ fn parts(line: &str) -> (&str, Option<&str>) {
     if !line.as_bytes().contains(&b'#') {
         return (line.trim(), None);
     }
-    // Vertex colours, in comments that other programs skip
+    // Keep lines of vertex colours, which are comments for other programs
     if line.starts_with(MRGB) {
         return (line.trim(), None);
     }

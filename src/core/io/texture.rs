@@ -114,7 +114,7 @@ pub fn load_textures_within(
     allowance: Allowance,
     observer: &dyn LoadObserver,
 ) -> Result<LoadedTextures, FileError> {
-    // Index of the first equal request, for each request
+    // Find, for each request, the index of the first equal request
     let mut firsts = HashMap::new();
     let mut distinct = Vec::new();
     let places: Vec<usize> = requests

@@ -10,7 +10,7 @@ use std::fs;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-/// Placeholder of the number in the names of paths.
+/// Placeholder for the tile number in file names.
 const MARKER: &str = "<UDIM>";
 /// Spellings of the placeholder in libraries: Mari and Arnold, and Houdini.
 const SPELLINGS: [&str; 3] = [MARKER, "<udim>", "%(UDIM)d"];

@@ -1,10 +1,10 @@
 /// Dialect of a material library: the meaning of statements that differs between programs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MtlDialect {
-    /// Dialect of the program that wrote the library, recognised by its comments or by typical
-    /// statements; otherwise [`MtlDialect::Spec`]. If the writer is unknown, `Ks` with `Ns 0` has
-    /// no effect. `Tr` then means `d` if both are equal in all materials, or if all materials would
-    /// be clear.
+    /// Dialect of the program that wrote the library, recognised by comments or by typical
+    /// statements. If the program is unknown, [`MtlDialect::Spec`] is used, but `Ks` with `Ns 0`
+    /// has no effect. `Tr` then means `d` if both are equal in all materials, or if all materials
+    /// would otherwise be fully transparent.
     #[default]
     Auto,
     /// The literal reading: `Ks` and `Ns` are a Phong lobe. `Tr` is 1 − d and is used if there is

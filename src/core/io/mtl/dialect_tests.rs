@@ -67,7 +67,8 @@ const PYTHON: &str = "# Blender MTL File: 'a.blend'\n# Material Count: 1\n\n";
 #[test]
 fn blender_writes_a_principled_surface() {
     let base = Spectrum::rgb(0.8, 0.4, 0.2);
-    // Header, statements; metallic, roughness, reflectance along the normal, opacity
+    // Each case: header and statements; metallic, roughness, reflectance along the normal and
+    // opacity.
     let ior_145 = 2.0 * (0.45f32 / 2.45).powi(2) * 0.5;
     for (header, text, expected) in [
         (NATIVE_3, blender(250.0, 1.0, 0.5, 1.45, 1.0, 2), [0.0, 0.5, 0.04, 1.0]),
@@ -131,7 +132,7 @@ fn blender_writes_the_extension_in_its_own_units() {
         is_near(half.diffuse.mean(), 0.32) && is_near(half.transmission.mean(), 0.4),
         "{half:?}"
     );
-    // Without the extension, a filter is not from Blender.
+    // Blender writes `Tf` only with the PBR extension. Without the extension, `Tf` is ignored.
     let opaque = blender(250.0, 1.0, 0.5, 1.45, 1.0, 2) + "Tf 1 1 1\n";
     assert!(read(&opaque, MtlDialect::Blender).0[0].transmission.is_black());
 }
@@ -148,7 +149,7 @@ fn pictures_of_blender_replace_numbers() {
     let material = &materials[0];
     assert_eq!((material.diffuse, material.roughness), (Spectrum::ONE, 1.0));
     assert_eq!(material.gloss, Gloss::Metallic(1.0));
-    // Blender Internal had heights.
+    // Blender Internal wrote height maps as `map_Bump`.
     let internal = format!("{PYTHON}{}{maps}", blender(96.078_43, 1.0, 0.5, 1.0, 1.0, 2));
     assert_eq!(read(&internal, MtlDialect::Auto).1[0][4], Bump);
 }
@@ -156,7 +157,7 @@ fn pictures_of_blender_replace_numbers() {
 #[test]
 fn pictures_scale_the_specular_level_of_blender() {
     let maps = "map_Ks a.png\n";
-    // A picture replaces the level. In Blender Internal the level multiplies it.
+    // A picture replaces the specular level. In Blender Internal the level multiplies the picture.
     for (text, f0, roughness) in [
         (
             format!("{NATIVE_3}{}{maps}", blender(250.0, 1.0, 0.5, 1.45, 1.0, 2)),
@@ -182,7 +183,7 @@ fn pictures_scale_the_specular_level_of_blender() {
             "{findings:?}"
         );
     }
-    // The model of the extension has no constant `Ks`.
+    // The metallic-roughness model of the PBR extension uses no constant `Ks`.
     let (_, _, told) = read("newmtl m\nPr 0.5\nKs 0.5\nmap_Ks a.png\n", MtlDialect::Auto);
     assert!(
         told.iter()
@@ -242,7 +243,8 @@ fn maya_writes_glass_for_everything() {
         auto(&lambert("1.00 1.00 1.00").replace("Ni 1.00", "Ni 0.00")).diffuse,
         Spectrum::splat(0.5)
     );
-    // It cannot be glass without Tf and Ni, or it has the name of a shading group.
+    // Maya is also recognised by a surface that would scatter more light than it receives if it
+    // were glass, and by the name of a shading group.
     for statements in [
         "newmtl red\nillum 4\nKd 0.66 0.08 0.04\n",
         "newmtl red\nillum 4\nKd 0.66 0.08 0.04\nTf 1 1 1\n",
@@ -257,7 +259,7 @@ fn maya_writes_glass_for_everything() {
         );
         assert!(!read(statements, MtlDialect::Spec).0[0].transmission.is_black());
     }
-    // A library has one writer: a material without Ni is opaque like the others.
+    // One program writes the whole library, so a material without Ni is opaque like the others.
     let mixed = lambert("1 1 1") + "newmtl auv\nillum 4\nKd 0 0 0\nTf 1 1 1\nmap_Kd a.png\n";
     assert!(
         read(&mixed, MtlDialect::Auto)
@@ -265,7 +267,8 @@ fn maya_writes_glass_for_everything() {
             .iter()
             .all(|m| m.transmission.is_black())
     );
-    // Glass that refracts is not from Maya, nor is a filter that leaves room for `Kd`.
+    // Not from Maya: glass with an index of refraction, glass that scatters no more light than it
+    // receives, glass with `d`, and other models than `illum 4`.
     let glass = auto("newmtl m\nillum 4\nKd 0 0 0\nTf 1 1 1\nNi 1.5\n");
     assert_eq!((glass.transmission, glass.ior), (Spectrum::ONE, DEFAULT_IOR));
     for statements in [
@@ -369,13 +372,13 @@ fn guesses_are_told_where_they_change_something() {
         let is_letter = materials[0].gloss == Gloss::Phong(250.0);
         assert_eq!(is_letter, dialect == MtlDialect::Spec);
     }
-    // The literal reading is the same.
+    // Print no note if the literal reading gives the same material.
     let (_, _, told) = read(
         "# 3ds Max Wavefront OBJ Exporter\nnewmtl m\nKd 0.5\nNs 10\nKs 0 0 0\n",
         MtlDialect::Auto,
     );
     assert!(told.is_empty(), "{told:?}");
-    // In the literal reading nothing would be visible.
+    // If `Tr` were read literally, nothing would be visible.
     let (materials, _, told) = read("newmtl m\nTr 1\n", MtlDialect::Auto);
     assert!(
         materials[0].opacity == 1.0 && told[0].contains("`Tr` is read as opacity"),
@@ -383,7 +386,7 @@ fn guesses_are_told_where_they_change_something() {
     );
 }
 
-/// A highlight of lamps, which all these dialects share.
+/// All these dialects read `Ks` as a highlight of lamps.
 #[test]
 fn rhino_wings_3d_3dfier_and_assimp_write_highlights() {
     let wood = "Kd 0.45 0.33 0.19\nKs 1.0 1.0 1.0\nd 0.5\n";
@@ -421,7 +424,7 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
     let bright = material("roof", "Kd 0.87 0.26 0.28\nKs 0.87 0.26 0.28\nNs 60\nillum 2");
     let dark = material("rubber", "Kd 0.1\nKs 0.2\nNs 20");
     let (materials, _, told) = read(&format!("{dark}{bright}"), MtlDialect::Auto);
-    // A library has one writer: one material decides for all.
+    // One program writes the whole library, so one material decides for all.
     assert!(
         materials.iter().all(|m| m.gloss == Gloss::Metallic(0.0)),
         "{materials:?}"
@@ -430,7 +433,8 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
         told.len() == 1 && told[0].contains("t.mtl:7: Kd + Ks of material `roof` is 1.74, more than all light"),
         "{told:?}"
     );
-    // A picture is darker than its factor, so the Ks of a dielectric beside it decides nothing.
+    // The colours of a picture are darker than its factor. A `Ks` that a dielectric may have
+    // therefore does not show the dialect if `Kd` has a picture.
     for (ks, gloss) in [("0.04", Gloss::Phong(20.0)), ("0.5", Gloss::Metallic(0.0))] {
         for kd in ["", "Kd 1\n", "Kd 0.512\n"] {
             let wood = material("wood", &format!("{kd}map_Kd a.png\nKs {ks}\nNs 20"));
@@ -448,7 +452,7 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
         let (_, _, words) = read(&material("a", &format!("Kd {kd}\nKs 0.5\nNs 20")), MtlDialect::Auto);
         assert!(words[0].contains(told), "{words:?}");
     }
-    // With sums up to 1 the file is literal, and also if the user chooses so.
+    // The file is read literally if the sums are at most 1, or if the user selects `spec`.
     let (materials, _, told) = read(&dark, MtlDialect::Auto);
     assert_eq!((materials[0].gloss, told.len()), (Gloss::Phong(20.0), 0));
     let exact = material("a", "Kd 0.7 0.5 0.5\nKs 0.3 0.5 0.5\nNs 20");
@@ -457,8 +461,8 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
     assert_eq!((materials[0].gloss, told.len()), (Gloss::Phong(60.0), 0));
     let (materials, _, told) = read(&dark, MtlDialect::Highlight);
     assert_eq!((materials[0].gloss, told.len()), (Gloss::Metallic(0.0), 0));
-    // Mirrors, glass, surfaces without a highlight and the extension decide nothing, and keep their
-    // meaning.
+    // Mirrors, glass, surfaces without a highlight and materials of the PBR extension do not show
+    // the dialect, and their meaning does not change with it.
     for statements in ["illum 3", "illum 5", "illum 1", "illum 7\nTf 1 1 1", "Pr 0.5"] {
         let other = material("other", &format!("Kd 0.8\nKs 0.8\nNs 20\n{statements}"));
         let alone = read(&format!("{other}{dark}"), MtlDialect::Auto).0;

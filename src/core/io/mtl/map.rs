@@ -20,13 +20,13 @@ pub enum MapSlot {
     Exponent,
     /// Roughness.
     Roughness,
-    /// Share of metal.
+    /// Metallic: share of metal, 0 to 1.
     Metallic,
     /// Opacity.
     Opacity,
     /// Height above the surface.
     Bump,
-    /// Normals in the frame of the texture.
+    /// Tangent-space normals.
     Normal,
     /// Displacement of the surface along its normal.
     Displacement,
@@ -48,7 +48,8 @@ pub struct MapStatement {
 }
 
 impl MapSlot {
-    /// Slot of a keyword in lower case. Blender writes its pictures of metallic as reflection maps.
+    /// Slot of a keyword in lower case. Blender writes pictures of metallic as reflection maps
+    /// (`refl`).
     pub fn of_keyword(key: &str, is_blender: bool) -> Option<Self> {
         Some(match key {
             "map_refl" | "refl" if is_blender => Self::Metallic,
@@ -162,7 +163,7 @@ impl<'a> Words<'a> {
         self.0.split_whitespace().next()
     }
 
-    /// The next word, if it is an option: names of files do not begin like one.
+    /// The next word, if it is an option: a `-` and a letter. File names do not begin like that.
     fn option(&mut self) -> Option<&'a str> {
         let word = self.peek()?;
         let is_option = word

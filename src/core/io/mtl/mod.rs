@@ -28,7 +28,7 @@ use writer::{Reading, Signatures};
 
 /// Default diffuse reflectance of a surface.
 const DEFAULT_DIFFUSE: f32 = 0.8;
-/// Material of faces without one.
+/// Material, with the name `name`, for faces without a material.
 pub fn default_material(name: &str) -> Material {
     Material {
         name: name.into(),
@@ -49,7 +49,7 @@ pub struct FileMaterial {
     pub material: Material,
     /// Textures of the material.
     pub maps: Vec<MapRequest>,
-    /// Library that defines it.
+    /// Library that defines the material.
     pub library: PathBuf,
     /// Line of the material's `newmtl`.
     pub line: usize,
@@ -82,17 +82,20 @@ pub struct MapRequest {
     pub statement: MapStatement,
     /// Place of the statement, as an error without a message.
     pub place: FileError,
-    /// True if the slot is final. In libraries the picture decides between heights and normals.
+    /// True if `slot` is final. False in libraries: there the picture decides if it is a height map
+    /// or a normal map.
     pub is_literal: bool,
-    /// True if the texture has an effect only as a cut-out: the alpha of colours as opacity.
+    /// True if the texture is used only if it is a cut-out: the alpha of a colour texture, used as
+    /// opacity.
     pub if_cut_out: bool,
     /// File of the texture, if it was found.
     pub path: Option<PathBuf>,
 }
 
 impl MapRequest {
-    /// Slot of the texture if its picture is a normal map instead of heights, or the reverse.
-    /// `None` if the picture does not decide.
+    /// The other possible slot of the texture: normal map instead of height map, or the reverse.
+    /// The content of the picture decides between both slots. `None` if the content does not
+    /// matter.
     pub fn other_slot(&self) -> Option<MapSlot> {
         let is_value = self.statement.mapping.channel.is_some_and(|c| c != Channel::Luminance);
         match self.statement.slot {
@@ -116,7 +119,7 @@ impl MapRequest {
 /// Data of an OBJ file that affect the reading of its libraries.
 #[derive(Debug, Default)]
 pub struct ObjContext {
-    /// Program that wrote it.
+    /// Program that wrote the OBJ file.
     pub signature: Option<Signature>,
     /// Names of used materials with a `#` that could begin a comment, such as `Paint #1`.
     pub whole_names: HashSet<String>,
@@ -222,7 +225,7 @@ impl<'a> Library<'a> {
         }
     }
 
-    /// A material without statements.
+    /// A material without statements, whose `newmtl` is in line `line`.
     pub fn section(&self, name: &str, line: usize) -> Section {
         let max_clearcoat = if self.is_blender { translate::BLENDER_COAT } else { 1.0 };
         Section::new(name, line, max_clearcoat)
@@ -268,7 +271,7 @@ impl<'a> Library<'a> {
         Ok(Effect::Without(ignored))
     }
 
-    /// Statements of each material, before they are translated for the writer.
+    /// Statements of each material, before their translation from the dialect of the library.
     pub fn sections(&self, path: &Path, text: &str, findings: &mut Findings) -> Vec<Section> {
         let mut sections: Vec<Section> = Vec::new();
         let mut skipped: Vec<(String, usize)> = Vec::new();
@@ -342,7 +345,7 @@ impl<'a> Library<'a> {
         let mut idle: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
         let mut materials = Vec::with_capacity(sections.len());
         for mut section in sections {
-            // A guess is reported if the literal reading differs.
+            // Report a guess of the dialect if the literal reading gives another material.
             let slots = |section: &Section| section.maps.iter().map(|m| m.statement.slot).collect::<Vec<_>>();
             let by_letter = (section.material(Reading::LETTER.tr).0, slots(&section));
             section.translate(reading.writer);
@@ -358,7 +361,7 @@ impl<'a> Library<'a> {
                 let message = format!("material `{}`: {}", excerpt_of_name(&section.name), remark.words);
                 let error = FileError::new(path, message);
                 let error = match section.line_of(remark.key) {
-                    // The reader has no line numbers
+                    // The tobj reader has no line numbers
                     0 => error,
                     line => error.at(Position::line(line)),
                 };

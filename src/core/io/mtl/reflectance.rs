@@ -11,10 +11,10 @@ pub(super) fn f0_of_ior(ior: f32) -> f32 {
 }
 
 /// Index of refraction for the metallic-roughness model, which reflects by Schlick's formula. With
-/// it the model reflects as much as a dielectric of reflectance `f0` along the normal.
+/// this index the model reflects as much as a dielectric of reflectance `f0` along the normal.
 ///
 /// Fresnel's equations reflect more than the formula at middle angles; for index 1.5 that is a
-/// tenth of the total. The formula's `f0` is raised to have the mean of the equations over the
+/// tenth of the total. The `f0` of the formula is raised until both have the same mean over the
 /// hemisphere. It is raised less for rough facets, which hide each other at grazing angles: the
 /// factor 1.15 − 0.85 roughness² is fitted to spheres that Cycles rendered (Blender 5.0.1, indices
 /// 1.5 to 2.2, within 2 % of the reflection).

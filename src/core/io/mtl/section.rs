@@ -75,7 +75,7 @@ pub(crate) struct Section {
     pub maps: Vec<MapRequest>,
     /// Line of the material's `newmtl`.
     pub line: usize,
-    /// Lines of its statements, by keyword in lower case.
+    /// Lines of the material's statements, by keyword in lower case.
     pub lines: Vec<(String, usize)>,
 }
 
@@ -83,7 +83,7 @@ pub(crate) struct Section {
 pub(crate) type Complaint = (String, &'static str);
 
 impl Section {
-    /// A section that begins in this line. `Pc` of a full coat is `max_clearcoat`.
+    /// A section that begins in line `line`. `max_clearcoat` is the value of `Pc` for a full coat.
     pub fn new(name: &str, line: usize, max_clearcoat: f32) -> Self {
         Self {
             name: name.into(),
@@ -157,7 +157,8 @@ impl Section {
             "ks" => self.specular = read(&mut complaint, color(key, rest)).or(self.specular),
             "ke" => self.emission = read(&mut complaint, color(key, rest)).or(self.emission),
             "tf" => self.filter = read(&mut complaint, color(key, rest)).or(self.filter),
-            // The path tracer computes ambient light, but some programs write other values as `Ka`.
+            // A path tracer computes ambient light and needs no `Ka`, but some programs store
+            // another value in it.
             "ka" => self.ambient = color(key, rest).ok(),
             _ => return Ok(false),
         }
@@ -274,8 +275,8 @@ impl Section {
     /// The material, and messages about assumptions.
     pub(super) fn material(&self, tr: TrMeaning) -> (Material, Vec<Remark>) {
         let mut remarks = Vec::new();
-        // A material with any colour has black for the others. A material without a colour is a
-        // plain surface.
+        // If the material has any colour, its missing colours are black. If it has none, it is a
+        // grey diffuse surface.
         let emission = self.emission.unwrap_or(Spectrum::ZERO);
         let emits = !emission.is_black() || self.has_map(MapSlot::Emission);
         if self.emission.is_some() && emits && emission.is_black() {
@@ -301,13 +302,14 @@ impl Section {
             _ => {}
         }
 
-        // The extension for metal and roughness is a separate model. Glass only uses its roughness.
+        // The PBR extension (`Pr`, `Pm`) is a separate reflection model. Glass uses only its
+        // roughness.
         material.roughness = self.factor(self.roughness, MapSlot::Roughness, 0.0);
         let is_physical = self.is_physical();
         if is_physical && !matches!(self.illum, Some(4 | 6 | 7)) {
             let metallic = self.factor(self.metallic, MapSlot::Metallic, 0.0);
             material.gloss = Gloss::Metallic(metallic);
-            // A surface without reflection along its normal has no surface layer.
+            // A dielectric that reflects nothing along its normal has no specular layer.
             let is_matte = self.f0 == Some(0.0) && metallic == 0.0;
             material.specular = Spectrum::splat(if is_matte { 0.0 } else { 1.0 });
             let ior = self.ior.filter(|&n| n > 1.0).unwrap_or(DEFAULT_IOR);
@@ -332,8 +334,8 @@ impl Section {
         let (opacity, contradiction) = self.dissolve.opacity(tr);
         remarks.extend(contradiction.map(|words| Remark::warning("opacity", "tr", words)));
         match self.illum {
-            // Glass, with Fresnel reflection. Ks adds to it if energy is left: as a Phong lobe with
-            // Ns, except for illum 7, whose reflections are traced.
+            // Glass, with Fresnel reflection. `Ks` is added if energy is left: as a Phong lobe with
+            // `Ns`, except for illum 7, whose reflections are traced.
             Some(4 | 6 | 7) => {
                 let dissolved = (opacity < 1.0).then(|| Spectrum::splat(1.0 - opacity));
                 material.transmission = self.filter.or(dissolved).unwrap_or(Spectrum::ONE);
@@ -350,7 +352,7 @@ impl Section {
                     material.gloss = Gloss::Mirror(Fresnel::Full);
                 }
             }
-            // A coloured filter: part of the light is transmitted straight and tinted
+            // A coloured filter with opacity: part of the light is transmitted straight and tinted
             _ if opacity < 1.0 && self.filter.is_some_and(|filter| filter != Spectrum::ONE) => {
                 material.diffuse *= opacity;
                 material.specular *= opacity;
@@ -358,7 +360,7 @@ impl Section {
                 material.transmission = filter * (1.0 - opacity);
                 (material.thin, material.ior) = (true, 1.0);
             }
-            // A filter, if neither model nor opacity makes the surface opaque
+            // A filter (`Tf`), if neither a model nor an opacity is given
             None if !self.dissolve.is_given() => {
                 if let Some(filter) = self.filter {
                     material.transmission = filter;
@@ -384,8 +386,9 @@ impl Section {
         (material, remarks)
     }
 
-    /// Transmits a share of the light that the surface would reflect. The base colour is the tint
-    /// of a whole body, which has two surfaces: each gets its square root.
+    /// Transmits `share` of the light that the surface would reflect. The base colour is the tint
+    /// of a whole body. Light passes two surfaces of a body, so each surface has the square root of
+    /// the tint.
     fn transmit(&self, share: f32, ior: f32, material: &mut Material) {
         let [r, g, b] = material.diffuse.to_array().map(f32::sqrt);
         material.transmission = Spectrum::rgb(r, g, b) * share;
@@ -437,7 +440,7 @@ fn model(rest: &str) -> Result<u32, Wrong<u32>> {
     match rest.parse::<u32>().ok().filter(is_model) {
         Some(model) => Ok(model),
         None => {
-            // Such as `2.0`
+            // Accept a whole number such as `2.0`
             let whole = rest.parse().ok().filter(|n: &f32| n.fract() == 0.0 && *n >= 0.0);
             let used = whole.map(|n| n as u32).filter(is_model);
             let effect = used.map_or("it has no effect".into(), |model| format!("{model} counts"));

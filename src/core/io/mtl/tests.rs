@@ -49,9 +49,9 @@ fn keys_become_lobes() {
         );
         assert!(m.specular.is_black());
     }
-    // If a file leaves energy for Ks, the material keeps it.
+    // If a file leaves energy for `Ks`, the material keeps `Ks`.
     assert_eq!(one("Kd 0\nKs 0.3\nTf 0.1\nillum 7").specular, grey(0.3));
-    // With its exponent it is a Phong lobe, except for the model with traced reflections.
+    // With `Ns`, `Ks` is a Phong lobe, except for illum 7, whose reflections are traced.
     for (model, gloss) in [
         (4, Gloss::Phong(30.0)),
         (6, Gloss::Phong(30.0)),
@@ -61,7 +61,7 @@ fn keys_become_lobes() {
         assert_eq!(mixed.gloss, gloss, "illum {model}");
         assert_eq!((mixed.specular, mixed.transmission), (grey(0.2), grey(0.4)));
     }
-    // A mixture of all three; it refracts if there is an index
+    // A mixture of `Kd`, `Ks` and `Tf`; it refracts if `Ni` is given
     for (statements, thin) in [("", true), ("Ni 1.5\n", false)] {
         let mixed = one(&format!("Kd 0.7\nKs 0.2\nNs 30\nTf 0.1\n{statements}illum 2"));
         assert_eq!((mixed.diffuse, mixed.specular), (grey(0.7), grey(0.2)));
@@ -71,10 +71,10 @@ fn keys_become_lobes() {
     // Exporters write a filter of 1 for opaque surfaces.
     assert!(one("Kd 0.7\nTf 1 1 1\nillum 2").transmission.is_black());
     assert!(one("Kd 0.7\nTf 1 1 1\nd 1").transmission.is_black());
-    // A filter without a model is used; with an index it refracts.
+    // A filter (`Tf`) without a model (`illum`) is used; it refracts if `Ni` is given.
     let filter = one("Kd 0.3\nTf 0.5\nNi 1.5");
     assert!(filter.transmission == grey(0.5) && !filter.thin);
-    // Dissolving
+    // Opacity (`d`)
     let holes = one("Kd 0.8\nd 0.25\nillum 2");
     assert_eq!((holes.diffuse, holes.opacity), (grey(0.8), 0.25));
     assert!(holes.transmission.is_black());
@@ -153,7 +153,7 @@ fn transparency_goes_by_dialect() {
         (Max, both, (0.5, 1)),
         (Meshlab, both, (0.75, 1)),
         (Auto, both, (0.75, 1)),
-        // Alone
+        // `Tr` without `d`
         (Spec, "newmtl m\nTr 0.25\n", (0.75, 0)),
         (Max, "newmtl m\nTr 0.25\n", (0.75, 0)),
         (Meshlab, "newmtl m\nTr 0.25\n", (0.25, 0)),
@@ -163,7 +163,7 @@ fn transparency_goes_by_dialect() {
             "# Wavefront material file\n# Converted by VCGLIB\nnewmtl m\nTr 0.25\n",
             (0.25, 1),
         ),
-        // If `d` and `Tr` agree in the literal reading, it is used.
+        // If `d` and `Tr` agree in the literal reading, the literal reading is used.
         (Auto, "newmtl m\nd 0.25\nTr 0.75\n", (0.25, 0)),
         (Auto, "newmtl m\nd 0.25\nTr 0.25\n", (0.25, 0)),
         (Auto, "newmtl m\nd 1\nTr 1\n", (1.0, 0)),
@@ -337,7 +337,7 @@ fn colors_may_be_cie_xyz() {
 
 #[test]
 fn of_wrong_values_the_nearest_counts_or_none() {
-    // If there is no valid value near, an earlier one is kept.
+    // If no valid value is near the wrong one, the value of an earlier statement is kept.
     let stay = [
         ("Ni 1.5\nNi -1\nillum 7", "Ni 1.5\nillum 7"),
         ("Kd 0.5\nKd 1 2", "Kd 0.5"),

@@ -49,7 +49,7 @@ const MAYA_COSINE_POWER: f32 = 20.0;
 pub(super) const BLENDER_COAT: f32 = 4.0;
 
 impl Section {
-    /// Replaces the statements of `writer` by their meaning.
+    /// Replaces the statements by their meaning in the program `writer`.
     pub(super) fn translate(&mut self, writer: Writer) {
         // In Blender, exponent 0 is a valid roughness of a principled surface.
         let has_meaning = matches!(writer, Writer::Spec | Writer::Blender(_));
@@ -84,7 +84,7 @@ impl Section {
 
     fn translate_blender(&mut self, export: BlenderExport) {
         let is_extended = self.is_physical();
-        // A linked picture replaces its constant.
+        // In Blender, a linked picture replaces the constant.
         if self.has_map(MapSlot::Diffuse) {
             self.diffuse = None;
         }
@@ -94,7 +94,7 @@ impl Section {
             self.rename_map(MapSlot::Bump, MapSlot::Normal);
         }
 
-        // Metallic is written as `Ka` with the models that reflect.
+        // Blender writes metallic as `Ka` if the illumination model reflects.
         if self.metallic.is_none() && !self.has_map(MapSlot::Metallic) {
             let share = self.ambient.map_or(1.0, Spectrum::mean).min(1.0);
             let reflects = matches!(self.illum, Some(3..=8));
@@ -152,20 +152,20 @@ impl Section {
         if self.illum == Some(4) {
             self.illum = Some(2);
         }
-        // Opacity, which may have a colour; its mean is used.
+        // Maya writes the opacity as `Tf`, which may have a colour; its mean is used.
         if let Some(opacity) = self.filter.take() {
             let opacity = opacity.mean().min(1.0);
             self.dissolve.d = Some(self.dissolve.d.unwrap_or(1.0) * opacity);
         }
-        // The colour of a surface with a picture is written as black.
+        // Maya writes black as the colour of a surface with a picture.
         if self.has_map(MapSlot::Diffuse) && self.diffuse.is_some_and(Spectrum::is_black) {
             self.diffuse = None;
         }
         self.make_phong_highlight(MAYA_COSINE_POWER);
     }
 
-    /// Returns true if `Ks` can be a highlight with this illumination model. Surfaces without one,
-    /// mirrors, glass and the extension keep their meaning.
+    /// Returns true if `Ks` can be a highlight with this illumination model. Surfaces without a
+    /// highlight, mirrors, glass and materials of the PBR extension keep their meaning.
     pub(super) fn may_have_highlight(&self) -> bool {
         !self.is_physical() && !matches!(self.illum, Some(0 | 1 | 3..=7))
     }

@@ -98,12 +98,13 @@ impl Signature {
         Some(Self { dialect, version, line })
     }
 
-    /// Returns true if a library without a comment may be from the program in this signature of its
-    /// OBJ file. Otherwise it was written by hand.
+    /// Returns true if a library without a comment may be from the program that this signature of
+    /// its OBJ file names. Otherwise the library was written by hand.
     fn fits(&self, sections: &[Section]) -> bool {
         match self.dialect {
             MtlDialect::Blender => sections.iter().all(has_statements_of_blender),
-            // With the literal `Tf` and `Tr` of other programs, everything could be invisible.
+            // Maya and MeshLab change the meaning of `Tf` and `Tr`. With the values of another
+            // program, everything could be invisible.
             MtlDialect::Maya => sections.iter().all(is_like_maya),
             MtlDialect::Meshlab => sections.iter().all(|section| section.dissolve.tr.is_none()),
             _ => true,
@@ -169,8 +170,8 @@ impl Reading {
         guess: None,
     };
 
-    /// Reading of a library in the `dialect` that the user chose, or by its signatures and typical
-    /// statements.
+    /// Reading of a library: in the `dialect` that the user chose, or by signatures and typical
+    /// statements if the dialect is `Auto`.
     pub fn new(dialect: MtlDialect, signatures: Signatures, sections: &[Section]) -> Self {
         let is_auto = dialect == MtlDialect::Auto;
         let of_obj = signatures.obj.filter(|obj| obj.fits(sections));
@@ -204,7 +205,7 @@ impl Reading {
             MtlDialect::Highlight => Writer::Highlight,
         };
         let dissolves: Vec<_> = sections.iter().map(|section| section.dissolve).collect();
-        // MeshLab wrote opacity until 2023, and transparency since.
+        // MeshLab wrote opacity as `Tr` until 2023, and transparency since.
         let is_late = !dissolves.is_empty() && dissolves.iter().all(|d| d.d.is_none() && d.tr == Some(0.0));
         let tr = match writer {
             Writer::Meshlab if !is_late => TrMeaning::Opacity,
@@ -235,7 +236,7 @@ impl Reading {
     }
 }
 
-/// Guesses about a library of an unknown program, in words, with the line of the first.
+/// Guesses about a library of an unknown program, in words, with the line of the first guess.
 fn guess_of_unknown(tr: TrMeaning, sections: &[Section]) -> Option<(usize, String)> {
     let excess = excess_of(sections).map(|(section, sum)| {
         let name = excerpt_of_name(&section.name);
@@ -289,7 +290,7 @@ impl Writer {
         name.into()
     }
 
-    /// Interpretation of its statements, in words.
+    /// Interpretation of the program's statements, in words.
     fn meaning(self) -> &'static str {
         match self {
             Self::Spec | Self::Unknown => "the file is read literally",

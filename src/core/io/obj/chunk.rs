@@ -38,7 +38,7 @@ impl Fault {
     }
 }
 
-/// Selection of the data of an OBJ file.
+/// Data to read from an OBJ file.
 #[derive(Clone, Copy)]
 pub(super) struct Wanted<'a> {
     /// Point of the file's coordinates that becomes the origin.
@@ -82,8 +82,8 @@ pub(super) struct Wires<'a> {
 }
 
 impl<'a> Chunk<'a> {
-    /// Reads a chunk. The file has `total` counts, `before` of them before the chunk. The chunk
-    /// begins with the parts `names`.
+    /// Reads a chunk. `total` has the counts of the whole file, `before` the counts of the text
+    /// before the chunk. The chunk begins with the part names `names`.
     pub fn parse(
         path: &Path,
         text: &'a str,
@@ -159,7 +159,7 @@ impl<'a> Chunk<'a> {
         let statement = &*whole.text;
         let (keyword, rest) = split_keyword(statement);
         match keyword {
-            // A wrong value is 0, so that the indices of others stay valid.
+            // A wrong value becomes 0, so that the indices of later values stay valid.
             "v" => {
                 let mut words = rest.split_ascii_whitespace();
                 let position = self.position(statement, rest, &mut words);
@@ -193,7 +193,7 @@ impl<'a> Chunk<'a> {
                     self.vertices.normals.push(Vec3::ZERO);
                     fault.and("it counts as none")
                 })?;
-                // In f64, in which the square of no f32 overflows or underflows
+                // Normalise in f64, in which the square of no f32 overflows or underflows
                 let normal = given.as_dvec3().normalize_or_zero().as_vec3a();
                 if normal == Vec3::ZERO {
                     self.remarks.add(Remark::BadNormal, line);
@@ -238,7 +238,7 @@ impl<'a> Chunk<'a> {
             "l" => self.remarks.skip(Skipped::Line, 1, line),
             "curv" | "curv2" | "cdc" => self.remarks.skip(Skipped::Curve, 1, line),
             "surf" | "bzp" | "bsp" | "cdp" => self.remarks.skip(Skipped::Surface, 1, line),
-            // Blocks that are filled with zeros
+            // Skip blocks of zero bytes
             _ if keyword.bytes().all(|byte| byte == 0) => {}
             _ => match ignored(keyword) {
                 Some(index) => self.remarks.ignore(index, line),
@@ -248,7 +248,7 @@ impl<'a> Chunk<'a> {
         Ok(())
     }
 
-    /// Names of parts for faces, and for lines and points.
+    /// The current part of faces, and the current part of lines and points.
     fn all_parts(&mut self) -> impl Iterator<Item = &mut PartState<'a>> {
         let wires = self.wires.as_mut().map(|wires| &mut wires.parts);
         once(&mut self.parts).chain(wires)
@@ -262,7 +262,7 @@ impl<'a> Chunk<'a> {
         }
         let vertex = |word: &str| {
             let corner = self.corner(word);
-            // Only positions are used
+            // Use only positions, and ignore wrong texture coordinates and normals
             self.lost = [None, None];
             corner.map(|[v, ..]| v)
         };
@@ -343,7 +343,8 @@ impl<'a> Chunk<'a> {
         Ok(corner)
     }
 
-    /// Index, from 0, of a part of the corner `word`.
+    /// Index, from 0, that `part` of the corner `word` states. `kind` is 0 for positions, 1 for
+    /// texture coordinates and 2 for normals.
     fn index(&self, kind: usize, part: &[u8], word: &str) -> Result<u32, Fault> {
         let Some(index) = str::from_utf8(part).ok().and_then(|part| part.parse::<i64>().ok()) else {
             let message = match kind {
@@ -388,7 +389,8 @@ impl<'a> Chunk<'a> {
     }
 }
 
-/// Parses the first `N` numbers of `rest`. After the first `needed`, missing numbers are 0.
+/// Parses the first `N` numbers of `rest`. The first `needed` numbers must exist; other missing
+/// numbers are 0.
 fn numbers<const N: usize>(statement: &str, rest: &str, needed: usize) -> Result<[f32; N], Fault> {
     numbers_of(statement, &mut rest.split_ascii_whitespace(), needed)
 }
@@ -416,7 +418,7 @@ fn number(word: &str) -> Result<f32, Fault> {
     if let Ok(number) = word.parse() {
         return Ok(number);
     }
-    // Values of Microsoft's C library that are not numbers: 1.#QNAN0, -1.#IND00, -nan(ind)
+    // Values that Microsoft's C library prints for infinity and NaN: 1.#QNAN0, -1.#IND00, -nan(ind)
     if word.contains(".#") || word.contains("nan(") {
         return Ok(f32::NAN);
     }

@@ -9,8 +9,8 @@ use crate::io::{FileError, Finding, Severity};
 use half::f16;
 use std::path::Path;
 
-/// Greys that exporters write for all vertices of an unpainted mesh: MeshLab (191 and 192 of 255),
-/// Blender, white.
+/// Greys that exporters write for all vertices of an unpainted mesh: 191/255 and 192/255 (MeshLab),
+/// 0.8 (Blender), and white.
 const DEFAULT_GREYS: [f32; 4] = [191.0 / 255.0, 192.0 / 255.0, 0.8, 1.0];
 /// Maximum difference from one of these greys: half a step of 8 bits.
 const GREY_TOLERANCE: f32 = 0.5 / 255.0;
@@ -89,7 +89,7 @@ pub(super) fn take_colors(
         return Colors::default();
     }
 
-    // Numbers above 1 are codes of 8 bits
+    // If a number is above 1, all colours are 8-bit codes
     let largest = colors.iter().flatten().copied().fold(0.0, f32::max);
     let is_bytes = largest > 1.0 + GREY_TOLERANCE;
     if is_bytes {

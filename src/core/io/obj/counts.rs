@@ -49,8 +49,8 @@ impl Counts {
     }
 }
 
-/// A text cut into chunks whose statements have been counted. Each chunk thus has line numbers and
-/// valid indices.
+/// A text cut into chunks whose statements have been counted. The counts give each chunk its first
+/// line number and the meaning of its indices.
 pub(super) struct Chunks<'a> {
     pub texts: Vec<&'a str>,
     /// Counts of the text before each chunk.
@@ -88,7 +88,7 @@ impl<'a> Chunks<'a> {
         let (has_uvs, has_normals) = (u64::from(vt > 0), u64::from(vn > 0));
         let values = 16 * v + 8 * vt + 16 * vn;
         let outline = values + 4 * faces + 4 * corners * (1 + has_uvs + has_normals);
-        // Chunks hold their values until they are joined.
+        // Until chunks are joined, values exist twice.
         let reading = length + outline + values;
         // Then the text is freed, faces become triangles, and corners become vertices, by an index
         // of the existing vertices.

@@ -10,14 +10,15 @@ use crate::math::{DVec3, Vec2, Vec3};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-/// Share of a polygon's area that is rounding error of f64, with a margin.
+/// Rounding error of f64 as a share of a polygon's area, with a margin.
 const ROUNDING: f64 = 1e-9;
 
 /// Faces of an OBJ file before triangulation, each with its line.
 pub struct ObjFaces {
     outline: Outline,
     materials: Vec<FaceMaterial>,
-    /// Section, faces, and index of their material, in the order of the file.
+    /// Runs of faces, in the order of the file: index of the section, the faces, and index of their
+    /// material.
     runs: Vec<(usize, FaceRange, usize)>,
 }
 
@@ -49,8 +50,8 @@ pub struct Face<'a> {
 }
 
 impl ObjFaces {
-    /// Reads a file as a render does, without its wrong statements. Its libraries define materials
-    /// with the names `defined`.
+    /// Reads a file as a render does, without its wrong statements. `defined` are the names of the
+    /// materials that the libraries of the file define.
     pub fn read(path: &Path, parts: &PartFilter, defined: &HashSet<&str>) -> Result<Self, FileError> {
         let wanted = Wanted {
             origin: DVec3::ZERO,
@@ -123,8 +124,8 @@ impl ObjFaces {
         })
     }
 
-    /// Returns true if the polygon of these corners is cut into triangles of the same orientation,
-    /// so that none overlap.
+    /// Returns true if all triangles of the polygon with these corners have the orientation of the
+    /// polygon, so that no triangles overlap.
     pub fn is_simple(corners: &[Vec3]) -> bool {
         let normal = area_vector(corners);
         let min = -ROUNDING * normal.length_squared();

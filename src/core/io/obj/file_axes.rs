@@ -10,7 +10,8 @@ use std::path::Path;
 
 /// Number of bytes that are searched for comments.
 const HEAD: u64 = 4096;
-/// Additional programs that turn their models so that +y is up, as most viewers expect it.
+/// Programs without an MTL dialect that turn their models so that +y is up, as most viewers expect
+/// it.
 const TURN: [&str; 7] = [
     "sweet home",
     "art of illusion",
@@ -20,7 +21,7 @@ const TURN: [&str; 7] = [
     "mineways",
     "houdini",
 ];
-/// Additional programs of surveyors, scanners and engineers, with +z up.
+/// Programs without an MTL dialect, of surveyors, scanners and engineers, with +z up.
 const KEEP: [&str; 10] = [
     "openscad",
     "freecad",
@@ -66,7 +67,7 @@ const LAND: [&str; 21] = [
 /// Programs whose models face −z.
 const FACE_BACK: [&str; 1] = ["blockbench"];
 
-/// Axes by the comments at the beginning of a file. None if the file cannot be read.
+/// Axes from the comments at the beginning of a file. There are no axes if the file cannot be read.
 pub fn file_axes(path: &Path) -> FileAxes {
     let mut head = Vec::new();
     let file = open_regular(path).map(|file| file.take(HEAD));
@@ -84,7 +85,7 @@ pub fn file_axes(path: &Path) -> FileAxes {
     }
 }
 
-/// Axes by the text at the beginning of a file, in lower case.
+/// Axes from the text at the beginning of a file, in lower case.
 fn axes_of(head: &str) -> FileAxes {
     let comments = || head.lines().filter_map(|line| line.trim_start().strip_prefix('#'));
     let is_named = |comment: &str, programs: &[&str]| programs.iter().any(|program| comment.contains(program));

@@ -1,10 +1,10 @@
-//! Meshes from the faces of an OBJ file, one for each material, and for each list of rules of a
-//! scene file that change it.
+//! Meshes from the faces of an OBJ file. There is one mesh for each material, and for each list of
+//! scene-file rules that change the material.
 //!
 //! Faces are cut into triangles (`polygon`), and each distinct triple of indices becomes a vertex.
-//! If only some corners have normals, smoothing groups (`smoothing`) or the triangle itself provide
-//! the others, with indices after the normals of the file. One rule then joins corners in every
-//! case.
+//! If only some corners have normals, the other corners get normals from smoothing groups
+//! (`smoothing`) or from the triangle. The indices of these normals follow the normals of the file,
+//! so corners are joined by the same rule in every case.
 
 use super::Group;
 use super::colors::Colors;
@@ -29,7 +29,7 @@ pub(super) struct Faces {
 
 /// Consecutive faces of one material and one smoothing group.
 pub(super) struct Run {
-    /// Index of their section.
+    /// Index of the section with the faces.
     pub section: usize,
     /// The faces.
     pub faces: FaceRange,
@@ -114,7 +114,7 @@ fn mesh(outline: &Outline, colors: &Colors, runs: &[Run]) -> Mesh {
             ..Mesh::default()
         },
     };
-    // A file needs no list if all faces belong to one part.
+    // If all faces belong to one part, the mesh needs no list of parts.
     let mut of_faces = parts();
     let first = of_faces.next().unwrap_or(UNNAMED);
     let has_parts = of_faces.any(|part| part != first);
@@ -165,7 +165,8 @@ impl MeshBuilder<'_> {
         self.mesh.triangles.push(triangle);
     }
 
-    /// Vertex of a corner, with the key `key`, of `triangle`.
+    /// Returns the vertex for a corner of `triangle`, and adds it if it is new. `key` has the
+    /// corner's indices of position, texture coordinates and normal.
     fn vertex(&mut self, key: [u32; 3], triangle: [[u32; 3]; 3]) -> u32 {
         let new = self.mesh.positions.len() as u32;
         let index = self.index_of.find_or_add(key, new);
@@ -198,7 +199,7 @@ impl MeshBuilder<'_> {
 
 /// Finds the vertex of a corner's position, texture coordinates and normal.
 enum VertexIndex {
-    /// By position, if corners have nothing else.
+    /// By the index of the position, if corners have only positions.
     Table(Vec<u32>),
     Map(HashMap<[u32; 3], u32>),
 }

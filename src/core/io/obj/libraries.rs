@@ -28,7 +28,7 @@ pub(in crate::io) struct LibraryName {
 pub(in crate::io) struct ObjLibrary {
     /// Name in the OBJ file; empty if the file names no library.
     pub name: String,
-    /// Line that names it; 0 if none does.
+    /// Line that names the library; 0 if no line names it.
     pub line: usize,
     /// Path of the file, if it exists.
     pub path: Option<PathBuf>,
@@ -91,8 +91,8 @@ fn names(finder: &mut FileFinder, folder: &Path, statement: &LibraryName) -> Vec
     names
 }
 
-/// Splits the names of libraries: in quotes, which are kept, or up to the ending `.mtl`. A `\`
-/// makes the next blank a part of the name.
+/// Splits `text` into names of libraries. A name is in quotes, which are kept, or ends with `.mtl`.
+/// A `\` makes the next blank a part of the name.
 fn split_names(text: &str) -> Vec<String> {
     let hidden = text.replace("\\ ", "\0");
     let mut names = Vec::new();
@@ -135,8 +135,8 @@ fn find_of_same_name(finder: &mut FileFinder, obj: &Path) -> Option<PathBuf> {
     finder.find(folder, &stem).or_else(|| finder.find(folder, &name))
 }
 
-/// Materials of the libraries, in the order of their lines, and files of the libraries. Each
-/// library is read once.
+/// Materials of the libraries, in the order of their lines, and paths of the libraries that were
+/// read. Each library is read once.
 pub(super) fn load_libraries(
     obj: &Path,
     libraries: &[ObjLibrary],

@@ -1,7 +1,7 @@
 //! OBJ files: chunks (`counts`, `parse`), their statements (`chunk`) and contents (`outline`),
 //! faces by material (`groups`) or as written (`faces`), polygons (`polygon`), smoothing groups
-//! (`smoothing`), material libraries (`libraries`), fronts and backs at one place (`sides`),
-//! subdivision (`subdivide`), lines and points (`wires`).
+//! (`smoothing`), material libraries (`libraries`), pairs of front and back faces at the same place
+//! (`sides`), subdivision (`subdivide`), lines and points (`wires`).
 //!
 //! A text is cut between statements into chunks of a fixed size, which are read in parallel and
 //! joined in order. The result is bit-identical for any chunks and threads. One reader serves
@@ -59,7 +59,7 @@ const CHUNK_BYTES: usize = 1 << 20;
 pub(super) struct Changes {
     /// Point of the file's coordinates that becomes the origin.
     pub origin: DVec3,
-    /// True if fronts and backs at one place are moved apart.
+    /// True if pairs of front and back faces at the same place are moved apart.
     pub moves_apart: bool,
 }
 
@@ -68,10 +68,10 @@ pub(super) struct Changes {
 pub struct Group {
     /// Name in `usemtl`; `None` before the first one.
     pub material: Option<String>,
-    /// Line of its first `usemtl`; 0 if there is none.
+    /// Line of the material's first `usemtl`; 0 if there is none.
     pub line: usize,
-    /// Indices of the rules of [`PartFilter`](crate::io::PartFilter) that replace the material of
-    /// its parts.
+    /// Indices of the rules of [`PartFilter`](crate::io::PartFilter) that replace the material for
+    /// the parts of the group.
     pub rules: Vec<u32>,
     /// The triangles, in units of the file.
     pub mesh: Mesh,
@@ -128,9 +128,9 @@ const NO_FACES: &str = "no faces in this OBJ file";
 pub(super) struct Faceless {
     /// Number of vertices.
     pub vertices: usize,
-    /// True if it has texture coordinates or names materials, like meshes and unlike point clouds.
+    /// True if the file has texture coordinates or names materials. Meshes do, point clouds do not.
     pub is_of_mesh: bool,
-    /// True if its last line has no line end.
+    /// True if the last line of the file has no line end.
     pub is_cut: bool,
     /// Description of the elements that are not rendered.
     pub skipped: Option<String>,
@@ -203,7 +203,7 @@ pub(super) fn read_obj(
     drop(chunks);
     let is_cut = !text.ends_with('\n');
     drop(text);
-    // A file without faces has no picture.
+    // Wrong statements are errors if the file has no faces: nothing could be rendered.
     let has_faces = outline.all_sections().any(|section| section.corner_count() > 0);
     let severity = if has_faces || !options.parts.is_empty() {
         options.severity_of_lack()
@@ -221,7 +221,7 @@ pub(super) fn read_obj(
         used: outline.uses_materials().then(|| outline.used_names()),
     };
     let is_literal = options.strict || options.parameters.mtl_dialect() == MtlDialect::Spec;
-    // The only material of a library may be the material of all faces.
+    // If no face names a material, the only material of a library is used for all faces.
     let takes_only = !outline.uses_materials() && !is_literal;
     let found = find_libraries(path, &outline.libraries, outline.uses_materials() || takes_only);
     let named_libraries = found.iter().map(|library| library.name.clone()).collect();
@@ -268,7 +268,7 @@ pub(super) fn read_obj(
         let message = format!("{pairs} {noun} another material on the back; each side shows its own");
         findings.add(Severity::Note, "two-sided", FileError::new(path, message));
     }
-    // If there are several files, the shown parts may be in another file.
+    // If the user selects parts, they may be in another file.
     if groups.is_empty() && wrong_count == 0 && options.parts.is_empty() {
         return Err(no_faces(path, faceless));
     }
@@ -307,7 +307,8 @@ fn read_text(path: &Path) -> Result<String, FileError> {
     Ok(text)
 }
 
-/// Opens the file for a look ahead. `None` if it is not a regular file: a pipe would be emptied.
+/// Opens the file to read its beginning. `None` if it is not a regular file: reading would empty a
+/// pipe.
 fn open_regular(path: &Path) -> Option<File> {
     let is_regular = fs::metadata(path).is_ok_and(|data| data.is_file());
     is_regular.then(|| File::open(path).ok()).flatten()

@@ -7,24 +7,26 @@ use crate::math::DVec3;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-/// Maximum coordinate of the first vertex for which the file is not read further.
+/// Maximum coordinate of vertices that are near the origin of the file.
 const NEAR: f64 = 2048.0;
 /// Maximum number of bytes of a line that are read at once: a binary file is one long line.
 const MAX_LINE: u64 = 1 << 16;
-/// Minimum distance of the middle of a file from its origin, as a multiple of its size, for a file
-/// that is far.
+/// Minimum distance of the middle of a file from the file's origin, as a multiple of the file's
+/// size, for which the origin is moved.
 const FAR: f64 = 500.0;
 
 /// Number of places of a file that are checked if its first vertex is near, and bytes that are read
 /// at each.
 const PLACES: u64 = 64;
 const PLACE_BYTES: u64 = 1 << 12;
-/// Maximum number of vertices that are sampled, and share of them that is left out at either end.
+/// Maximum number of vertices that are sampled, and share of the samples that is left out at either
+/// end of an axis.
 const MAX_SAMPLES: usize = 1 << 16;
 const TAIL: f64 = 0.1;
 
-/// Origin to subtract from the vertices of an OBJ file; zero unless most of them lie far away. It
-/// is a multiple of a power of ten that is at least the size of that part.
+/// Origin to subtract from the vertices of an OBJ file; zero unless most vertices lie far from the
+/// file's origin. It is a multiple of a power of ten that is at least the size of the region with
+/// these vertices.
 pub fn origin_of(path: &Path) -> DVec3 {
     let Some(file) = open_regular(path) else {
         return DVec3::ZERO;
@@ -60,7 +62,8 @@ struct Samples {
     all: Vec<DVec3>,
     /// Number of vertices so far.
     count: usize,
-    /// Number of vertices between two samples, minus 1. All its binary digits are ones.
+    /// Step between two sampled vertices, minus 1. The step is a power of two, so this number is a
+    /// bit mask.
     skipped: usize,
 }
 
@@ -82,7 +85,7 @@ impl Samples {
         self.count += 1;
     }
 
-    /// Bounds of the samples along each axis, without the tails.
+    /// Bounds of the samples along each axis, without [`TAIL`] at either end.
     fn middle(&self) -> Option<[DVec3; 2]> {
         let tail = (TAIL * self.all.len() as f64) as usize;
         let mut bounds = [DVec3::ZERO; 2];
@@ -163,7 +166,7 @@ mod tests {
                 "v 512345.25 5412345.75 430\nv 512346.25 5412346.75 431\n",
                 [512_346.0, 5_412_346.0, 431.0],
             ),
-            // Near, large, mixed, and none
+            // Vertices near the origin, a large model, near and far vertices, and no valid vertex
             ("v 1 2 3\nv 4 5 6\n", [0.0; 3]),
             ("v 500000 0 0\nv -500000 0 0\n", [0.0; 3]),
             ("v 512345 5412345 430\nv 0 0 0\n", [0.0; 3]),
@@ -180,7 +183,7 @@ mod tests {
             assert_eq!(origin_of(&path).to_array(), expected, "{text}");
         }
         assert_eq!(origin_of(&folder.path().join("b.obj")), DVec3::ZERO);
-        // Files of two places, in both orders: the majority of the vertices decides.
+        // Files with vertices at two places, in both orders: the place with most vertices decides.
         let near = |n: u32| (0..n).map(|i| format!("v {} 2 3\n", i % 30)).collect::<String>();
         let far = |n: u32| {
             (0..n)

@@ -29,8 +29,8 @@ pub(super) struct Outline {
     pub libraries: Vec<LibraryName>,
     /// Messages about faces that are left out, and about assumptions.
     pub remarks: Remarks,
-    /// First wrong statements of the file. Wrong indices of corners are removed, a wrong `vt` or
-    /// `vn` is 0, and no face has a wrong `v`.
+    /// First wrong statements of the file. They have been repaired: corners have no wrong indices,
+    /// a wrong `vt` or `vn` is 0, and faces with a wrong `v` have been removed.
     pub wrong: Vec<FileError>,
     /// Number of wrong statements.
     pub wrong_count: usize,
@@ -188,7 +188,7 @@ pub(super) struct StateChange {
     pub smoothing: Option<u32>,
 }
 
-/// Consecutive faces of a section.
+/// Consecutive faces of a section, and the first corner of the first face.
 #[derive(Clone)]
 pub(super) struct FaceRange {
     faces: Range<usize>,
@@ -210,7 +210,7 @@ impl Section {
         section
     }
 
-    /// Each change of state with its faces, which may be none.
+    /// Each change of state, with the faces up to the next change. There may be no such faces.
     pub fn states(&self) -> impl Iterator<Item = (&StateChange, FaceRange)> {
         let ends = self.state_changes.iter().skip(1).map(|next| next.face);
         let ends = ends.chain([self.sizes.len()]);
@@ -303,8 +303,9 @@ impl Section {
         !self.vt.is_empty()
     }
 
-    /// Replaces each face by its number of triangles in `counts`. Their corners have these
-    /// positions, texture coordinates (if any) and normals. Lines are removed.
+    /// Replaces each face by triangles. `counts` has the number of triangles of each face. `v`,
+    /// `vt` and `vn` have the indices of the corners of each triangle; `vt` may be empty. The line
+    /// numbers of faces are removed.
     pub fn replace_faces(&mut self, counts: &[usize], [v, vt, vn]: [&[[u32; 3]]; 3]) {
         let mut starts = Vec::with_capacity(counts.len() + 1);
         let mut start = 0;
@@ -439,7 +440,7 @@ impl Section {
         });
     }
 
-    /// Change of state before the next face, which is added if there is none.
+    /// Returns the change of state before the next face. Adds a change if there is none.
     pub fn state_change(&mut self) -> &mut StateChange {
         let (face, corner) = (self.sizes.len(), self.v.len());
         if self.state_changes.last().is_none_or(|last| last.face != face) {
@@ -475,7 +476,7 @@ fn push_optional(indices: &mut Vec<u32>, index: u32, count: usize) {
     }
 }
 
-/// Elements of the list in the range, as far as they exist.
+/// The part of a list in the range. Empty if the list is empty.
 fn part(indices: &[u32], range: Range<usize>) -> &[u32] {
     &indices[range.start.min(indices.len())..range.end.min(indices.len())]
 }

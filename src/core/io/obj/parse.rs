@@ -1,7 +1,7 @@
 //! OBJ files as outlines, read in parallel by chunks.
 //!
-//! Lines, `v`, `vt` and `vn` are counted first. Each chunk then has its line number and can resolve
-//! indices, so that an error has its line at once.
+//! Lines, `v`, `vt` and `vn` are counted first. Each chunk then has its first line number and can
+//! resolve indices, so an error gets its line when it is found.
 
 use super::chunk::{Chunk, Wanted};
 use super::counts::Chunks;
@@ -15,8 +15,8 @@ use std::path::Path;
 /// Reads the statements of an OBJ file in parallel. The result does not depend on the size of the
 /// chunks.
 ///
-/// `advance` is called with the bytes that have been read. Returns an error if the file as a whole
-/// is too large. Wrong statements are collected.
+/// `advance` is called with the number of bytes of each chunk that has been read. Returns an error
+/// if the file as a whole is too large. Wrong statements are collected.
 pub(super) fn parse(
     path: &Path,
     chunks: &Chunks,
@@ -27,7 +27,7 @@ pub(super) fn parse(
     let Some(&first) = outline.wrong_positions.first() else {
         return Ok(outline);
     };
-    // Only files with wrong positions need the lines of their faces.
+    // Read the file again with the lines of faces: messages about wrong positions name these lines.
     if !wanted.keep_lines {
         let wanted = Wanted {
             keep_lines: true,

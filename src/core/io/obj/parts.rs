@@ -1,4 +1,4 @@
-//! Parts of an OBJ file: faces after the names of `o` and `g` statements.
+//! Parts of an OBJ file: faces that follow the same `o` and `g` statements.
 //!
 //! A file may have a part for each face. Chunks that are read in parallel therefore store the
 //! places of the statements. Names are read once, when chunks are joined.
@@ -8,7 +8,7 @@ use crate::geometry::{PartNames, UNNAMED};
 use crate::io::PartFilter;
 use crate::io::statements::{split_keyword, statements};
 
-/// Place of a statement before the chunk.
+/// Byte offset that means that a statement is before the chunk.
 const BEFORE: u32 = u32::MAX;
 
 /// Names for the following faces.
@@ -30,7 +30,7 @@ impl CurrentNames {
         }
     }
 
-    /// Updates the names with the statements at these bytes of `text`.
+    /// Updates the names with the statements at the byte offsets `places` of `text`.
     fn follow_places(&mut self, text: &str, places: [u32; 2]) {
         for (kind, place) in places.into_iter().enumerate().filter(|(_, place)| *place != BEFORE) {
             let rest = text.get(place as usize..).unwrap_or_default();
@@ -48,10 +48,10 @@ impl CurrentNames {
     }
 }
 
-/// A face with other names than the face before.
+/// A face whose part names differ from the names of the face before.
 #[derive(Clone, Copy, Debug)]
 struct NewNames {
-    /// Number of faces before it that are shown.
+    /// Number of shown faces before this face.
     face: u32,
     /// Byte offsets of the last `o` and the last `g` statement in the chunk.
     places: [u32; 2],
@@ -86,19 +86,20 @@ impl<'a> PartState<'a> {
         }
     }
 
-    /// Reads an `o` statement that begins at this byte of the chunk.
+    /// Reads an `o` statement that begins at the byte `place` of the chunk.
     pub fn begin_object(&mut self, place: usize) {
         self.places[0] = place as u32;
         self.is_new = true;
     }
 
-    /// Reads a `g` statement that begins at this byte of the chunk.
+    /// Reads a `g` statement that begins at the byte `place` of the chunk.
     pub fn begin_groups(&mut self, place: usize) {
         self.places[1] = place as u32;
         self.is_new = true;
     }
 
-    /// Returns true if the next face is shown. The chunk has `faces` faces before it.
+    /// Returns true if the next face is shown. `faces` is the number of faces of the chunk before
+    /// it.
     pub fn is_shown(&mut self, faces: usize) -> bool {
         if self.is_new {
             self.is_new = false;
@@ -148,7 +149,8 @@ impl<'a> PartState<'a> {
 /// Rules of a scene file that replace the materials of parts.
 #[derive(Debug, Default)]
 pub(super) struct MaterialRules {
-    /// Index of the list for each part, [`UNNAMED`] first; empty if all parts have the first list.
+    /// For each part, [`UNNAMED`] first, the index of its list of rules. Empty if all parts have
+    /// the first list.
     of_parts: Vec<u32>,
     /// Distinct lists of indices of rules. The first one is empty.
     lists: Vec<Vec<u32>>,
@@ -174,7 +176,7 @@ impl MaterialRules {
         rules
     }
 
-    /// Returns true if no part has another material.
+    /// Returns true if no rule replaces the material of a part.
     pub fn is_empty(&self) -> bool {
         self.lists.len() <= 1
     }
@@ -209,7 +211,7 @@ mod tests {
             (vec![], vec![], 28),
             (glob("part1"), vec![], 19),
             (glob("4"), vec![], 25),
-            // The group stays if the object changes.
+            // If the object changes, the group stays.
             (vec![], glob("4"), 3),
             (glob("x"), vec![], 2),
             (glob("part0"), glob("x"), 18),

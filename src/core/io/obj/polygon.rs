@@ -22,9 +22,10 @@ pub(super) const MAX_CLIPPED: usize = 10_000;
 /// indices of their corners.
 ///
 /// A fan from the first corner is used if all its triangles have the polygon's orientation, as in
-/// every convex polygon. They cannot overlap then, because their areas sum to the polygon's. From
-/// other polygons, one ear after the other is clipped (Meisters 1975), in the plane of Newell's
-/// normal. A polygon that crosses itself is also triangulated, but some of its triangles overlap.
+/// every convex polygon. The triangles cannot overlap then, because their areas sum to the
+/// polygon's area. From other polygons, one ear after the other is clipped (Meisters 1975), in the
+/// plane of Newell's normal. A polygon that crosses itself is also triangulated, but some of its
+/// triangles overlap.
 pub(super) fn triangulate(points: &[Vec3], emit: &mut impl FnMut([usize; 3])) {
     let n = points.len();
     let normal = area_vector(points);
@@ -35,7 +36,7 @@ pub(super) fn triangulate(points: &[Vec3], emit: &mut impl FnMut([usize; 3])) {
         return;
     }
 
-    // Without the axis along which the normal is longest, the other two coordinates stay exact.
+    // Drop the axis along which the normal is longest. The other two coordinates stay exact.
     let [x, y, z] = normal.abs().to_array();
     let (first, second, along) = match (x >= y && x >= z, y >= z) {
         (true, _) => (1, 2, normal.x),
@@ -59,10 +60,10 @@ struct Ring {
     /// Corners that may be ears: all except corners that were checked and whose neighbours have not
     /// changed since.
     open: BTreeSet<usize>,
-    /// Remaining corners, by place.
+    /// Tree of the remaining corners, by position.
     tree: CornerTree,
-    /// Signed area of each corner's triangle, with the corner. Empty until a polygon that crosses
-    /// itself needs it.
+    /// The remaining corners, sorted by the signed areas of their triangles. Empty until a polygon
+    /// that crosses itself needs it.
     areas: BTreeSet<(Area, usize)>,
 }
 
@@ -83,13 +84,13 @@ impl Ring {
     /// Clips ears until no corner is left.
     ///
     /// A corner is checked again only if its neighbours have changed: clipping an ear of a simple
-    /// polygon makes no ear elsewhere. There are fewer than 3 n checks, each of the few corners
-    /// near the ear.
+    /// polygon makes no ear elsewhere. There are fewer than 3 n checks, and each check tests only
+    /// the few corners near the ear.
     fn clip_ears(mut self, emit: &mut impl FnMut([usize; 3])) {
         let mut corner = 0;
         while self.len > 3 {
-            // The next ear. If there is none, the polygon crosses itself, and the most convex
-            // corner is used.
+            // Find the next ear. If there is none, the polygon crosses itself: use the most convex
+            // corner.
             let ear = loop {
                 match first_from(&self.open, corner) {
                     None => break self.most_convex(corner),
@@ -100,8 +101,7 @@ impl Ring {
             let [before, _, after] = self.triangle(ear);
             emit([before, ear, after]);
             self.clip(ear);
-            // A spike is removed first: with it there would be ears outside of the remaining
-            // polygon.
+            // Remove a spike first. Otherwise there would be ears outside of the remaining polygon.
             corner = if self.is_spike(before) { before } else { after };
         }
         emit(self.triangle(corner));
@@ -132,7 +132,7 @@ impl Ring {
         [self.previous[corner], corner, self.next[corner]]
     }
 
-    /// Returns true if the next edge goes back along the previous one.
+    /// Returns true if the edges before and after the corner coincide.
     fn is_spike(&self, corner: usize) -> bool {
         self.points[self.previous[corner]] == self.points[self.next[corner]]
     }
@@ -147,8 +147,8 @@ impl Ring {
         }
         self.tree.all_near([a, b, c], &mut |other| {
             let p = self.points[other];
-            // A polygon may touch itself at b. At the other two corners it cannot enter without
-            // crossing an edge.
+            // The polygon may touch itself at b, so check the edges there. At a and c it cannot
+            // enter the triangle without crossing an edge.
             if triangle.contains(&other) {
                 true
             } else if p == b {
@@ -280,7 +280,7 @@ mod tests {
                         (sum - area).abs() < 1e-5 * area,
                         "{what}, shift {shift}: {sum} of {area}"
                     );
-                    // If coordinates are exact, the number of triangles without area is exact, too.
+                    // For exact coordinates, the number of triangles without area is exact.
                     let empty = areas.filter(|&a| a == 0.0).count();
                     assert!(
                         k == 4 || empty == degenerate,
@@ -317,7 +317,7 @@ mod tests {
 
     #[test]
     fn spirals_keep_their_area() {
-        // Outwards along the inner wall, back along the outer wall
+        // The spiral goes outwards along its inner wall, and back along its outer wall.
         let wall = |radius: f32| {
             move |i: i32| {
                 let (sin, cos) = (i as f32 * 0.35).sin_cos();

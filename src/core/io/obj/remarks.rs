@@ -2,7 +2,7 @@ use super::polygon::MAX_CLIPPED;
 use crate::io::{FileError, Finding, MAX_PLACES, Position, Severity};
 use std::path::Path;
 
-/// Maximum number of keywords without effect that the warning names. More of them are only counted.
+/// Maximum number of unknown keywords that the warning names. Further keywords are only counted.
 const MAX_NAMED: usize = 8;
 
 /// A repair or an assumption of the reader.
@@ -37,7 +37,7 @@ pub(super) enum Skipped {
     Surface,
 }
 
-/// Nouns and keywords, indexed by [`Skipped`].
+/// Noun and keyword of each kind of skipped element, indexed by [`Skipped`].
 const SKIPPED: [[&str; 2]; 4] = [["line", "l"], ["point", "p"], ["curve", "curv"], ["surface", "surf"]];
 
 const FREE_FORM: &str = "it belongs to free-form curves and surfaces, which are skipped";
@@ -98,7 +98,7 @@ pub(super) struct Remarks {
 #[derive(Default)]
 struct Tally {
     count: u64,
-    /// First lines.
+    /// Lines of the first statements.
     lines: Vec<usize>,
 }
 
@@ -253,7 +253,8 @@ impl Remarks {
                 1 => format!("`{keyword}` has no effect: {why}"),
                 count => format!("{count} statements `{keyword}` have no effect, the first is here: {why}"),
             };
-            // The other statements may change the picture.
+            // Statements of free-form elements and of the display cannot change the picture. Other
+            // statements may change it.
             let severity = if [FREE_FORM, DISPLAY].contains(why) {
                 Severity::Note
             } else {

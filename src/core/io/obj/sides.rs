@@ -17,8 +17,8 @@ use std::ops::Range;
 
 /// Distance by which a face is moved, as a multiple of the file's diagonal.
 const GAP: f32 = 1e-5;
-/// Minimum share of the faces that belong to such pairs: exporters write all walls in pairs. Single
-/// pairs are accidents of modelling and are not changed.
+/// Minimum share of the faces in pairs of front and back, for which the pairs are moved apart.
+/// Exporters write all walls in pairs; single pairs are accidents of modelling and are not changed.
 const MIN_SHARE: f32 = 0.25;
 
 /// A face: the indices of its material and of its section, and its corners in the section.
@@ -36,7 +36,7 @@ impl Place {
     }
 }
 
-/// Moves the pairs among `faces` apart. Returns the number of pairs.
+/// Moves the front and back faces at the same place apart. Returns the number of pairs.
 pub(super) fn separate(outline: &mut Outline, colors: &mut Colors, faces: &[Faces]) -> usize {
     let pairs = two_sided(outline, faces);
     if pairs.is_empty() {
@@ -64,7 +64,7 @@ fn two_sided(outline: &Outline, faces: &[Faces]) -> Vec<[Place; 2]> {
     let positions = |section: usize, corners: Range<usize>| -> Vec<Vec3> {
         corners.map(|i| vertices.position(&sections[section], i)).collect()
     };
-    // Hashes are cheap. Only faces with equal hashes are compared.
+    // Compare only faces with equal hashes: hashes are cheaper than comparisons.
     let hash = |section: usize, corners: Range<usize>| {
         let hashes = corners.map(|i| hash(vertices.position(&sections[section], i)));
         hashes.fold(0, u64::wrapping_add)
@@ -204,7 +204,8 @@ mod tests {
     #[test]
     fn other_faces_stay() {
         for faces in [
-            // Same order, same material, three at one place, and different corners
+            // Faces with equal order of corners, equal materials, three faces at one place, and
+            // different corners
             "usemtl a\nf 1 2 3 4\nusemtl b\nf 2 3 4 1\n",
             "usemtl a\nf 1 2 3 4\nf 4 3 2 1\nusemtl b\nf 1 2 3\n",
             "usemtl a\nf 1 2 3\nf 2 3 1\nusemtl b\nf 3 2 1\n",

@@ -24,7 +24,7 @@ pub(super) fn smooth<'a>(outline: &mut Outline, runs: impl Iterator<Item = &'a R
         return;
     }
 
-    // Sums over the faces of each group at each point
+    // Sum the normals of the faces of each group at each point
     let points = weld(&vertices.positions);
     let mut index_of: HashMap<(u32, u32), usize> = HashMap::new();
     let mut sums: Vec<DVec3> = Vec::new();

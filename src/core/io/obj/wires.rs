@@ -21,7 +21,7 @@ use std::path::Path;
 /// Number of sides of a tube.
 const SIDES: u32 = 16;
 
-/// Maximum number of fine spheres. If there are more, all are coarser.
+/// Maximum number of fine spheres. If there are more spheres, all of them are coarser.
 const MANY_SPHERES: usize = 20_000;
 
 /// Memory per triangle, including the acceleration structure, in bytes.
@@ -68,7 +68,8 @@ struct Sphere {
 }
 
 impl Sphere {
-    /// Creates an icosahedron whose sides are divided twice, or once for many spheres.
+    /// Creates an icosahedron whose sides are divided twice, or only once if there are many spheres
+    /// (`count`).
     fn new(count: usize) -> Self {
         let golden = 0.5 * (1.0 + 5f64.sqrt());
         let mut points = Vec::new();
@@ -162,7 +163,7 @@ impl WireBuilder<'_> {
         self.outline.vertices.positions[vertex as usize].as_dvec3()
     }
 
-    /// Adds a point of a tube or sphere around `vertex`, with its colour.
+    /// Adds a point of a tube or sphere around `vertex`, with the colour of `vertex`.
     fn add_point(&self, mesh: &mut Mesh, vertex: u32, offset: DVec3, normal: DVec3) {
         mesh.positions.push((self.position(vertex) + offset).as_vec3a());
         mesh.normals.push(normal.as_vec3a());

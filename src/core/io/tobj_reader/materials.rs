@@ -23,7 +23,7 @@ pub(super) fn load(
     library.materials(path, sections, findings)
 }
 
-/// Statements of each material with usable values. Each has the line of its `newmtl`.
+/// Statements of each material with usable values. Each section has the line of its `newmtl`.
 fn sections(
     library: &Library,
     path: &Path,
@@ -53,8 +53,8 @@ fn sections(
     sections
 }
 
-/// Keywords and values. Numbers are written with all digits. Statements that tobj does not support
-/// are sorted by name.
+/// Keywords and values of the statements of a material. Numbers are written with all digits.
+/// Statements that tobj does not support are sorted by name.
 fn statements_of(material: &tobj::Material) -> Vec<(String, String)> {
     let color = |c: [f32; 3]| format!("{} {} {}", c[0], c[1], c[2]);
     let number = |n: f32| n.to_string();

@@ -115,7 +115,7 @@ pub(super) fn read_obj(
     let (length, failure) = (input.length(), input.failure());
     allowance.check(path, BYTES_OF_A_BYTE * length)?;
     observer.begin(&format!("reading {} by tobj", path.display()), length);
-    // Libraries in the order of their lines, each with its materials.
+    // Collect the libraries in the order of their lines, each with its materials.
     let libraries: RefCell<Vec<(PathBuf, Vec<tobj::Material>)>> = RefCell::default();
     let lacks: RefCell<Findings> = RefCell::default();
     let library = |name: &Path| {

@@ -1,4 +1,5 @@
-//! Recognition of the writer of a library by its comments, its numbers and the OBJ file.
+//! Recognition of the program that wrote a library, by the comments and numbers of the library and
+//! by the OBJ file.
 
 use super::*;
 
@@ -130,7 +131,7 @@ fn the_obj_file_names_the_writer_too() {
     let surface = blender(96.078_43, 1.0, 0.25, 1.0, 1.0, 2);
     let flat = PYTHON.to_string() + &blender(0.0, 1.0, 0.5, 1.0, 1.0, 2) + "map_Bump a.png\n";
     let slot = |obj| read_of(obj, &flat, MtlDialect::Auto).1[0][0];
-    // The version decides between heights and normals
+    // The version of Blender decides if `map_Bump` is a height map or a normal map.
     assert_eq!(slot(None), MapSlot::Normal);
     assert_eq!(
         slot(Some("# Blender v2.79 (sub 0) OBJ File: 'a.blend'\n")),
@@ -140,7 +141,7 @@ fn the_obj_file_names_the_writer_too() {
         slot(Some("# Blender v2.80 (sub 75) OBJ File: 'a.blend'\n")),
         MapSlot::Normal
     );
-    // A library without a comment
+    // If the library has no comment, the comment of the OBJ file names the program.
     let obj = Some("# Blender v2.54 (sub 0) OBJ File: ''\n# www.blender.org\nmtllib a.mtl\n");
     let (materials, _, told) = read_of(obj, &surface, MtlDialect::Auto);
     assert_eq!(materials[0].gloss, Gloss::Metallic(0.0));

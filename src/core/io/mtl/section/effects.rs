@@ -57,7 +57,8 @@ impl Section {
         }
         let shines = self.specular.is_some_and(|ks| !ks.is_black());
         let has_picture = self.has_map(MapSlot::Specular);
-        // A picture scales the reflection of any model.
+        // A specular picture scales the reflection of every model, so it is not lost with `Pr` or
+        // `Pm`.
         if shines && is_physical {
             lost("ks", "Ks has no effect with Pr or Pm: Ni sets the reflection".into());
         } else if (shines || has_picture) && matches!(self.illum, Some(0 | 1)) && !is_physical {

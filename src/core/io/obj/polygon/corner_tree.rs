@@ -4,12 +4,12 @@ use std::array;
 /// Maximum number of corners of a leaf.
 const LEAF: usize = 8;
 
-/// Corners of a polygon by place: a k-d tree (Bentley 1975) from which corners are removed.
+/// Corners of a polygon by position: a k-d tree (Bentley 1975) from which corners are removed.
 ///
 /// Node i has the children 2 i + 1 and 2 i + 2, each with one half of its corners.
 pub(super) struct CornerTree {
     points: Vec<[f64; 2]>,
-    /// Corners, grouped by node. The remaining corners of a leaf are first.
+    /// Corners, grouped by node. In a leaf, the remaining corners are first.
     corners: Vec<usize>,
     nodes: Vec<Node>,
     /// Leaf of each corner.
@@ -20,7 +20,7 @@ pub(super) struct CornerTree {
 struct Node {
     min: [f64; 2],
     max: [f64; 2],
-    /// Index of its first corner.
+    /// Index in [`CornerTree::corners`] of the node's first corner.
     start: usize,
     /// Number of remaining corners.
     left: usize,
@@ -91,7 +91,7 @@ impl CornerTree {
     }
 
     /// Returns true if `holds` returns true for all remaining corners in the triangle or on its
-    /// edges. `holds` may be called for other corners, too.
+    /// edges. `holds` may be called for some corners outside, too.
     pub fn all_near(&self, triangle: [[f64; 2]; 3], holds: &mut impl FnMut(usize) -> bool) -> bool {
         self.all_in(0, triangle, holds)
     }
@@ -116,7 +116,8 @@ impl Node {
     /// outside.
     fn is_outside(&self, [a, b, c]: [[f64; 2]; 3]) -> bool {
         [(a, b), (b, c), (c, a)].into_iter().any(|(from, to)| {
-            // Area grows with y along the edge's x, and falls with x along its y.
+            // Take the corner of the box with the largest signed area. The area grows with y if the
+            // edge points to +x, and falls with x if the edge points to +y.
             let x = if to[1] > from[1] { self.min[0] } else { self.max[0] };
             let y = if to[0] > from[0] { self.max[1] } else { self.min[1] };
             signed_area(from, to, [x, y]) < 0.0

@@ -44,7 +44,7 @@ fn libraries_lie_close_by() {
         assert_eq!(found, names, "{statement}");
         let is_exact = statement == "mtllib my red.mtl my blue.mtl";
         let wanted = if is_exact { 0 } else { names.len() };
-        // Each quoted name of several has a message.
+        // Each name has at most one message. Unless the statement is exact, there is a message.
         assert!(
             told.len() <= wanted.max(1) && (is_exact || !told.is_empty()),
             "{statement}: {told:?}"
@@ -69,14 +69,14 @@ fn a_library_of_the_name_of_the_file_is_taken() {
         told[0].contains("t.obj: the file names no material library; "),
         "{told:?}"
     );
-    // Without `usemtl`, if the library has one material.
+    // Without `usemtl`, the only material of the library is used for all faces.
     let (names, told) = materials(at, "");
     assert_eq!((names.as_slice(), told.len()), (&["t".to_string()][..], 2));
     assert!(told[1].contains("no face names a material; all have `t`"), "{told:?}");
     fs::write(at.join("t.mtl"), "newmtl t\nKd 1\nnewmtl u\nKd 1\n").unwrap();
     assert!(materials(at, "").0.is_empty());
     fs::write(at.join("t.mtl"), "newmtl t\nKd 1\n").unwrap();
-    // Not used if there is another library.
+    // A library with the name of the OBJ file is not used if another library is found.
     assert_eq!(materials(at, "mtllib a.mtl gone.mtl\nusemtl a").0, ["a"]);
     fs::rename(at.join("t.mtl"), at.join("T.obj.mtl")).unwrap();
     assert_eq!(materials(at, "usemtl t").0, ["t"]);

@@ -79,12 +79,12 @@ fn faces_without_normals_stay_flat_among_others() {
     assert_eq!(normals(3), [Vec3::Z; 3]);
     let uvs = |t: usize| mesh.triangles[t].map(|i| mesh.uvs[i as usize]);
     assert_eq!([uvs(0), uvs(1)], [[Vec2::ONE; 3], [Vec2::ZERO; 3]]);
-    // A group with invalid normals only is flat.
+    // A group that has only invalid normals is flat-shaded.
     let flat = load(format!("{SQUARE}vn 0 0 0\nf 1//1 2//1 3//1\n")).unwrap();
     assert!(flat.groups[0].mesh.normals.is_empty());
 }
 
-/// A cube from -1 to 1 as quads, each after its statement of `before`.
+/// A cube from -1 to 1 with one quad per side. Quad i follows the statement `before[i]`.
 fn cube(before: [&str; 6]) -> String {
     let side = |bit: usize, i: usize| if i >> bit & 1 == 1 { 1 } else { -1 };
     let mut text: String = (0..8)
@@ -99,7 +99,7 @@ fn cube(before: [&str; 6]) -> String {
 
 #[test]
 fn smoothing_groups_share_normals() {
-    // All sides in one group: normals along the diagonals, by symmetry.
+    // If all sides are in one group, the normals point along the diagonals, by symmetry.
     let round = mesh(&cube(["s 3", "", "", "", "", ""]));
     assert_eq!(round.positions.len(), 8);
     for (p, n) in round.positions.iter().zip(&round.normals) {
@@ -133,7 +133,7 @@ fn smoothing_goes_by_position_and_across_materials() {
             assert!(n.distance(expected) < 1e-6, "{n} at {p}");
         }
     }
-    // Normals of the file stay.
+    // Normals of the file are kept.
     let given = load(roof.replace("s 1", "vn 0 0 1\ns 1").replace("8 7 6 5", "8 7//1 6 5//1")).unwrap();
     let n = &given.groups[1].mesh.normals;
     assert_eq!([n[1], n[3]], [Vec3::Z; 2]);

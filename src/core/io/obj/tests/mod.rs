@@ -43,7 +43,7 @@ fn load(text: impl AsRef<[u8]>) -> Result<Read, FileError> {
     load_with(text, &LoadOptions::default())
 }
 
-/// Reads a file with wrong statements as errors.
+/// Reads a file; wrong statements are errors.
 fn load_strictly(text: impl AsRef<[u8]>) -> Result<Read, FileError> {
     let options = LoadOptions {
         strict: true,

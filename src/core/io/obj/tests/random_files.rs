@@ -192,7 +192,8 @@ fn random_files_have_the_triangles_they_were_made_of() {
                 }
             }
         }
-        // Statements are on other lines, and name other parts, but have the same meaning.
+        // In the irregular form, statements are on other lines and name other parts, but have the
+        // same meaning.
         let without_lines = |text: &str, chunk_bytes| {
             let groups = read(text, chunk_bytes).map(|mut groups| {
                 for group in &mut groups {

@@ -159,7 +159,8 @@ fn corners_lack_what_they_name_wrongly() {
 
 #[test]
 fn faces_with_wrong_positions_are_left_out() {
-    // Faces before and after, of two materials, in smoothing groups, and an unused wrong `v`
+    // There are faces of two materials, in smoothing groups, before and after the wrong `v`. One of
+    // the wrong `v` is unused.
     for wrong in ["v nan 1 0", "v 0 x 0", "v 0 1", "v 0 0 1e999"] {
         let lines = format!(
             "v 2 0 0\n{wrong}\n{wrong}\nf 1 2 3\ns 1\nf 1 6 3\nusemtl red\nf 2 5 3 6\nf 1 3 4\ns off\nf 4 6 5\n"

@@ -118,7 +118,7 @@ impl FileError {
         self
     }
 
-    /// Sets the remedy, unless the error has one.
+    /// Sets the remedy, unless the error has a remedy.
     pub fn help_if_none(mut self, help: &str) -> Self {
         self.help.get_or_insert_with(|| help.into());
         self

@@ -40,7 +40,8 @@ pub fn folder_above(folder: &Path) -> PathBuf {
 /// Finds files by [`find_file`], and lists each folder once.
 #[derive(Debug, Default)]
 pub struct FileFinder {
-    /// For each folder, its first entry by name in lower case.
+    /// For each folder, its entries by name in lower case. Of several equal names, the first entry
+    /// is stored.
     listings: HashMap<PathBuf, HashMap<String, OsString>>,
     /// For each folder, its subfolders without models.
     folders: HashMap<PathBuf, Vec<PathBuf>>,
@@ -117,7 +118,8 @@ impl FileFinder {
     }
 }
 
-/// First entry of a folder by its name in lower case; empty if the folder cannot be read.
+/// Entries of a folder by name in lower case. Of several equal names, the first entry is returned.
+/// Empty if the folder cannot be read.
 fn listing(folder: &Path) -> HashMap<String, OsString> {
     let mut entries: HashMap<String, OsString> = HashMap::new();
     for entry in fs::read_dir(listed(folder)).into_iter().flatten().flatten() {
@@ -164,7 +166,7 @@ pub(crate) fn count_alike(found: &Path) -> usize {
     names.filter(|name| lowercase(name) == wanted).count()
 }
 
-/// The folder, by a path that `read_dir` accepts.
+/// Path of the folder that `read_dir` accepts: `.` in place of an empty path.
 fn listed(folder: &Path) -> &Path {
     if folder == Path::new("") {
         Path::new(".")

@@ -8,8 +8,8 @@ thread_local! {
     static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Returns true if panics of this thread are caught and become errors: a panic hook need not print
-/// them.
+/// Returns true if panics of this thread are caught and become errors. A panic hook then need not
+/// print them.
 pub fn is_guarded() -> bool {
     IS_GUARDED.get()
 }

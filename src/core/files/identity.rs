@@ -1,9 +1,9 @@
 //! Identity of files: device and inode. A file that does not exist yet is identified by its folder
 //! and its name.
 //!
-//! Outputs follow no link of another user in a sticky folder such as `/tmp`: it could lead to any
-//! file of the user. Linux has the same rule (`fs.protected_symlinks`), but only for the last name
-//! of a path and only if it is enabled.
+//! The path of an output is not followed through a link of another user in a sticky folder such as
+//! `/tmp`: the link could lead to any file of the user. Linux has the same rule
+//! (`fs.protected_symlinks`), but only for the last name of a path and only if the rule is enabled.
 //!
 //! `cli/outputs` compares all outputs with each other and with the scene file before any file is
 //! read, and with `Session::files` before the acceleration structure is built. No flag overwrites
@@ -110,7 +110,7 @@ pub(super) fn untrusted_link(path: &Path) -> io::Result<Option<PathBuf>> {
                     _ => folder = here,
                 }
             }
-            // A root replaces all names before it.
+            // A root (`/`) replaces all names before the root.
             _ => folder.push(&name),
         }
     }

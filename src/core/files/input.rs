@@ -11,15 +11,15 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-/// A regular file that is open for reading. It stores failures of the system, which decoders may
-/// report in another way.
+/// A regular file that is open for reading. It stores failures of the system, because decoders may
+/// report a failure as wrong contents.
 pub(crate) struct Input {
     file: File,
     length: u64,
     failure: ReadFailure,
 }
 
-/// Error of the system if reading failed. Clones share it.
+/// Error of the system if reading failed. Clones share the error.
 #[derive(Clone, Default)]
 pub(crate) struct ReadFailure(Arc<OnceLock<io::Error>>);
 
@@ -56,7 +56,7 @@ impl Input {
             let flags = rustix::fs::OFlags::NONBLOCK | rustix::fs::OFlags::NOCTTY;
             std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, flags.bits() as i32);
         }
-        // Metadata of the open handle: another file may have the name by now.
+        // Use the metadata of the open handle: another file may have the name by now.
         let opened = options.open(path).and_then(|file| Ok((file.metadata()?, file)));
         let (metadata, file) = opened.map_err(refused)?;
         if !metadata.is_file() {
@@ -120,7 +120,8 @@ pub(crate) struct Counted<R> {
     position: Position,
 }
 
-/// Position of a [`Counted`] reader, in bytes from the start of the file. Clones share it.
+/// Position of a [`Counted`] reader, in bytes from the start of the file. Clones share the
+/// position.
 #[derive(Clone, Default)]
 pub(crate) struct Position(Arc<AtomicU64>);
 
@@ -187,8 +188,8 @@ const WINDOWS_1252: [char; 32] = [
     '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}', 'ž', 'Ÿ',
 ];
 
-/// Decodes UTF-8; invalid bytes are decoded as Windows-1252. Different names stay different, and a
-/// name is the same in both encodings.
+/// Decodes UTF-8; invalid bytes are decoded as Windows-1252. Different file names stay different,
+/// and the same name in both encodings gives the same text.
 pub fn decoded(bytes: &[u8]) -> String {
     let character = |&byte: &u8| match byte {
         0x80..=0x9f => WINDOWS_1252[usize::from(byte - 0x80)],
@@ -273,7 +274,8 @@ mod tests {
             std::fs::write(&path, &bytes).unwrap();
             assert_eq!(read_text(&path, "the file").unwrap(), text, "{:?}", &bytes[..4]);
         }
-        // Bytes of other encodings are decoded as Windows-1252. Zeros only are not UTF-16.
+        // Bytes of other encodings are decoded as Windows-1252. A text that consists of zeros is
+        // not UTF-16.
         for (bytes, expected) in [
             (&b"v\xe4 \x80\xff\x81 1"[..], "vä €ÿ\u{81} 1"),
             (b"Stra\xdfe Stra\xc3\x9fe \xe2\x82", "Straße Straße â‚"),

@@ -1,11 +1,11 @@
 //! Memory limits while files are read, and progress of reading.
 //!
-//! Meshes are moved from the reader into the scene. Memory is estimated before it is allocated. The
-//! estimates follow each other: the pixels of the render, the length of the file, the counts of its
-//! statements (`Chunks::bytes`), the headers of its pictures, and the whole render (`session`).
-//! Each estimate is compared with `--max-memory` or with the free memory of the system. It is also
-//! allocated and freed as a test (`memory_limit`). The crates obvhs, exr and image allocate without
-//! a check, and would abort the program if memory ran out.
+//! Meshes are moved from the reader into the scene. Memory is estimated before it is allocated.
+//! Estimates are made one after the other: for the pixels of the render, the length of the file,
+//! the counts of its statements (`Chunks::bytes`), the headers of its pictures, and the whole
+//! render (`session`). Each estimate is compared with `--max-memory` or with the free memory of the
+//! system. The estimated memory is also allocated and freed as a test (`memory_limit`). The crates
+//! obvhs, exr and image allocate without a check, and would abort the program if memory ran out.
 
 use super::FileError;
 use super::memory_limit::{MemoryLimit, in_words};

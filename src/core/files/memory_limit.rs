@@ -32,15 +32,15 @@ impl MemoryLimit {
         max_memory.map(|bytes| Self { bytes, source }).or_else(limit_of_system)
     }
 
-    /// Bytes that the system leaves to this process in addition to the memory that it has. `None`
-    /// if unknown.
+    /// Bytes that this process may still allocate, in addition to the memory that it already has.
+    /// `None` if unknown.
     pub fn left_by_system() -> Option<u64> {
         limit_below(Path::new("/")).map(|limit| limit.bytes.saturating_sub(own_bytes(Path::new("/"))))
     }
 
-    /// Reason, in words, why `more` bytes, for a new `total` of the process, cannot be allocated.
-    /// `None` if they can. A test allocation finds limits that the system does not publish, such as
-    /// `ulimit -v`.
+    /// Reason, in words, why `more` bytes cannot be allocated; `total` is the memory of the process
+    /// after the allocation. `None` if the allocation is possible. A test allocation finds limits
+    /// that the system does not publish, such as `ulimit -v`.
     pub fn refusal(limit: Option<Self>, total: u64, more: u64) -> Option<String> {
         match limit {
             Some(limit) if total > limit.bytes => Some(format!("more than {limit}")),
@@ -88,12 +88,12 @@ pub fn in_words(bytes: u64) -> String {
 }
 
 /// Minimum of the limits of the machine and of the control groups of this process, including the
-/// memory that it already has.
+/// memory that the process already has.
 fn limit_of_system() -> Option<MemoryLimit> {
     limit_below(Path::new("/"))
 }
 
-/// Memory limit, if the system's files are below `root`.
+/// Memory limit of the system whose files `proc` and `sys` are in the folder `root`.
 fn limit_below(root: &Path) -> Option<MemoryLimit> {
     let own = own_bytes(root);
     let of_machine = kilobytes(&root.join("proc/meminfo"), "MemAvailable:").map(|bytes| MemoryLimit {
@@ -115,7 +115,7 @@ fn own_bytes(root: &Path) -> u64 {
     kilobytes(&root.join("proc/self/status"), "VmRSS:").unwrap_or(0)
 }
 
-/// Value in bytes of the line that begins with `key`, in kilobytes.
+/// Value, in bytes, of the line that begins with `key`. The file has the value in kilobytes.
 fn kilobytes(path: &Path, key: &str) -> Option<u64> {
     let text = fs::read_to_string(path).ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix(key))?;
@@ -158,8 +158,8 @@ fn left_by_groups(root: &Path) -> Option<u64> {
             _ => return None,
         };
         let mount = root.join(groups.mount);
-        // In a container the path may be a path of the host. Then the group of the container is the
-        // mount itself.
+        // In a container, the path may be a path of the host. The group of the container is then
+        // the mount point.
         let own = mount.join(path.trim_start_matches('/'));
         let folders = own.ancestors().take_while(|folder| folder.starts_with(&mount));
         folders.filter_map(|folder| groups.left(folder)).min()

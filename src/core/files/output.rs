@@ -3,10 +3,9 @@
 //! A file is written beside its target, synced and renamed, and its folder is synced. If the
 //! program is killed, the previous file is intact. The new file has the permissions of the previous
 //! one. Other names (hard links) of the previous file keep its contents: `Output::other_names`.
-//! `Output::write` is the boundary around each output: an error or a panic within it is an error of
-//! that file, and the other outputs are written. If neither an EXR file nor a checkpoint could be
-//! written, `Renderer::rescue` writes `R G B` and all sums to a new file, without names and other
-//! channels.
+//! `Output::write` converts an error or a panic to an error of that file, so the other outputs are
+//! written. If neither an EXR file nor a checkpoint could be written, `Renderer::rescue` writes all
+//! sums and `R G B` to a new file, without names and other channels.
 //!
 //! `tests/processes/outputs.rs` makes each system call of a render, a resumed render, a merge and a
 //! comparison fail in turn (`tests/faults/inject.c`, by `LD_PRELOAD`).
@@ -31,8 +30,8 @@ const MAX_RESCUES: u32 = 100;
 pub struct Output {
     /// Path as the user wrote it.
     path: PathBuf,
-    /// Target of the write: `path` with symbolic links followed, so that a link stays a link, in
-    /// the canonical folder.
+    /// File to replace: `path` with its symbolic links followed, so that the links are kept. Its
+    /// folder is a canonical path.
     target: PathBuf,
     /// True while this output holds the lock.
     is_locked: Arc<AtomicBool>,
@@ -102,8 +101,8 @@ impl Output {
         FileId::of(&self.target)
     }
 
-    /// Number of other names (hard links) of the file that will be replaced. They keep its
-    /// contents.
+    /// Number of other names (hard links) of the file that will be replaced. These names keep the
+    /// old contents.
     pub fn other_names(&self) -> u64 {
         #[cfg(unix)]
         {
@@ -135,8 +134,8 @@ impl Output {
     /// Writes as [`Output::write`] does if the file still consists of the bytes `old`. Returns the
     /// metadata of the new file. Returns `None` and keeps the file if it has other contents.
     ///
-    /// Comparison and rename are two steps: hold the [lock](Output::lock) against other processes
-    /// that do the same.
+    /// Comparison and rename are two steps: hold the [lock](Output::lock), so that no other process
+    /// that holds it replaces the file between the steps.
     pub fn replace(
         &self,
         old: &[u8],
@@ -162,7 +161,7 @@ impl Output {
         let mut temporary = self.temporary()?;
         let mut writer = BufWriter::new(temporary.as_file_mut());
         let written = guarded(|| content(&mut writer).and_then(|()| writer.flush()));
-        // The buffer of a failed write is dropped.
+        // After a failed write, drop the buffer without writing it.
         drop(writer.into_parts());
         match written {
             Ok(written) => written.map_err(failed)?,
@@ -179,7 +178,7 @@ impl Output {
         if !is_wanted()? {
             return Ok(None);
         }
-        // `fs::rename` and not the rename of tempfile: the tests inject faults into it.
+        // Use `fs::rename`, not the rename of tempfile: the tests inject faults into `fs::rename`.
         let (_file, path) = temporary.into_parts();
         fs::rename(&path, &self.target).map_err(failed)?;
         // The temporary name no longer exists.

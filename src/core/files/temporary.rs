@@ -4,9 +4,10 @@
 //! open. The next run that writes the same output removes temporary files without a lock: killed
 //! runs left them.
 //!
-//! A checkpoint has a lock file beside it while a run may write it. Its owner removes it. A lock
-//! file that a killed run left is not locked, and the next run takes it over. The checkpoint itself
-//! cannot hold the lock, because each write replaces it. No other output replaces a locked file.
+//! A checkpoint has a lock file beside it while a run may write the checkpoint. The run removes its
+//! lock file. A lock file that a killed run left is not locked, and the next run takes it over. The
+//! checkpoint cannot hold the lock, because each write replaces the checkpoint. No other output
+//! replaces a locked file.
 //!
 //! The names of these files can be guessed, so other users may put another file there. Pipes, links
 //! and devices are not opened. A file with a second name is never written.
@@ -50,9 +51,9 @@ fn prefix(target: &Path) -> String {
     format!(".embrasure-{digits}-")
 }
 
-/// Creates a file in the folder of `target`. It is removed unless it is persisted. It is locked
-/// while it is open, so that other runs do not remove it. It gets owner, group and permissions of
-/// the file at `target`, or the defaults of new files.
+/// Creates a temporary file in the folder of `target`. The file is removed unless it is persisted.
+/// It is locked while it is open, so that other runs do not remove it. It gets owner, group and
+/// permissions of the file at `target`, or the defaults of new files.
 pub(super) fn temporary(target: &Path) -> io::Result<NamedTempFile> {
     let replaced = fs::symlink_metadata(target).ok().filter(Metadata::is_file);
     let prefix = prefix(target);
@@ -140,8 +141,8 @@ pub(super) fn sweep(target: &Path) {
     }
 }
 
-/// Prevents other runs from writing an output until it is dropped. The system releases the lock
-/// when the process ends.
+/// Lock of an output: other runs cannot write the output until the lock is dropped. The system
+/// releases the lock when the process ends.
 #[derive(Debug)]
 pub struct OutputLock {
     /// `None` if the file system has no locks.
@@ -220,7 +221,8 @@ impl OutputLock {
                     return Err(failed(io::Error::other("this file has a second name")));
                 }
                 Lock::Taken => {
-                    // Process id for the message of other runs. The lock does not need it.
+                    // Write the process id for the messages of other runs. The lock does not need
+                    // the id.
                     let _ = file.set_len(0).and_then(|()| writeln!(file, "{}", std::process::id()));
                     return Ok(Self::new(Some((file, lock)), is_held));
                 }
@@ -240,7 +242,8 @@ impl Drop for OutputLock {
     fn drop(&mut self) {
         self.is_held.store(false, Ordering::SeqCst);
         if let Some((file, path)) = &self.held {
-            // Remove it while it is locked, so that another process's file is not removed.
+            // Remove the lock file while it is locked, so that another process's file is not
+            // removed.
             if is_at(file, path) {
                 let _ = fs::remove_file(path);
             }

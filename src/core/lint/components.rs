@@ -11,10 +11,10 @@ use crate::math::{Bounds3, DVec3};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Checks the connected components of faces that refract, and those of faces that emit. Faces with
-/// a common point belong to one component. Points at one position are one point (`points`). A
-/// component around the whole file may face inwards if it encloses other faces or the camera
-/// (`is_around`).
+/// Checks the connected components of faces that refract, and of faces that emit. Faces with a
+/// common point belong to one component. `points` has, for each position, the index of the first
+/// equal position. A component around the whole file may face inwards if it encloses other faces,
+/// or if `is_around` is true: then the camera is inside.
 pub(super) fn inspect(path: &Path, faces: &ObjFaces, uses: &[Use], points: &[u32], is_around: bool) -> Vec<Finding> {
     let mut findings = Vec::new();
     if uses.iter().any(|u| u.refracts) {
@@ -30,7 +30,7 @@ pub(super) fn inspect(path: &Path, faces: &ObjFaces, uses: &[Use], points: &[u32
 
 /// A connected component of faces.
 struct Component {
-    /// Line of its first face.
+    /// Line of the component's first face.
     line: usize,
     faces: u64,
     bounds: Bounds3,
@@ -53,8 +53,8 @@ struct Components {
 /// Maximum number of components, the largest first, that may contain a cavity.
 const MAX_BODIES: usize = 64;
 
-/// An edge: its smaller point index, its larger one, true if the face traverses it from the larger
-/// to the smaller, and the line of the face.
+/// An edge of a face: the smaller and the larger index of its points, true if the face traverses
+/// the edge from the larger to the smaller index, and the line of the face.
 type Edge = (u32, u32, bool, u32);
 
 impl Components {
@@ -81,8 +81,8 @@ impl Components {
             }
         }
 
-        // The root of their points identifies a component. Volumes are sums of cones to the first
-        // point (the divergence theorem).
+        // All points of a component have the same root, which identifies the component. Its volume
+        // is the sum of the cones from its first point to its faces (the divergence theorem).
         let mut index_of: BTreeMap<u32, usize> = BTreeMap::new();
         let mut components: Vec<Component> = Vec::new();
         let mut apexes: Vec<DVec3> = Vec::new();

@@ -9,7 +9,8 @@ use crate::geometry::{GeomId, Hit};
 use crate::math::{Ray, UVec2};
 use crate::scene::Scene;
 
-/// Minimum share of the lamps' triangles or rays that face the wrong way, for a message.
+/// Minimum share of triangles of lamps that face inwards, or of camera rays to lamps that hit
+/// backs, for a message.
 const MOST: f32 = 0.9;
 /// Maximum number of triangles of a lamp that are checked.
 const MAX_TRIANGLES: usize = 256;
@@ -35,7 +36,7 @@ pub fn reason_for_darkness(
     of_lamps.unwrap_or("no light reaches what the camera sees").into()
 }
 
-/// Fault of the lamps of `scene`, in words. `None` if they face the visible surfaces.
+/// Fault of the lamps of `scene`, in words. `None` if their fronts face the visible surfaces.
 pub fn dark_lamps(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution: UVec2) -> Option<&'static str> {
     if face_inwards(accel, scene) {
         return Some("the lamps face inwards: they light nothing but themselves");
@@ -47,8 +48,8 @@ pub fn dark_lamps(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution:
 /// Maximum number of invisible surfaces that a ray passes.
 const MAX_PASSED: usize = 64;
 
-/// Reason, in words, why a picture of `scene` from `camera` shows none of its surfaces. `None` if
-/// it shows some, or if the scene has none.
+/// Reason, in words, why a picture of `scene` from `camera` shows no surface of the scene. `None`
+/// if it shows a surface, or if the scene has no surfaces.
 pub fn reason_for_emptiness(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution: UVec2) -> Option<String> {
     if scene.triangle_count() == 0 {
         return None;

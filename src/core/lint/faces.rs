@@ -18,7 +18,7 @@ pub(super) struct FaceLint<'a> {
 
 /// A face with keys to compare it with the other faces.
 struct PlacedFace {
-    /// Key of the points, in any order.
+    /// Key of the points; it does not depend on their order.
     key: [u32; 4],
     line: usize,
     material: usize,
@@ -139,7 +139,7 @@ impl<'a> FaceLint<'a> {
         points.sort_unstable();
     }
 
-    /// Finds faces with the same points: those that repeat another face, and those on the back of
+    /// Finds faces with the same points: faces that repeat another face, and faces on the back of
     /// another face.
     fn duplicates(&self) -> [Option<Finding>; 2] {
         let mut points: Vec<u32> = Vec::new();

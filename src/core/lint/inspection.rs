@@ -38,7 +38,8 @@ pub struct MaterialSource {
     pub obj: Option<PathBuf>,
     /// File and position of the definition; `None` for the default material.
     pub place: Option<(PathBuf, Position)>,
-    /// Material as defined, patches included, before its textures are read.
+    /// The material as its file defines it, with the patches of the scene file, before its textures
+    /// are read.
     pub found: FileMaterial,
 }
 

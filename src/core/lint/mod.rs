@@ -31,7 +31,7 @@ use faces::FaceLint;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Makes an error from a message about the scene as a whole.
+/// Function that makes an error from a message about the scene as a whole.
 pub type Whole<'a> = &'a dyn Fn(String) -> FileError;
 
 /// Finds likely mistakes in the materials and meshes of a scene. OBJ files are read once more, one

@@ -1,7 +1,7 @@
 //! Albedos and previews of materials, for `embrasure explain`.
 //!
 //! Albedos are integrals over the samples of each lobe, weighted as flux. If textures vary a
-//! material, its albedos are those of its constants.
+//! material, its albedos are computed from its constant values.
 
 use crate::bsdf::{Bsdf, Lobe, TransportMode};
 use crate::camera::CameraParameters;

@@ -14,7 +14,7 @@ pub struct Profile {
     /// viewer's side, negative angles on the side of the mirror direction. Angles beyond ±90 are on
     /// the other side of the surface.
     pub angles: Vec<f32>,
-    /// Scattering of each lobe, below the layers above it.
+    /// Scattering of each lobe, attenuated by the layers above it.
     pub lobes: Vec<LobeProfile>,
     /// All lobes together.
     pub total: LobeProfile,

@@ -132,7 +132,7 @@ pub fn inspect_view(
         );
     }
 
-    // Back faces on all sides, nearby
+    // Find back faces on all sides of the camera, nearby
     let origin = rays.first()?.origin;
     let within = WALL_SHARE * scene.bounds().radius();
     let is_back = |direction: Vec3| {
@@ -146,11 +146,12 @@ pub fn inspect_view(
     None
 }
 
-/// Minimum share of the surfaces in the picture that show their backs, for a camera that is behind.
+/// Minimum share of the surfaces in the picture that show their backs, for a camera behind
+/// surfaces.
 const BEHIND: f32 = 0.8;
 /// Camera rays along a side of the image, to find small things.
 const FINE_RAYS: u32 = 96;
-/// Maximum distance of a point from its plane, in radii of the scene.
+/// Maximum distance of a point from the plane of a flat surface, in radii of the scene.
 const ON_PLANE: f32 = 1e-4;
 /// Minimum cosine between normals of one flat surface.
 const SAME_WAY: f32 = 0.9999;

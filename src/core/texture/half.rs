@@ -7,9 +7,9 @@ const STEP: f32 = 1.0 / 16_777_216.0;
 /// Difference between the exponent biases, 127 and 15, shifted to the exponent bits of an `f32`.
 const BIAS: u32 = (127 - 15) << 23;
 
-/// Exact value of `bits`. Texture lookups call it. Without the cases of all other numbers it takes
-/// 1.3 ns. The conversions of `f16` take 2.2 ns (`to_f32_const`) and 6.4 ns (`to_f32`, which checks
-/// the processor's instructions in each call).
+/// Exact value of `bits`. Texture lookups call it. It takes 1.3 ns, because it handles only finite
+/// numbers that are not negative. The conversions of `f16` take 2.2 ns (`to_f32_const`) and 6.4 ns
+/// (`to_f32`, which checks the processor's instructions in each call).
 pub(super) fn decode(bits: u16) -> f32 {
     if bits < 1 << 10 {
         bits as f32 * STEP

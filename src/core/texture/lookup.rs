@@ -9,7 +9,8 @@ use std::array;
 
 /// Maximum number of texels that [`Texture::is_black_within`] reads.
 const MAX_TEXELS: f32 = 4096.0;
-/// Texels with a smaller distance to the origin have centres that an `f32` represents exactly.
+/// Distance from the origin, in texels, below which an `f32` represents the centres of texels
+/// exactly.
 const FARTHEST_TEXEL: f32 = 4_194_304.0;
 /// Maximum number of texels along a side.
 const LONGEST: usize = 1 << 28;
@@ -41,12 +42,12 @@ pub struct Texture {
     replaced: usize,
 }
 
-/// Finer level, and the position between it and the next coarser level, in [0, 1).
+/// Index of the finer level, and the position between it and the next coarser level, in [0, 1).
 type Blend = (usize, f32);
 
 impl Encode for Texture {
     fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
-        // The other fields follow from these and the samples.
+        // The other fields follow from these fields and the samples.
         let Self {
             samples,
             channels,
@@ -105,7 +106,7 @@ impl Texture {
         }
     }
 
-    /// Value of a grey texture, the luminance of a coloured one.
+    /// Value of a grey texture, or luminance of a coloured texture.
     pub fn value(&self, uv: Vec2, footprint: f32) -> f32 {
         self.value_between(uv, self.blend(footprint))
     }
@@ -132,7 +133,7 @@ impl Texture {
     /// ∂/∂u and ∂/∂v of [`Texture::value`], as differences across one texel of the level in use.
     pub fn gradient(&self, uv: Vec2, footprint: f32) -> Vec2 {
         let blend = self.blend(footprint);
-        // Texels per unit of u and v, between the two levels
+        // Texels per unit of u and v, interpolated between the two levels
         let (level, part) = blend;
         let texels = self.size / ((1.0 + part) * f32::from_bits((127 + level as u32) << 23));
         let step = 0.5 / texels;
@@ -209,8 +210,8 @@ impl Texture {
         }
     }
 
-    /// Levels for a footprint. The exponent of its width in texels selects the level, the fraction
-    /// is the blend.
+    /// Levels for a footprint. The width of the footprint in texels is a float: its exponent
+    /// selects the level, and its fraction is the position between the levels.
     fn blend(&self, footprint: f32) -> Blend {
         let texels = footprint * self.short_side;
         let last = self.levels.len() - 1;

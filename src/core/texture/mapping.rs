@@ -11,7 +11,7 @@ pub enum Channel {
     Green,
     /// Blue, or grey.
     Blue,
-    /// Alpha; 1 if the picture has none.
+    /// Alpha; 1 if the picture has no alpha.
     Matte,
     /// Luminance of Rec.709 primaries.
     Luminance,
@@ -55,9 +55,9 @@ pub struct Mapping {
     pub scale: Vec2,
     /// `-o u v`: position in the picture of the surface's (0, 0).
     pub offset: Vec2,
-    /// `-clamp on` is [`Wrap::Clamp`].
+    /// Extension of the picture beyond the unit square; `-clamp on` is [`Wrap::Clamp`].
     pub wrap: Wrap,
-    /// `-imfchan`, if given.
+    /// Channel of the picture to use (`-imfchan`), if given.
     pub channel: Option<Channel>,
     /// First number of `-mm`: added to all values.
     pub base: f32,
@@ -102,7 +102,7 @@ impl Mapping {
     }
 
     /// Width in the picture of a `footprint` on the surface, along the axis with the smaller scale.
-    /// Compare the choice of the level in [`Texture`].
+    /// [`Texture`] states the reason for this choice.
     pub fn footprint(&self, footprint: f32) -> f32 {
         footprint * self.scale.abs().min_element()
     }
@@ -177,7 +177,7 @@ mod tests {
         let gradient = mapping.gradient(&texture, uv, 0.0);
         let expected = 6.0 * Vec2::new(0.5 * 1.0, -0.25 * 0.5);
         assert!(gradient.distance(expected) < 1e-3, "{gradient}");
-        // Finite differences of the mapped values
+        // Compare with finite differences of the mapped values
         let d = 1.0 / 32.0;
         let height = |du, dv| mapping.bump * mapping.value(&texture, uv + Vec2::new(du, dv), 0.0);
         let differences = Vec2::new(height(d, 0.0) - height(-d, 0.0), height(0.0, d) - height(0.0, -d)) / (2.0 * d);

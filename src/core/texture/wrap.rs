@@ -18,11 +18,12 @@ encode_variants!(Wrap {
     2 => Mirror,
 });
 
-/// From here on, no `f32` has a fraction.
+/// `f32` numbers of this size or larger have no fraction.
 const WHOLE: f32 = 8_388_608.0;
 
 impl Wrap {
-    /// Position of the coordinate `x` in [0, 1]. Arbitrary if `x` is not finite.
+    /// Maps the coordinate `x` to a position in the picture, in [0, 1]. Arbitrary if `x` is not
+    /// finite.
     pub(super) fn fold(self, x: f32) -> f32 {
         match self {
             Self::Repeat => fraction(x),
@@ -32,15 +33,15 @@ impl Wrap {
         }
     }
 
-    /// Of `n` texels, the two whose centres, at (i + ½) / n, lie around the folded coordinate `s`,
-    /// and the position between them, in [0, 1).
+    /// The two of `n` texels whose centres, at (i + ½) / n, lie on both sides of the folded
+    /// coordinate `s`. The third value is the position of `s` between these centres, in [0, 1).
     pub(super) fn neighbors(self, s: f32, n: u32) -> (usize, usize, f32) {
         // Relative to the centre of the texel before the first, all positions are positive, so
         // truncation is the floor.
         let p = s * n as f32 + 0.5;
         let (high, last) = (p as i32, n as i32 - 1);
         let f = p - high as f32;
-        // Beyond an edge lies the texel of the opposite edge, or the edge texel again.
+        // Beyond an edge lies the texel of the opposite edge (`Repeat`), or the edge texel again.
         let (left, right) = if self == Self::Repeat { (last, 0) } else { (0, last) };
         let low = if high == 0 { left } else { last.min(high - 1) };
         let high = if high > last { right } else { high };

@@ -42,7 +42,7 @@ fn assortment(wrap: Wrap) -> Vec<Texture> {
 
 #[test]
 fn ramps_stay_ramps() {
-    // Texel centres lie at (i + ½) / n, so this is u + 2 (1 − v) sampled there.
+    // Texel centres lie at (i + ½) / n, so the texture is u + 2 (1 − v), sampled at the centres.
     let (w, h) = (16, 8);
     let place = |i: usize, n: usize| (i as f32 + 0.5) / n as f32;
     let texture = floats(w, h, Wrap::Clamp, |x, y| place(x, w) + 2.0 * place(y, h));
@@ -107,7 +107,7 @@ fn checkerboards_turn_grey_in_linear_light() {
         let texture = Texture::new(64, 64, 1, Texels::Bytes(codes, curve), Wrap::Repeat).unwrap();
         for level in 1..=6 {
             let grey = texture.value(Vec2::new(0.37, 0.91), (1 << level) as f32 / 64.0);
-            // Half a step of the code
+            // Tolerance: half a step of the code
             assert!((grey - 0.5).abs() <= step, "{curve:?} level {level}: {grey}");
         }
     }
@@ -247,7 +247,7 @@ fn the_coarsest_level_is_the_mean() {
             }
         }
         let mean = texture.color(Vec2::ZERO, f32::INFINITY).to_array();
-        // Half a step of 8 bits
+        // Tolerance: half a step of 8 bits
         let max = if matches!(texture.samples, Samples::Bytes(..)) {
             0.004
         } else {

@@ -26,10 +26,11 @@ const OBJECT_FOV: f32 = 35.0;
 const FILL: f32 = 0.84;
 /// Maximum number of triangles that frame a scene, evenly spread over its triangles.
 const MAX_TRIANGLES: u64 = 1 << 23;
-/// Maximum number of candidates.
+/// Maximum number of candidate cameras.
 const MAX_CANDIDATES: usize = 12;
 
-/// Logarithm of the odds of the upright axis below which users read that it is a guess.
+/// Lead of the best upright axis over the second best (natural logarithm of odds) below which the
+/// message calls the axis probable.
 const UNSURE: f32 = 2.0;
 
 /// Parts of a camera that are given by flags or a scene file.
@@ -57,7 +58,8 @@ pub struct Asked {
     pub axes: FileAxes,
     /// Evidence for the upright axis from other files of the folder.
     pub sisters: Sisters,
-    /// Origin of the scene, in the file's coordinates; used for flags.
+    /// Point of the file's coordinates that is the origin of the scene. Flags have coordinates of
+    /// the file.
     pub origin: DVec3,
 }
 
@@ -92,7 +94,7 @@ impl CameraGuess {
         }
     }
 
-    /// Flags for this camera in a file whose point `origin` is the scene's origin.
+    /// Flags that select this camera. `origin` is the point of the file that is the scene's origin.
     pub fn flags(&self, origin: DVec3) -> String {
         let list = |v: Vec3| v.to_array().map(|x| x.to_string()).join(",");
         let [position, look_at] = [self.position, self.look_at].map(|p| position_text(p, origin).join(","));
@@ -110,7 +112,7 @@ pub struct CameraFinder<'a> {
     survey: Survey,
     /// True if the evidence of other files changed the upright axis.
     is_up_of_sisters: bool,
-    /// Kind of the places that are inside.
+    /// Kinds of places from which views from inside may be taken.
     inside: Inside,
     asked: Asked,
     /// Width of the image over its height.
@@ -157,7 +159,8 @@ impl<'a> CameraFinder<'a> {
         self.survey.is_unsure_of_up()
     }
 
-    /// The finder with the evidence of `sisters`, replacing the evidence of `asked`.
+    /// The finder with the evidence `sisters` for the upright axis, in place of its previous
+    /// evidence.
     #[must_use]
     pub fn with(mut self, sisters: Sisters) -> Self {
         self.asked.sisters = sisters;
@@ -165,7 +168,7 @@ impl<'a> CameraFinder<'a> {
         self
     }
 
-    /// Evidence of other files of the folder.
+    /// Evidence for the upright axis from other files of the folder.
     pub fn sisters(&self) -> Sisters {
         self.asked.sisters
     }
@@ -213,8 +216,8 @@ impl<'a> CameraFinder<'a> {
         let back = self.horizon().direction(azimuth, elevation);
         let (mut eye, mut target) = self.frame().place(&self.looker, MAX_TRIANGLES, self.horizon(), back);
         if let Some(distance) = orbit.and_then(|orbit| orbit.distance) {
-            // The target is the same for all azimuths and is rounded for the size of the scene, so
-            // that the frames of a turntable do not jump.
+            // The target is the same for all azimuths. It is rounded relative to the size of the
+            // scene, so that the frames of a turntable do not jump.
             target = short(self.looker.region.bounds.center(), self.size());
             eye = target + distance * back;
         }
@@ -229,8 +232,9 @@ impl<'a> CameraFinder<'a> {
         self.guess(eye, target, self.frame().fov, words)
     }
 
-    /// Light for the scene, seen from `position` towards `target`; `None` if its own emitters light
-    /// it. The scene has no other lights. In a room of a house, this is the light of an interior.
+    /// Light to add to the scene for a camera at `position` that looks at `target`. `None` if the
+    /// scene's emitting surfaces light the view; the scene has no other lights. A room of a house
+    /// gets the light of an interior.
     pub fn light(&self, position: Vec3, target: Vec3) -> Option<LightGuess> {
         let mut survey = self.survey;
         if self.inside != Inside::Anywhere {
@@ -241,7 +245,7 @@ impl<'a> CameraFinder<'a> {
         LightGuess::new(&self.looker, &survey, position, target)
     }
 
-    /// Candidate cameras, each with the shortest flags that give it.
+    /// Candidate cameras, each with the shortest flags that select it.
     pub fn candidates(&self) -> Vec<(String, CameraGuess)> {
         let of = |asked: Asked| {
             Self {
@@ -316,8 +320,8 @@ impl<'a> CameraFinder<'a> {
         }
     }
 
-    /// Azimuth and elevation of the view of an object, and words for users before and behind the
-    /// distance.
+    /// Azimuth and elevation of the view of an object, and two parts of the message for users: the
+    /// text before the distance, and the text after it.
     fn angles(&self) -> (f32, f32, [String; 2]) {
         let Asked {
             view, orbit, position, ..
@@ -444,15 +448,16 @@ fn front_words(front: &Front, azimuth: f32, elevation: f32) -> String {
     format!("probably {side} (--orbit {behind},{elevation} shows the other side)")
 }
 
-/// Upright axis of a file with its scene far from its own origin, at `origin`: national grids have
-/// large eastings and northings, and small heights. `None` for other files.
+/// Upright axis of a file whose scene lies far from the file's origin, at `origin`: the axis with
+/// the smallest coordinate, because national grids have large eastings and northings, and small
+/// heights. `None` for other files.
 fn height_axis(origin: DVec3) -> Option<Vec3> {
     let axis = origin.abs().min_position();
     (origin != DVec3::ZERO).then(|| Vec3::AXES[axis])
 }
 
-/// Coordinates of `p` in the file whose point `origin` is the scene's origin, with the digits of
-/// `p`.
+/// File coordinates of the scene point `p`, with the digits of `p`. `origin` is the point of the
+/// file that is the scene's origin.
 pub fn position_text(p: Vec3, origin: DVec3) -> [String; 3] {
     [0, 1, 2].map(|axis| {
         let short = p[axis].to_string();

@@ -30,8 +30,8 @@ const DARK: f32 = 1.0 / 256.0;
 /// Distance of a ray's origin from its surface, in radii of the scene.
 const OFFSET: f32 = 1e-4;
 
-/// Minimum share of lit surfaces among the visible ones, and minimum irradiance of a lit surface,
-/// in medians.
+/// Minimum share of lit surfaces among the visible ones, and minimum irradiance of a lit surface as
+/// a share of the median irradiance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Requirement {
     pub share: f32,
@@ -62,8 +62,8 @@ pub(super) fn light(
     median >= DARK * PI && points[darkest_lit] >= requirement.irradiance * median
 }
 
-/// Estimate of the irradiance at the point `p`, which a ray in the direction `w` hits; `i` is its
-/// index among the points.
+/// Estimate of the irradiance at the point `p`, which a ray in the direction `w` hits. `i` is the
+/// index of `p` among the points.
 fn irradiance((looker, selection): (&Looker, &LightSelection), p: Vec3, seen: &Seen, w: Vec3, i: u32) -> f32 {
     let offset = OFFSET * looker.region.bounds.radius();
     let paths = (0..PATHS).map(|k| {

@@ -13,13 +13,14 @@ use std::ops::RangeInclusive;
 const SIDES: [f32; 4] = [0.0, 90.0, 180.0, 270.0];
 /// Share of points left out at each end of a range.
 const TAIL: f32 = 0.02;
-/// Minimum height of a seat over its larger width.
+/// Minimum ratio of a seat's height to its larger width.
 const HIGH: f32 = 0.25;
-/// Heights above which there is only the back-rest, as shares of the height; and minimum number of
-/// points there.
+/// Heights above which there is only the back-rest, as shares of the object's height; and minimum
+/// number of points of the back-rest.
 const RESTS: [f32; 4] = [0.6, 0.7, 0.8, 0.9];
 const MIN_POINTS: usize = 40;
-/// Limits of the back-rest, from −1/2 at the back to 1/2 at the front.
+/// Maximum positions of the back end and of the front end of a back-rest, from −1/2 at the back of
+/// the object to 1/2 at its front.
 const REST: (f32, f32) = (-0.2, -0.1);
 /// Minimum width of a back-rest, as a share of the width.
 const REST_WIDTH: f32 = 0.45;
@@ -28,16 +29,17 @@ const SEAT: RangeInclusive<f32> = 0.2..=0.5;
 const SEAT_BAND: f32 = 0.15;
 /// Minimum |cos| between up and the normals of a seat.
 const LEVEL: f32 = 0.8;
-/// Minimum share of the outline that a seat covers, in cells of a grid.
+/// Minimum share of the outline that a seat covers, and number of grid cells along a side with
+/// which the share is measured.
 const SEAT_AREA: f32 = 0.35;
 const CELLS: f32 = 16.0;
-/// Maximum share of all points above the middle of the seat.
+/// Maximum share of the points that lie above the middle of the seat.
 const CLUTTER: f32 = 0.06;
 
 /// Height ranges of feet and of ankles, as shares of the height.
 const FEET: RangeInclusive<f32> = 0.0..=0.04;
 const ANKLES: RangeInclusive<f32> = 0.07..=0.14;
-/// Minimum height of a person over the length from front to back.
+/// Minimum ratio of a person's height to the length from front to back.
 const UPRIGHT: f32 = 1.25;
 /// Width between the ankles as a share of the width, and minimum share of the points in each leg.
 const APART: RangeInclusive<f32> = 0.03..=0.7;
@@ -46,7 +48,8 @@ const LEG: f32 = 0.25;
 const FOOT: RangeInclusive<f32> = 0.05..=0.35;
 const TOES: RangeInclusive<f32> = 0.03..=0.25;
 
-/// Height of an animal on four legs over its length, and minimum length over its width.
+/// Range of the ratio of height to length of an animal on four legs, and minimum ratio of its
+/// length to its width.
 const ON_LEGS: RangeInclusive<f32> = 0.4..=1.6;
 const LONG_BODY: f32 = 1.5;
 /// Height above which there are only head and neck, as a share of the height; and minimum share of
@@ -72,7 +75,8 @@ const HALF_CELLS: f32 = 12.0;
 /// and back.
 const ALIKE: f32 = 0.8;
 const LESS_ALIKE: f32 = 0.12;
-/// Length over width, height over width and height over length of vehicles and animals.
+/// Ranges of the ratios of length to width and of height to width, and maximum ratio of height to
+/// length, of vehicles and animals.
 const LENGTH: RangeInclusive<f32> = 1.6..=4.0;
 const VEHICLE: RangeInclusive<f32> = 0.45..=1.6;
 const LOW: f32 = 0.8;
@@ -99,7 +103,7 @@ pub(super) fn facing(points: &[Point], bounds: Bounds3, horizon: &Horizon) -> Op
     };
     let has_toes = |azimuth: &f32| toes_stick_out(&placed(points, bounds, horizon, *azimuth), size.y);
     let has_head = |azimuth: &f32| head_is_high(&placed(points, bounds, horizon, *azimuth), size.y);
-    // A head above a back resembles a back-rest above a seat.
+    // Test heads first: a head above a back resembles a back-rest above a seat.
     let head = SIDES.into_iter().find(has_head);
     head.or_else(seat).or_else(|| SIDES.into_iter().find(has_toes))
 }
@@ -161,7 +165,7 @@ fn placed(points: &[Point], bounds: Bounds3, horizon: &Horizon, azimuth: f32) ->
     points.iter().map(place).collect()
 }
 
-/// Range of values without the tails; `None` if there are few values.
+/// Range of values without [`TAIL`] at each end; `None` if there are fewer than `min` values.
 fn range(values: impl Iterator<Item = f32>, min: usize) -> Option<(f32, f32)> {
     let mut values: Vec<f32> = values.collect();
     values.sort_unstable_by(f32::total_cmp);
@@ -192,7 +196,7 @@ fn seat_area(points: &[Placed], size: Vec3) -> f32 {
             return 0.0;
         }
         let before = || points.iter().filter(|p| p.front / depth > front + 0.03);
-        // Height with most of the level points.
+        // Find the height with most of the level points.
         let step = SEAT_BAND / 3.0;
         let low = SEAT.start() - step..=SEAT.end().min(above - SEAT_BAND);
         let count = |from: f32| {

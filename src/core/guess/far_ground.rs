@@ -14,17 +14,17 @@ use crate::math::{Bounds3, Horizon, Vec3};
 /// maximum number of triangles whose corners define the middle.
 const MAX_TRIANGLES: u64 = 1 << 20;
 const SAMPLES: u64 = 1 << 15;
-/// Margin around the middle 90 % of the corners, in their extents. Triangles within it do not
-/// belong to the ground.
+/// Margin around the middle 90 % of the corners, as a multiple of their extent. Triangles within
+/// the margin do not belong to the ground.
 const MARGIN: f32 = 0.5;
 /// Maximum height of a ground, as a share of the scene's height.
 const LOW: f32 = 0.2;
 /// Maximum share of all triangles in the ground.
 const FEW: f32 = 0.05;
-/// Minimum outline area of the scene over the outline area of the rest; and minimum number of other
-/// triangles.
+/// Minimum ratio of the outline area of the scene to the outline area without the ground.
 const WIDER: f32 = 4.0;
-/// Minimum width of the scene over its height: fins of rockets and feet of towers are not a ground.
+/// Minimum ratio of the scene's width to its height, because fins of rockets and feet of towers are
+/// not a ground; and minimum number of triangles that do not belong to the ground.
 const WIDE: f32 = 2.0;
 const MIN_REST: usize = 30;
 

@@ -13,7 +13,7 @@ const FLAT: f32 = 0.9;
 /// Minimum cosine between up and the normal of a floor that makes a scene an interior: the bottom
 /// of a pipe is steeper.
 const LEVEL: f32 = 0.985;
-/// Minimum of half the width of a floor, as a share of the room height above it.
+/// Minimum half width of a floor, as a share of the room height above it.
 const HALF_WIDTH: f32 = 0.12;
 /// Minimum height of a room, as a share of the scene.
 const MIN_ROOM: f32 = 0.04;
@@ -23,7 +23,7 @@ const EVEN: f32 = 0.01;
 /// A surface above a place, and the free height above it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surface {
-    /// Height in coordinates of the horizon, in scene units.
+    /// Height in the frame of the horizon, in scene units.
     pub y: f32,
     /// Absolute cosine between up and the normal.
     pub slope: f32,
@@ -31,7 +31,7 @@ pub(super) struct Surface {
     pub room: f32,
     /// True if there is a surface above.
     pub is_covered: bool,
-    /// True if its front faces up.
+    /// True if the front of the surface faces up.
     pub is_front: bool,
 }
 
@@ -58,7 +58,7 @@ impl<'a> Floors<'a> {
         }
     }
 
-    /// Box of the region, in coordinates of the horizon.
+    /// Box of the region, in the frame of the horizon.
     pub fn bounds(&self) -> Bounds3 {
         self.bounds
     }
@@ -162,7 +162,7 @@ impl<'a> Floors<'a> {
     }
 }
 
-/// Box of the scene in coordinates of `horizon`.
+/// Box of the scene in the frame of `horizon`.
 pub(super) fn upright_bounds(bounds: Bounds3, horizon: &Horizon) -> Bounds3 {
     let corner = |i: u32| {
         let pick = |bit: u32, a: f32, b: f32| if i >> bit & 1 == 0 { a } else { b };

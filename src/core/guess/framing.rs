@@ -46,8 +46,8 @@ impl Frustum {
     }
 
     /// Position of the eye, and the point in the middle of the image. The tighter of both angles
-    /// determines the distance; along the other one the points are centred. The middle of the
-    /// nearest and the farthest point is the target.
+    /// determines the distance. Along the other angle the points are centred. The target is in the
+    /// middle between the nearest and the farthest point.
     pub fn camera(&self) -> (Vec3, Vec3) {
         let [right, left, top, bottom] = self.sides;
         let distance = |a: f32, b: f32, slope: f32| 0.5 * (a + b) / slope;

@@ -12,7 +12,8 @@ const WIDE_GROUND: f32 = 3.0;
 const AT_BOTTOM: f32 = 0.05;
 /// Maximum thickness of a sheet, such as a ground, as a share of its extent.
 const SHEET: f32 = 0.02;
-/// Maximum share of a sheet's extents that the rest of the scene covers, if the sheet is around it.
+/// Maximum share of a sheet's extents that the rest of the scene covers, if the sheet is around the
+/// rest.
 const COVERED: f32 = 0.8;
 /// Maximum distance of parts of one group, as a share of the smaller part's extent.
 const NEAR: f32 = 0.1;

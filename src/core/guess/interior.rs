@@ -36,7 +36,7 @@ pub(super) struct InteriorView {
     pub direction: Vec3,
     /// Median distance of the visible surfaces.
     pub distance: f32,
-    /// Height of the eye above its floor; 0 if it does not stand on a floor.
+    /// Height of the eye above the floor; 0 if the eye does not stand on a floor.
     pub height: f32,
     /// Share of the rays that leave the scene.
     pub missing: f32,
@@ -90,13 +90,13 @@ pub(super) fn views(looker: &Looker, horizon: &Horizon, inside: Inside, count: u
 /// The floor of a storey.
 #[derive(Clone, Copy, Debug)]
 struct UsualFloor {
-    /// Height in coordinates of the horizon.
+    /// Height in the frame of the horizon.
     pub y: f32,
     /// Height of the room above.
     room: f32,
 }
 
-/// The usual floor among `views`; `None` without views.
+/// Median floor height and room height of `views`; `None` without views.
 fn usual_floor(horizon: &Horizon, views: &[InteriorView]) -> Option<UsualFloor> {
     let median = |of: &dyn Fn(&InteriorView) -> f32| {
         let mut values: Vec<f32> = views.iter().map(of).collect();
@@ -109,7 +109,8 @@ fn usual_floor(horizon: &Horizon, views: &[InteriorView]) -> Option<UsualFloor> 
     })
 }
 
-/// The usual floor of the storey of the best of the sorted `views`.
+/// Median floor height of the views in the storey of the best view. `views` are sorted, the best
+/// first.
 pub(super) fn floor_of_best(horizon: &Horizon, views: &[InteriorView]) -> Option<f32> {
     let room = usual_floor(horizon, views)?.room;
     let best = views.first()?.floor(horizon);
@@ -129,8 +130,9 @@ fn is_inside(looker: &Looker, horizon: &Horizon, eye: Vec3, inside: Inside) -> b
     }
 }
 
-/// Share of the rays from around a place in a room with a ceiling that reach daylight; `None` for
-/// other places. Windows may be invisible from the place itself.
+/// Share of rays that reach daylight, if `position` is in a room with a ceiling; `None` for other
+/// places. The rays start at points around `position`, because windows may be invisible from
+/// `position`.
 pub(super) fn openness_of_room(looker: &Looker, horizon: &Horizon, position: Vec3) -> Option<f32> {
     if !is_inside(looker, horizon, position, Inside::RoofedRooms) {
         return None;
@@ -225,8 +227,8 @@ pub(super) fn through_open_side(looker: &Looker, horizon: &Horizon, fov: f32, as
     })
 }
 
-/// The best level direction at `position`, for surroundings of the scale `height`; `None` if there
-/// is no room for an eye.
+/// The best level view at `position`, for the eye height `height` in a scene of the width `width`.
+/// `None` if a surface is too near to the eye.
 pub(super) fn best_direction(
     looker: &Looker,
     horizon: &Horizon,
@@ -239,7 +241,7 @@ pub(super) fn best_direction(
     has_place.then(|| panorama.best_view(horizon, position, height, width))
 }
 
-/// The best level view at `position`, for any distance of surfaces.
+/// [`best_direction`] without the minimum distance to surfaces.
 pub(super) fn best_view(looker: &Looker, horizon: &Horizon, position: Vec3, height: f32, width: f32) -> InteriorView {
     Panorama::take(looker, horizon, position).best_view(horizon, position, height, width)
 }
@@ -260,8 +262,8 @@ pub(super) fn view_towards(
     }
 }
 
-/// Positions of eyes above (`x`, `z`): on each flat surface with room above it; with the height of
-/// each eye above its floor.
+/// Positions of eyes above (`x`, `z`), one above each flat surface with room above it, and the
+/// height of each eye above its floor.
 fn eyes(floors: &Floors, x: f32, z: f32) -> Vec<(Vec3, f32)> {
     let surfaces = floors.at(x, z).into_iter();
     let with_room = surfaces.filter(|surface| surface.is_flat() && surface.room > floors.min_room());
@@ -299,9 +301,9 @@ impl Panorama {
         others.fold(view(0), |best, view| if best.score >= view.score { best } else { view })
     }
 
-    /// The view whose middle is between `column` and the one before it. Its score is the visible
-    /// information in bits plus a term for the distance. Surfaces that block the view, and backs of
-    /// surfaces, which are not meant to be seen, lower it.
+    /// The view whose middle is between `column` and the column before. Its score is the visible
+    /// information in bits plus a term for the distance. Surfaces that block the view lower the
+    /// score, and so do backs of surfaces, which are not meant to be seen.
     fn view(&self, horizon: &Horizon, position: Vec3, column: usize, height: f32, width: f32) -> InteriorView {
         let mut tally = Tally::default();
         let (mut distances, mut near) = (Vec::with_capacity(WINDOW * ROWS), 0);

@@ -14,8 +14,8 @@ const ENOUGH_SIDES: f32 = 0.2;
 const STEPS: u32 = 8;
 /// Distance of a normal's line from the axis, in radii, that halves its weight.
 const NEAR: f32 = 0.1;
-/// Sine of the angle between a normal and the direction away from the axis, for shapes that are not
-/// round at all. Octagons have a mean of 0.19.
+/// Sine of the angle between a normal and the direction away from the axis, for which the likeness
+/// is 0. Octagons have a mean of 0.19.
 const NOT_ROUND: f32 = 0.4;
 /// Number of rays along the axis, and radius of their disk in radii of the body.
 const RAYS: u32 = 64;
@@ -32,8 +32,8 @@ pub(super) struct Lathe {
 }
 
 impl Lathe {
-    /// The body around the axis closest to the lines of the normals of `points`, pairs of position
-    /// and normal.
+    /// The body whose axis is closest to the lines along the normals. The axis is parallel to the
+    /// coordinate axis `axis`. `points` are pairs of position and normal.
     pub fn new(points: &[(Vec3, Vec3)], bounds: Bounds3, axis: usize) -> Self {
         let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
         let across = |v: Vec3| Vec2::new(v[a], v[b]);

@@ -8,18 +8,18 @@ use super::survey::Survey;
 use crate::light::Light;
 use crate::math::{Horizon, Vec3};
 
-/// Azimuths at which the sun is tried, and its elevations in degrees; the first wins if all are
-/// equal.
+/// Number of azimuths at which the sun is tried, and its elevations in degrees. The first sun wins
+/// if all are equal.
 const AZIMUTHS: u32 = 24;
 const ELEVATIONS: [f32; 3] = [40.0, 28.0, 55.0];
-/// Share of points in rooms below which only these points are used.
+/// If the share of the points that are in rooms is lower, only the points in rooms are used.
 const FEW: f32 = 0.2;
 /// Edge of the lamp of a closed room, and its distance from the ceiling, as shares of the room's
 /// height.
 const LAMP: (f32, f32) = (0.4, 0.03);
 
 /// Minimum lighting by the emitting surfaces of an object or an interior; below it a light is
-/// guessed. A staged scene with a lamp passes; an object that emits somewhere does not.
+/// guessed. A staged scene with a lamp has this lighting; an object that emits somewhere does not.
 const OBJECT: Requirement = Requirement {
     share: 0.8,
     irradiance: 1.0 / 32.0,
@@ -52,7 +52,7 @@ pub enum LightGuess {
 
 impl LightGuess {
     /// Light for a camera at `position` that looks at `target`; `None` if the scene's own emitters
-    /// light its view.
+    /// light the view of the camera.
     pub(super) fn new(looker: &Looker, survey: &Survey, position: Vec3, target: Vec3) -> Option<Self> {
         if is_lit(looker, survey, position, target) {
             return None;
@@ -87,7 +87,7 @@ fn is_lit(looker: &Looker, survey: &Survey, position: Vec3, target: Vec3) -> boo
 }
 
 /// Azimuth and elevation in degrees of the sun that lights the most points. If few points are in
-/// rooms, only these are used: points beyond the walls are in the sun anyway.
+/// rooms, only the points in rooms are used: points beyond the walls are in the sun anyway.
 fn sun_through_openings(looker: &Looker, horizon: &Horizon) -> [f32; 2] {
     let points: Vec<Vec3> = points_inside(looker.region.bounds).collect();
     let is_room = |&(i, p): &(u32, Vec3)| Surroundings::of(looker, p, horizon.up(), i).is_room();
@@ -105,7 +105,7 @@ fn best_sun(looker: &Looker, horizon: &Horizon, points: &[Vec3]) -> Option<[f32;
     let mut best = (None, 0);
     for elevation in ELEVATIONS {
         for i in 0..AZIMUTHS {
-            // Off by a few degrees from the walls, which mostly stand along the axes
+            // Turn the sun a few degrees away from the walls, which mostly stand along the axes
             let azimuth = -150.0 + 360.0 * (i as f32) / AZIMUTHS as f32 + 7.0;
             let direction = horizon.direction(azimuth, elevation);
             let lit = points.iter().filter(|&&p| looker.escapes(p, direction)).count();

@@ -1,4 +1,4 @@
-//! Rays into a scene by its own backend, and statistics of the surfaces that they hit.
+//! Rays into a scene, traced by the scene's backend, and statistics of the surfaces that they hit.
 
 use super::region::Region;
 use super::triangles;
@@ -33,7 +33,7 @@ pub(super) struct Seen {
     /// True if the ray hits the front of the triangle.
     pub is_front: bool,
     pub material: u32,
-    /// Name of the triangle.
+    /// Number that identifies the triangle.
     pub triangle: u64,
 }
 

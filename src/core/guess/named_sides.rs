@@ -41,13 +41,14 @@ const BACK: [&str; 6] = ["backpack", "exhaust", "rear", "tail", "taillamp", "tai
 const BAND: f32 = 0.02;
 /// Minimum number of points in the band.
 const MIN_POINTS: usize = 40;
-/// Minimum distance of the named things from the middle of the band, as a share of its extent.
+/// Minimum distance of the named things from the middle of the band, as a share of the band's
+/// extent.
 const OFF_MIDDLE: f32 = 0.12;
-/// Minimum distance to the front over that to the side.
+/// Minimum ratio of the distance to the front to the distance to the side.
 const STRAIGHT: f32 = 2.0;
 
-/// Direction of the front by names, of any length; `None` if names do not show it. `points` are
-/// spread over the surfaces.
+/// Direction of the front according to names; the vector may have any length. `None` if names do
+/// not show the front. `points` are spread over the surfaces.
 pub(super) fn named_front(looker: &Looker, points: &[Point], horizon: &Horizon) -> Option<Vec3> {
     let scene = looker.scene;
     let materials: Vec<Option<bool>> = scene.materials().iter().map(|m| is_front(&m.name)).collect();
@@ -77,7 +78,7 @@ pub(super) fn named_front(looker: &Looker, points: &[Point], horizon: &Horizon) 
 
 /// Triangles with names of one side, in coordinates of the horizon.
 struct Named {
-    /// Sum of their centroids, weighted by area, and total area.
+    /// Sum of the triangles' centroids, weighted by area, and total area.
     sum: Vec3,
     area: f32,
     /// Lowest and highest corner.
@@ -128,7 +129,8 @@ impl Named {
     }
 }
 
-/// True for the name of a thing at the front, false at the back, `None` for other names.
+/// True if the name is of a thing at the front, false if it is of a thing at the back, `None` for
+/// other names.
 fn is_front(name: &str) -> Option<bool> {
     let words = words(name);
     let has = |list: &[&str]| {

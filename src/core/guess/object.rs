@@ -12,7 +12,7 @@ use crate::camera::{Camera, CameraParameters};
 use crate::math::{Horizon, UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
-/// Number of rays along a side of the square through which candidates are compared.
+/// Number of rays along a side of the square image in which candidates are compared.
 const RAYS: u32 = 64;
 /// Share of the square's width or height that the object fills in a candidate.
 const FILL: f32 = 0.8;
@@ -22,16 +22,18 @@ const FEW: u64 = 1 << 15;
 /// equal.
 const TURNS: [f32; 6] = [30.0, -30.0, 40.0, -40.0, 20.0, -20.0];
 const ELEVATIONS: [f32; 2] = [18.0, 25.0];
-/// Range of an object's length towards its front over its width in which it is turned further, and
-/// the angle in degrees at the end of the range: cars show their sides, and a rifle is not seen
-/// into its muzzle. Objects that are higher than long, such as people, are not turned.
+/// Ratios of an object's length, towards its front, to its width. Between the first and the second
+/// ratio, the additional turn grows from 0 to `LONG_TURN`, in degrees: cars show their sides, and a
+/// rifle is not seen into its muzzle. Objects that are higher than long, such as people, are not
+/// turned further.
 const LONG: [f32; 2] = [1.5, 2.5];
 const LONG_TURN: f32 = 30.0;
-/// Maximum height of a flat object over its width, and the elevation of its candidates in degrees.
+/// Maximum ratio of a flat object's height to its width, and the elevation of its candidates in
+/// degrees.
 const FLAT: f32 = 0.1;
 const FLAT_ELEVATION: [f32; 1] = [40.0];
-/// Maximum width of the edge of a plate over its depth, and its minimum height: phones, screens and
-/// pictures are not seen from their edges.
+/// A plate is seen at its edge if its ratio of width to depth is at most `EDGE` and its ratio of
+/// height to depth at least `PLATE`: phones, screens and pictures are not seen from their edges.
 const EDGE: f32 = 0.25;
 const PLATE: f32 = 0.5;
 /// Minimum change of a surface's depth at a step, as a share of its distance.
@@ -60,9 +62,9 @@ const CLEAR: f32 = 1.0;
 pub(super) struct Front {
     /// Azimuth in degrees: 0, 90, 180 or 270.
     pub azimuth: f32,
-    /// True if the file declares it.
+    /// True if the file declares the front.
     pub is_declared: bool,
-    /// True if detail, shapes or the program show it, and not only the habit of most files.
+    /// True if detail, shapes or the program show the front, and not only the habit of most files.
     pub is_clear: bool,
 }
 
@@ -223,8 +225,8 @@ impl Picture {
         Self(seen.collect())
     }
 
-    /// Information in the view, in bits: of shapes, of materials, and of detail, which modellers
-    /// tessellate more finely.
+    /// Information in the view, in bits: the entropies of normals, of materials, and of triangles.
+    /// Modellers tessellate detail more finely, so triangles show detail.
     fn information(&self) -> f32 {
         let [normals, materials, triangles] = self.tally().entropies();
         normals + materials + 0.5 * triangles
@@ -275,7 +277,7 @@ impl Picture {
                 }
             }
         }
-        // Most pixels agree in any compact shape.
+        // Shares up to 0.5 give 0, because most pixels agree in any compact shape.
         if all > 0.0 {
             ((alike / all - 0.5) * 2.0_f32).clamp(0.0, 1.0)
         } else {

@@ -7,7 +7,7 @@ use crate::math::{Horizon, Vec3};
 
 /// Elevation of the view of rooms without a ceiling, in degrees.
 pub(super) const ELEVATION: f32 = 35.0;
-/// Maximum height of a scene over its smaller width: cups and crates are higher.
+/// Maximum ratio of a scene's height to its smaller width: cups and crates are higher.
 const LOW: f32 = 0.6;
 /// Maximum height of the highest surface at a place inside, as a share of the scene's height.
 const INSIDE: f32 = 0.6;
@@ -19,8 +19,8 @@ const WALLS: usize = 5;
 const ROOMS: f32 = 0.3;
 /// Height of test points above the highest surface of a place, as a share of the scene's height.
 const OFF_SURFACE: f32 = 0.02;
-/// Azimuths from the front that are tried, in degrees, the nearest first; and the share of places
-/// by which a later one must be better.
+/// Azimuths from the front that are tried, in degrees, the nearest first. A later azimuth is used
+/// if its share of visible places is larger by more than `MORE`.
 const TURNS: [f32; 12] = [
     30.0, -30.0, 60.0, -60.0, 0.0, 90.0, -90.0, 120.0, -120.0, 150.0, -150.0, 180.0,
 ];

@@ -27,8 +27,8 @@ pub(super) struct Parts<'a> {
     looker: &'a Looker<'a>,
     bounds: Bounds3,
     parts: Vec<Vec<Vec3>>,
-    /// Part of each triangle, by the triangle's name. Triangles of the hull belong to no entry of
-    /// `parts`.
+    /// Part of each triangle, by the number that identifies the triangle. Triangles of the hull
+    /// belong to no entry of `parts`.
     of_triangles: HashMap<u64, u32>,
 }
 
@@ -96,9 +96,10 @@ impl<'a> Parts<'a> {
         (0..3).filter(|&axis| size[axis] >= HULL * whole[axis]).count() >= 2
     }
 
-    /// Stability of the parts for each direction of `ups`, each followed by its opposite. It is the
-    /// weighted number of parts that rest on something below and touch nothing above, over the
-    /// number of parts. The weight depends on the shape. Zeros if there are few parts.
+    /// Stability of the parts for each direction of `ups`, each followed by its opposite: the
+    /// weighted number of parts that rest on something below and touch nothing above, divided by
+    /// the number of parts. The weight depends on the shape of a part. Zeros if there are few
+    /// parts.
     pub fn standing(&self, ups: &[Vec3; 6]) -> [f32; 6] {
         const FEW: usize = 3;
         let parts: Vec<(u32, &[Vec3])> = (0..)

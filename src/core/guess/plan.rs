@@ -43,7 +43,7 @@ pub struct PlanCamera {
     pub direction: Vec2,
 }
 
-/// Plane of the cut, in coordinates of the horizon.
+/// Plane of the cut, in the frame of the horizon.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cut {
     floor: f32,
@@ -194,7 +194,7 @@ mod tests {
         let [p, q] = section([a, b, c], 1.0).unwrap();
         assert_eq!([p, q], [Vec3::new(1.0, 1.0, 0.0), Vec3::new(0.0, 1.0, 2.0)]);
         assert!(section([a, b, c], 3.0).is_none());
-        // A triangle in the plane has no line; its neighbours have.
+        // A triangle in the plane of the cut has no line; its neighbours have the line.
         assert!(section([Vec3::Y, Vec3::X + Vec3::Y, Vec3::Y + Vec3::Z], 1.0).is_none());
     }
 

@@ -2,10 +2,10 @@
 //! point.
 //!
 //! Some files mix places: a part in the metres of a national grid and a part at the origin, or a
-//! stray vertex from an exporter. Corners of triangles are compared by coordinate. The rest is
-//! separated from them by empty gaps that are wide compared to the extent of the corners on one
-//! side. Extents are measured on the middle 90 % of the corners. A scene of any shape without wide
-//! gaps is one region.
+//! stray vertex from an exporter. The coordinates of the triangles' corners are compared along each
+//! axis. Strays are separated from the rest by empty gaps that are wide compared to the extent of
+//! the corners on one side of the gap. Extents are measured on the middle 90 % of the corners. A
+//! scene of any shape without wide gaps is one region.
 
 use super::triangles::for_each_triangle;
 use crate::math::{Bounds3, Vec3};
@@ -27,7 +27,8 @@ const PLACE_GAP: f32 = 50.0;
 const MIN_GAP: f32 = 0.05;
 /// Minimum gap before strays, in extents; the share of strays is below [`TAIL`].
 const STRAY_GAP: f32 = 8.0;
-/// Minimum gap on both sides of a surrounded region: within a ground or a dome.
+/// Minimum gap on both sides of a region with corners beyond both sides: a region within a ground
+/// or a dome.
 const SURROUNDING_GAP: f32 = 100.0;
 /// The part of a scene that guesses use.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +43,8 @@ pub(super) struct Region {
     pub left_out_at: Vec3,
     /// True if a ground reaches far beyond the bounds.
     pub has_wide_ground: bool,
-    /// Share of the corners of all groups, if this is a group of parts among others.
+    /// Share of the corners of all groups that lie in this region, if it is one of several groups
+    /// of parts.
     pub group: Option<f32>,
 }
 
@@ -131,7 +133,7 @@ impl Region {
     fn leave_strays(&mut self, scene: &Scene, corners: &[Vec3]) {
         let core = middle_bounds(corners);
         let whole = extent(&scene.bounds());
-        // Without a gap, no sorting is needed.
+        // If the scene is too small for a gap, skip the sorting.
         if whole <= (1.0 + STRAY_GAP) * extent(&core) {
             return;
         }

@@ -6,12 +6,12 @@ use crate::math::Vec3;
 
 /// Minimum share of the rays from a point in a room that hit fronts.
 const ENCLOSED: f32 = 0.62;
-/// Minimum share of the points that are in rooms for an interior; and for an interior with much
-/// more detail inside.
+/// Minimum share of the points that are in rooms: for an interior, and for an interior with much
+/// more detail inside than outside.
 const MIN_ROOM: f32 = 0.2;
 const MIN_DETAILED_ROOM: f32 = 0.12;
 /// Share of front hits from outside below which the scene is a hull that is not made to be seen
-/// from there.
+/// from outside.
 const HULL: f32 = 0.75;
 /// Minimum additional information inside compared to outside, in bits: for a hull; for a hull with
 /// little room; and for a body, which is closed on the outside. Hollow bricks and cupboards are
@@ -76,7 +76,7 @@ impl Surroundings {
 pub(super) struct Rooms {
     /// Points in rooms.
     pub points: Vec<Vec3>,
-    /// Share of the rays from these points that leave the scene.
+    /// Share of the rays from points in rooms that leave the scene.
     pub openness: f32,
     /// Share of the hits from outside that are on fronts.
     fronts: f32,
@@ -89,7 +89,7 @@ pub(super) struct Rooms {
 impl Rooms {
     pub fn of(looker: &Looker) -> Self {
         let bounds = looker.region.bounds;
-        // From inside
+        // Trace rays from points inside
         let (mut within, mut points, mut escaped) = (Tally::default(), Vec::new(), 0);
         for (i, p) in (0..).zip(points_inside(bounds)) {
             let mut around = Tally::default();
@@ -102,7 +102,7 @@ impl Rooms {
             }
         }
 
-        // From outside, towards points of the region
+        // Trace rays from outside, towards points of the region
         let mut without = Tally::default();
         let reach = 2.0 * bounds.radius().max(f32::MIN_POSITIVE);
         for (i, p) in (0..).zip(points_inside(bounds)) {

@@ -45,8 +45,9 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// The scale of a file: from its unit in metres, or from the height of its rooms. A scene
-    /// without rooms is in metres, unless its own `height` is too low.
+    /// The scale of a file: from the length of its unit in metres (`named`), or from the height of
+    /// its rooms (`room`). A scene without rooms is in metres, unless its `height` is below the
+    /// height of eyes.
     pub fn new(named: Option<f32>, room: Option<f32>, height: f32) -> Self {
         let of = |(metres, name): (f32, &'static str), why| Self {
             eyes: EYES / metres,

@@ -11,7 +11,7 @@ const STEP: f32 = 0.4;
 const FREE: [f32; 2] = [0.05, 0.3];
 /// Half the width of a floor to stand on, and the maximum difference of its heights, in metres.
 const FEET: (f32, f32) = (0.3, 0.25);
-/// Factor of distances to storeys above, compared to storeys below.
+/// Factor by which the distance to a storey above is multiplied, compared to a storey below.
 const UPSTAIRS: f32 = 3.0;
 
 /// A place on the floor.
@@ -52,7 +52,7 @@ impl Stand {
         self.place.map(|x| x.to_string()).join(",")
     }
 
-    /// The place in coordinates of the horizon, for a file whose point `origin` is the scene's
+    /// The place in the frame of the horizon. `origin` is the point of the file that is the scene's
     /// origin.
     pub(super) fn coordinates(&self, floors: &Floors, origin: DVec3) -> Vec3 {
         let axis = floors.horizon.up().abs().max_position();
@@ -65,10 +65,10 @@ impl Stand {
     }
 }
 
-/// Height of the floor at `place` to stand on with eyes `height` above it, in coordinates of the
-/// horizon; `None` if there is none. It is the highest floor that is not much above `usual`, the
-/// height of the floor of a guessed camera in a room; or else the nearest floor. Above `usual`, a
-/// floor without a ceiling is a roof.
+/// Height of the floor at `place`, in the frame of the horizon. `None` if there is no floor with
+/// free space for eyes at `height` above it. `usual` is the floor height of a guessed camera in a
+/// room. The result is the highest floor that is not much above `usual`, or else the nearest floor.
+/// A floor above `usual` without a ceiling is a roof.
 pub(super) fn floor(floors: &Floors, scale: &Scale, place: Vec3, height: f32, usual: Option<f32>) -> Option<f32> {
     let surfaces = floors.at(place.x, place.z);
     // A ceiling shows its back from above. The lowest surface is not a ceiling: the bottom of
@@ -81,7 +81,7 @@ pub(super) fn floor(floors: &Floors, scale: &Scale, place: Vec3, height: f32, us
     let is_outside = |surface: &&Surface| !is_in_body(floors, place, surface.y + height);
     let mut levels: Vec<&Surface> = flat().filter(has_room).filter(is_outside).collect();
     if levels.is_empty() {
-        // Walls may be inside out.
+        // If all places are inside bodies, use them: walls may be inside out.
         levels = flat().filter(has_room).collect();
     }
     if levels.iter().any(|surface| is_wide(floors, scale, place, surface.y)) {
@@ -94,7 +94,7 @@ pub(super) fn floor(floors: &Floors, scale: &Scale, place: Vec3, height: f32, us
     let usual = usual.or_else(|| Some(levels.last()?.y))?;
     let off = |y: f32| match y - usual {
         above if above > step => UPSTAIRS * above,
-        // Within a step, higher is better.
+        // Within the height of a step, the higher floor is better.
         near if near >= -step => -near,
         below => -below,
     };

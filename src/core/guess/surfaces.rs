@@ -24,12 +24,12 @@ const CELLS: i32 = 20;
 const CONTACT: f32 = 0.015;
 /// Minimum cosine between up and the normal of a surface that faces up.
 const LOOKS_UP: f32 = 0.2;
-/// Share of the extent along an axis within which a coordinate is 0.
+/// Share of the extent along an axis within which a coordinate is treated as 0.
 const AT_ORIGIN: f32 = 0.02;
 /// Share of standing parts below which few parts stand.
 const FEW_STAND: f32 = 0.02;
 
-/// Words in names of materials of things that are high in an object or a room.
+/// Words in names of materials that belong to high things in an object or a room.
 const HIGH: [&str; 22] = [
     "antenna",
     "bulb",
@@ -54,7 +54,7 @@ const HIGH: [&str; 22] = [
     "window",
     "windscreen",
 ];
-/// Words in names of materials of things that are low in an object or a room.
+/// Words in names of materials that belong to low things in an object or a room.
 const LOW: [&str; 28] = [
     "asphalt", "bark", "base", "boot", "bottom", "carpet", "dirt", "feet", "floor", "foot", "grass", "ground", "jean",
     "leg", "pant", "rim", "road", "rug", "sand", "shoe", "sole", "stem", "street", "terrain", "tire", "trunk", "tyre",
@@ -110,7 +110,7 @@ pub(super) struct Surfaces {
     pub turn: [f32; 3],
     /// Similarity of the scene and a body of revolution around each axis, 0 to 1.
     pub round: [f32; 3],
-    /// Length of the scene along each axis, over the smaller of its widths across.
+    /// Ratio of the scene's length along each axis to its smaller width across the axis.
     pub slimness: [f32; 3],
     /// Distance of the box's centre from the origin along each axis, in extents, at most 1/2.
     pub off_center: [f32; 3],
@@ -131,7 +131,8 @@ pub(super) struct Surfaces {
 /// Measures of a direction, as if it were up.
 #[derive(Clone, Copy)]
 pub(super) struct Way {
-    /// Share of the parts that stand in this direction, of the parts that stand in any direction.
+    /// Number of parts that stand in this direction, divided by the number of parts that stand in
+    /// any direction.
     pub standing: f32,
     /// Area of the box around the lowest points, as a share of the scene's outline.
     pub contact: f32,
@@ -292,8 +293,8 @@ impl Cells {
         }
     }
 
-    /// Similarity with the image in which each cell is at `image`, 0 to 1: the share of points with
-    /// a counterpart.
+    /// Similarity of the points and their image, 0 to 1: the share of points with a counterpart in
+    /// the image. `image` returns the cell of the image for a cell.
     fn similarity(&self, image: impl Fn([i32; 3]) -> [i32; 3]) -> f32 {
         let shared = |(cell, count): (&[i32; 3], &u32)| {
             let other = self.counts.get(&image(*cell)).copied().unwrap_or(0);

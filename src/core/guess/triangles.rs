@@ -4,7 +4,7 @@ use crate::scene::Scene;
 
 /// A triangle of the world at time 0.
 pub(super) struct Triangle {
-    /// Name of the triangle.
+    /// Number that identifies the triangle.
     pub name: u64,
     pub corners: [Vec3; 3],
     /// Unit normal from its winding; zero without area.
@@ -17,7 +17,7 @@ pub(super) struct Triangle {
     pub part: u32,
 }
 
-/// Name of a triangle of a scene.
+/// Number that identifies a triangle of a scene.
 pub(super) fn name(geom: GeomId, prim: PrimId, inst: InstanceId) -> u64 {
     (u64::from(geom.0) << 32 | u64::from(prim.0)) ^ u64::from(inst.0).rotate_right(20)
 }

@@ -25,14 +25,15 @@ use crate::math::Vec3;
 const USUAL: [f32; 6] = [-1.5, -1.5, 2.5, -0.6, 1.0, -0.6];
 /// Scores of the directions in interiors, whose evidence is clearer.
 const USUAL_INSIDE: [f32; 6] = [-0.3, -0.3, 0.3, 0.0, 0.2, 0.0];
-/// Scores of the usual up axis of the program that wrote the file. Lower than fitted: meshes that
-/// were read and written by MeshLab often have +y up.
+/// Scores of the usual up axis of the program that wrote the file. They are lower than fitted
+/// scores, because meshes that were read and written by MeshLab often have +y up.
 const USUAL_FOR_PROGRAM: f32 = 1.5;
 const USUAL_FOR_PROGRAM_INSIDE: f32 = 0.2;
 /// Score of the direction opposite to the usual up axis of the program: its settings offer other
 /// axes, but models upside down are mistakes.
 const AGAINST_PROGRAM: f32 = -2.5;
-/// Score of the axis across a flat scene with the name of a building, of rooms or of land.
+/// Score of the axis perpendicular to a flat scene with the name of a building, of rooms or of
+/// land.
 const LIES: f32 = 4.0;
 /// Score by which another direction must be better than +y.
 const MARGIN: f32 = 0.02;
@@ -174,7 +175,7 @@ fn is_on_tip(surfaces: &Surfaces, up: Direction) -> f32 {
     f32::from(u8::from(is))
 }
 
-/// Returns true if a scene with this `extent` is flat, and lies if `up` is up.
+/// Returns true if a scene with this `extent` is flat, and lies on the ground if `up` is up.
 fn lies(extent: Vec3, up: Direction) -> bool {
     const FLAT: f32 = 0.25;
     let across = extent[(up.axis + 1) % 3].min(extent[(up.axis + 2) % 3]);
@@ -249,7 +250,7 @@ impl UpScores {
         scores[5] - scores[4]
     }
 
-    /// The scores with the evidence of other files.
+    /// The scores after the evidence of other files has been added.
     pub(super) fn with(&self, sisters: &Sisters) -> Self {
         let max = sisters.0.iter().copied().fold(f32::NEG_INFINITY, f32::max);
         let evidence = |i: usize| (sisters.0[i] - max).max(-Sisters::LARGEST);
@@ -257,8 +258,9 @@ impl UpScores {
     }
 }
 
-/// Evidence of other OBJ files of the same folder, most of which have the same upright axis: the
-/// logarithm of the probability by all of them, for each direction.
+/// Evidence of other OBJ files of the same folder, most of which have the same upright axis. For
+/// each direction, it is the sum over these files of the logarithm of the probability that the
+/// direction is up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sisters([f32; 6]);
 

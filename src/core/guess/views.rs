@@ -73,8 +73,8 @@ pub struct Orbit {
     pub azimuth: f32,
     /// Elevation in degrees above the horizon.
     pub elevation: f32,
-    /// Distance in scene units from the target, or else from the middle of the scene's box; `None`:
-    /// the scene fills the image.
+    /// Distance in scene units from the given target, or, without a target, from the middle of the
+    /// scene's box. `None`: the scene fills the image.
     pub distance: Option<f32>,
 }
 

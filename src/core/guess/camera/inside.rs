@@ -15,10 +15,10 @@ const INTERIOR_FOV: f32 = 62.0;
 /// Vertical field of view of an interior that is seen from outside, through a side without a wall,
 /// in degrees.
 const OPEN_SIDE_FOV: f32 = 40.0;
-/// Hint on other cameras of an interior.
+/// Hint for users: flags for other cameras of an interior.
 const OTHERS: &str = "--view iso shows it from outside, `embrasure views SCENE -o views.png` other cameras";
-/// Maximum distance, as a share of the scene's width, and minimum cosine between directions of
-/// similar views of an interior. Only one of similar views is a candidate.
+/// Maximum distance, as a share of the scene's width, and minimum cosine between the directions, of
+/// two similar views of an interior. Only one of several similar views is a candidate.
 const ALIKE: (f32, f32) = (0.2, 0.5);
 /// Minimum height of the eye of an interior's view, as a share of the height of the best view: eyes
 /// under a table or a stair are lower.
@@ -73,7 +73,7 @@ impl CameraFinder<'_> {
     }
 
     /// Views from inside, the best first. If the scene is not an interior, these are views of its
-    /// rooms; if any rooms have a ceiling, only of these.
+    /// rooms. If any of the rooms have a ceiling, only views of rooms with a ceiling are returned.
     fn views_inside(&self) -> Vec<InteriorView> {
         let views = |inside, count| interior::views(&self.looker, self.horizon(), inside, count);
         if self.inside == Inside::Anywhere {

@@ -25,7 +25,7 @@ pub fn environment_bytes(texels: u64) -> u64 {
     texels * BYTES_OF_A_TEXEL
 }
 
-/// Value of infinite channels: the largest 16-bit float.
+/// Value that replaces infinite channels: the largest 16-bit float.
 const LARGEST_HALF: f32 = 65504.0;
 
 /// An environment map, and descriptions of the values that were replaced in it.

@@ -96,7 +96,8 @@ pub(super) struct DataWindow {
 }
 
 impl DataWindow {
-    /// `None` if no pixel of `data` is in `display`.
+    /// Position of a layer with the data window `data` in the display window `display`. `None` if
+    /// no pixel of `data` is in `display`.
     pub fn new(display: &exr::IntegerBounds, data: &exr::IntegerBounds) -> Option<Self> {
         let size = |bounds: &exr::IntegerBounds| (bounds.size.width() as i64, bounds.size.height() as i64);
         let (full, (width, height)) = (size(display), size(data));

@@ -158,7 +158,7 @@ impl fmt::Display for Warning {
 pub struct Findings(Vec<Finding>);
 
 impl Findings {
-    /// These findings without the findings of a range of indices.
+    /// These findings, except the findings whose indices are in `range`.
     pub fn without(&self, range: Range<usize>) -> Self {
         let all = self.0.iter().enumerate();
         let kept = all

@@ -8,7 +8,7 @@ use crate::scene::{CutLight, Panes};
 use crate::texture::TextureFilter;
 
 parameters! {
-    /// How files are read where their formats leave something open.
+    /// Parameters of reading files, for choices that the formats leave open.
     pub struct LoadParameters, heading "", values values {
         /// Dialect of MTL files: the program that wrote them
         ///
@@ -118,7 +118,7 @@ named! {
     VertexColors: "auto" => Self::Auto, "on" => Self::On, "off" => Self::Off;
 }
 
-/// Use of textures by name for materials without textures.
+/// Use of textures that are found by their file names, for materials without textures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapsByName {
     /// Used if exactly one set of files fits.

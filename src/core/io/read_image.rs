@@ -76,7 +76,7 @@ mod tests {
         assert!(message.contains("the header says 536870913x536870913"), "{message}");
     }
 
-    /// Tiles of 2²⁴ × 2²⁴ let a damaged length of 800 MB pass.
+    /// With tiles of 2²⁴ × 2²⁴ pixels, the exr crate accepts a damaged block length of 800 MB.
     #[test]
     fn tiles_larger_than_the_file_are_errors() {
         let folder = tempfile::tempdir().unwrap();

@@ -31,7 +31,7 @@ pub(super) enum Wanted {
 /// Maximum memory of a decoder, including the samples, in bytes: the largest picture with 16 bits
 /// and alpha.
 const MAX_BYTES: u64 = 1 << 31;
-/// Minimum of this limit, so that a decoder can read a header.
+/// Minimum of the memory limit, so that a decoder can read a header.
 const MIN_BYTES: u64 = 1 << 24;
 
 /// A picture whose header has been read.
@@ -112,7 +112,7 @@ fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, Fil
             limits.max_alloc = Some(max);
             reader.limits(limits);
             let decoder = decoded(path, || {
-                // Some decoders allocate whole rows with the header.
+                // Some decoders allocate whole rows when they read the header.
                 match reader.into_decoder() {
                     Err(ImageError::Limits(_)) => Ok(Err(too_large(path, max, allowance))),
                     decoder => decoder.map(Ok),

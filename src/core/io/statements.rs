@@ -173,8 +173,8 @@ fn comment_starts(line: &str) -> impl DoubleEndedIterator<Item = usize> + Clone 
     line.match_indices('#').map(|(i, _)| i).filter(move |&i| starts_word(i))
 }
 
-/// Possible names for a name with a comment, the longest first: `Paint #1 # red` is either the
-/// whole text or `Paint #1`.
+/// Possible readings of a name with a `#`, the longest first: `Paint #1 # red` is either the whole
+/// text or `Paint #1`.
 pub(crate) fn possible_names(whole: &str) -> impl Iterator<Item = &str> + Clone {
     let starts: Vec<usize> = comment_starts(whole).skip(1).collect();
     let shorter = starts.into_iter().rev().map(|start| whole[..start].trim_end());
@@ -254,14 +254,14 @@ mod tests {
         assert!(chunks(TEXT, 1).len() == 5, "{:?}", chunks(TEXT, 1));
     }
 
-    /// The keyword begins a statement, even on a continued line.
+    /// A statement may begin with empty lines that are continued. The keyword follows them.
     #[test]
     fn a_statement_may_begin_with_an_empty_line() {
         let got: Vec<_> = statements("\\\n \\\nf 1 2 3\n").collect();
         assert_eq!(got, [(1, Cow::Borrowed("f 1 2 3"))]);
     }
 
-    /// Takes minutes if each joined line copies the statement again.
+    /// This test would take minutes if each joined line copied the statement again.
     #[test]
     fn a_statement_may_have_many_lines() {
         let text = "1\\\n".repeat(300_000);

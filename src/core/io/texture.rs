@@ -34,7 +34,7 @@ pub enum TextureKind {
 }
 
 impl TextureKind {
-    /// Heights from luminances.
+    /// A height map whose heights are the luminances of the picture.
     pub const HEIGHTS: Self = Self::Value(Channel::Luminance);
 
     /// Resolves kinds that depend on the picture: heights, normals and cut-outs.

@@ -12,7 +12,8 @@ use std::path::{Path, PathBuf};
 
 /// Placeholder for the tile number in file names.
 const MARKER: &str = "<UDIM>";
-/// Spellings of the placeholder in libraries: Mari and Arnold, and Houdini.
+/// Spellings of the placeholder in libraries: `<UDIM>` and `<udim>` of Mari and Arnold, `%(UDIM)d`
+/// of Houdini.
 const SPELLINGS: [&str; 3] = [MARKER, "<udim>", "%(UDIM)d"];
 /// Range of the numbers of tiles.
 const NUMBERS: RangeInclusive<u32> = 1001..=1999;

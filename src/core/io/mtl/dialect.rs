@@ -15,7 +15,7 @@ pub enum MtlDialect {
     /// 3ds Max: `Ks` and `Ns` are a highlight of lamps, maps replace colours, and `Tr` has priority
     /// over `d`.
     Max,
-    /// Maya: `illum 4` is written for every surface, including opaque ones. `Tf` is its opacity,
+    /// Maya: `illum 4` is written for every surface, including opaque ones. `Tf` is the opacity,
     /// and `Ks` and `Ns` are a highlight of lamps.
     Maya,
     /// SketchUp: `Ks` is a constant without meaning.

@@ -1,4 +1,4 @@
-//! Each dialect, with libraries as its program writes them.
+//! Tests of each dialect, with libraries as the program of the dialect writes them.
 
 mod writers;
 

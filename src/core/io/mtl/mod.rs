@@ -134,8 +134,8 @@ impl ObjContext {
     }
 }
 
-/// Materials of an MTL file in its order. `obj` has the data of the OBJ file that names it. A wrong
-/// value is replaced by the nearest valid one, or ignored.
+/// Materials of an MTL file, in the order of the file. `obj` has the data of the OBJ file that
+/// names the library. A wrong value is replaced by the nearest valid one, or ignored.
 pub fn load_mtl(path: &Path, obj: &ObjContext, options: LibraryOptions, findings: &mut Findings) -> Vec<FileMaterial> {
     let Some(text) = read_library(path, findings) else {
         return Vec::new();
@@ -334,7 +334,8 @@ impl<'a> Library<'a> {
         self.wrong_severity == Severity::Error || self.obj.is_used(&section.name)
     }
 
-    /// Materials of these statements, translated for the writer.
+    /// Materials from the statements `sections`, after their translation from the dialect of the
+    /// library.
     pub fn materials(&self, path: &Path, sections: Vec<Section>, findings: &mut Findings) -> Vec<FileMaterial> {
         let signatures = Signatures {
             library: self.signature.as_ref(),

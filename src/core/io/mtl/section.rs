@@ -182,8 +182,7 @@ impl Section {
         lines.find(|(known, _)| known == key).map(|&(_, line)| line)
     }
 
-    /// Notes about statements that are interpreted differently from the file, or about assumed
-    /// values.
+    /// Notes about statements that are not read literally, and about assumed values.
     pub(super) fn assumed(&self) -> Vec<Remark> {
         let mut notes = Vec::new();
         let mut note = |code, key, words: String| {

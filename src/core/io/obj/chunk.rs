@@ -76,7 +76,7 @@ pub(super) struct Chunk<'a> {
 
 /// Lines and points of a chunk.
 pub(super) struct Wires<'a> {
-    /// Vertices of the elements, as faces.
+    /// The lines and points. Each is stored as a face of its vertices.
     pub section: Section,
     pub parts: PartState<'a>,
 }

@@ -205,8 +205,8 @@ enum VertexIndex {
 }
 
 impl VertexIndex {
-    /// Index for a mesh of `corners` corners, of a file with `positions` positions. The mesh
-    /// `is_plain` if its corners have positions only.
+    /// Index for a mesh of `corners` corners, of a file with `positions` positions. `is_plain` is
+    /// true if the corners have only positions.
     fn new(is_plain: bool, corners: usize, positions: usize) -> Self {
         // For a small part of a file, a table would take more memory than the part.
         if is_plain && positions <= 4 * corners {

@@ -36,8 +36,8 @@ pub(in crate::io) struct ObjLibrary {
     is_elsewhere: bool,
 }
 
-/// Libraries that an OBJ file names, each once. If none is found and the file `may_use` one, the
-/// library with the name of the OBJ file.
+/// Libraries that an OBJ file names, each once. If no library is found and `may_use` is true, the
+/// library with the name of the OBJ file is used.
 pub(in crate::io) fn find_libraries(obj: &Path, named: &[LibraryName], may_use: bool) -> Vec<ObjLibrary> {
     let folder = obj.parent().unwrap_or(Path::new(""));
     let mut finder = FileFinder::default();

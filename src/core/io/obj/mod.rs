@@ -175,8 +175,8 @@ pub(super) fn no_faces(path: &Path, file: Faceless) -> FileError {
     FileError::new(path, message).help(help)
 }
 
-/// Reads an OBJ file and its libraries with the reader of this module, without the options that
-/// change the result.
+/// Reads an OBJ file and its libraries with the reader of this module. The option `smooth` is not
+/// applied; `load_obj` applies it.
 pub(super) fn read_obj(
     path: &Path,
     options: &LoadOptions,

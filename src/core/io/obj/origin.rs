@@ -35,7 +35,7 @@ pub fn origin_of(path: &Path) -> DVec3 {
     let mut samples = Samples::default();
     let mut is_mostly_far = None;
     let (mut reader, mut line) = (BufReader::with_capacity(1 << 16, file), Vec::new());
-    // No valid line is longer, with any line end.
+    // Every valid line is shorter, for any kind of line end.
     while matches!(reader.by_ref().take(MAX_LINE).read_until(b'\n', &mut line), Ok(1..)) {
         if line.contains(&0) {
             return DVec3::ZERO;

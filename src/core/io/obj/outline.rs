@@ -41,7 +41,7 @@ pub(super) struct Outline {
 }
 
 impl Outline {
-    /// Faces, then lines and points.
+    /// Sections of faces, then sections of lines and points.
     pub fn all_sections(&self) -> impl Iterator<Item = &Section> {
         self.sections.iter().chain(&self.wires)
     }

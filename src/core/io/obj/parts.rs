@@ -11,7 +11,7 @@ use crate::io::statements::{split_keyword, statements};
 /// Byte offset that means that a statement is before the chunk.
 const BEFORE: u32 = u32::MAX;
 
-/// Names for the following faces.
+/// Part names of the following faces.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CurrentNames {
     /// Text of the last `o`.

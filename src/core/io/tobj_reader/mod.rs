@@ -103,7 +103,7 @@ fn mesh(read: tobj::Mesh) -> Mesh {
     }
 }
 
-/// Reads an OBJ file and its libraries, without the options that change the result.
+/// Reads an OBJ file and its libraries. The option `smooth` is not applied; `load_obj` applies it.
 pub(super) fn read_obj(
     path: &Path,
     options: &LoadOptions,

@@ -16,8 +16,8 @@ pub fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
     FileFinder::default().find(folder, name)
 }
 
-/// Last part of a name from any system. `None` for names of drives and folders, which end in `/` or
-/// `\`.
+/// Last part of a path from any operating system: the name of a file. `None` if the path ends in
+/// `/` or `\`, as paths of drives and folders do.
 pub fn base_name(name: &str) -> Option<&str> {
     let base = name.rsplit(['/', '\\']).next();
     base.filter(|base| !base.is_empty() && *base != "..")
@@ -43,7 +43,7 @@ pub struct FileFinder {
     /// For each folder, its entries by name in lower case. Of several equal names, the first entry
     /// is stored.
     listings: HashMap<PathBuf, HashMap<String, OsString>>,
-    /// For each folder, its subfolders without models.
+    /// For each folder, the result of [`FileFinder::folders_within`].
     folders: HashMap<PathBuf, Vec<PathBuf>>,
 }
 

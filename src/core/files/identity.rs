@@ -62,7 +62,7 @@ fn inode(path: &Path, _: &Metadata) -> Option<Inode> {
     fs::canonicalize(path).ok()
 }
 
-/// The folder of `path`, as a path that the system accepts.
+/// The folder of `path`: `.` if `path` is only a name.
 pub(super) fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,

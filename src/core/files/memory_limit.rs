@@ -17,7 +17,7 @@ pub struct MemoryLimit {
 /// Source of a memory limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LimitSource {
-    /// `--max-memory`.
+    /// The flag `--max-memory`.
     Flag,
     /// The available memory of the machine.
     Machine,
@@ -26,7 +26,8 @@ pub enum LimitSource {
 }
 
 impl MemoryLimit {
-    /// `max_memory` if given, else the limit of the system. `None` if it is unknown.
+    /// `max_memory` if given, else the limit of the system. `None` if the limit of the system is
+    /// unknown.
     pub fn of(max_memory: Option<u64>) -> Option<Self> {
         let source = LimitSource::Flag;
         max_memory.map(|bytes| Self { bytes, source }).or_else(limit_of_system)
@@ -66,8 +67,8 @@ impl fmt::Display for MemoryLimit {
     }
 }
 
-/// Returns true if `bytes` can be allocated in one block. They are freed at once, untouched, so
-/// this is cheap.
+/// Returns true if `bytes` can be allocated in one block. The bytes are freed at once, untouched,
+/// so the test is cheap.
 fn can_be_had(bytes: u64) -> bool {
     let mut probe: Vec<u8> = Vec::new();
     let had = usize::try_from(bytes).is_ok_and(|bytes| probe.try_reserve_exact(bytes).is_ok());

@@ -42,8 +42,8 @@ const MAX_TRIES: usize = 100;
 /// Suffix of the names of temporary files.
 const SUFFIX: &str = ".tmp";
 
-/// Prefix of the names of all files that belong to the output `target`. Its length does not depend
-/// on the name.
+/// Prefix of the names of all files that belong to the output `target`. The length of the prefix
+/// does not depend on the name of the output.
 fn prefix(target: &Path) -> String {
     let name = target.file_name().unwrap_or_default();
     let digest = Sha256::digest(name.as_encoded_bytes());
@@ -363,7 +363,8 @@ mod tests {
         assert_eq!(names(folder.path()), 0);
     }
 
-    /// Runs `work`, which may wait for a pipe. In that case the test fails and does not hang.
+    /// Runs `work`, which may wait for a pipe forever. The test then fails after a minute, and does
+    /// not hang.
     fn within_a_minute<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
         let (sender, receiver) = std::sync::mpsc::channel();
         thread::spawn(move || sender.send(work()));

@@ -17,7 +17,7 @@ pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
                 .map(|(file, at)| (m.name.as_str(), file.as_path(), at.line))
         })
         .collect();
-    // Materials of the scene file replace those of libraries for faces that name them.
+    // Materials of the scene file replace materials of libraries for faces that name them.
     let replaced: HashSet<&str> = inspection
         .materials
         .iter()

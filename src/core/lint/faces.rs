@@ -147,7 +147,7 @@ impl<'a> FaceLint<'a> {
         let place = |face: Face| {
             count += 1;
             self.sorted_points(&face, &mut points);
-            // Faces without area have a separate finding.
+            // Faces without area are reported by another finding.
             let is_whole = points.windows(2).all(|pair| pair[0] != pair[1]);
             is_whole.then(|| PlacedFace {
                 key: key_of(&points),

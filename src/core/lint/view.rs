@@ -8,7 +8,7 @@ use crate::sampling::warp::uniform_sphere;
 use crate::scene::{Instance, Scene};
 use std::ops::Range;
 
-/// Camera rays along a side of the image.
+/// Number of camera rays along a side of the image.
 const RAYS: u32 = 16;
 /// Minimum ratio of scene size to coordinate spacing; f32 positions are rounded to a part in 2²⁴.
 const MIN_STEPS: f32 = 1e5;
@@ -44,8 +44,8 @@ fn inspect_bounds(scene: &Scene, whole: Whole) -> Option<Finding> {
 }
 
 /// Finds instances that are too far from the origin. The transformation of a ray into the
-/// instance's space has a rounding error, by which rays are offset. It must be small relative to
-/// the instance's size.
+/// instance's space has a rounding error, and rays are offset by it. The rounding error must be
+/// small relative to the instance's size.
 fn inspect_instances(scene: &Scene, whole: Whole) -> Option<Finding> {
     let extents: Vec<Bounds3> = scene.prototypes().iter().map(|p| bounds_of(scene, p.clone())).collect();
     let share = |instance: &Instance| {
@@ -149,7 +149,7 @@ pub fn inspect_view(
 /// Minimum share of the surfaces in the picture that show their backs, for a camera behind
 /// surfaces.
 const BEHIND: f32 = 0.8;
-/// Camera rays along a side of the image, to find small things.
+/// Number of camera rays along a side of the image, to find small things.
 const FINE_RAYS: u32 = 96;
 /// Maximum distance of a point from the plane of a flat surface, in radii of the scene.
 const ON_PLANE: f32 = 1e-4;

@@ -233,7 +233,7 @@ fn odd_places_are_somewhere_in_the_picture() {
 
 #[test]
 fn the_coarsest_level_is_the_mean() {
-    // Mean of the colours, weighted by alpha
+    // Compare with the mean of the colours, weighted by alpha
     for texture in assortment(Wrap::Repeat) {
         let (w, h) = texture.size();
         let (mut sum, mut alphas) = ([0.0f64; 3], 0.0);

@@ -115,7 +115,7 @@ pub struct CameraFinder<'a> {
     /// Kinds of places from which views from inside may be taken.
     inside: Inside,
     asked: Asked,
-    /// Width of the image over its height.
+    /// Aspect ratio of the image: width divided by height.
     aspect: f32,
 }
 
@@ -471,7 +471,7 @@ pub fn position_text(p: Vec3, origin: DVec3) -> [String; 3] {
     })
 }
 
-/// `v` rounded to decimals of a thousandth of `scale`.
+/// `v` rounded to decimals. The last decimal is about a thousandth of `scale`.
 fn short(v: Vec3, scale: f32) -> Vec3 {
     let digits = 3.0 - scale.log10().floor();
     let decimals = digits.clamp(0.0, 45.0) as usize;

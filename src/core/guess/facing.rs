@@ -24,7 +24,8 @@ const MIN_POINTS: usize = 40;
 const REST: (f32, f32) = (-0.2, -0.1);
 /// Minimum width of a back-rest, as a share of the width.
 const REST_WIDTH: f32 = 0.45;
-/// Range of heights of a seat, and its thickness, as shares of the height.
+/// Range of heights of the surface to sit on, and thickness of the band in which it is searched, as
+/// shares of the object's height.
 const SEAT: RangeInclusive<f32> = 0.2..=0.5;
 const SEAT_BAND: f32 = 0.15;
 /// Minimum |cos| between up and the normals of a seat.
@@ -44,7 +45,8 @@ const UPRIGHT: f32 = 1.25;
 /// Width between the ankles as a share of the width, and minimum share of the points in each leg.
 const APART: RangeInclusive<f32> = 0.03..=0.7;
 const LEG: f32 = 0.25;
-/// Length of a foot, and length by which the toes stick out farther than the heel, in heights.
+/// Length of a foot, and length by which the toes stick out farther than the heel, as shares of the
+/// person's height.
 const FOOT: RangeInclusive<f32> = 0.05..=0.35;
 const TOES: RangeInclusive<f32> = 0.03..=0.25;
 
@@ -52,8 +54,8 @@ const TOES: RangeInclusive<f32> = 0.03..=0.25;
 /// length to its width.
 const ON_LEGS: RangeInclusive<f32> = 0.4..=1.6;
 const LONG_BODY: f32 = 1.5;
-/// Height above which there are only head and neck, as a share of the height; and minimum share of
-/// the points there in front of the middle.
+/// Height above which there are only head and neck, as a share of the animal's height; and minimum
+/// share of the points above this height that lie in front of the middle.
 const HEAD: f32 = 0.65;
 const IN_FRONT: f32 = 0.9;
 /// Width of the head as a share of the width: fins are narrower.
@@ -64,8 +66,8 @@ const HEAD_LENGTH: f32 = 0.12;
 /// length.
 const HOOVES: f32 = 0.08;
 const STRIDE: f32 = 0.35;
-/// Half of the length in the middle that is free of legs, as a share of the length; and maximum
-/// share of the feet's points there.
+/// Half the length of the part in the middle that is free of legs, as a share of the animal's
+/// length; and maximum share of the feet's points in this part.
 const BELLY: f32 = 0.1;
 const UNDER_BELLY: f32 = 0.08;
 
@@ -146,7 +148,8 @@ fn head_is_high(points: &[Placed], height: f32) -> bool {
     fore - hind >= STRIDE * length && between <= UNDER_BELLY * feet
 }
 
-/// Points in coordinates of a side around the middle of the box; heights from 0 to 1.
+/// Points in coordinates of the side at `azimuth`. The origin is the middle of the box; heights are
+/// from 0 to 1.
 fn placed(points: &[Point], bounds: Bounds3, horizon: &Horizon, azimuth: f32) -> Vec<Placed> {
     let [front, right] = [azimuth, azimuth + 90.0].map(|azimuth| {
         let way = horizon.coordinates(horizon.direction(azimuth, 0.0));

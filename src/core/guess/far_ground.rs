@@ -19,7 +19,7 @@ const SAMPLES: u64 = 1 << 15;
 const MARGIN: f32 = 0.5;
 /// Maximum height of a ground, as a share of the scene's height.
 const LOW: f32 = 0.2;
-/// Maximum share of all triangles in the ground.
+/// Maximum share of the triangles that may belong to the ground.
 const FEW: f32 = 0.05;
 /// Minimum ratio of the outline area of the scene to the outline area without the ground.
 const WIDER: f32 = 4.0;

@@ -20,7 +20,7 @@ const MIN_ROOM: f32 = 0.04;
 /// Maximum difference of nearby floor heights, as a share of the room height.
 const EVEN: f32 = 0.01;
 
-/// A surface above a place, and the free height above it.
+/// A surface on the vertical line through a place, and the free height above the surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surface {
     /// Height in the frame of the horizon, in scene units.
@@ -42,7 +42,8 @@ impl Surface {
     }
 }
 
-/// Surfaces of the scene along vertical lines through its places.
+/// Surfaces of the scene along vertical lines. Each line goes through a place of the horizontal
+/// plane.
 pub(super) struct Floors<'a> {
     pub looker: &'a Looker<'a>,
     pub horizon: &'a Horizon,

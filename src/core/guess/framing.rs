@@ -63,7 +63,7 @@ impl Frustum {
 pub(super) struct Frame {
     /// Vertical field of view in degrees.
     pub fov: f32,
-    /// Width of the image over its height.
+    /// Aspect ratio of the image: width divided by height.
     pub aspect: f32,
     /// Share of the image's width or height that the scene fills.
     pub fill: f32,

@@ -55,7 +55,7 @@ impl InteriorView {
     }
 }
 
-/// Kinds of places that are searched.
+/// Kind of the places that are searched for views from inside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Inside {
     /// All places: the scene is an interior.

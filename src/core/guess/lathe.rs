@@ -109,7 +109,8 @@ mod tests {
     use super::*;
     use std::f32::consts::TAU;
 
-    /// Likenesses around the three axes of `points`, in the box of the points and `more`.
+    /// Likenesses of the bodies around the three axes. The box contains `points` and, if given,
+    /// `more`.
     fn likenesses(points: &[(Vec3, Vec3)], more: Option<Vec3>) -> [f32; 3] {
         let bounds: Bounds3 = points.iter().map(|(p, _)| *p).chain(more).collect();
         [0, 1, 2].map(|axis| Lathe::new(points, bounds, axis).likeness)

@@ -76,7 +76,7 @@ pub(super) fn named_front(looker: &Looker, points: &[Point], horizon: &Horizon) 
     Some(horizon.point(offset))
 }
 
-/// Triangles with names of one side, in coordinates of the horizon.
+/// Triangles with names of one side, in the frame of the horizon.
 struct Named {
     /// Sum of the triangles' centroids, weighted by area, and total area.
     sum: Vec3,

@@ -6,11 +6,11 @@ use crate::math::{Bounds3, Vec3};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// Maximum number of triangles of a scene whose parts are found.
+/// Maximum number of triangles of a scene. The parts of larger scenes are not found.
 const MAX_TRIANGLES: u64 = 1 << 18;
-/// Maximum number of parts that are tried, evenly spread over all.
+/// Maximum number of parts whose contact with other parts is tested, evenly spread over all parts.
 const MAX_PARTS: usize = 512;
-/// Maximum number of lowest vertices of a part that are tried.
+/// Maximum number of vertices of a part, the lowest ones, whose contact is tested.
 const MAX_FEET: usize = 8;
 /// Minimum share of the scene's extent along two axes for a part that is the hull of the scene: its
 /// walls, or its ground.

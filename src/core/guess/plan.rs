@@ -14,7 +14,8 @@ const CUT: f32 = 1.2;
 const MARGIN: f32 = 0.04;
 /// Maximum number of triangles whose section is drawn.
 const MAX_TRIANGLES: u64 = 1 << 23;
-/// Linear colours: no floor, cut bodies, and the section of surfaces.
+/// Linear colours of places without a floor, of the inside of cut bodies, and of the lines in which
+/// the cut intersects surfaces.
 const EMPTY: [f32; 3] = [0.75, 0.77, 0.8];
 const BODY: [f32; 3] = [0.035, 0.035, 0.04];
 const SECTION: [f32; 3] = [0.0, 0.0, 0.0];

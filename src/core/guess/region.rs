@@ -11,7 +11,8 @@ use super::triangles::for_each_triangle;
 use crate::math::{Bounds3, Vec3};
 use crate::scene::Scene;
 
-/// Number of triangles by which places are found, evenly spread.
+/// Maximum number of triangles, evenly spread over the scene, whose corners are used to find
+/// places.
 const SAMPLES: u64 = 1 << 13;
 /// Maximum number of triangles among which strays are found.
 const MAX_TRIANGLES: u64 = 1 << 23;
@@ -21,11 +22,12 @@ const MIN_CORNERS: usize = 30;
 const MAX_PLACES: usize = 8;
 /// Share of the corners left out at each end for the extent.
 const TAIL: f32 = 0.05;
-/// Minimum gap between two places, in extents of the larger one.
+/// Minimum gap between two places, as a multiple of the extent of the larger place.
 const PLACE_GAP: f32 = 50.0;
 /// Minimum gap between two places, as a share of the scene.
 const MIN_GAP: f32 = 0.05;
-/// Minimum gap before strays, in extents; the share of strays is below [`TAIL`].
+/// Minimum gap before strays, as a multiple of the extent of the corners before the gap. The share
+/// of strays is at most [`TAIL`].
 const STRAY_GAP: f32 = 8.0;
 /// Minimum gap on both sides of a region with corners beyond both sides: a region within a ground
 /// or a dome.

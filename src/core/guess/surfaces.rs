@@ -20,13 +20,14 @@ const RAYS: usize = 1024;
 const OFF_SURFACE: f32 = 1e-4;
 /// Number of cells along each axis of the grid in which a scene is compared with its images.
 const CELLS: i32 = 20;
-/// Share of the extent along an axis within which points are on its lowest plane.
+/// Points are on the lowest plane along an axis if they lie within this share of the extent.
 const CONTACT: f32 = 0.015;
 /// Minimum cosine between up and the normal of a surface that faces up.
 const LOOKS_UP: f32 = 0.2;
 /// Share of the extent along an axis within which a coordinate is treated as 0.
 const AT_ORIGIN: f32 = 0.02;
-/// Share of standing parts below which few parts stand.
+/// Share of standing parts that is treated as few. It is added to a divisor, so that a few standing
+/// parts are weak evidence.
 const FEW_STAND: f32 = 0.02;
 
 /// Words in names of materials that belong to high things in an object or a room.

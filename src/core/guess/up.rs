@@ -66,7 +66,7 @@ const INSIDE: [(f32, Evidence); 4] = [
     (0.7, has_upright_textures),
     (2.0, is_named),
 ];
-/// Weights of rays in interiors: for low rooms, and for a clear way up.
+/// Weights of the evidence from rays in interiors: for low rooms, and for a clear way up.
 const LOW_ROOMS: f32 = 0.8;
 const CLEAR_ABOVE: f32 = 1.0;
 

@@ -91,7 +91,7 @@ impl CameraFinder<'_> {
         self.guess(view.position, view.target(), self.inside_fov(), words)
     }
 
-    /// Error for a scene without an inside.
+    /// Error: no place inside of the scene is suitable for a camera.
     pub(super) fn nothing_inside(&self) -> CameraError {
         let reason = match self.asked.look_at {
             Some(_) if !self.views_inside().is_empty() => "no place inside sees the point of --look-at",

@@ -12,7 +12,7 @@ pub enum Origin {
     Off,
     /// A point near the geometry, if the geometry lies far from the origin of the file.
     Auto,
-    /// This point.
+    /// The given point, in coordinates of the file.
     At(DVec3),
 }
 

@@ -1,5 +1,5 @@
-//! Coding of pictures for slow links: prediction from neighbours, then DEFLATE, which browsers
-//! decode themselves (`DecompressionStream`). `src/view/page/coding.js` is the decoder.
+//! Coding of pictures for slow links: prediction from neighbours, then DEFLATE, for which browsers
+//! have a decoder (`DecompressionStream`). `src/view/page/coding.js` decodes the pictures.
 //!
 //! The bits of a 16-bit float, as an integer, are about the logarithm of its value. The difference
 //! of two channels is thus about the logarithm of their ratio, in which noise that all channels

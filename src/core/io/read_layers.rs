@@ -59,7 +59,7 @@ pub struct LayerChannel {
     pub kind: SampleKind,
     /// Pixels of the full image that the channel covers.
     pub window: Rect,
-    /// Values of these pixels, row by row from the top.
+    /// Values of the pixels of `window`, row by row from the top.
     pub values: Vec<f32>,
 }
 

@@ -183,7 +183,7 @@ impl Opened {
 }
 
 /// Runs a decoder of another crate and converts its errors. Some decoders panic on damaged files
-/// (zune-jpeg 0.5.15 on wrong sampling factors), which is an error, too.
+/// (zune-jpeg 0.5.15 on wrong sampling factors). A panic is converted to an error.
 fn decoded<T, E: Display>(path: &Path, decode: impl FnOnce() -> Result<T, E>) -> Result<T, FileError> {
     match guarded(decode) {
         Ok(decoded) => decoded.map_err(|e| damaged(path, &e)),

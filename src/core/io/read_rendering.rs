@@ -24,7 +24,7 @@ pub struct Rendering {
     pub resolution: UVec2,
     /// Part of the full image that the file holds.
     pub window: Rect,
-    /// Linear Rec.709 of these pixels.
+    /// Colours of the pixels of `window`, linear Rec.709.
     pub image: RgbImage,
     /// Noise of the values; `None` if the file has none.
     pub noise: Option<Noise>,

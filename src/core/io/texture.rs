@@ -275,7 +275,7 @@ fn ignored_metadata(path: &Path, kind: TextureKind, orientation: u8) -> Vec<File
     ignored
 }
 
-/// Reads a texture. Returns its kind, too, and messages about ignored metadata.
+/// Reads a texture. Also returns the kind of the texture, and messages about ignored metadata.
 fn load_texture_within(
     path: &Path,
     kind: TextureKind,

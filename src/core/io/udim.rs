@@ -74,7 +74,8 @@ impl Tiles {
         self.files.iter().map(|(_, file)| file.as_path())
     }
 
-    /// Number of the tile at these texture coordinates; `None` outside the range of numbers.
+    /// Number of the tile at the texture coordinates `u` and `v`; `None` outside the range of
+    /// numbers.
     pub fn number_at(u: f32, v: f32) -> Option<u32> {
         let (column, row) = (u.floor(), v.floor());
         let is_tile = (0.0..10.0).contains(&column) && (0.0..100.0).contains(&row);

@@ -458,9 +458,9 @@ impl WrongStatements {
 
 /// The part of a statement that has an effect.
 pub(super) enum Effect {
-    /// All of it.
+    /// The whole statement.
     Full,
-    /// All except these options of a texture.
+    /// The statement except these options of a texture.
     Without(Vec<&'static str>),
     /// Nothing: the keyword is unknown.
     None,

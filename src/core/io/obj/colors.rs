@@ -12,7 +12,7 @@ use std::path::Path;
 /// Greys that exporters write for all vertices of an unpainted mesh: 191/255 and 192/255 (MeshLab),
 /// 0.8 (Blender), and white.
 const DEFAULT_GREYS: [f32; 4] = [191.0 / 255.0, 192.0 / 255.0, 0.8, 1.0];
-/// Maximum difference from one of these greys: half a step of 8 bits.
+/// Maximum difference from a grey of [`DEFAULT_GREYS`]: half a step of 8 bits.
 const GREY_TOLERANCE: f32 = 0.5 / 255.0;
 
 /// Colours of the vertices of a file, indexed by position. Empty if there are none.

@@ -151,7 +151,7 @@ struct MeshBuilder<'a> {
 }
 
 impl MeshBuilder<'_> {
-    /// Adds the triangle of these corners of a section.
+    /// Adds the triangle with the corners `corners` of a section.
     fn add(&mut self, section: &Section, corners: [usize; 3]) {
         let flat = self.vertices.normals.len() + self.mesh.triangles.len();
         let keys = corners.map(|i| match section.corner(i) {

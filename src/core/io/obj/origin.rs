@@ -125,7 +125,7 @@ fn is_mostly_far_in(path: &Path) -> bool {
     counts[1] > counts[0]
 }
 
-/// Origin for vertices within these bounds; zero unless all of them lie far away.
+/// Origin for vertices between `min` and `max`; zero unless all vertices lie far away.
 fn origin_within([min, max]: [DVec3; 2]) -> DVec3 {
     let (middle, size) = (0.5 * (min + max), (max - min).max_element());
     if middle.abs().max_element() <= FAR * size.max(f64::from(f32::MIN_POSITIVE)) {

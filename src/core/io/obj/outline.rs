@@ -79,7 +79,7 @@ impl Outline {
         names.flat_map(possible_names).map(str::to_string).collect()
     }
 
-    /// Replaces names of materials by their whole names if these are `defined`.
+    /// Replaces names of materials by their whole names if `defined` has the whole names.
     pub fn set_whole_names(&mut self, defined: &HashSet<&str>) {
         for state in self.all_sections_mut().flat_map(|section| &mut section.state_changes) {
             let whole = state.whole_name.take();
@@ -270,24 +270,24 @@ impl Section {
         lines.iter().map(|&line| line as usize)
     }
 
-    /// Indices of the positions of these corners.
+    /// Indices of the positions of `corners`.
     pub fn positions(&self, corners: Range<usize>) -> &[u32] {
         part(&self.v, corners)
     }
 
-    /// Indices of the normals of these corners, [`NONE`] for a missing one; empty if all are
+    /// Indices of the normals of `corners`, [`NONE`] for a missing normal; empty if all are
     /// missing.
     pub fn normals(&self, corners: Range<usize>) -> &[u32] {
         part(&self.vn, corners)
     }
 
-    /// Indices of the texture coordinates of these corners, [`NONE`] for a missing one; empty if
+    /// Indices of the texture coordinates of `corners`, [`NONE`] for missing coordinates; empty if
     /// all are missing.
     pub fn uvs(&self, corners: Range<usize>) -> &[u32] {
         part(&self.vt, corners)
     }
 
-    /// Returns true if all of these corners have texture coordinates.
+    /// Returns true if all of `corners` have texture coordinates.
     pub fn have_uvs(&self, corners: Range<usize>) -> bool {
         let uvs = part(&self.vt, corners);
         !uvs.is_empty() && !uvs.contains(&NONE)

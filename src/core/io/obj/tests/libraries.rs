@@ -4,7 +4,7 @@ use crate::io::PartFilter;
 use std::fs;
 use std::path::Path;
 
-/// Names of the materials of an OBJ file with these statements, and messages of a render.
+/// Names of the materials of an OBJ file with `statements`, and messages of a render.
 fn materials(folder: &Path, statements: &str) -> (Vec<String>, Vec<String>) {
     let path = folder.join("t.obj");
     fs::write(&path, format!("{SQUARE}{statements}\nf 1 2 3\n")).unwrap();
@@ -13,7 +13,7 @@ fn materials(folder: &Path, statements: &str) -> (Vec<String>, Vec<String>) {
     (names, file.warnings)
 }
 
-/// A folder with these libraries, each with a material of its name.
+/// A folder with `libraries`, each with a material of the library's name.
 fn folder(libraries: &[&str]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for name in libraries {

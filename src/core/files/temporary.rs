@@ -334,7 +334,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let target = folder.path().join("x.exr");
         let alive = temporary(&target).unwrap();
-        // Kept without its lock, as after a kill.
+        // Keep the file without its lock, as after a kill.
         let (file, left) = temporary(&target).unwrap().keep().unwrap();
         drop(file);
         let other = temporary(&folder.path().join("y.exr")).unwrap();

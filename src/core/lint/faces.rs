@@ -251,8 +251,8 @@ impl<'a> FaceLint<'a> {
     }
 }
 
-/// Key that is equal for faces with the same points: up to four sorted points themselves, else 128
-/// bits of hashes.
+/// Key that is equal for faces with the same points. Up to four sorted points are the key. If there
+/// are more points, the key is 128 bits of hashes.
 fn key_of(points: &[u32]) -> [u32; 4] {
     let mut key = [u32::MAX; 4];
     if points.len() <= key.len() {

@@ -11,7 +11,7 @@ use std::sync::LazyLock;
 pub enum Curve {
     /// Data: equal steps from 0 to 1.
     Linear,
-    /// Colours: the sRGB curve (IEC 61966-2-1). Alpha is linear in this case, too.
+    /// Colours: the sRGB curve (IEC 61966-2-1). Alpha is linear even with this curve.
     Srgb,
 }
 

@@ -27,7 +27,7 @@ pub struct DeclaredAxes {
 }
 
 impl DeclaredAxes {
-    /// Axes along these directions; `None` if they are not at a right angle.
+    /// Axes along `up` and `front`; `None` if they are not at a right angle.
     pub fn new(up: Vec3, front: Vec3) -> Option<Self> {
         (up.dot(front) == 0.0).then_some(Self { up, front })
     }

@@ -148,7 +148,7 @@ impl<'a> Floors<'a> {
     }
 
     /// Typical height of the rooms: the median, over all places with a ceiling, of the highest room
-    /// there; `None` if there are no ceilings.
+    /// at the place. `None` if there are no ceilings.
     pub fn room_height(&self) -> Option<f32> {
         let places = self.places(PLACES);
         let highest = |&(x, z): &(f32, f32)| {

@@ -49,7 +49,7 @@ const SYMMETRY: f32 = 0.6;
 /// Bonus of the usual front of the program that wrote the file, in doublings of detail. It replaces
 /// the bonus of azimuth 0.
 const FRONT_OF_PROGRAM: f32 = 2.5;
-/// Bonus of a side that is the front by its shapes, in doublings of detail.
+/// Bonus of a side that is the front according to the shapes of the object, in doublings of detail.
 const FACING: f32 = 4.0;
 /// Penalty of the long sides of a vehicle or an animal, in doublings of detail.
 const LONG_SIDE: f32 = 3.0;

@@ -107,7 +107,7 @@ impl Direction {
 pub(super) struct Surfaces {
     /// Similarity of the scene and its mirror image along each axis, 0 to 1.
     pub mirror: [f32; 3],
-    /// Similarity of the scene and itself turned by a right angle around each axis, 0 to 1.
+    /// Similarity of the scene and the scene turned by a right angle around each axis, 0 to 1.
     pub turn: [f32; 3],
     /// Similarity of the scene and a body of revolution around each axis, 0 to 1.
     pub round: [f32; 3],
@@ -312,7 +312,7 @@ impl Cells {
     }
 }
 
-/// Similarity of the scene and itself turned by a right angle around its middle, 0 to 1.
+/// Similarity of the scene and the scene turned by a right angle around its middle, 0 to 1.
 fn turn(points: &[Point], bounds: Bounds3, axis: usize) -> f32 {
     let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
     let (extent, center) = (bounds.max - bounds.min, bounds.center());

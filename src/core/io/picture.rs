@@ -55,7 +55,7 @@ impl Picture {
 fn is_cut_out<T: Copy>(samples: &[T], channels: usize, value: impl Fn(T) -> f32) -> bool {
     /// Maximum alpha of transparent pixels, and minimum alpha of opaque ones.
     const ENDS: [f32; 2] = [0.04, 0.96];
-    /// Maximum share of pixels whose alpha is between both [`ENDS`].
+    /// Maximum share of pixels whose alpha is between both `ENDS`.
     const GRADED: f32 = 0.05;
     /// Minimum share of transparent pixels, and of opaque ones. A palette may have one transparent
     /// colour that few pixels use.

@@ -1,4 +1,4 @@
-//! All samplers as one enum, matched at each draw.
+//! All samplers as one enum. Each draw matches on the variant.
 //!
 //! The renderer is not monomorphised per sampler, because compiling it once for each sampler,
 //! backend and integrator would gain little (docs/notebook/2026-11.md, "Shared paths").
@@ -32,7 +32,7 @@ pub enum SamplerKind {
 }
 
 impl SamplerKind {
-    /// Kinds by the names that users type, the default first.
+    /// Names of the kinds on the command line. The default is first.
     pub const NAMES: &[(&str, Self)] = &[
         ("zsobol", Self::ZSobol),
         ("sobol", Self::Sobol),
@@ -76,8 +76,8 @@ impl SamplerKind {
     }
 }
 
-/// A sampler that is chosen at run time. Every draw matches the kind, always with the same result.
-/// This costs less than one renderer per sampler.
+/// A sampler that is chosen at run time. Every draw matches on the kind, always with the same
+/// branch in a render. A renderer compiled for each sampler would cost more.
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)] // Each holds the sampler of its name.
 pub enum AnySampler {
@@ -91,7 +91,7 @@ pub enum AnySampler {
     Antithetic(Antithetic),
 }
 
-/// `$use` with the sampler inside `$any` as `$sampler`.
+/// Evaluates the expression `$use`, in which `$sampler` is the sampler inside `$any`.
 macro_rules! with {
     ($any:expr, $sampler:ident => $use:expr) => {
         match $any {
@@ -151,7 +151,8 @@ impl Sampler for AnySampler {
     }
 }
 
-// Most renders draw from the default sampler; the others are not inlined, to keep its path short.
+// Most renders draw from the default sampler. The other samplers are not inlined, to keep the code
+// of the default short.
 impl AnySampler {
     #[inline(never)]
     fn other_1d(&self, dimension: Dimension) -> f32 {
@@ -174,7 +175,7 @@ mod tests {
     use super::*;
     use crate::sampler::{Bounce, points};
 
-    /// All samplers: every test below runs for each of them.
+    /// All samplers. Every test below runs for each of them.
     fn all() -> impl Iterator<Item = (&'static str, SamplerKind)> {
         SamplerKind::NAMES.iter().copied()
     }
@@ -219,8 +220,8 @@ mod tests {
         }
     }
 
-    /// χ² of single samples over 16 × 16 cells, each sample from another pixel and seed: every
-    /// sample must be uniform on its own.
+    /// χ² of single samples over 16 × 16 cells. Each sample has a different pixel and seed, so each
+    /// sample must be uniform separately.
     #[test]
     fn single_samples_are_uniform() {
         let dimensions = [
@@ -255,7 +256,7 @@ mod tests {
     }
 
     /// Numbers of different dimensions are independent. Numbers of neighbouring pixels are
-    /// independent if one sampler is separate.
+    /// independent if [`Sampler::separate`] was called for at least one of both pixels.
     #[test]
     fn dimensions_and_separate_pixels_are_not_correlated() {
         let here = Dimension::bounce(0, Bounce::Direction);
@@ -272,12 +273,12 @@ mod tests {
         const N: u32 = 64;
         for (name, kind) in all() {
             for (dimension, dx, are_separate) in others {
-                // Other samplers do not change if they are separate.
+                // `separate` changes only ZSobol
                 if kind != SamplerKind::ZSobol && dx == 0 && dimension == here {
                     continue;
                 }
-                // Means over one seed. Their spread is the correlation that chance leaves: x with
-                // x, and x with y
+                // Mean products of one seed: x with x, and x with y. Their spread over the seeds is
+                // the correlation by chance.
                 let mut products = [Vec::new(), Vec::new()];
                 for seed in 0..SEEDS {
                     let of = |x, dimension, is_separate| {
@@ -304,7 +305,7 @@ mod tests {
         }
     }
 
-    /// Every elementary interval that the sampler claims holds one point.
+    /// Every elementary interval that the sampler stratifies contains exactly one point.
     #[test]
     fn strata_hold_one_sample_each() {
         let cells = |kind: SamplerKind, seed, [columns, rows]: [u32; 2]| {
@@ -332,8 +333,8 @@ mod tests {
                 }
             }
         }
-        // Halton's bases for the film are 2 and 3: any 2ᵃ 3ᵇ consecutive samples have one in each
-        // box of these sides.
+        // Halton's bases for the film are 2 and 3: of any 2ᵃ 3ᵇ consecutive samples, one lies in
+        // each box with the sides 2⁻ᵃ and 3⁻ᵇ.
         for start in [0, 5, 1000] {
             let points = points(
                 SamplerKind::Halton.with_seed(8, 64),
@@ -347,8 +348,8 @@ mod tests {
         }
     }
 
-    /// Exponent with which the variance of a mean falls from 4 to 64 samples: (smooth, with an
-    /// edge).
+    /// The variance of a mean falls with the expected exponent from 4 to 64 samples, for a smooth
+    /// integrand and for an integrand with an edge.
     #[test]
     fn errors_fall_as_theory_says() {
         const SEEDS: u64 = 2000;
@@ -366,8 +367,8 @@ mod tests {
             let slope = |f: Integrand| (error(kind, 64, f) / error(kind, 4, f)).log2() / 4.0;
             let slopes = [slope((&smooth, 0.5)), slope((&edge, std::f64::consts::FRAC_PI_4))];
             println!("{name}: smooth {:.2}, edge {:.2}", slopes[0], slopes[1]);
-            // Minimum slopes. Patterns of 64 are not stratified at 4 samples, so errors fall faster
-            // in between.
+            // Slopes must be below these values. Patterns of 64 samples are not stratified at 4
+            // samples, so their errors fall faster between 4 and 64.
             let [smooth, edge] = match kind {
                 SamplerKind::Independent | SamplerKind::Antithetic => [-1.0, -1.0],
                 SamplerKind::Stratified => [-1.4, -1.2],

@@ -1,9 +1,9 @@
 //! Point sets on the unit sphere: low-discrepancy points of the cube that lie in the ball,
-//! projected from its centre.
+//! projected from its centre to the sphere.
 //!
-//! Points of the cube [−1, 1)³ outside the unit ball are rejected. A point that is uniform in the
-//! ball has a uniform direction, so a set keeps its uniformity. The sets are the same in every
-//! render: they are not random.
+//! Points of the cube [−1, 1)³ outside the unit ball are rejected. If points are uniform in the
+//! ball, their directions are uniform on the sphere, so the projection keeps the uniformity of the
+//! points. The sets are the same in every render: they are not random.
 
 use super::halton::plain_radical_inverse;
 use super::sobol::second_dimension;
@@ -17,15 +17,15 @@ pub enum CubePoints {
     /// Halton's sequence in the bases 2, 3 and 5.
     #[default]
     Halton,
-    /// Hammersley's set: the index over the number of points, and Halton's sequence in the bases 2
-    /// and 3.
+    /// Hammersley's set: the first coordinate is the index divided by the number of points, and the
+    /// others are Halton's sequence in the bases 2 and 3.
     Hammersley,
     /// The first three dimensions of Sobol's sequence.
     Sobol,
 }
 
 impl CubePoints {
-    /// The first 2^`bits` points in the ball as unit vectors, in the order of the sequence; `bits`
+    /// The first 2^`bits` points in the ball, as unit vectors, in the order of the sequence. `bits`
     /// is at most [`MAX_BITS`].
     pub(super) fn directions(self, bits: u32) -> &'static [Vec3] {
         static SETS: [[OnceLock<Vec<Vec3>>; MAX_BITS as usize + 1]; 3] =
@@ -37,8 +37,8 @@ impl CubePoints {
     fn make(self, count: usize) -> Vec<Vec3> {
         match self {
             Self::Halton | Self::Sobol => (1..).filter_map(|i| in_ball(self.point(i, 0))).take(count).collect(),
-            // The set depends on the number of points in the cube: use the smallest that leaves
-            // enough in the ball.
+            // Hammersley's set depends on the number of points in the cube. Use the smallest number
+            // that leaves enough points in the ball.
             Self::Hammersley => {
                 let set = |n: u32| (0..n).filter_map(move |i| in_ball(self.point(i, n))).take(count);
                 let n = (count as u32..).find(|&n| set(n).count() == count).unwrap_or_default();
@@ -47,7 +47,8 @@ impl CubePoints {
         }
     }
 
-    /// Point `i` of the unit cube. `n` is the number of points, which only Hammersley's set needs.
+    /// Point `i` of the unit cube. `n` is the number of points in the cube. Only Hammersley's set
+    /// needs it.
     fn point(self, i: u32, n: u32) -> DVec3 {
         let unit = |bits: u32| bits as f64 / 2f64.powi(32);
         match self {
@@ -77,7 +78,7 @@ fn third_dimension(i: u32) -> u32 {
     coordinate
 }
 
-/// Direction of a point of the unit cube from its centre; `None` if the point is outside the ball.
+/// Direction from the centre of the unit cube to `point`; `None` if the point is outside the ball.
 fn in_ball(point: DVec3) -> Option<Vec3> {
     let p = 2.0 * point - DVec3::ONE;
     let r2 = p.length_squared();
@@ -109,7 +110,7 @@ mod tests {
         }
     }
 
-    /// The points of a set differ, and sets of all sizes are full.
+    /// All points of a set are different, and sets of all sizes are complete.
     #[test]
     fn sets_have_as_many_points_as_they_should() {
         for points in ALL {
@@ -119,7 +120,7 @@ mod tests {
                 let mut sorted: Vec<_> = set.iter().map(|p| p.to_array().map(f32::to_bits)).collect();
                 sorted.sort_unstable();
                 sorted.dedup();
-                // Points on a line through the centre have the same direction.
+                // Only points on one line through the centre have the same direction.
                 assert!(sorted.len() * 100 >= set.len() * 98, "{points:?} {bits}");
             }
         }

@@ -1,4 +1,4 @@
-//! Discrepancies: how unevenly points are spread.
+//! Discrepancies: measures of how unevenly points are distributed.
 
 use super::hash::numbered;
 use super::sphere::pair;
@@ -18,7 +18,7 @@ pub fn star_discrepancy(points: &[Vec2]) -> f64 {
     // Heights of the points to the left of the sweep, sorted
     let mut heights: Vec<f64> = Vec::with_capacity(points.len());
     let mut largest = 0.0f64;
-    // Open boxes have too few points: each box extends up to the next point.
+    // Open boxes contain too few points: extend each box up to the next point.
     let open = |width: f64, heights: &[f64]| {
         let tops = heights.iter().copied().chain([1.0]).enumerate();
         tops.fold(0.0, |max: f64, (below, top)| max.max(width * top - share(below)))
@@ -30,7 +30,7 @@ pub fn star_discrepancy(points: &[Vec2]) -> f64 {
             let place = heights.partition_point(|height| height <= y);
             heights.insert(place, *y);
         }
-        // Closed boxes have too many points: each box ends at its last point.
+        // Closed boxes contain too many points: end each box at its last point.
         let tops = heights.iter().enumerate();
         largest = tops.fold(largest, |max, (below, top)| max.max(share(below + 1) - width * top));
     }
@@ -62,7 +62,7 @@ mod tests {
     use super::*;
     use crate::sampler::{Dimension, SamplerKind, points};
 
-    /// Star discrepancy from all boxes with corners at coordinates of points.
+    /// Star discrepancy by testing all boxes whose corners have coordinates of points.
     fn by_brute_force(points: &[Vec2]) -> f64 {
         let edges = |axis: usize| points.iter().map(move |p| p[axis]).chain([1.0]).collect::<Vec<f32>>();
         let n = points.len() as f64;
@@ -88,7 +88,7 @@ mod tests {
                 assert!((found - expected).abs() < 1e-12, "{name} {n}: {found} for {expected}");
             }
         }
-        // Points in the same places and on one line
+        // Points at the same place, and points on one line
         let line = [[0.5, 0.25], [0.5, 0.25], [0.5, 0.75], [0.0, 0.75], [0.25, 0.25]].map(Vec2::from);
         assert!((star_discrepancy(&line) - by_brute_force(&line)).abs() < 1e-12);
         assert_eq!(star_discrepancy(&[Vec2::splat(0.5)]), 0.75);
@@ -96,8 +96,8 @@ mod tests {
     }
 
     /// Star discrepancy of Hammersley's set of 2ᵐ points in base 2: m/3 + 13/9 − (−1)ᵐ 4/(9·2ᵐ)
-    /// over their number (Halton and Zaremba 1969, "The Extreme and L² Discrepancies of Some Plane
-    /// Sets").
+    /// divided by the number of points (Halton and Zaremba 1969, "The Extreme and L² Discrepancies
+    /// of Some Plane Sets").
     #[test]
     fn star_discrepancy_of_hammersley_points_is_in_closed_form() {
         for m in 2..=10u32 {

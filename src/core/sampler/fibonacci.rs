@@ -1,9 +1,9 @@
 //! Directions from spherical Fibonacci points (`--directions fibonacci`).
 //!
-//! This sampler wraps the chosen sampler; `integrator/path/strategy.rs` has its warp. Both work in
-//! any combination: the warp has the cosine's density with any sampler, and the numbers are uniform
-//! with any warp. It costs more time than its lower error saves (docs/notebook/2026-11.md,
-//! "Fibonacci directions").
+//! This sampler wraps the sampler of `--sampler`. `integrator/path/strategy.rs` has the matching
+//! warp. Any sampler works with any warp: the warp has the cosine's density with any sampler, and
+//! the numbers are uniform with any warp. Fibonacci directions cost more time than their lower
+//! error saves (docs/notebook/2026-11.md, "Fibonacci directions").
 
 use super::hash::{numbered, permute, pixel};
 use super::sphere::{moved_on_disk, pair, rotation, set_bits};
@@ -30,10 +30,10 @@ const GOLDEN_SECTION: f32 = 0.618_034;
 pub struct Fibonacci {
     others: AnySampler,
     seed: u64,
-    /// Hash of seed, pixel and set.
+    /// Hash of the seed, the pixel and the number of the set.
     key: u64,
     sample: u32,
-    /// Number of points of a set, as a power of two.
+    /// Number of points of a set, as the exponent of 2.
     bits: u32,
 }
 
@@ -49,7 +49,7 @@ impl Fibonacci {
         }
     }
 
-    /// The sample's point on the unit sphere.
+    /// Point of the current sample on the unit sphere.
     fn point(&self, dimension: Dimension) -> Vec3 {
         let n = 1u32 << self.bits;
         let set = numbered(self.key, dimension.index());
@@ -87,7 +87,7 @@ impl Sampler for Fibonacci {
     }
 }
 
-/// Point `index` of `n`, in the unit square.
+/// Point `index` of `n` points of the spherical Fibonacci set, in the unit square.
 fn spiral(index: u32, n: u32) -> Vec2 {
     Vec2::new((index as f32 + 0.5) / n as f32, (index as f32 * GOLDEN_SECTION).fract())
 }
@@ -125,7 +125,8 @@ mod tests {
         }
     }
 
-    /// χ² of single samples over 16 × 16 cells of equal area, each from another seed and pixel.
+    /// χ² of single samples over 16 × 16 cells of equal area. Each sample has a different seed and
+    /// pixel.
     #[test]
     fn single_samples_are_uniform() {
         for (sample, count) in [(0, 64), (3, 64), (70, 64), (5, 1), (1000, 1024)] {
@@ -143,17 +144,18 @@ mod tests {
         }
     }
 
-    /// Points are as far from each other as the disks allow, and leave no large gap.
+    /// Points keep the distance that the radii of the disks allow, and leave no large gap.
     #[test]
     fn points_are_spread_over_the_sphere() {
         for seed in 0..50 {
             let points = directions(seed, 64);
-            // Neighbours among the n points are some 3/√n apart, from which the radii of two disks
-            // take 2/√n.
+            // Neighbours among the n points are about 3/√n apart. Moving both points on their disks
+            // reduces the distance by at most 2/√n.
             let pairs = points.iter().enumerate();
             let nearest = pairs.flat_map(|(i, a)| points[..i].iter().map(move |b| a.distance(*b)));
             let nearest = nearest.fold(f32::INFINITY, f32::min);
-            // Largest gap, measured from points all over the sphere
+            // Largest distance of a direction from the nearest point, over directions all over the
+            // sphere
             let all = (0..1000).map(|i| uniform_sphere(spiral(i, 1000)));
             let hole = all.map(|w| points.iter().map(|p| p.distance(w)).fold(f32::INFINITY, f32::min));
             let hole = hole.fold(0.0, f32::max);
@@ -161,8 +163,8 @@ mod tests {
         }
     }
 
-    /// Mean of a smooth integrand over the hemisphere, compared to independent directions with the
-    /// same density.
+    /// The mean of a smooth integrand over the hemisphere has a lower error than with independent
+    /// directions of the same density.
     #[test]
     fn smooth_integrands_have_less_error() {
         let (a, b) = (Vec3::new(0.6, 0.0, 0.8), Vec3::new(0.0, 0.8, 0.6));

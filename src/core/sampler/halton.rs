@@ -5,8 +5,8 @@ use super::{Dimension, SampleKey, Sampler};
 use crate::math::float::ALMOST_ONE;
 use crate::math::{Vec2, hash::mix};
 
-/// Number of decisions with separate bases, two for each. Later decisions start again with the
-/// first bases.
+/// Number of decisions with separate bases. Each decision uses two bases. Later decisions start
+/// again with the first bases.
 const DECISIONS: usize = 64;
 const PRIMES: [u32; 2 * DECISIONS] = primes();
 
@@ -28,9 +28,9 @@ const fn primes() -> [u32; 2 * DECISIONS] {
     primes
 }
 
-/// Halton's sequence: the digits of the sample's index, mirrored at the point, in another prime
-/// base for each dimension. Each digit is permuted at random by the digits before it (Owen 2017, "A
-/// randomized Halton algorithm in R").
+/// Halton's sequence: the digits of the sample's index, mirrored at the radix point, in a different
+/// prime base for each dimension. Each digit is permuted at random, depending on the digits before
+/// it (Owen 2017, "A randomized Halton algorithm in R").
 #[derive(Clone, Copy, Debug)]
 pub struct Halton {
     seed: u64,
@@ -70,14 +70,14 @@ impl Sampler for Halton {
     }
 }
 
-/// Hammersley's set for a known count: one coordinate counts through the samples, and the other
-/// mirrors the digits of the counter. Each dimension counts in a separate order. Samples beyond the
-/// count start another set.
+/// Hammersley's set for a known number of samples. One coordinate is the sample's place divided by
+/// the number of samples. The other coordinate mirrors the digits of the place at the radix point.
+/// Each dimension orders the samples differently. Samples beyond the known number start a new set.
 #[derive(Clone, Copy, Debug)]
 pub struct Hammersley {
     seed: u64,
     key: u64,
-    /// Index in the set.
+    /// Index of the sample in the set.
     sample: u32,
     count: u32,
 }
@@ -93,7 +93,7 @@ impl Hammersley {
         }
     }
 
-    /// Place in the order of `dimension`, and random bits of the dimension.
+    /// Place of the sample in the order of `dimension`, and random bits of the dimension.
     fn place(&self, dimension: Dimension) -> (u32, u64) {
         let order = numbered(self.key, dimension.index());
         (permute_below(self.count, self.sample, order), mix(order))
@@ -118,8 +118,8 @@ impl Sampler for Hammersley {
     }
 }
 
-/// A permutation of the numbers below `n`: permutes the next power of two, and repeats until the
-/// result is below `n`.
+/// Image of `x` in a permutation of the numbers below `n`. Permutes the numbers below the next
+/// power of 2, and repeats until the result is below `n`.
 fn permute_below(n: u32, x: u32, key: u64) -> u32 {
     let bits = u32::BITS - (n - 1).leading_zeros();
     let mut x = permute(x, bits, key);
@@ -129,7 +129,7 @@ fn permute_below(n: u32, x: u32, key: u64) -> u32 {
     x
 }
 
-/// The digits of `index` in `base`, mirrored at the point.
+/// The digits of `index` in `base`, mirrored at the radix point.
 pub(super) fn plain_radical_inverse(base: u32, mut index: u32) -> f64 {
     let (mut x, mut scale) = (0.0, 1.0);
     while index > 0 {
@@ -140,9 +140,9 @@ pub(super) fn plain_radical_inverse(base: u32, mut index: u32) -> f64 {
     x
 }
 
-/// The digits of `index` in `base`, mirrored at the point. Each is permuted by a hash of `key` and
-/// the digits before it. (A shift is not enough: with fewer samples than the base there is only one
-/// digit, and two large bases would count in step.)
+/// The digits of `index` in `base`, mirrored at the radix point. Each digit is permuted by a hash
+/// of `key` and the digits before it. (A shift is not enough: with fewer samples than the base
+/// there is only one digit, and the numbers of two large bases would be correlated.)
 // ANCHOR: radical_inverse
 pub(super) fn radical_inverse(base: u32, mut index: u32, key: u64) -> f32 {
     let (mut x, mut scale, mut key) = (0.0, 1.0, key);

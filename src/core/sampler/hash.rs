@@ -3,12 +3,13 @@
 use super::SampleKey;
 use crate::math::hash::{GOLDEN_GAMMA, mix};
 
-/// Number `n` of the sequence with the key `key`.
+/// Number `n` of the sequence of random numbers with the key `key`.
 pub(super) fn numbered(key: u64, n: u32) -> u64 {
     mix(key.wrapping_add((n as u64 + 1).wrapping_mul(GOLDEN_GAMMA)))
 }
 
-/// Hash of seed and pixel. Each input is hashed separately, so that no two inputs can cancel.
+/// Hash of the seed and the pixel. Each input is hashed separately, so that no two inputs can
+/// cancel.
 pub(super) fn pixel(seed: u64, key: SampleKey) -> u64 {
     let pixel = ((key.y as u64) << 32) | key.x as u64;
     mix(mix(seed.wrapping_add(GOLDEN_GAMMA)) ^ pixel)
@@ -20,21 +21,23 @@ pub(super) fn unit_f32(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / (1u32 << 24) as f32)
 }
 
-/// Image of `x` in a permutation of the numbers of `bits` digits, chosen by `key`.
+/// Image of `x` in a permutation of the numbers with `bits` binary digits. `key` selects the
+/// permutation.
 pub(super) fn permute(x: u32, bits: u32, key: u64) -> u32 {
     let words = [mix(key), mix(key ^ GOLDEN_GAMMA)].map(|hash| [hash as u32, (hash >> 32) as u32]);
     let step = |x, word: u32| permutation_step(x, bits, word, word.rotate_left(16));
     words.into_iter().flatten().fold(x, step)
 }
 
-/// [`permute`] for at most 8 digits, for which one hash is enough.
+/// [`permute`] for at most 8 binary digits, for which one hash is enough.
 pub(super) fn permute_few(x: u32, bits: u32, key: u64) -> u32 {
     let hash = mix(key);
     let step = |x, i: u32| permutation_step(x, bits, (hash >> (16 * i)) as u32, (hash >> (16 * i + 8)) as u32);
     (0..4).fold(x, step)
 }
 
-/// A bijection of three steps: multiply by an odd factor, exclusive or with higher digits, add.
+/// One step of a permutation, a bijection: multiply by an odd factor, combine with the higher
+/// digits by exclusive or, add.
 fn permutation_step(x: u32, bits: u32, factor: u32, summand: u32) -> u32 {
     let mask = ((1u64 << bits) - 1) as u32;
     let x = x.wrapping_mul(factor | 1) & mask;
@@ -64,8 +67,8 @@ mod tests {
                 );
             }
         }
-        // Each number goes to all places equally often: χ² with 63 degrees of freedom, mean 63 and
-        // standard deviation 11.2.
+        // Each number is mapped to all places equally often: χ² with 63 degrees of freedom, mean 63
+        // and standard deviation 11.2.
         for permute in [permute, permute_few] {
             for x in [0, 1, 32, 63] {
                 let mut counts = [0.0; 64];
@@ -73,7 +76,7 @@ mod tests {
                 let chi2: f64 = counts.iter().map(|c: &f64| (c - 1000.0).powi(2) / 1000.0).sum();
                 assert!(chi2 < 63.0 + 5.0 * 11.2, "{x}: χ² = {chi2}");
             }
-            // Pairs of numbers are independent: each of 56 pairs of places is about equally
+            // Images of two numbers are independent: each of 56 pairs of places is about equally
             // frequent.
             for (x, y) in [(0, 1), (0, 4), (3, 6), (6, 7)] {
                 let mut counts = [[0; 8]; 8];

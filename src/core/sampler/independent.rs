@@ -65,7 +65,7 @@ mod tests {
         assert_ne!(s.get_2d(Dimension::bounce(4, Bounce::Direction)), a);
     }
 
-    /// χ² over `n × n` cells of pairs of variates: each pair of neighbouring addresses must look
+    /// χ² over `n × n` cells of pairs of variates. Pairs at neighbouring addresses must look
     /// independent.
     fn chi2(pairs: impl Iterator<Item = (f32, f32)>, n: usize) -> f64 {
         let mut counts = vec![0u32; n * n];
@@ -141,8 +141,8 @@ mod tests {
             ),
         ];
         for (what, x2) in tests {
-            // 255 degrees of freedom: mean 255, standard deviation 22.6; five of them are a
-            // one-in-a-million event.
+            // 255 degrees of freedom: mean 255, standard deviation 22.6. A value above 5 standard
+            // deviations has a probability of about one in a million.
             assert!(x2 < 255.0 + 5.0 * 22.6, "{what}: χ² = {x2:.1}");
         }
     }

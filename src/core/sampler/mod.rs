@@ -1,10 +1,10 @@
 //! Random numbers: pure functions of (seed, pixel, sample index, dimension).
 //!
-//! Generators keep no state between samples, so the image does not depend on threads or on the
-//! order of work. Dimensions come in fixed blocks (camera; at each vertex: light choice, light
-//! point, lobe, direction, roulette): a skipped draw does not shift the others. Numbers that belong
-//! to no pixel, such as the numbers of photons and chains, have sample keys in rows below all
-//! images ([`Stream`]).
+//! Samplers keep no state between samples, so the image does not depend on threads or on the order
+//! of work. Dimensions have fixed blocks: one for the camera, and one for each vertex (light
+//! choice, light point, lobe, direction, roulette). A skipped draw therefore does not shift later
+//! draws. Numbers that belong to no pixel, such as the numbers of photons and chains, have sample
+//! keys whose rows are below the rows of all images ([`Stream`]).
 
 mod antithetic;
 mod any;
@@ -40,7 +40,7 @@ pub use z_sobol::ZSobol;
 
 use crate::math::{UVec2, Vec2};
 
-/// Key of one sample of one pixel, the unit of work and of replay.
+/// Key of one sample of one pixel. Samples are rendered and replayed by their keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SampleKey {
     /// Column, from the left of the full image.
@@ -57,7 +57,7 @@ impl SampleKey {
         Self { x, y, sample }
     }
 
-    /// Sample `sample` of column `x` in `stream`.
+    /// Key of the sample `sample` in the column `x` of `stream`.
     pub fn of_stream(stream: Stream, x: u32, sample: u32) -> Self {
         Self::new(x, stream.row(), sample)
     }
@@ -73,7 +73,7 @@ impl SampleKey {
 pub enum Stream {
     /// Markov chains of Metropolis light transport: a column for each chain.
     Chains,
-    /// Paths that Markov chains may start with: a column for each path or work item.
+    /// Paths from which Markov chains may start: a column for each path or work item.
     Bootstrap,
     /// Photon paths: a column for each work item.
     Photons,
@@ -81,13 +81,14 @@ pub enum Stream {
     Iteration,
     /// Paths that make an importance image: a column for each of its cells.
     ImportanceImage,
-    /// Paths and rays that learn which parts of the sky are visible: a column for each path or grid
-    /// cell.
+    /// Paths and rays that record which parts of the sky are visible: a column for each path or
+    /// grid cell.
     Visibility,
 }
 
 impl Stream {
-    /// Row of the stream's keys. Two streams share a row only if no integrator draws from both.
+    /// Row of the keys of the stream. Two streams have the same row only if no integrator draws
+    /// from both.
     fn row(self) -> u32 {
         match self {
             Self::Chains => u32::MAX,
@@ -98,7 +99,8 @@ impl Stream {
     }
 }
 
-/// Key of one decision along a path. Blocks are fixed, so a skipped draw never shifts a later one.
+/// Key of one decision along a path. Decisions have fixed blocks of numbers, so a skipped draw
+/// never shifts a later one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dimension(u32);
 
@@ -125,11 +127,11 @@ impl Dimension {
     pub const LENS: Self = Self(1);
     /// Time between shutter open and close.
     pub const TIME: Self = Self(2);
-    /// Choice of the technique that makes a path, if only one of several does.
+    /// Choice of the technique that makes a path, if a render chooses one of several.
     pub const TECHNIQUE: Self = Self(3);
-    /// Choice if a camera ray passes thin surfaces.
+    /// Decision if a camera ray passes a thin surface.
     pub const THIN_SURFACES: Self = Self(4);
-    /// Wavelength of a path's light, if glass disperses it.
+    /// Wavelength of the light of a path, if glass disperses light.
     pub const WAVELENGTH: Self = Self(5);
 
     /// The decision `what` at the vertex reached after `depth` scatterings.
@@ -141,9 +143,9 @@ impl Dimension {
         )
     }
 
-    /// Repetition `index` of this dimension, if a decision is taken several times.
+    /// Repetition `index` of this dimension, for a decision that is taken several times.
     pub fn nth(self, index: u32) -> Self {
-        // Above all practical path depths
+        // Set bits above all practical path depths
         Self(self.0.wrapping_add(index.wrapping_add(1) << 16))
     }
 
@@ -152,7 +154,8 @@ impl Dimension {
         self.0 >= Self::BLOCK && self.0 % Self::BLOCK == what as u32
     }
 
-    /// Index in the order of a path, without the unused numbers of the blocks.
+    /// Index of the dimension in the order of decisions along a path, without unused numbers of the
+    /// blocks.
     fn ordinal(self) -> u32 {
         const OF_CAMERA: u32 = Dimension::LENS.0 + 1;
         /// Few scenes move, so time comes after all practical path depths and displaces no other
@@ -173,7 +176,7 @@ impl Dimension {
         }
     }
 
-    /// A number above the index of any decision of paths with `depth` scatterings, except
+    /// A number above the indices of all decisions of paths with `depth` scatterings, except
     /// repetitions ([`Dimension::nth`]).
     pub fn end(depth: u32) -> u32 {
         Self::BLOCK.saturating_mul(depth.saturating_add(2))
@@ -185,30 +188,30 @@ impl Dimension {
     }
 }
 
-/// Source of uniform variates in [0, 1), addressed by sample and dimension, without state between
-/// draws.
+/// Source of uniform variates in [0, 1), addressed by sample and dimension. It keeps no state
+/// between draws.
 pub trait Sampler: Clone + Send + Sync {
     /// Starts the sample `key`.
     fn start(&mut self, key: SampleKey);
 
-    /// Makes the numbers of different pixels independent of each other, from the next
-    /// [`Sampler::start`] on.
+    /// Makes the numbers of different pixels independent of each other, beginning with the next
+    /// [`Sampler::start`].
     fn separate(&mut self) {}
 
-    /// A variate.
+    /// One variate.
     fn get_1d(&self, dimension: Dimension) -> f32;
 
-    /// Two variates that are well distributed together.
+    /// Two variates that are stratified together.
     fn get_2d(&self, dimension: Dimension) -> Vec2;
 
-    /// [`Sampler::get_2d`] in at most four dimensions. Samplers may draw them faster than one by
-    /// one.
+    /// [`Sampler::get_2d`] in `N` dimensions, at most four. Samplers may draw them together faster
+    /// than separately.
     fn get_2ds<const N: usize>(&self, dimensions: [Dimension; N]) -> [Vec2; N] {
         dimensions.map(|dimension| self.get_2d(dimension))
     }
 
-    /// [`Sampler::get_2d`] in two dimensions, for each of `count` samples (at most four) from `key`
-    /// on. Other pairs are unspecified.
+    /// [`Sampler::get_2d`] in two dimensions for `count` samples from `key` on. `count` is at most
+    /// four. The other elements of the result are unspecified.
     fn get_2ds_of(&self, key: SampleKey, count: u32, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
         let mut sampler = self.clone();
         std::array::from_fn(|i| {
@@ -222,7 +225,7 @@ pub trait Sampler: Clone + Send + Sync {
     }
 }
 
-/// Points of `samples` in `dimension`, in column `x` of a row.
+/// Points of `samples` in `dimension`, for the pixel in column `x`.
 #[cfg(test)]
 fn points(mut sampler: impl Sampler, x: u32, dimension: Dimension, samples: std::ops::Range<u32>) -> Vec<Vec2> {
     let point = |sample| {

@@ -2,34 +2,35 @@ use super::hash::{numbered, permute, permute_few, pixel, unit_f32};
 use super::{Dimension, SampleKey, Sampler};
 use crate::math::{Vec2, hash::mix};
 
-/// Maximum number of levels of a factor, as a power of two.
+/// Maximum number of levels of a factor, as the exponent of 2.
 const MAX_BITS: usize = 5;
-/// Irreducible polynomials over GF(2) by their degree k, a bit per coefficient: GF(2ᵏ) are the
-/// remainders modulo them.
+/// Irreducible polynomials over GF(2), indexed by the degree k, with one bit for each coefficient.
+/// The elements of GF(2ᵏ) are the remainders modulo the polynomial.
 const POLYNOMIALS: [u32; MAX_BITS + 1] = [0b1, 0b11, 0b111, 0b1011, 0b1_0011, 0b10_0101];
 
 /// Orthogonal arrays of strength 2 (Jarosz et al. 2019, "Orthogonal Array Sampling for Monte Carlo
-/// Rendering"). Of s² samples, one lies in each of s × s squares of *any* two numbers of an array,
-/// from any decisions. One also lies in each of s² intervals of every number.
+/// Rendering"). For *any* two numbers of an array, from any decisions, each of s × s squares
+/// contains one of s² samples. For every number, each of s² intervals also contains one sample.
 ///
-/// Bush's construction over the field of s = 2ᵏ elements: run (a, b) has level a + j b in factor j,
-/// for all j of the field. Decisions take two factors each in the order of a path, so that
-/// neighbouring decisions are in one array: four of them if s is 8, eight if it is 16. Arrays are
-/// independent of each other.
+/// Arrays follow Bush's construction over the field of s = 2ᵏ elements: run (a, b) has level a + j
+/// b in factor j, for all j of the field. Each decision uses two factors, in the order of decisions
+/// along a path, so that neighbouring decisions are in one array: four decisions if s is 8, eight
+/// if s is 16. Arrays are independent of each other.
 ///
-/// Levels are permuted at random, as in the paper. Within a level, all levels of the decision's
-/// other factor have separate parts, as in correlated multi-jitter. Owen scrambling of the digits,
-/// which makes a (0,2)-net of each decision, was measured to gain less.
+/// Levels are permuted at random, as in the paper. A level is an interval of a number. It is
+/// divided into one part for each level of the decision's other factor, as in correlated
+/// multi-jitter. Owen scrambling of the digits, which makes the points of each decision a
+/// (0,2)-net, reduced the error less.
 ///
 /// s² is the largest power of 4 up to the number of samples, at most 1024. Blocks of s² are
 /// independent.
 #[derive(Clone, Copy, Debug)]
 pub struct Orthogonal {
     seed: u64,
-    /// Hash of seed, pixel and block.
+    /// Hash of the seed, the pixel and the block.
     key: u64,
     sample: u32,
-    /// Number of levels of a factor, as a power of two.
+    /// Number of levels of a factor, as the exponent of 2.
     bits: u32,
 }
 
@@ -49,13 +50,13 @@ impl Orthogonal {
         self.sample & ((1 << (2 * self.bits)) - 1)
     }
 
-    /// The sample's levels in the two factors of a decision, and a key of that decision.
+    /// Levels of the sample in the two factors of a decision, and a key of the decision.
     fn levels(&self, dimension: Dimension) -> (u32, u32, u64) {
-        // s factors, two for each decision
+        // An array has s factors. Each decision uses two of them.
         let decision_bits = self.bits - 1;
         let array = numbered(self.key, dimension.ordinal() >> decision_bits);
         let pair = dimension.ordinal() & ((1 << decision_bits) - 1);
-        // All decisions that draw from the array share a run
+        // Factors j and j + 1 for an even j. The products of j and j + 1 with b differ by b.
         let run = permute(self.within(), 2 * self.bits, array);
         let (a, b) = (run >> self.bits, run & ((1 << self.bits) - 1));
         // Factors j and j + 1 of an even j, whose products with b differ by b
@@ -78,7 +79,7 @@ impl Orthogonal {
         let stratum = permute_few(level, self.bits, key);
         let part = permute_few(other, self.bits, !key);
         let strata_bits = 2 * self.bits;
-        // Join the digits, since a sum might round up into the next stratum
+        // Join the digits with bit operations, because a sum might round up into the next stratum
         unit_f32((((stratum << self.bits) | part) << (32 - strata_bits)) | (jitter >> strata_bits))
     }
 }
@@ -109,7 +110,8 @@ mod tests {
     use super::*;
     use crate::sampler::{Bounce, SamplerKind};
 
-    /// Numbers that `dimensions` draw for the samples of block `block`: a list per number.
+    /// Numbers that are drawn in `dimensions` for the samples of block `block`: one list for each
+    /// number.
     fn numbers(sampler: &mut Orthogonal, dimensions: &[Dimension], block: u32) -> Vec<Vec<f32>> {
         let runs = 1 << (2 * sampler.bits);
         let mut all = vec![Vec::new(); 2 * dimensions.len()];
@@ -128,8 +130,8 @@ mod tests {
         numbers.iter().map(move |u| (u * n as f32) as u32)
     }
 
-    /// Each of s × s squares of any two numbers of an array holds one sample, and so does each of
-    /// s² intervals of every number.
+    /// For any two numbers of an array, each of s × s squares contains one sample. For every
+    /// number, each of s² intervals contains one sample.
     #[test]
     fn all_pairs_of_an_array_are_stratified() {
         let camera = [Dimension::PIXEL, Dimension::LENS];
@@ -159,8 +161,8 @@ mod tests {
         }
     }
 
-    /// Integrands that depend on two decisions together have a lower error than with random
-    /// combinations.
+    /// Integrands that depend on two decisions have a lower error than with randomly combined
+    /// decisions.
     #[test]
     fn errors_of_two_decisions_fall_too() {
         let [here, there] = [Bounce::LightPoint, Bounce::Decisions].map(|what| Dimension::bounce(0, what));

@@ -2,17 +2,17 @@
 //! hemispheres.
 //!
 //! A low-discrepancy point set on the sphere (`ball.rs`) has the same points in each pixel, so its
-//! error alone is a visible pattern. Kim moves each point on a disk in its tangent plane, by
-//! another low-discrepancy sequence that runs over the pixels. Patterns become noise, and the
-//! points stay well distributed. `integrator/path/strategy.rs` maps the sphere to the hemisphere,
-//! uniformly or by the cosine.
+//! errors form a visible pattern. Kim moves each point on a disk in its tangent plane. The
+//! positions on the disk come from a second low-discrepancy sequence, indexed by the pixel. The
+//! pattern becomes noise, and the points stay well distributed. `integrator/path/strategy.rs` maps
+//! the sphere to the hemisphere, uniformly or by the cosine.
 //!
 //! Random scrambling, here a rotation of the set for each pixel and vertex, makes every direction
 //! exactly uniform. The estimate is then unbiased for any points and disks. Without scrambling, the
 //! estimate only converges with the number of points and the number of pixels together.
 //!
-//! docs/notebook/2026-11.md, "Perturbed quasi-Monte Carlo directions", compares it with
-//! Owen-scrambled Sobol points, which win.
+//! docs/notebook/2026-11.md, "Perturbed quasi-Monte Carlo directions", compares these directions
+//! with Owen-scrambled Sobol points, which have lower errors.
 
 use super::ball::CubePoints;
 use super::halton::radical_inverse;
@@ -25,10 +25,10 @@ use crate::sampling::warp::square_of_sphere;
 /// Options of [`PerturbedQmc`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Perturbation {
-    /// Points in the cube, the source of the directions.
+    /// Point set in the cube from which the directions are made.
     pub points: CubePoints,
-    /// Radius of the disks, as a multiple of 2/√n. At 1 a disk is as large as a point's share of
-    /// the sphere, for n points. At 0 points are not moved.
+    /// Radius of the disks, as a multiple of 2/√n for n points. At 1 a disk has the area 4π/n: the
+    /// area of the sphere divided by the number of points. At 0 points are not moved.
     pub size: f32,
     /// True if the set is rotated at random for each pixel and vertex.
     pub is_scrambled: bool,
@@ -36,9 +36,9 @@ pub struct Perturbation {
 
 /// Perturbed quasi-Monte Carlo directions. All other numbers come from another sampler.
 ///
-/// Each of n samples takes another of n points, in a separate order for each vertex. n is the
-/// largest power of 2 up to the number of samples, at most 1024. The sampler returns points of the
-/// unit square that [`uniform_sphere`](crate::sampling::warp::uniform_sphere) maps to the
+/// Each of n samples uses a different one of n points, in a separate order for each vertex. n is
+/// the largest power of 2 up to the number of samples, at most 1024. The sampler returns points of
+/// the unit square that [`uniform_sphere`](crate::sampling::warp::uniform_sphere) maps to the
 /// directions.
 #[derive(Clone, Copy, Debug)]
 pub struct PerturbedQmc {
@@ -46,7 +46,7 @@ pub struct PerturbedQmc {
     seed: u64,
     options: Perturbation,
     points: &'static [Vec3],
-    /// Number of points, as a power of two.
+    /// Number of points, as the exponent of 2.
     bits: u32,
     key: SampleKey,
 }
@@ -65,14 +65,14 @@ impl PerturbedQmc {
         }
     }
 
-    /// The sample's point on the unit sphere.
+    /// Point of the current sample on the unit sphere.
     fn point(&self, dimension: Dimension) -> Vec3 {
         // The order of points is the same for all pixels and seeds
         let (sample, n) = (self.key.sample, self.points.len() as u32);
         let index = permute(sample % n, self.bits, mix(dimension.index().into()));
         let mut point = self.points[index as usize];
 
-        // Move it on a disk. The positions on the disk are well distributed over the pixels.
+        // Move the point on a disk. The positions on the disk are well distributed over the pixels.
         if self.options.size > 0.0 {
             let set = numbered(numbered(mix(self.seed), dimension.index()), sample);
             let place = morton(self.key);
@@ -169,7 +169,7 @@ mod tests {
         }
     }
 
-    /// Without perturbation and scrambling, all pixels and seeds have the points of the set in one
+    /// Without perturbation and scrambling, all pixels and seeds have the same points in the same
     /// order.
     #[test]
     fn plain_sets_are_the_same_everywhere() {
@@ -186,7 +186,7 @@ mod tests {
         }
     }
 
-    /// Disks have the expected radius, and points are uniform on them.
+    /// Points are moved uniformly on disks of the expected radius.
     #[test]
     fn points_move_on_their_disks() {
         let [still, moved] = [0.0, 1.0].map(|size| {
@@ -208,8 +208,8 @@ mod tests {
         assert!((mean / (0.5 * squared) - 1.0).abs() < 0.02, "{mean}");
     }
 
-    /// χ² of single samples over 16 × 16 cells of equal area, each from another seed and pixel.
-    /// Scrambled samples are exactly uniform.
+    /// χ² of single samples over 16 × 16 cells of equal area. Each sample has a different seed and
+    /// pixel. Scrambled samples are exactly uniform.
     #[test]
     fn scrambled_directions_are_uniform() {
         for (set, sample, count) in [

@@ -1,8 +1,8 @@
 //! Primary samples: a sampler whose random numbers are the state of a Markov chain.
 //!
 //! Numbers are addressed by dimension, and steps are hashes. The value of a number follows from the
-//! key of the chain and its accepted steps. It is computed on request and does not depend on
-//! earlier requests. Known values are cached in atomics (`AtomicU64`, relaxed), because samplers
+//! key of the chain and the accepted steps. Values are computed on request and do not depend on
+//! earlier requests. Computed values are cached in atomics (`AtomicU64`, relaxed), because samplers
 //! are shared by reference. The cache saves work and changes no value.
 
 use super::{Dimension, SampleKey, Sampler, hash};
@@ -22,47 +22,48 @@ pub enum Step {
 /// Ratio of the largest to the smallest small step.
 const STEP_RATIO: f32 = 16.0;
 
-/// Numbers of a Markov chain in the space of primary samples: a point of the unit cube of all
-/// random numbers that a path may request, and the proposed step from it (Kelemen, Szirmay-Kalos,
-/// Antal and Csonka 2002).
+/// Numbers of a Markov chain in the space of primary samples: a point of the unit cube that has one
+/// dimension for each random number that a path may request, and the proposed step from this point
+/// (Kelemen, Szirmay-Kalos, Antal and Csonka 2002).
 ///
 /// A small step moves each number up or down, with wrap-around in the unit interval, by `size ·
-/// 16^−u` with a uniform u. Distances range from `size / 16` to `size`, the shorter ones more
-/// often, as in §3.2 of the paper from 1/1024 to 1/64. All steps of a chain and their decisions are
-/// hashes of the chain's key, the step's number and the dimension. So numbers are moved only on
-/// request, with the same result. Numbers are integer multiples of 2⁻³². A step is a permutation of
-/// them, so a chain that accepts all steps stays uniform.
+/// 16^−u` with a uniform u. Distances range from `size / 16` to `size`, and shorter distances are
+/// more frequent. In §3.2 of the paper the range is 1/1024 to 1/64. All steps of a chain and their
+/// decisions are hashes of the chain's key, the step's number and the dimension. Numbers can
+/// therefore be moved on request only, with the same result. Numbers are integer multiples of 2⁻³².
+/// A step is a permutation of them, so a chain that accepts all steps stays uniform.
 #[derive(Debug)]
 pub struct PrimarySampler {
-    /// Key of all decisions of the chain.
+    /// Key of the random decisions of the chain: steps, and acceptance.
     key: u64,
-    /// Steps proposed so far.
+    /// Number of steps that were proposed so far.
     proposed: u32,
-    /// Origin: the point after the last accepted large step.
+    /// Name of the point at which the chain is after the last accepted large step. The point's
+    /// coordinates are hashes of the name.
     origin: u64,
-    /// Small steps accepted since the last large step.
+    /// Hashes of the small steps that were accepted since the last large step.
     steps: Vec<u64>,
-    /// Step that is proposed now.
+    /// Kind and hash of the step that is proposed now.
     proposal: Option<(Step, u64)>,
     /// Length of the longest small step.
     size: f32,
     /// Cache of the first coordinates. The upper half of a word is a value. The lower half is the
-    /// number of the step after which it is valid, counted over the whole chain from 1. The cache
-    /// saves repeated steps and changes no bit. Words are atomic because samplers are shared by
-    /// reference.
+    /// number of accepted steps after which the value is valid, counted over the whole chain, plus
+    /// 1. The cache saves repeated steps and changes no bit. Words are atomic because samplers are
+    /// shared by reference.
     known: Vec<AtomicU64>,
-    /// Number of accepted steps up to the last large one, counted in the same way.
+    /// Number of accepted steps up to the last large step, counted over the whole chain.
     restarted: u32,
 }
 
 impl PrimarySampler {
-    /// The point named `origin`.
+    /// The point whose coordinates are hashes of `origin`.
     pub fn new(origin: u64) -> Self {
         Self::chain(origin, origin, 0.0, 0)
     }
 
-    /// A chain with the key `key` from `origin` on, with small steps up to `size`. `dimensions` is
-    /// the size of the cache: most requests have a dimension below it.
+    /// A chain with the key `key` that starts at the point `origin`, with small steps up to `size`.
+    /// `dimensions` is the number of dimensions that are cached: most requests are below it.
     pub fn chain(origin: u64, key: u64, size: f32, dimensions: u32) -> Self {
         Self {
             key,
@@ -76,8 +77,8 @@ impl PrimarySampler {
         }
     }
 
-    /// Proposes a step, a large one with a probability. Draws then return the numbers of the
-    /// proposal.
+    /// Proposes a step. It is a large step with the probability `large_step_probability`. Later
+    /// draws return the numbers of the proposal.
     pub fn propose(&mut self, large_step_probability: f32) -> Step {
         let step = hash::numbered(self.key, self.proposed);
         self.proposed = self.proposed.wrapping_add(1);
@@ -90,8 +91,8 @@ impl PrimarySampler {
         kind
     }
 
-    /// Accepts the step with a probability, and returns true if accepted. If rejected, the numbers
-    /// return to their values before the proposal.
+    /// Accepts the proposed step with the probability `probability`, and returns true if accepted.
+    /// If the step is rejected, the numbers return to their values before the proposal.
     pub fn decide(&mut self, probability: f32) -> bool {
         let Some((kind, step)) = self.proposal.take() else {
             return false;
@@ -109,7 +110,7 @@ impl PrimarySampler {
         is_accepted
     }
 
-    /// Number of a dimension, in units of 2⁻³².
+    /// Number of a dimension as an integer, in units of 2⁻³².
     fn number(&self, dimension: Dimension, component: u32) -> u32 {
         let coordinate = coordinate(dimension).wrapping_mul(2).wrapping_add(component);
         match self.proposal {
@@ -119,11 +120,11 @@ impl PrimarySampler {
         }
     }
 
-    /// Coordinate of the current point of the chain, without the proposal.
+    /// Coordinate of the chain's current point, without the proposed step.
     fn accepted(&self, coordinate: u32) -> u32 {
         let known = self.known.get(coordinate as usize);
         let word = known.map_or(0, |word| word.load(Ordering::Relaxed));
-        // The known value may be from before the last large step.
+        // The cached value is invalid if it is older than the last large step.
         let (mut value, taken) = match (word as u32).checked_sub(self.restarted + 1) {
             Some(taken) => ((word >> 32) as u32, taken as usize),
             None => (drawn(self.origin, coordinate), 0),
@@ -138,7 +139,7 @@ impl PrimarySampler {
         value
     }
 
-    /// Displacement of a coordinate by a small step.
+    /// Signed displacement of a coordinate by the small step with the hash `step`.
     fn way(&self, step: u64, coordinate: u32) -> u32 {
         let bits = hash::numbered(step, coordinate);
         let u = hash::unit_f32((bits >> 32) as u32);
@@ -148,7 +149,7 @@ impl PrimarySampler {
     }
 }
 
-/// Numbers of a step that belong to no dimension.
+/// Random numbers of a step that belong to no dimension: kind of the step, and acceptance.
 const WHICH_STEP: u32 = u32::MAX;
 const WHETHER: u32 = u32::MAX - 1;
 
@@ -156,13 +157,13 @@ fn unit(step: u64, which: u32) -> f32 {
     hash::unit_f32((hash::numbered(step, which) >> 32) as u32)
 }
 
-/// Coordinate of the point named `origin`.
+/// Coordinate of the point with the name `origin`.
 fn drawn(origin: u64, coordinate: u32) -> u32 {
     (hash::numbered(origin, coordinate) >> 32) as u32
 }
 
-/// Maps lens dimensions of light paths to the lens dimension of camera paths. A path has only one
-/// of them, and the lens point is kept when the technique changes.
+/// Maps lens dimensions of light paths to the lens dimension of camera paths. A path uses only one
+/// of both, so the lens point stays the same when the technique changes.
 fn coordinate(dimension: Dimension) -> u32 {
     match dimension.index() {
         index if index & 0xffff == Dimension::LENS.index() => Dimension::LENS.index(),
@@ -182,7 +183,7 @@ impl Clone for PrimarySampler {
 }
 
 impl Sampler for PrimarySampler {
-    /// Starts a separate point for each key.
+    /// Starts at an independent point for each key.
     fn start(&mut self, key: SampleKey) {
         let origin = mix(hash::pixel(self.key, key).wrapping_add(GOLDEN_GAMMA) ^ key.sample as u64);
         *self = Self::chain(origin, self.key, self.size, self.known.len() as u32 / 2);
@@ -209,8 +210,8 @@ mod tests {
         Dimension::bounce(3, Bounce::Direction)
     }
 
-    /// χ² over 256 cells of chains after `steps` small steps, mixed with large ones with a
-    /// probability.
+    /// Asserts by χ² over 256 cells that chains stay uniform after `steps` small steps. Large steps
+    /// with the probability `large` are mixed in.
     fn assert_uniform(steps: u32, large: f32) {
         const CHAINS: u32 = 51_200;
         let mut counts = [[0.0f64; 256]; 2];
@@ -240,7 +241,7 @@ mod tests {
         assert_uniform(20, 0.2);
     }
 
-    /// The middle number of one long chain: steps reach all places equally often.
+    /// The middle number of one long chain reaches all values equally often.
     #[test]
     fn a_long_chain_is_everywhere_equally_often() {
         const STEPS: u32 = 400_000;
@@ -251,15 +252,15 @@ mod tests {
             chain.decide(1.0);
             counts[(chain.get_1d(HERE) * 16.0) as usize] += 1.0;
         }
-        // Large steps forget the state within ten steps: at most 20 times the variance of
-        // independent numbers.
+        // Large steps make the chain forget its state within ten steps. The variance is therefore
+        // at most 20 times the variance of independent numbers.
         let expected = STEPS as f64 / 16.0;
         let z = |count: f64| (count - expected) / (20.0 * expected).sqrt();
         assert!(counts.iter().all(|&count| z(count).abs() < 4.0), "{counts:?}");
     }
 
-    /// Distances have a density of 1 / distance, from a sixteenth of the size to the size, in both
-    /// directions.
+    /// Lengths of small steps have the density 1 / length, from a sixteenth of `size` to `size`, in
+    /// both directions.
     #[test]
     fn small_steps_are_as_long_as_they_should_be() {
         const N: usize = 100_000;
@@ -281,14 +282,14 @@ mod tests {
         assert!(chi2 < 31.0 + 5.0 * 7.9, "χ² = {chi2}");
     }
 
-    /// A number depends neither on earlier requests nor on the cache.
+    /// A number does not depend on earlier requests or on the cache.
     #[test]
     fn numbers_do_not_depend_on_what_was_drawn() {
         let mut chains = [100, 100, 0, 30].map(|dimensions| PrimarySampler::chain(5, 6, 0.1, dimensions));
         for i in 0..300 {
             let kinds = [0, 1, 2, 3].map(|c| chains[c].propose(0.1));
             assert!(kinds.iter().all(|kind| *kind == kinds[0]));
-            // The first chain is read at every step, the others now and then
+            // Read the first chain at every step, and the other chains only at some steps
             chains[0].get_2d(there());
             if i % 7 == 0 {
                 chains[1].get_2d(there());

@@ -1,7 +1,7 @@
 use super::{AnySampler, Dimension, Fibonacci, PerturbedQmc, SampleKey, Sampler};
 use crate::math::Vec2;
 
-/// Sampler of a render. Most renders use the first kind; the others are not inlined.
+/// Sampler of a render. Most renders use `Plain`. The other variants are not inlined.
 #[derive(Clone, Copy, Debug)]
 pub enum RenderSampler {
     /// A single sampler for all numbers.

@@ -1,5 +1,5 @@
-//! Scrambled (0,2)-sequences, one for each dimension of each pixel. Order and digits are scrambled
-//! by hashes of seed, pixel and dimension, so the sampler has no state.
+//! Scrambled (0,2)-sequences, one for each dimension of each pixel. The order of the points and
+//! their digits are scrambled by hashes of seed, pixel and dimension, so the sampler has no state.
 
 use super::{Dimension, SampleKey, Sampler, hash};
 use crate::math::{Vec2, hash::GOLDEN_GAMMA};
@@ -10,15 +10,15 @@ use std::array::from_fn;
 /// Scrambling").
 ///
 /// Each dimension of each pixel has a separate sequence. Seed, pixel and dimension select the
-/// scrambling of its order and digits, so that dimensions are padded without correlation. Within
+/// scrambling of its order and digits, so that there is no correlation between dimensions. Within
 /// one dimension, the first 2ᵏ samples and every aligned 2ᵏ after them are stratified in all
 /// elementary intervals.
 #[derive(Clone, Copy, Debug)]
 pub struct Sobol {
     seed: u64,
-    /// Hash of seed and pixel.
+    /// Hash of the seed and the pixel.
     key: u64,
-    /// Index of the sample with its digits reversed.
+    /// Index of the sample, with its binary digits reversed.
     reversed: u32,
 }
 
@@ -32,10 +32,10 @@ impl Sobol {
         }
     }
 
-    /// Shuffled index in the sequence, and seeds for the digits of two coordinates.
+    /// Shuffled index in the sequence, and scrambling seeds for the digits of the two coordinates.
     fn place(&self, dimension: Dimension) -> (u32, [u32; 2]) {
         let bits = hash::numbered(self.key, dimension.index());
-        // The scrambled digits of the index itself are a shuffle that keeps aligned blocks together
+        // Scrambling the digits of the index shuffles the points, and keeps aligned blocks together
         let index = scramble(self.reversed, order(bits)).reverse_bits();
         (index, [(bits >> 32) as u32, bits as u32])
     }
@@ -89,7 +89,8 @@ fn points_of_four_sequences(reversed: u32, a: u64, b: u64, c: u64, d: u64) -> [[
     points([reversed; 4], [a, b, c, d])
 }
 
-/// Points at four indices from `sample` on, of one sequence and then of another.
+/// Points of two sequences at four indices from `sample` on: first coordinates of the first
+/// sequence, then of the second one, then second coordinates in the same order.
 #[multiversion(targets("x86_64+avx2"))]
 fn points_of_two_sequences(sample: u32, a: u64, b: u64) -> [[f32; 8]; 2] {
     let reversed = from_fn(|i| sample.wrapping_add(i as u32 % 4).reverse_bits());
@@ -106,18 +107,20 @@ fn points<const N: usize>(reversed: [u32; N], bits: [u64; N]) -> [[f32; N]; 2] {
     [x, y].map(|digits| digits.map(hash::unit_f32))
 }
 
-/// Seed of the order of a sequence's points, from the bits that seed its scrambling. It is not
-/// independent of the seeds of the digits; it must only differ if they differ.
+/// Seed of the order of a sequence's points. `bits` are the scrambling seed of the sequence. The
+/// result need not be independent of the seeds of the digits: it must only differ between
+/// sequences.
 #[inline(always)]
 pub(super) fn order(bits: u64) -> u32 {
     (bits.wrapping_mul(GOLDEN_GAMMA) >> 32) as u32
 }
 
-/// Sobol's second coordinate of point `index`, digits in reversed order. The first coordinate is
-/// the index itself.
+/// Second coordinate of Sobol's point `index`, with its binary digits in reversed order. In this
+/// order, the first coordinate is the index.
 ///
-/// Its generator matrix is Pascal's triangle modulo 2: entry (i, j) is 1 if the digits of i are
-/// among the digits of j (Lucas). The product is a sum over supersets, one digit at a time.
+/// The generator matrix is Pascal's triangle modulo 2: entry (i, j) is 1 if the binary digits of i
+/// are a subset of the digits of j (Lucas). The product with the matrix is a sum over supersets,
+/// one digit at a time.
 #[inline(always)]
 pub(super) fn second_dimension(index: u32) -> u32 {
     let mut y = index;
@@ -162,7 +165,7 @@ mod tests {
 
     #[test]
     fn aligned_blocks_are_nets() {
-        // Each elementary interval of area 2⁻ᵏ, of any shape, holds one of 2ᵏ points.
+        // Each elementary interval of area 2⁻ᵏ, of any shape, contains one of 2ᵏ points.
         for (k, start) in [(0, 3), (1, 0), (3, 8), (4, 0), (4, 48), (6, 64), (8, 256)] {
             let n = 1u32 << k;
             for seed in 0..20 {
@@ -208,8 +211,8 @@ mod tests {
         (0..SEEDS).map(one).sum::<f64>() / SEEDS as f64
     }
 
-    /// Owen 1997: the variance falls as n⁻³ for smooth integrands, and as n⁻³ᐟ² with an edge. For
-    /// independent samples it falls as n⁻¹.
+    /// The variance falls as n⁻³ for smooth integrands, and as n⁻³ᐟ² for integrands with an edge
+    /// (Owen 1997). For independent samples it falls as n⁻¹.
     #[test]
     fn errors_fall_as_theory_says() {
         let slope = |f: &dyn Fn(Vec2) -> f64, exact| {

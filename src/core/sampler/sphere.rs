@@ -1,14 +1,15 @@
-//! Shared parts of samplers that take directions from point sets on the unit sphere.
+//! Shared parts of samplers that draw directions from point sets on the unit sphere.
 
 use super::hash::{numbered, unit_f32};
 use crate::math::{Frame, Quat, Vec2, Vec3};
 use crate::sampling::warp::uniform_disk;
 use std::f32::consts::TAU;
 
-/// Maximum number of points of a set, as a power of two.
+/// Maximum number of points of a set, as the exponent of 2.
 pub(super) const MAX_BITS: u32 = 10;
 
-/// Number of points of the set for `count` samples, as a power of two: the largest up to `count`.
+/// Number of points of the set for `count` samples, as the exponent of 2: the largest power of 2 up
+/// to `count`.
 pub(super) fn set_bits(count: u32) -> u32 {
     count.max(1).ilog2().min(MAX_BITS)
 }

@@ -3,28 +3,29 @@ use super::{Dimension, SampleKey, Sampler};
 use crate::math::float::ALMOST_ONE;
 use crate::math::{Vec2, hash::mix};
 
-/// Strata per side of the unit square, as a power of two.
+/// Number of strata per side of the unit square, as the exponent of 2.
 const SIDE_BITS: u32 = 3;
-/// Samples that share a pattern, one in each stratum, as a power of two.
+/// Number of samples in a block, one in each stratum, as the exponent of 2.
 const BLOCK_BITS: u32 = 2 * SIDE_BITS;
 
-/// Jittered strata: of every 64 samples, one lies in each of 8 × 8 squares, or 64 intervals, in a
-/// separate order for each dimension (Cook, Porter and Carpenter 1984). Correlated multi-jitter
-/// also stratifies columns and rows by 64 (Kensler 2013, "Correlated Multi-Jittered Sampling").
+/// Jittered strata: of every 64 samples, one lies in each of 8 × 8 squares (of 64 intervals in
+/// 1-D). Each dimension has a separate order of the strata (Cook, Porter and Carpenter 1984).
+/// Correlated multi-jitter also places one sample in each of 64 columns and 64 rows (Kensler 2013,
+/// "Correlated Multi-Jittered Sampling").
 ///
 /// Blocks of 64 are independent of each other, so any sample can be drawn separately, and the
 /// number of samples is not needed.
 #[derive(Clone, Copy, Debug)]
 pub struct Stratified {
     seed: u64,
-    /// Hash of seed, pixel and block.
+    /// Hash of the seed, the pixel and the block.
     key: u64,
     sample: u32,
     multi_jitter: bool,
 }
 
 impl Stratified {
-    /// Jitter in squares only.
+    /// A sampler that jitters samples in their squares only.
     pub fn new(seed: u64) -> Self {
         Self {
             seed,
@@ -34,7 +35,7 @@ impl Stratified {
         }
     }
 
-    /// Correlated multi-jitter.
+    /// A sampler with correlated multi-jitter.
     pub fn multi_jittered(seed: u64) -> Self {
         Self {
             multi_jitter: true,
@@ -42,8 +43,8 @@ impl Stratified {
         }
     }
 
-    /// Key of the pattern of `dimension`, stratum in it, and random bits for the place in the
-    /// stratum.
+    /// Key of the pattern of `dimension`, stratum of the sample, and random bits for the place
+    /// within the stratum.
     fn place(&self, dimension: Dimension) -> (u64, u32, u64) {
         let pattern = numbered(self.key, dimension.index());
         let within = self.sample & ((1 << BLOCK_BITS) - 1);
@@ -64,7 +65,7 @@ impl Sampler for Stratified {
 
     fn get_1d(&self, dimension: Dimension) -> f32 {
         let (_, stratum, bits) = self.place(dimension);
-        // Rounding must not reach 1.
+        // Keep the result below 1 in spite of rounding
         ((stratum as f32 + unit_f32(bits as u32)) / (1 << BLOCK_BITS) as f32).min(ALMOST_ONE)
     }
 
@@ -74,7 +75,7 @@ impl Sampler for Stratified {
         let mut within = Vec2::new(unit_f32((bits >> 32) as u32), unit_f32(bits as u32));
         let side = (1 << SIDE_BITS) as f32;
         if self.multi_jitter {
-            // All rows of a column, and all columns of a row, have separate parts.
+            // All rows of a column, and all columns of a row, have separate parts of the stratum.
             let part = |other, key| permute_few(other, SIDE_BITS, mix(pattern ^ key)) as f32;
             within = (within + Vec2::new(part(row, 1), part(column, 2))) / side;
         }

@@ -5,19 +5,20 @@ use crate::math::{Vec2, hash::mix};
 use multiversion::multiversion;
 use std::array::from_fn;
 
-/// Side in pixels of the square that shares a net, as a power of two.
+/// Side of the square of pixels that share a net, in pixels, as the exponent of 2.
 const SIDE_BITS: u32 = 16;
 
-/// Points of a net that extends over samples and over pixels.
+/// Points of one net for the samples of many pixels.
 ///
 /// In each dimension, the first 2ᵏ samples of each pixel, and every aligned 2ᵏ after them, are a
 /// (0, k, 2)-net, as in [`Sobol`](super::Sobol). The samples of all pixels of an aligned square of
-/// 2ʳ × 2ʳ pixels are a (0, k + 2r, 2)-net. Errors of neighbouring pixels then differ and cancel
-/// over an area, as along the Z-shaped curve of Ahmed and Wonka 2020 ("Screen-Space Blue-Noise
-/// Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels"). That curve needs
-/// the number of samples ahead. This net holds for all k and r at once.
+/// 2ʳ × 2ʳ pixels are a (0, k + 2r, 2)-net. Neighbouring pixels therefore have different errors,
+/// which cancel over an area. Ahmed and Wonka 2020 ("Screen-Space Blue-Noise Diffusion of Monte
+/// Carlo Sampling Error via Hierarchical Ordering of Pixels") get this with a Z-shaped curve over
+/// the pixels, for a number of samples that is known before. This net has the property for all k
+/// and r at once.
 ///
-/// The construction is that of nets from rational functions (Niederreiter and Özbudak 2002,
+/// The construction follows nets from rational functions (Niederreiter and Özbudak 2002,
 /// "Constructions of digital nets using global function fields"), over GF(2). A point is a function
 /// f. Its digits in x are the coefficients of f in powers of z, and its digits in y the
 /// coefficients in powers of z + 1. Bits of the sample's index are the coefficients of a polynomial
@@ -25,20 +26,21 @@ const SIDE_BITS: u32 = 16;
 /// numerator of a fraction with the denominator qʲ⁺¹, where q = z² + z + 1. The functions of a
 /// square and of 2ᵏ samples form a space of dimension k + 2r, and have at most k - 1 + 2r poles. A
 /// function whose first a digits in x and b digits in y are 0, with a + b = k + 2r, has more zeros
-/// than poles, so it is 0. Each elementary interval therefore holds one point.
+/// than poles, so it is 0. Each elementary interval therefore contains one point.
 ///
 /// In each dimension the order of the samples, the order of the pixels and the digits are scrambled
 /// (Owen 1995) by seeds that are the same for all pixels.
 #[derive(Clone, Copy, Debug)]
 pub struct ZSobol {
     seed: u64,
-    /// True if each pixel has separate nets.
+    /// True if each pixel has separate nets, as after [`Sampler::separate`].
     is_separate: bool,
-    /// Hash of seed and square, or of seed and pixel.
+    /// Hash of the seed and the square of pixels; of the seed and the pixel if nets are separate.
     key: u64,
-    /// Index of the sample with its digits reversed.
+    /// Index of the sample, with its binary digits reversed.
     reversed: u32,
-    /// Index of the pixel along the curve with its digits reversed; 0 if nets are separate.
+    /// Index of the pixel along the Z-shaped curve, with its binary digits reversed; 0 if nets are
+    /// separate.
     pixel: u32,
 }
 
@@ -109,20 +111,22 @@ impl Sampler for ZSobol {
     }
 }
 
-/// A point in each of four dimensions: all first coordinates, then all second ones.
+/// One point in each of four dimensions: all first coordinates, then all second coordinates.
 #[multiversion(targets("x86_64+avx2"))]
 fn points_of_four_dimensions(reversed: u32, pixel: u32, a: u64, b: u64, c: u64, d: u64) -> [[f32; 4]; 2] {
     points([reversed; 4], pixel, [a, b, c, d])
 }
 
-/// Points of four samples from `sample` on, in one dimension and then in another.
+/// Points of four samples from `sample` on, in two dimensions: first coordinates in the first
+/// dimension, then in the second one, then second coordinates in the same order.
 #[multiversion(targets("x86_64+avx2"))]
 fn points_of_two_dimensions(sample: u32, pixel: u32, a: u64, b: u64) -> [[f32; 8]; 2] {
     let reversed = from_fn(|i| sample.wrapping_add(i as u32 % 4).reverse_bits());
     points(reversed, pixel, [a, a, a, a, b, b, b, b])
 }
 
-/// Points of samples `reversed` of one pixel. `bits` seed the scrambling of the dimensions.
+/// Points of one pixel. `reversed` has the indices of the samples, with reversed digits. `bits` are
+/// the seeds of the scrambling of the dimensions.
 #[inline(always)]
 fn points<const N: usize>(reversed: [u32; N], pixel: u32, bits: [u64; N]) -> [[f32; N]; 2] {
     let sample: [u32; N] = from_fn(|i| scramble(reversed[i], order(bits[i])).reverse_bits());
@@ -136,7 +140,7 @@ fn points<const N: usize>(reversed: [u32; N], pixel: u32, bits: [u64; N]) -> [[f
     [x, y].map(|digits| digits.map(unit_f32))
 }
 
-/// Seed of the order of the pixels, from the bits that seed the scrambling of a dimension.
+/// Scrambling seed of the order of the pixels. `bits` are the scrambling seed of a dimension.
 #[inline(always)]
 fn order_of_pixels(bits: u64) -> u32 {
     (bits.wrapping_mul(0xd6e8_feb8_6659_fd93) >> 32) as u32
@@ -145,7 +149,7 @@ fn order_of_pixels(bits: u64) -> u32 {
 /// Sum of dⱼ qʲ as a polynomial; bits 2j and 2j + 1 of `digits` are the polynomial dⱼ.
 #[inline(always)]
 fn numerator(digits: u32) -> u32 {
-    // Join neighbours: high qⁿ + low, with qⁿ = z²ⁿ + zⁿ + 1 for the powers of two n
+    // Join pairs of neighbouring terms: high qⁿ + low. For powers of two n, qⁿ = z²ⁿ + zⁿ + 1.
     let high = (digits >> 2) & 0x3333_3333;
     let n = digits ^ high ^ (high << 1);
     let high = (n >> 4) & 0x0f0f_0f0f;
@@ -156,7 +160,7 @@ fn numerator(digits: u32) -> u32 {
     n ^ high ^ (high << 8)
 }
 
-/// The low 16 bits of `x`, each followed by a zero.
+/// The low 16 bits of `x`, with a zero after each bit.
 fn spread(x: u32) -> u32 {
     let x = (x | (x << 8)) & 0x00ff_00ff;
     let x = (x | (x << 4)) & 0x0f0f_0f0f;
@@ -169,7 +173,7 @@ mod tests {
     use super::*;
     use crate::sampler::Bounce;
 
-    /// The samples of every aligned square of pixels are a net, so that errors cancel.
+    /// The samples of every aligned square of pixels are a net, so that errors of pixels cancel.
     #[test]
     fn squares_of_pixels_share_a_net() {
         for (side_bits, count) in [(1, 1u32), (2, 1), (1, 4), (3, 1), (2, 16), (1, 8), (3, 64), (0, 256)] {

@@ -8,15 +8,15 @@ pub struct AliasTable {
 struct Bin {
     /// Probability of this index.
     pmf: f32,
-    /// Share of the bin that belongs to its own index; the rest goes to `alias`.
+    /// Share of the bin that belongs to the bin's index. The rest of the bin belongs to `alias`.
     threshold: f32,
     alias: u32,
 }
 
 impl AliasTable {
-    /// Probabilities proportional to `weights`, which are finite and ≥ 0.
+    /// A distribution with probabilities proportional to `weights`, which are finite and ≥ 0.
     ///
-    /// `None` if there are no weights or all are zero.
+    /// `None` if there are no weights, or if all weights are zero.
     pub fn new(weights: &[f64]) -> Option<Self> {
         let sum: f64 = weights.iter().sum();
         if !(sum > 0.0 && sum.is_finite()) {
@@ -32,7 +32,8 @@ impl AliasTable {
             })
             .collect();
 
-        // Pair each under-full bin with an over-full one, until every bin holds 1/n.
+        // Combine each bin that is not full with a bin that is over-full, until every bin holds
+        // 1/n.
         let mut fill: Vec<f64> = weights.iter().map(|w| w / sum * n as f64).collect();
         let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| fill[i] < 1.0);
         while let (Some(&s), Some(&l)) = (small.last(), large.last()) {
@@ -45,8 +46,9 @@ impl AliasTable {
                 small.push(l);
             }
         }
-        // The remainder differs from 1 by rounding only, but an index of probability zero must
-        // never be drawn.
+        // The remaining bins differ from full bins by rounding only. An index of probability zero
+        // must never be drawn, so remaining bins of zero weight get an alias with a positive
+        // weight.
         let some = weights.iter().position(|&w| w > 0.0)?;
         for i in small.into_iter().chain(large) {
             if weights[i] == 0.0 {
@@ -96,7 +98,8 @@ mod tests {
         for (i, w) in weights.iter().enumerate() {
             let expected = w / 10.0;
             assert!((table.pmf(i) as f64 - expected).abs() < 1e-7);
-            // u runs over a regular grid, so counts are exact up to the f32 grid of u.
+            // `u` runs over a regular grid, so the counts are exact up to the spacing of f32
+            // values.
             assert!((counts[i] as f64 / n as f64 - expected).abs() < 1e-5, "{i}");
         }
     }

@@ -6,13 +6,14 @@ use std::ops::Range;
 /// A density over [0, 1) that is constant in each of n equal steps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distribution1D {
-    /// Cumulative probability before each step, and 1 at the end.
+    /// Cumulative probability of all steps before each step. The last element is 1.
     cdf: Vec<f32>,
     integral: f64,
 }
 
 impl Distribution1D {
-    /// Proportional to `weights`, all finite and ≥ 0; uniform if they sum to 0.
+    /// A density proportional to `weights`, which are finite and ≥ 0. It is uniform if the weights
+    /// sum to 0.
     ///
     /// # Panics
     /// Without weights.
@@ -48,10 +49,10 @@ impl Distribution1D {
         self.integral
     }
 
-    /// Draws `x` in [0, 1) by inversion; returns `x` and its step.
+    /// Draws `x` in [0, 1) by inversion. Returns `x` and the index of its step.
     pub fn sample(&self, u: f32) -> (f32, usize) {
-        // The last step that begins at or below u. Its width is positive, except if u is at the
-        // very end.
+        // Find the last step that begins at or below `u`. Its width is positive, except if `u` is
+        // at the very end.
         let i = self.cdf.partition_point(|&c| c <= u).clamp(1, self.len()) - 1;
         let (low, high) = (self.cdf[i], self.cdf[i + 1]);
         let within = if high > low {
@@ -62,11 +63,11 @@ impl Distribution1D {
         (self.place(i, within), i)
     }
 
-    /// Draws `x` among the steps `steps` only, by inversion; returns `x` and its step. Their
-    /// probability must be above 0.
+    /// Draws `x` within the steps `steps` by inversion. Returns `x` and the index of its step. The
+    /// probability of `steps` must be above 0.
     fn sample_within(&self, steps: &Range<usize>, u: f32) -> (f32, usize) {
         let (low, high) = (self.cdf[steps.start], self.cdf[steps.end]);
-        // The number before `high`, which is positive
+        // Largest number below `high`, which is positive
         let last = f32::from_bits(high.to_bits().saturating_sub(1)).max(low);
         self.sample((low + u * (high - low)).clamp(low, last))
     }
@@ -76,9 +77,9 @@ impl Distribution1D {
         self.cdf[steps.end] - self.cdf[steps.start]
     }
 
-    /// The place at `within`, in [0, 1), of step `i`.
+    /// The place in step `i` at the fraction `within` in [0, 1) of its width.
     fn place(&self, i: usize, within: f32) -> f32 {
-        // Rounding must not move the place into a neighbour, which has another density.
+        // Rounding must not move the place into a neighbouring step, which has a different density.
         let mut x = ((i as f32 + within) / self.len() as f32).min(ALMOST_ONE);
         while self.step(x) > i {
             x = f32::from_bits(x.to_bits() - 1);
@@ -106,15 +107,15 @@ impl Distribution1D {
 /// A density over the unit square that is constant in each cell of a grid (PBR4 §A.5.6).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distribution2D {
-    /// Distribution over x, for each row.
+    /// Distribution over x, one for each row.
     rows: Vec<Distribution1D>,
-    /// Distribution over y.
+    /// Distribution over y: the choice of the row.
     marginal: Distribution1D,
 }
 
 impl Distribution2D {
-    /// Proportional to `weights`, given row by row with `width` weights per row; all finite and ≥
-    /// 0.
+    /// A density proportional to `weights`, which are given row by row with `width` weights per
+    /// row. All weights are finite and ≥ 0.
     ///
     /// # Panics
     /// Without weights, or with an incomplete row.
@@ -128,7 +129,7 @@ impl Distribution2D {
         }
     }
 
-    /// Draws a point and its density.
+    /// Draws a point. Returns the point and its density.
     pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
         let (y, row) = self.marginal.sample(u.y);
         let (x, column) = self.rows[row].sample(u.x);
@@ -141,8 +142,8 @@ impl Distribution2D {
         self.marginal.probability(&(row..row + 1)) as f64 * self.rows[row].probability(columns) as f64
     }
 
-    /// Draws a point in the columns `columns` of row `row`, whose probability must be above 0.
-    /// Returns the point and its density in the whole square.
+    /// Draws a point within the columns `columns` of the row `row`, whose probability must be above
+    /// 0. Returns the point and its density over the whole square.
     pub fn sample_within(&self, row: usize, columns: &Range<usize>, u: Vec2) -> (Vec2, f32) {
         let (x, column) = self.rows[row].sample_within(columns, u.x);
         let pdf = self.marginal.pdf_of_step(row) * self.rows[row].pdf_of_step(column);
@@ -155,7 +156,7 @@ impl Distribution2D {
         self.marginal.pdf_of_step(row) * self.rows[row].pdf(p.x)
     }
 
-    /// Bytes of the tables.
+    /// Size of the tables in bytes.
     pub fn bytes(&self) -> usize {
         (self.rows.len() + 1) * size_of_val(self.marginal.cdf.as_slice()).max(size_of_val(self.rows[0].cdf.as_slice()))
     }

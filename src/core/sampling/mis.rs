@@ -1,12 +1,12 @@
 //! Weights of multiple importance sampling (Veach 1997, §9.2). If a strategy takes n samples, its
 //! density is n times that of one sample.
 //!
-//! These weights are for two strategies, for `integrator/path`. Strategies of a bidirectional path
-//! are weighted in `integrator/bidirectional/connection/weights.rs`. `Heuristic` of
-//! `integrator/path/strategy.rs` chooses the heuristic for both.
+//! The functions here combine two strategies, for `integrator/path`. The strategies of a
+//! bidirectional path are weighted in `integrator/bidirectional/connection/weights.rs`. `Heuristic`
+//! of `integrator/path/strategy.rs` chooses the heuristic for both.
 
-/// Balance heuristic: the weight of the strategy whose density is `pdf`, against `other`; limits as
-/// in [`power_heuristic`].
+/// Balance heuristic: the weight of the strategy with the density `pdf`, if the second strategy has
+/// the density `other`. Limits as in [`power_heuristic`].
 pub fn balance_heuristic(pdf: f32, other: f32) -> f32 {
     if pdf <= 0.0 {
         return 0.0;
@@ -14,7 +14,8 @@ pub fn balance_heuristic(pdf: f32, other: f32) -> f32 {
     1.0 / (1.0 + other / pdf)
 }
 
-/// Power heuristic with β = 2: the weight of the strategy whose density is `pdf`, against `other`.
+/// Power heuristic with β = 2: the weight of the strategy with the density `pdf`, if the second
+/// strategy has the density `other`.
 ///
 /// Returns 0 if `pdf` is 0, and 1 if `other` is 0. Ratios are formed first, so that large densities
 /// do not overflow.

@@ -1,5 +1,5 @@
-//! Maps from uniform variates to values and densities. This module makes no random numbers and has
-//! no scene.
+//! Maps from uniform variates to sampled values and densities. This module does not make random
+//! numbers and does not depend on the scene.
 
 mod alias;
 pub mod distribution;

@@ -4,13 +4,15 @@
 use crate::math::{Vec2, Vec3, atan2, sin_cos_turns};
 use std::f32::consts::TAU;
 
-/// A rectangle as seen from a point: the region of its directions on the unit sphere.
+/// A rectangle as seen from a point: the region on the unit sphere of the directions towards the
+/// rectangle.
 #[derive(Clone, Copy, Debug)]
 pub struct SphericalRectangle {
     /// Unit vectors along the edges and from the rectangle's plane to the point.
     axes: [Vec3; 3],
-    /// Coordinates of the edges along the first two axes, relative to the point, and of the plane
-    /// along the third, which is negative.
+    /// Coordinates relative to the point: `x` and `y` have the positions of the edges along the
+    /// first two axes, and `z` has the position of the rectangle's plane along the third axis,
+    /// which is negative.
     x: [f64; 2],
     y: [f64; 2],
     z: f64,
@@ -88,9 +90,10 @@ impl SphericalRectangle {
     pub fn sample<const N: usize>(&self, u: [Vec2; N]) -> [(Vec3, Vec3); N] {
         let ([x0, x1], [y0, y1]) = (self.x, self.y);
         let z_squared = self.z * self.z;
-        // x that cuts the share u.x off the solid angle: |z| / √(f² − b₀²) in the paper. Its f and
-        // b₀ have the distance from the lower edge's line as denominator. We cancel it together
-        // with the sine of f, so that only one root is left.
+        // Find x such that the rectangle up to x has the share u.x of the solid angle: |z| / √(f² −
+        // b₀²) in the paper. In the paper, f and b₀ have the distance from the line of the lower
+        // edge as denominator. We cancel this distance and the sine of f, so that only one root is
+        // left.
         let (mut sin, mut cos) = ([0.0; N], [0.0; N]);
         for i in 0..N {
             let (s, c) = sin_cos_turns(u[i].x * self.solid_angle * (1.0 / TAU));
@@ -107,14 +110,14 @@ impl SphericalRectangle {
             let f = c * y0 + self.left_modulus * y1 * lower;
             let b = self.z * s;
             let below = larger((f - b) * (f + b), f64::MIN_POSITIVE);
-            // A lookup in place of a branch: the side is random.
+            // Select the sign without a branch: it is random, so branches would be mispredicted.
             let side = -f * s;
             let max_x = [x0, x1][usize::from(side > 0.0)];
             let x_squared = smaller(b * b * lower / below, max_x * max_x);
             x[i] = smaller(larger(x_squared.sqrt().copysign(side), x0), x1);
             squared[i] = z_squared + x_squared;
         }
-        // On the line at this x, the sine of the height is uniform.
+        // On the line of this x, the sine of the elevation is uniform.
         let (mut y, mut nearness) = ([0.0; N], [0.0; N]);
         for i in 0..N {
             let [h0, h1] = self.y.map(|y| y / (squared[i] + y * y).sqrt());
@@ -133,13 +136,14 @@ impl SphericalRectangle {
     }
 }
 
-/// The larger number, and `b` if `a` is NaN. Compiles to one instruction, unlike `f64::max`.
+/// The larger of both numbers, or `b` if `a` is NaN. Compiles to one instruction, unlike
+/// `f64::max`.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// The smaller number, and `b` if `a` is NaN.
+/// The smaller of both numbers, or `b` if `a` is NaN.
 #[inline(always)]
 fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
@@ -158,7 +162,8 @@ mod tests {
         SphericalRectangle::new(CORNER, EDGES.map(Vec3::normalize), EDGES.map(Vec3::length), p)
     }
 
-    /// The solid angle equals the sum of two triangles, from near and far.
+    /// The solid angle equals the sum of the solid angles of two triangles, seen from near and from
+    /// far.
     #[test]
     fn solid_angles_are_those_of_two_triangles() {
         let [a, b] = EDGES;
@@ -179,8 +184,8 @@ mod tests {
         assert!(seen(Vec3::new(5.0, 1.0, 1.5)).is_none());
     }
 
-    /// Moments of directions over a grid of numbers, compared to moments over the area, weighted by
-    /// solid angle.
+    /// Moments of directions sampled with a grid of numbers equal moments over the area, weighted
+    /// by solid angle.
     #[test]
     fn directions_are_uniform() {
         const N: usize = 400;

@@ -3,7 +3,8 @@
 use crate::math::{DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
 
-/// A triangle as seen from a point: the region of its directions on the unit sphere.
+/// A triangle as seen from a point: the region on the unit sphere of the directions towards the
+/// triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct SphericalTriangle {
     corners: [DVec3; 3],
@@ -15,8 +16,8 @@ impl SphericalTriangle {
     pub fn new(corners: [Vec3; 3], p: Vec3) -> Option<Self> {
         let [a, b, c] = corners.map(|q| (q.as_dvec3() - p.as_dvec3()).try_normalize());
         let (a, b, c) = (a?, b?, c?);
-        // Van Oosterom and Strackee 1983: no difference of nearly equal angles, so tiny triangles
-        // stay accurate.
+        // Formula of Van Oosterom and Strackee 1983. It has no difference of nearly equal angles,
+        // so the result is accurate even for tiny triangles.
         let volume = a.dot(b.cross(c)).abs();
         let solid_angle = 2.0 * volume.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a));
         Some(Self {
@@ -34,7 +35,7 @@ impl SphericalTriangle {
     /// Triangles"); `None` if the point is in the triangle's plane.
     pub fn sample(&self, u: Vec2) -> Option<DVec3> {
         let [a, b, c] = self.corners;
-        // Interior angles at A, B and C
+        // Interior angles at the vertices A, B and C
         let (ab, bc, ca) = (
             a.cross(b).try_normalize()?,
             b.cross(c).try_normalize()?,
@@ -49,11 +50,11 @@ impl SphericalTriangle {
         let (s, t) = (area - alpha).sin_cos();
         let (uu, v) = (t - cos_alpha, s + sin_alpha * a.dot(b));
         let q = ((v * t - uu * s) * cos_alpha - v) / ((v * s + uu * t) * sin_alpha);
-        // 0/0 if the share is 0: C is at A then.
+        // `q` is 0/0 if the share is 0: the moved C is at A then.
         let q = if q.is_finite() { q.clamp(-1.0, 1.0) } else { 1.0 };
         let c_moved = q * a + (1.0 - q * q).sqrt() * orthogonal(c, a)?;
 
-        // Point on the arc from B to the moved C, by u.y
+        // Select the point on the arc from B to the moved C by u.y
         let z = 1.0 - u.y as f64 * (1.0 - c_moved.dot(b));
         let across = orthogonal(c_moved, b).unwrap_or(DVec3::ZERO);
         Some((z * b + (1.0 - z * z).max(0.0).sqrt() * across).normalize_or_zero())
@@ -81,16 +82,16 @@ mod tests {
 
     #[test]
     fn solid_angles_known_on_paper() {
-        // An octant of the sphere
+        // An octant of the unit sphere
         let octant = SphericalTriangle::new([Vec3::X, Vec3::Y, Vec3::Z], Vec3::ZERO).unwrap();
         assert!((octant.solid_angle() - PI / 2.0).abs() < 1e-12);
-        // Far away: area times cosine over squared distance
+        // Far away, the solid angle is the area times the cosine over the squared distance
         let far = SphericalTriangle::new([Vec3::ZERO, Vec3::X, Vec3::Y], Vec3::new(0.0, 0.0, 1e4)).unwrap();
         assert!((far.solid_angle() / 0.5e-8 - 1.0).abs() < 1e-3);
     }
 
-    /// The mean of a function over the samples is its mean over the solid angle, as with area
-    /// sampling.
+    /// The mean of a function over the samples equals its mean over the solid angle, computed by
+    /// sampling the area.
     #[test]
     fn samples_cover_the_solid_angle_uniformly() {
         for scale in [1.0, 0.1] {
@@ -106,7 +107,7 @@ mod tests {
                     let w = triangle.sample(u).unwrap();
                     assert!((w.length() - 1.0).abs() < 1e-9);
                     moments += w * w / (N * N) as f64;
-                    // The density by area
+                    // Density per area
                     let (b1, b2) = crate::sampling::warp::uniform_triangle(u);
                     let q = p0 + (p1 - p0) * b1 as f64 + (p2 - p0) * b2 as f64;
                     let w = q.normalize();

@@ -9,8 +9,8 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 /// Uniform point on the unit disk by the concentric map (Shirley and Chiu 1997). Density `1/π` per
 /// area.
 ///
-/// The code selects instead of branching: the wedge of a point is random, and mispredicted branches
-/// cost more than both sides.
+/// The code computes both cases and selects one: the wedge of a point is random, and a mispredicted
+/// branch would cost more than both cases.
 pub fn uniform_disk(u: Vec2) -> Vec2 {
     let o = 2.0 * u - Vec2::ONE;
     let steep = o.x.abs() <= o.y.abs();
@@ -34,9 +34,9 @@ pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
 }
 // ANCHOR_END: cosine
 
-/// Cosine-weighted direction on the upper hemisphere: the direction of the normal plus the point of
-/// the unit sphere that [`uniform_sphere`] maps `u` to. The sum halves the angle to the normal, so
-/// its sine is `√u.x`.
+/// Cosine-weighted direction on the upper hemisphere: the normal plus the point of the unit sphere
+/// to which [`uniform_sphere`] maps `u`, normalised. The sum halves the angle to the normal, so its
+/// sine is `√u.x`.
 pub fn cosine_hemisphere_of_sphere(u: Vec2) -> Vec3 {
     let (sin, cos) = sin_cos_turns(u.y);
     let r = u.x.sqrt();
@@ -73,8 +73,8 @@ pub fn uniform_hemisphere(u: Vec2) -> Vec3 {
     cosine_power_hemisphere(u, 0.0)
 }
 
-/// Uniform direction on the upper hemisphere: the point of the unit sphere that [`uniform_sphere`]
-/// maps `u` to, mirrored if it is below.
+/// Uniform direction on the upper hemisphere: the point of the unit sphere to which
+/// [`uniform_sphere`] maps `u`, mirrored to the upper hemisphere if it is below.
 pub fn uniform_hemisphere_of_sphere(u: Vec2) -> Vec3 {
     let w = uniform_sphere(u);
     Vec3::new(w.x, w.y, w.z.abs())
@@ -95,7 +95,7 @@ pub fn uniform_sphere(u: Vec2) -> Vec3 {
 /// The point of the unit square that [`uniform_sphere`] maps to the unit vector `w`.
 pub fn square_of_sphere(w: Vec3) -> Vec2 {
     let azimuth = atan2(w.y, w.x) * (0.5 * FRAC_1_PI);
-    // Rounding must not reach 1.
+    // Keep the result below 1 in spite of rounding
     let u = Vec2::new(0.5 - 0.5 * w.z, if azimuth < 0.0 { azimuth + 1.0 } else { azimuth });
     u.clamp(Vec2::ZERO, Vec2::splat(ALMOST_ONE))
 }
@@ -114,7 +114,7 @@ pub fn uniform_cone(u: Vec2, cos: f32) -> Vec3 {
 ///
 /// The depth is accurate for narrow caps; the cosine is not.
 pub fn uniform_cap(u: Vec2, depth: f32) -> Vec3 {
-    // 1 − z, and the sine from it
+    // Sample 1 − z uniformly, and compute the sine from it
     let depth = u.x * depth;
     let r = (depth * (2.0 - depth)).max(0.0).sqrt();
     let (sin_phi, cos_phi) = sin_cos_turns(u.y);
@@ -133,8 +133,8 @@ pub fn uniform_cap_pdf(depth: f32) -> f32 {
 
 /// Uniform point in a triangle as the barycentric coordinates of its second and third vertex.
 ///
-/// The square is folded with little distortion (Heitz 2019, "A Low-Distortion Map Between Triangle
-/// and Square"). Density: one over the triangle's area.
+/// The map folds the unit square with little distortion (Heitz 2019, "A Low-Distortion Map Between
+/// Triangle and Square"). Density: one over the triangle's area.
 pub fn uniform_triangle(u: Vec2) -> (f32, f32) {
     let below = u.x < u.y;
     let (less, more) = if below { (u.x, u.y) } else { (u.y, u.x) };
@@ -178,14 +178,15 @@ mod tests {
         assert!((mean(dirs().map(|d| d.z as f64)) - 2.0 / 3.0).abs() < 1e-4);
         assert!((mean(dirs().map(|d| (d.z as f64).powi(2))) - 0.5).abs() < 1e-4);
         let cap = mean(dirs().map(|d| {
-            // ∫ over the cap cos θ > 0.3 of 1 dω = 2π · 0.7
+            // Integral of 1 dω over the cap cos θ > 0.3, which is 2π · 0.7
             if d.z > 0.3 {
                 1.0 / cosine_hemisphere_pdf(d.z) as f64
             } else {
                 0.0
             }
         }));
-        // The grid resolves the edge of the cap to some 0.001, where a direction weighs π / 0.3.
+        // The grid resolves the edge of the cap to about 0.001. A direction there has the weight π
+        // / 0.3.
         assert!((cap - 1.4 * std::f64::consts::PI).abs() < 0.03, "{cap}");
     }
 
@@ -227,7 +228,8 @@ mod tests {
         for cos in [-1.0, -0.3, 0.5, 0.99, 0.999_99] {
             let dirs = || grid(512).map(|u| uniform_cone(u, cos));
             assert!(dirs().all(|d| (d.length() - 1.0).abs() < 1e-5 && d.z >= cos - 1e-6));
-            // z is uniform between the cosine and 1; x² and y² share the rest.
+            // z is uniform between the cosine and 1. The means of x² and y² are each half the mean
+            // of 1 − z².
             let (low, span) = (cos as f64, 1.0 - cos as f64);
             let depth = mean(dirs().map(|d| 1.0 - d.z as f64)) / span;
             assert!((depth - 0.5).abs() < 1e-2, "{cos}: {depth}");

@@ -1,20 +1,20 @@
 //! Wavelengths for light with three channels.
 //!
-//! Glass refracts each wavelength by another index, and a channel of linear Rec.709 contains many
-//! wavelengths. We assume that the light of a channel is distributed over wavelengths by the
-//! positive part of the channel's matching function. A path draws one wavelength from the mean of
-//! the three distributions. Each channel has the weight of its own share over that mean. This is
-//! hero wavelength sampling (Wilkie et al. 2014) with a channel as the hero, and the balance
-//! heuristic over the channels. Weights are at most 3, and their mean is 1 in each channel, so that
-//! white light stays white.
+//! Glass has a different index of refraction for each wavelength, and a channel of linear Rec.709
+//! contains many wavelengths. We assume that the light of a channel is distributed over wavelengths
+//! by the positive part of the channel's matching function. A path draws one wavelength from the
+//! mean of the three distributions. The weight of a channel is the density of the channel's
+//! distribution divided by the mean density. This is hero wavelength sampling (Wilkie et al. 2014)
+//! with a channel as the hero, and the balance heuristic over the channels. Weights are at most 3,
+//! and their mean is 1 in each channel, so that white light stays white.
 
 use super::distribution::Distribution1D;
 use std::sync::OnceLock;
 
-/// First wavelength and width of a band, both in nanometres.
+/// First wavelength of the first band, and width of a band, both in nanometres.
 const FIRST: f32 = 380.0;
 const BAND: f32 = 5.0;
-/// Number of bands, up to 730 nm.
+/// Number of bands. The last band ends at 730 nm.
 const BANDS: usize = 70;
 
 /// A wavelength that represents the light of all channels.
@@ -27,14 +27,14 @@ pub struct Wavelength {
 }
 
 struct Bands {
-    /// Share of each channel's light in each band.
+    /// Share of each channel's light that lies in each band.
     shares: [[f32; 3]; BANDS],
-    /// Mean of the channels.
+    /// Mean of the distributions of the three channels over the bands.
     mean: Distribution1D,
 }
 
 impl Wavelength {
-    /// Draws a wavelength from the mean of all channels with `u` in [0, 1).
+    /// Draws a wavelength from the mean distribution of the channels. `u` is in [0, 1).
     pub fn sample(u: f32) -> Self {
         let bands = bands();
         let (place, band) = bands.mean.sample(u);
@@ -45,7 +45,8 @@ impl Wavelength {
         }
     }
 
-    /// Middle of each band in nanometres, with the share of each channel's light in the band.
+    /// Wavelength in the middle of each band in nanometres, with the share of each channel's light
+    /// that lies in the band.
     pub fn bands() -> impl Iterator<Item = (f32, [f32; 3])> {
         let middles = (0..BANDS).map(|band| FIRST + BAND * (band as f32 + 0.5));
         middles.zip(bands().shares)
@@ -86,7 +87,7 @@ fn matching(nanometers: f64) -> [f64; 3] {
         -0.9689 * x + 1.8758 * y + 0.0415 * z,
         0.0557 * x - 0.2040 * y + 1.0570 * z,
     ];
-    // Every band has light of all channels.
+    // Give every band some light of all channels, so that no share is zero
     rgb.map(|v| v.max(1e-4))
 }
 
@@ -112,7 +113,7 @@ mod tests {
         assert!(shares.iter().all(|sum| (sum - 1.0).abs() < 1e-5), "{shares:?}");
     }
 
-    /// Each channel is brightest at its colour in the spectrum.
+    /// Each channel is brightest in the part of the spectrum that has the channel's colour.
     #[test]
     fn channels_have_their_colors() {
         for (c, expected) in [(0, 570.0..630.0), (1, 510.0..560.0), (2, 430.0..470.0)] {

@@ -3,11 +3,11 @@
 //! channel.
 //!
 //! A body is the space behind a surface that transmits light. A segment of a path lies in a body if
-//! it leaves such a surface backwards or hits one from behind. A ray stores the body of its origin
-//! ([`Ray::body`]), and its hit gives the body of the other end. If both ends are surfaces of
-//! bodies, the mean of both coefficients is used, so that a path has the same light from either
-//! end. A segment between two opaque surfaces within a body has no known body and is treated as
-//! clear.
+//! it leaves such a surface backwards or hits one from behind. A ray stores the body at its origin
+//! ([`Ray::body`]), and the hit determines the body at the other end. If both ends are surfaces of
+//! bodies, the mean of both coefficients is used, so that a path carries the same light in both
+//! directions. A segment between two opaque surfaces within a body has no known body and is treated
+//! as clear.
 
 use super::Scene;
 use crate::color::Spectrum;
@@ -21,8 +21,8 @@ impl Scene {
         self.has_absorption
     }
 
-    /// Number of the body behind the surface at `hit`, as in [`Ray::body`]; 0 if there is no
-    /// absorbing body.
+    /// Number of the body behind the surface at `hit`, as stored in [`Ray::body`]; 0 if the body
+    /// does not absorb light.
     #[inline(always)]
     pub fn body_behind(&self, hit: &Hit) -> u32 {
         match self.has_absorption {
@@ -49,7 +49,7 @@ impl Scene {
         self.transmittance_within([ray.body, body], hit.t * ray.direction.length())
     }
 
-    /// Transmittance of the whole `ray`, which has no hit; 1 for an infinite ray.
+    /// Transmittance of the whole `ray`, which has no hit; 1 for a ray of infinite length.
     #[inline(never)]
     pub fn transmittance_along(&self, ray: &Ray) -> Spectrum {
         match ray.t_max < f32::INFINITY {
@@ -58,7 +58,8 @@ impl Scene {
         }
     }
 
-    /// Transmittance of a segment with the length `length`, whose ends are in the bodies `ends`.
+    /// Transmittance of a segment of the length `length`. `ends` are the numbers of the bodies at
+    /// both ends.
     fn transmittance_within(&self, ends: [u32; 2], length: f32) -> Spectrum {
         let known = || ends.into_iter().filter(|&body| body > 0);
         let sum = known().fold(Spectrum::ZERO, |sum, body| sum + self.absorptions[body as usize - 1]);

@@ -1,4 +1,5 @@
-//! The builder of scenes, which validates all parts. `freeze.rs` makes the scene from them.
+//! Builder of scenes, which validates all parts. `freeze.rs` makes the scene from the validated
+//! parts.
 
 use super::duplicates::{CoincidentEmitters, TriangleSamples, remove_repeated_triangles};
 use super::ground::GroundPlane;
@@ -18,54 +19,55 @@ use crate::math::{Bounds3, Quat, Vec3};
 use crate::texture::{Texture, TextureFilter, TextureId};
 use std::collections::HashMap;
 
-/// Omissions and assumptions of the builder. Each nonzero entry should be reported to the user.
+/// Parts that the builder left out, and assumptions that it made. Each nonzero entry should be
+/// reported to the user.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SceneReport {
-    /// Omitted triangles without area.
+    /// Number of triangles without area, which are left out.
     pub degenerate_triangles: u64,
-    /// Materials whose lobes summed to more than 1 in some channel and were scaled down: name and
-    /// largest channel.
+    /// Materials whose lobes summed to more than 1 in some channel, so that they were scaled down.
+    /// Each has its name, and the sum of the lobes in the largest channel.
     pub scaled_materials: Vec<(String, f32)>,
     /// True if there was no emission, so that a constant environment of radiance 1 was added.
     pub default_light: bool,
-    /// Omitted triangles that repeat another triangle of their mesh.
+    /// Number of triangles that repeat another triangle of their mesh. They are left out.
     pub repeated_triangles: u64,
-    /// Omitted instances that repeat another instance.
+    /// Number of instances that repeat another instance. They are left out.
     pub repeated_instances: u64,
     /// Emitting triangles that coincide with others.
     pub coincident_emitters: CoincidentEmitters,
-    /// Largest number of triangles of different meshes at one place; 0 if it is below
+    /// Largest number of triangles of different meshes at one place; 0 if the number is below
     /// [`MANY_COINCIDENT`](super::MANY_COINCIDENT).
     pub coincident_triangles: u64,
-    /// Omitted triangles without area whose material emits.
+    /// Number of triangles without area whose material emits. They are left out.
     pub degenerate_emitters: u64,
-    /// True if the scene has lights, or had emitting triangles, but no emission.
+    /// True if no light emits, although the scene has lights or had emitting triangles.
     pub is_dark: bool,
-    /// Panes of glass that became thin dielectrics; panes of a prototype count once.
+    /// Number of panes of glass that became thin dielectrics. Panes of a prototype count once.
     pub panes: u64,
     /// Number of rectangles among emitting triangles that became one light each.
     pub rectangles: u64,
 }
 
-/// Index of a prototype: meshes that instances place in the world.
+/// Index of a prototype. A prototype is a group of meshes that instances place in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PrototypeId(pub(super) u32);
 
 /// Collects validated parts and freezes them into a [`Scene`](super::Scene).
 #[derive(Debug, Default)]
 pub struct SceneBuilder {
-    /// Names of objects. New meshes and instances belong to the last one.
+    /// Names of objects. New meshes and instances belong to the last object.
     pub(super) objects: Vec<String>,
-    /// Names in use, each with the last number that was appended to it.
+    /// Object names in use, each with the last number that was appended to make it unique.
     object_names: HashMap<String, u32>,
     /// Names of the parts of all meshes.
     pub(super) parts: PartNames,
     pub(super) meshes: Vec<(Mesh, MaterialId)>,
-    /// Object of each mesh.
+    /// Index of the object of each mesh.
     pub(super) mesh_objects: Vec<u32>,
     pub(super) prototypes: Vec<Vec<(Mesh, MaterialId)>>,
     pub(super) instances: Vec<(PrototypeId, Placement)>,
-    /// Object of each instance.
+    /// Index of the object of each instance.
     pub(super) instance_objects: Vec<u32>,
     pub(super) materials: Vec<Material>,
     /// Copies of materials that are hidden from the camera. The key is the original material.
@@ -74,25 +76,27 @@ pub struct SceneBuilder {
     pub(super) texture_filter: TextureFilter,
     /// Lights with their groups, if any.
     pub(super) lights: Vec<(Light, Option<LightGroupId>)>,
-    /// Light of each sky, by the bits of elevation and turbidity.
+    /// Environment light of each sky. The key has the bits of the sun's elevation and of the
+    /// turbidity.
     pub(super) skies: HashMap<[u32; 2], EnvironmentLight>,
-    /// Names of groups. New lights belong to `light_group`.
+    /// Names of light groups. New lights belong to the group `light_group`.
     pub(super) light_groups: Vec<String>,
     light_group: Option<LightGroupId>,
-    /// Light groups of emitting materials.
+    /// Light group of each emitting material that has a group.
     pub(super) material_groups: HashMap<MaterialId, LightGroupId>,
-    /// Lights that are whole meshes, by their own materials.
+    /// Lights that have a whole mesh as their surface, such as sphere lights. The key is the
+    /// material of the mesh.
     pub(super) lamps: HashMap<MaterialId, Light>,
     pub(super) triangle_sampling: TriangleSampling,
     pub(super) ground: Option<GroundPlane>,
     pub(super) panes: Panes,
-    /// Samples of the triangles of all meshes.
+    /// Hashes of some triangles of all meshes, to find coincident triangles.
     pub(super) samples: TriangleSamples,
     pub(super) report: SceneReport,
 }
 
 impl SceneBuilder {
-    /// This builder without meshes and textures.
+    /// Copy of this builder without meshes and textures.
     pub(super) fn without_parts(&self) -> Self {
         Self {
             objects: self.objects.clone(),
@@ -126,8 +130,9 @@ impl SceneBuilder {
         Self::default()
     }
 
-    /// Adds a material. Lobes that sum to more than 1 in some channel are scaled down and reported,
-    /// unless textures vary them: then they are scaled at lookup.
+    /// Adds a material. If the lobes sum to more than 1 in some channel, they are scaled down, and
+    /// the material is reported. If textures vary the lobes, they are scaled at each lookup
+    /// instead.
     pub fn add_material(&mut self, mut material: Material) -> Result<MaterialId, BuildError> {
         check_material(&material)?;
         let scattered = material.scattered();
@@ -135,7 +140,7 @@ impl SceneBuilder {
         if !varies {
             material.scale_to_one();
         }
-        // Lobes that sum to 1 up to rounding are intended.
+        // Accept a sum of 1 up to rounding: it is intended
         if scattered > 1.0 + 4.0 * f32::EPSILON && !varies {
             self.report.scaled_materials.push((material.name.clone(), scattered));
         }
@@ -151,7 +156,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds a mesh that needs no checks.
+    /// Adds a mesh that was checked before.
     pub(super) fn add_checked_mesh(&mut self, mesh: Mesh, material: MaterialId) {
         if !mesh.triangles.is_empty() {
             self.meshes.push((mesh, material));
@@ -159,11 +164,11 @@ impl SceneBuilder {
         }
     }
 
-    /// Starts an object: parts added from now on, until the next call, belong to it. A name that is
-    /// in use gets a number.
+    /// Starts an object: parts that are added from now on, until the next call, belong to this
+    /// object. If the name is in use, a number is appended.
     pub fn begin_object(&mut self, name: &str) {
-        // Continue after the last number of this name, so that thousands of equal names take no
-        // longer than different ones.
+        // Continue after the last number of this name, so that thousands of equal names do not take
+        // longer than different names.
         let mut number = self.object_names.get(name).copied().unwrap_or(0);
         let unique = loop {
             number += 1;
@@ -180,8 +185,8 @@ impl SceneBuilder {
         self.objects.push(unique);
     }
 
-    /// Adds names of parts, and renumbers the parts of `meshes` from `names` to the names of the
-    /// scene. Equal names are the same part.
+    /// Adds names of parts to the scene. The parts of `meshes` have indices into `names`: they are
+    /// replaced by indices into the names of the scene. Equal names become the same part.
     pub fn add_parts<'m>(&mut self, names: PartNames, meshes: impl Iterator<Item = &'m mut Mesh>) {
         if self.parts.is_empty() {
             self.parts = names;
@@ -193,18 +198,18 @@ impl SceneBuilder {
         }
     }
 
-    /// Names of the parts that were added.
+    /// Names of the parts of all meshes that were added.
     pub fn part_names(&self) -> &PartNames {
         &self.parts
     }
 
-    /// Index of the object that is being added to.
+    /// Index of the object to which new meshes and instances belong.
     fn object(&self) -> u32 {
         self.objects.len().saturating_sub(1) as u32
     }
 
-    /// Adds meshes that are stored once and placed in the world by [`SceneBuilder::add_instance`],
-    /// any number of times.
+    /// Adds a prototype: meshes that are stored once. [`SceneBuilder::add_instance`] places them in
+    /// the world any number of times.
     pub fn add_prototype(&mut self, meshes: Vec<(Mesh, MaterialId)>) -> Result<PrototypeId, BuildError> {
         let mut checked = Vec::with_capacity(meshes.len());
         for (mesh, material) in meshes {
@@ -230,7 +235,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Checks the mesh, and removes triangles without area at all times and repeated triangles.
+    /// Checks the mesh. Removes repeated triangles, and triangles that have no area at any time.
     fn checked(&mut self, mut mesh: Mesh, material: MaterialId) -> Result<Mesh, BuildError> {
         check_mesh(&mut mesh)?;
         let removed = remove_degenerate(&mut mesh);
@@ -243,25 +248,24 @@ impl SceneBuilder {
         Ok(mesh)
     }
 
-    /// Adds a plane that catches shadows. It belongs neither to the scene's bounds nor to its
-    /// report.
+    /// Adds a plane that catches shadows. The scene's bounds and report do not include the plane.
     pub fn set_ground(&mut self, plane: GroundPlane) -> Result<(), BuildError> {
         plane.check()?;
         self.ground = Some(plane);
         Ok(())
     }
 
-    /// Sets the sampling of emitting triangles; the default is by area.
+    /// Sets the sampling of emitting triangles. The default is by area.
     pub fn triangle_sampling(&mut self, sampling: TriangleSampling) {
         self.triangle_sampling = sampling;
     }
 
-    /// Group of lights with this name. Adds it if it does not exist.
+    /// Returns the light group with this name. Adds the group if it does not exist.
     pub fn light_group(&mut self, name: &str) -> Result<LightGroupId, BuildError> {
         check_group_name(name)?;
         let found = self.light_groups.iter().position(|known| known == name);
         let index = found.unwrap_or(self.light_groups.len());
-        // The last group is for lights without a group.
+        // The last group is reserved for lights without a group
         if index >= LightGroups::MOST - 1 {
             return Err(BuildError::TooManyLightGroups);
         }
@@ -271,12 +275,13 @@ impl SceneBuilder {
         Ok(LightGroupId(index as u8))
     }
 
-    /// Puts lights that are added from now on, until the next call, into `group`, or into no group.
+    /// Lights that are added from now on, until the next call, belong to `group`, or to no group if
+    /// it is `None`.
     pub fn begin_light_group(&mut self, group: Option<LightGroupId>) {
         self.light_group = group;
     }
 
-    /// Current group of new lights.
+    /// Group to which new lights belong.
     pub(super) fn current_light_group(&self) -> Option<LightGroupId> {
         self.light_group
     }
@@ -292,7 +297,7 @@ impl SceneBuilder {
         self.materials.len()
     }
 
-    /// Puts the emission of surfaces of `material` into a group.
+    /// Assigns the emission of all surfaces of `material` to a light group.
     pub fn group_material(&mut self, material: MaterialId, group: LightGroupId) {
         self.material_groups.insert(material, group);
     }
@@ -325,9 +330,9 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds a point light with `intensity`, W/sr, into the cone around `direction` with half-angle
-    /// `angle`. It falls off from half-angle `falloff` on. Angles in degrees, `falloff` ≤ `angle` ≤
-    /// 90.
+    /// Adds a spot light: a point light with `intensity`, W/sr, in the cone around `direction` with
+    /// the half-angle `angle`. The intensity falls off between the half-angles `falloff` and
+    /// `angle`. Angles in degrees, `falloff` ≤ `angle` ≤ 90.
     pub fn add_spot_light(
         &mut self,
         position: Vec3,
@@ -350,7 +355,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Sets how light passes thin glass; the default is straight on.
+    /// Sets the treatment of thin glass. By default, light passes it straight on.
     pub fn panes(&mut self, panes: Panes) {
         self.panes = panes;
     }
@@ -368,7 +373,8 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// The material `id`, hidden from the camera: a copy, or the material itself if it is hidden.
+    /// Returns a material like `id` that is hidden from the camera: a copy of `id`, or `id` if the
+    /// material is already hidden.
     pub fn hidden_material(&mut self, id: MaterialId) -> MaterialId {
         if let Some(&hidden) = self.hidden.get(&id) {
             return hidden;
@@ -390,7 +396,8 @@ impl SceneBuilder {
         hidden
     }
 
-    /// The original of a hidden material.
+    /// The material of which `hidden` is a copy that is hidden from the camera; `None` if it is not
+    /// a copy.
     pub fn copied_material(&self, hidden: MaterialId) -> Option<MaterialId> {
         let mut copies = self.hidden.iter();
         copies.find(|(_, copy)| **copy == hidden).map(|(id, _)| *id)
@@ -405,8 +412,8 @@ impl SceneBuilder {
         }
     }
 
-    /// Swaps a material's bump and normal maps, after each texture was taken for the other. The
-    /// maps keep their mappings.
+    /// Exchanges the textures of a material's bump map and normal map, if each texture was taken
+    /// for the other. The maps keep their mappings.
     pub fn exchange_bumps(&mut self, id: MaterialId) {
         for id in [Some(id), self.hidden.get(&id).copied()].into_iter().flatten() {
             if let Some(material) = self.materials.get_mut(id.0 as usize) {
@@ -416,22 +423,23 @@ impl SceneBuilder {
         }
     }
 
-    /// Sets the scene's textures. Before this call, maps of materials have indices into `ids`,
-    /// which has the id of each texture. Maps with the id `None` are removed.
+    /// Sets the scene's textures. Before this call, the maps of materials have indices into `ids`.
+    /// `ids` has the id of each texture, or `None`: then the map is removed.
     pub fn set_textures(&mut self, textures: Vec<Texture>, ids: &[Option<TextureId>]) {
         place_textures(&mut self.materials, |id| ids.get(id.0 as usize).copied().flatten());
         self.textures = textures;
     }
 }
 
-/// Sets the texture of every map to the result of `place`, or removes the map.
+/// Replaces the texture of every map by the result of `place`. If the result is `None`, the map is
+/// removed.
 pub(super) fn place_textures(materials: &mut [Material], place: impl Fn(TextureId) -> Option<TextureId>) {
     for map in materials.iter_mut().flat_map(|m| m.maps.iter_mut()) {
         *map = map.and_then(|map| place(map.texture).map(|texture| Map { texture, ..map }));
     }
 }
 
-/// Positions of corners of triangles of `mesh`, at both ends of its motion.
+/// Positions of the vertices that triangles of `mesh` use, at both ends of the mesh's motion.
 pub(super) fn used_positions(mesh: &Mesh) -> impl Iterator<Item = Vec3> {
     let places = [&mesh.positions, &mesh.positions_close];
     let used = mesh.triangles.iter().flatten();
@@ -588,7 +596,7 @@ mod tests {
         for material in [screen, dark, lamp] {
             b.add_mesh(two(), material).unwrap();
         }
-        // Instances too
+        // The same triangles in instances
         let prototype = b.add_prototype(vec![(two(), lamp), (two(), screen)]).unwrap();
         let still = Placement::Still(crate::math::Affine3A::from_translation(Vec3::Z.into()));
         b.add_instance(prototype, still).unwrap();

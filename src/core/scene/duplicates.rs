@@ -1,16 +1,16 @@
 //! Triangles and instances whose corners or placements repeat others to the last bit.
 //!
 //! A ray that hits one of n equal triangles is tested with all of them, so a render of n rays takes
-//! n² tests. Light sampling counts each of n equal emitters, and a ray hits one. The builder
-//! therefore keeps the first of equal triangles of a mesh, with its texture coordinates and
+//! n² tests. Light sampling samples each of n equal emitters, but a ray hits only one of them. The
+//! builder therefore keeps the first of equal triangles of a mesh, with its texture coordinates and
 //! normals, and of equal instances. Triangles that differ in winding are different.
 //!
-//! Hashes go through a set of bits first, 2 to 4 bytes per item. Only items whose bit is set before
-//! are compared.
+//! To save memory, hashes are first entered in a set of bits with 2 to 4 bytes per item. Only items
+//! whose bit was already set are compared.
 //!
-//! Equal triangles of different meshes stay, because their materials differ. Many at one place are
-//! reported. To find them, the hash of every eighth triangle is kept ([`TriangleSamples`]). Only
-//! places with several samples are counted.
+//! Equal triangles of different meshes are kept, because their materials differ. If there are many
+//! at one place, they are reported. To find such places, the hash of every eighth triangle is
+//! stored ([`TriangleSamples`]). Only places with several equal hashes are counted.
 
 use super::{LightNumbering, Scene};
 use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, retain_triangles};
@@ -19,25 +19,26 @@ use crate::math::hash::mix;
 use crate::math::{Affine3A, Vec3};
 use std::collections::{HashMap, HashSet};
 
-/// Corners of a triangle at shutter open and close, from the corner with the smallest bits on.
+/// Bits of a triangle's corners at shutter open and close. The corner with the smallest bits is
+/// first.
 type TriangleKey = [[u32; 9]; 2];
 
-/// Minimum number of coincident triangles of different meshes that is reported. A ray there is
-/// tested with all of them.
+/// Minimum number of coincident triangles of different meshes that is reported. A ray at this place
+/// is tested with all of them.
 pub const MANY_COINCIDENT: u64 = 32;
 
 /// Hashes of every [`TriangleSamples::STRIDE`]th triangle of all meshes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TriangleSamples {
-    /// Number of triangles so far.
+    /// Number of triangles that were added, with or without a hash.
     seen: usize,
     hashes: Vec<u64>,
 }
 
 impl TriangleSamples {
     const STRIDE: usize = 8;
-    /// Minimum number of equal samples of a place for it to be counted. [`MANY_COINCIDENT`] equal
-    /// meshes have this number at some place if they are added in succession.
+    /// Minimum number of equal hashes at which a place is counted. If [`MANY_COINCIDENT`] equal
+    /// meshes are added in succession, some place has this number.
     const MIN: usize = MANY_COINCIDENT as usize / Self::STRIDE;
 
     fn add(&mut self, hash: u64) {
@@ -47,7 +48,7 @@ impl TriangleSamples {
         self.seen += 1;
     }
 
-    /// Hashes of places that have several samples.
+    /// Hashes that occur at least [`Self::MIN`] times.
     fn frequent(&self) -> HashSet<u64> {
         let mut hashes = self.hashes.clone();
         hashes.sort_unstable();
@@ -55,8 +56,8 @@ impl TriangleSamples {
         runs.filter(|run| run.len() >= Self::MIN).map(|run| run[0]).collect()
     }
 
-    /// Largest number of triangles at one place within one of the `groups` of meshes. 0 if it is
-    /// below [`MANY_COINCIDENT`].
+    /// Largest number of equal triangles at one place. Triangles are compared only within each of
+    /// the `groups` of meshes. 0 if the number is below [`MANY_COINCIDENT`].
     pub fn largest_coincidence<'m>(&self, groups: impl Iterator<Item = &'m [(Mesh, MaterialId)]>) -> u64 {
         let frequent = self.frequent();
         if frequent.is_empty() {
@@ -78,7 +79,8 @@ impl TriangleSamples {
     }
 }
 
-/// Key of a triangle of a mesh.
+/// Key of the triangle with the vertex indices `corners`. `positions_close` are the vertices at
+/// shutter close.
 fn key_in_mesh(positions: &[Vec3], positions_close: &[Vec3], corners: &[u32; 3]) -> TriangleKey {
     let of = |positions: &[Vec3]| corners.map(|i| positions[i as usize]);
     let close = if positions_close.is_empty() {
@@ -93,8 +95,8 @@ fn hash_of_key(key: &TriangleKey) -> u64 {
     hash_of(key.as_flattened())
 }
 
-/// Removes triangles that repeat others of the mesh. Returns their number. Adds every eighth
-/// triangle of the mesh to `samples`.
+/// Removes triangles that repeat another triangle of the mesh, and returns the number of removed
+/// triangles. Adds every eighth triangle of the mesh to `samples`.
 pub(super) fn remove_repeated_triangles(mesh: &mut Mesh, samples: &mut TriangleSamples) -> u64 {
     let before = mesh.triangles.len();
     let Mesh {
@@ -119,8 +121,8 @@ pub(super) fn remove_repeated_triangles(mesh: &mut Mesh, samples: &mut TriangleS
     (before - triangles.len()) as u64
 }
 
-/// Removes instances that repeat others, and their `objects`. Returns their number. `id` is the
-/// index of a prototype.
+/// Removes instances that repeat another instance, and their entries in `objects`. Returns the
+/// number of removed instances. `id` returns the index of a prototype.
 pub(super) fn remove_repeated_instances<P>(
     instances: &mut Vec<(P, Placement)>,
     objects: &mut Vec<u32>,
@@ -128,7 +130,7 @@ pub(super) fn remove_repeated_instances<P>(
 ) -> u64 {
     let before = instances.len();
     let key = |(prototype, placement): &(P, Placement)| -> Vec<u32> {
-        // A still placement has one step, a motion has two or more.
+        // A placement without motion has one step, a motion has two or more.
         let steps = placement.steps().iter().flat_map(Affine3A::to_cols_array);
         std::iter::once(id(prototype)).chain(steps.map(bits)).collect()
     };
@@ -146,17 +148,18 @@ pub(super) fn remove_repeated_instances<P>(
     (before - instances.len()) as u64
 }
 
-/// Emitting triangles that coincide with others with the same front, of another mesh or instance.
+/// Emitting triangles that coincide with emitting triangles of another mesh or instance, with the
+/// front on the same side.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CoincidentEmitters {
     /// Number of triangles.
     pub triangles: u64,
-    /// Largest number of triangles at one place.
+    /// Largest number of coincident triangles at one place.
     pub max_at_one_place: u64,
 }
 
 impl Scene {
-    /// Emitting triangles that coincide with others at shutter open, bit by bit.
+    /// Emitting triangles that are bit-identical to others at shutter open.
     pub(super) fn coincident_emitters(&self) -> CoincidentEmitters {
         let keys = || {
             self.emitters()
@@ -175,7 +178,8 @@ impl Scene {
         }
     }
 
-    /// Triangles that emit, in the world and in instances. Sphere and disk lights have none.
+    /// Emitting triangles, in the world and in instances. The hull meshes of sphere and disk lights
+    /// are not included.
     fn emitters(&self) -> impl Iterator<Item = (GeomId, PrimId, InstanceId)> {
         let standing = self.standing().map(|geom| (geom, InstanceId::NONE));
         let placed = (0..).zip(&self.instances).flat_map(move |(inst, instance)| {
@@ -207,7 +211,7 @@ impl Scene {
     }
 }
 
-/// Bits of a number; both zeros have the same bits.
+/// Bits of a number. The bits of +0 and −0 are the same.
 fn bits(value: f32) -> u32 {
     (value + 0.0).to_bits()
 }
@@ -232,7 +236,7 @@ fn hash_of(words: &[u32]) -> u64 {
     })
 }
 
-/// The hashes that occur more than once, and a few that occur once. `count` is the number of
+/// Hashes that occur more than once, and a few hashes that occur once. `count` is the number of all
 /// hashes.
 fn repeated(hashes: impl Iterator<Item = u64>, count: usize) -> HashSet<u64> {
     let mut repeated = HashSet::new();
@@ -275,7 +279,8 @@ mod tests {
     #[test]
     fn first_of_equal_triangles_stays() {
         let mut mesh = quad(10_000);
-        // Another first corner, the other winding, another motion
+        // Triangles with a different first corner, with the opposite winding, and with a different
+        // motion
         mesh.triangles.extend([[2, 0, 1], [0, 2, 1]]);
         assert_eq!(
             remove_repeated_triangles(&mut mesh, &mut TriangleSamples::default()),
@@ -298,7 +303,7 @@ mod tests {
         );
     }
 
-    /// A quad in each of `copies` materials, with a triangle elsewhere behind each.
+    /// One equal quad in each of `copies` materials, each with a separate triangle behind it.
     fn quads_of_materials(copies: usize) -> Vec<(Mesh, MaterialId)> {
         let mut meshes = Vec::new();
         for i in 0..copies {
@@ -360,7 +365,7 @@ mod tests {
         for lamp in lamps {
             builder.add_mesh(quad(1), lamp).unwrap();
         }
-        // Back to back
+        // Two quads, back to back
         let mut back = quad(1);
         back.triangles.iter_mut().for_each(|corners| corners.swap(1, 2));
         builder.add_mesh(back, lamps[0]).unwrap();

@@ -1,5 +1,5 @@
-//! Makes the frozen scene from the parts of the builder: arrays of meshes, and lights of emitting
-//! surfaces.
+//! Makes the frozen scene from the parts of the builder: arrays of meshes, and the lights of
+//! emitting surfaces.
 
 use super::builder::{SceneBuilder, SceneReport, bounds_of, place_textures, used_positions};
 use super::duplicates::remove_repeated_instances;
@@ -18,14 +18,15 @@ use crate::math::{Affine3A, Bounds3};
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
-/// Name of the default object.
+/// Name of the only object of a scene in which no object was begun.
 const ONLY_OBJECT: &str = "scene";
 
-/// Bytes of an emitting triangle, including the choice among lights and the unused capacity of
-/// growing lists.
+/// Bytes of memory for an emitting triangle, including its entry in the selection of lights and the
+/// unused capacity of growing lists.
 const BYTES_OF_A_LIGHT: u64 = 3 * size_of::<Light>() as u64 + 100;
 
-/// Groups of lights, and lights that are whole meshes, by the material of their surfaces.
+/// Maps from a material to the light group of its surfaces, and to the light whose whole mesh has
+/// this material.
 type LightsOfMaterials<'a> = (&'a HashMap<MaterialId, LightGroupId>, &'a HashMap<MaterialId, Light>);
 
 impl SceneBuilder {
@@ -47,7 +48,8 @@ impl SceneBuilder {
         let objects = &mut self.instance_objects;
         self.report.repeated_instances =
             remove_repeated_instances(&mut self.instances, objects, |prototype| prototype.0);
-        // Triangles of different instances are not compared.
+        // Compare triangles within each prototype, and within all other meshes, but not across
+        // instances
         let groups = self.prototypes.iter().chain([&self.meshes]);
         self.report.coincident_triangles = self.samples.largest_coincidence(groups.map(Vec::as_slice));
         self.widen_hulls();
@@ -111,7 +113,7 @@ impl SceneBuilder {
             light_groups: LightGroups::new(self.light_groups),
         };
 
-        // Emitting triangles are the first lights: lights of one mesh, and of one instance, have
+        // The lights of emitting triangles come first. Lights of one mesh, or of one instance, have
         // consecutive ids.
         let mut emitting = 0;
         for ((mesh, material), object) in self.meshes.into_iter().zip(self.mesh_objects) {
@@ -122,7 +124,7 @@ impl SceneBuilder {
                 (&self.lamps, self.triangle_sampling, &mut emitting),
             );
         }
-        // The ground is the last mesh that stands in the world.
+        // The ground is the last mesh that is not part of a prototype.
         let ground_geom = GeomId(scene.meshes.len() as u32);
         if let Some((plane, (material, object))) = ground {
             scene.add_shape(
@@ -197,7 +199,7 @@ impl SceneBuilder {
         Ok((scene, self.report))
     }
 
-    /// Makes thin dielectrics of the panes in a scene with these bounds.
+    /// Replaces panes by thin dielectrics, in a scene with these bounds.
     pub(super) fn flatten_panes(&mut self, bounds: Bounds3) {
         let max_thickness = max_thickness(bounds);
         let mut flat_panes = FlatPanes::default();
@@ -209,7 +211,7 @@ impl SceneBuilder {
                 self.mesh_objects.push(object);
             }
         }
-        // The largest copy of a prototype decides.
+        // The largest copy of a prototype decides if a slab is thin enough
         let mut scales = vec![0.0f64; self.prototypes.len()];
         for (prototype, placement) in &self.instances {
             let lengths = placement.steps().iter().flat_map(|step| {
@@ -227,8 +229,8 @@ impl SceneBuilder {
         self.report.panes += flat_panes.count;
     }
 
-    /// Approximate bytes that [`SceneBuilder::build`] needs: facets of standing meshes, and
-    /// emitting triangles with the choice among lights.
+    /// Approximate number of bytes that [`SceneBuilder::build`] needs: for facets of meshes that
+    /// are not part of a prototype, and for emitting triangles with their selection.
     pub fn building_bytes(&self) -> u64 {
         let emits = |material: MaterialId| {
             let material = self.materials.get(material.0 as usize);
@@ -244,7 +246,7 @@ impl SceneBuilder {
         facets * size_of::<Facet>() as u64 + (lights(&self.meshes) + placed) * BYTES_OF_A_LIGHT
     }
 
-    /// Adds the material and the object of the ground.
+    /// Adds the material and the object of the ground. Returns the ids of both.
     fn add_ground(&mut self, material: Material) -> (MaterialId, u32) {
         if self.objects.is_empty() {
             self.begin_object(ONLY_OBJECT);
@@ -264,7 +266,7 @@ impl SceneBuilder {
         let of_prototypes: Vec<Bounds3> = self.prototypes.iter().map(|p| bounds_of(p)).collect();
         for (prototype, placement) in &self.instances {
             let placed = placement.bounds(of_prototypes[prototype.0 as usize]);
-            // The box of an instance without triangles is empty.
+            // An instance without triangles has an empty box
             if !placed.is_empty() {
                 bounds.extend(placed.min);
                 bounds.extend(placed.max);
@@ -275,8 +277,9 @@ impl SceneBuilder {
 }
 
 impl Scene {
-    /// Adds a mesh that stands in the world as part of `object`, or belongs to a prototype.
-    /// `emitting` counts the lights of meshes: emitting triangles, and each of `lamps`.
+    /// Adds a mesh: as part of `object`, or of a prototype if `object` is `None`. `emitting` counts
+    /// the lights of meshes: emitting triangles, and the lights in `lamps`, whose surface is a
+    /// whole mesh.
     fn add_shape(
         &mut self,
         mesh: Mesh,
@@ -289,7 +292,7 @@ impl Scene {
         let varies = surface.maps.varies_bsdf() || surface.maps.has_bumps() || surface.is_anisotropic();
         let is_uniform = mesh.normals.is_empty() && !varies;
         let lamp = lamps.get(&material);
-        // A lamp without emission has a light number too.
+        // A light whose surface is a whole mesh has a light number even without emission
         let emits = lamp.is_some() || !surface.emission_factor().is_black();
         let first_light = emits.then_some(LightId(*emitting as u32));
         let (light_count, numbering) = match (emits, lamp) {
@@ -298,18 +301,18 @@ impl Scene {
             (true, None) => self.number_lights(&mesh, keeps_place && !varies_emission(surface), sampling),
         };
         *emitting += u64::from(light_count);
-        // If triangles move, their facets change too.
+        // Store facets only for triangles that do not move: facets of moving triangles change
         let prims = 0..mesh.triangles.len() as u32;
         self.facets.push(match keeps_place {
             true => prims.map(|prim| mesh.facet(PrimId(prim))).collect(),
             false => Vec::new(),
         });
-        // The meshes have no other owner yet.
+        // No other code shares the meshes yet, so `make_mut` does not copy them
         Arc::make_mut(&mut self.meshes).push(mesh);
         self.shapes.push(Shape {
             material,
             object: object.unwrap_or(0),
-            // The hull of a sphere is not its surface.
+            // The hit point on the hull of a sphere light is not on the sphere.
             is_plain: keeps_place && is_uniform && !matches!(lamp, Some(Light::Sphere(_))),
             first_light,
             light_count,
@@ -317,8 +320,8 @@ impl Scene {
         });
     }
 
-    /// Number of lights of an emitting mesh, and the light of each triangle. Rectangles are one
-    /// light each, if the whole mesh emits evenly and does not move.
+    /// Returns the number of lights of an emitting mesh, and the light of each triangle. If the
+    /// mesh emits evenly and does not move, each rectangle is one light.
     fn number_lights(&mut self, mesh: &Mesh, is_plain: bool, sampling: TriangleSampling) -> (u32, LightNumbering) {
         let count = mesh.triangles.len() as u32;
         if is_plain && sampling == TriangleSampling::Area {
@@ -334,8 +337,8 @@ impl Scene {
         (count, LightNumbering::Triangles)
     }
 
-    /// Makes a light of each emitting triangle, or of a mesh that is a lamp, in the order of their
-    /// ids.
+    /// Makes one light for each emitting triangle, or one light for a whole mesh such as a sphere,
+    /// in the order of the light ids.
     fn add_lights_of_meshes(&mut self, sampling: TriangleSampling, of_materials: LightsOfMaterials) {
         for geom in self.standing() {
             self.add_lights_of(GeomId(geom), InstanceId::NONE, sampling, of_materials);
@@ -347,8 +350,8 @@ impl Scene {
         }
     }
 
-    /// Lights of each lamp: of a connected component of an emitting mesh, in the world or in an
-    /// instance, or a light that is not part of a mesh.
+    /// Light ids of each lamp. A lamp is a connected component of an emitting mesh, in the world or
+    /// in an instance, or a light that is not part of a mesh.
     pub(super) fn lamps(&self) -> Vec<Vec<LightId>> {
         let mut lamps = Vec::new();
         let mut end = 0;
@@ -371,7 +374,7 @@ impl Scene {
                 let mut ids: Vec<_> = (triangles.into_iter())
                     .map(|prim| LightId(before + first.0 + number(prim)))
                     .collect();
-                // Both triangles of a rectangle are the same light.
+                // Remove repeated ids: both triangles of a rectangle are the same light
                 ids.sort_unstable();
                 ids.dedup();
                 lamps.push(ids);

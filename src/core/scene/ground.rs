@@ -6,13 +6,14 @@
 //! reflected light to the share. Far from all objects, the mean share is 1 and the ground looks
 //! like the background.
 //!
-//! - The path tracer accumulates the missing direct light, `E − E₀`, instead of the arriving light:
-//!   a point without anything near it shows the background without noise. Samples may then be
-//!   negative; their mean is not, except for noise. Next to a lamp of finite size the path tracer
-//!   does not do this: at a ray hit, the light that the lamp would send from behind the surface is
-//!   unknown.
-//! - Lamps with an emission texture, and lamps that are too many to be summed at each point, are
-//!   left out of E₀ if there are infinitely distant lights: they brighten the ground around them.
+//! - The path tracer accumulates the missing direct light, `E − E₀`, instead of the arriving light.
+//!   At a point with no object near it the missing light is 0, so that the background has no noise.
+//!   Samples may be negative, but their mean is negative only by noise. In a scene with lamps of
+//!   finite size the path tracer accumulates the arriving light: if a ray hits a surface, the light
+//!   of a lamp behind this surface is unknown.
+//! - If there are infinitely distant lights, E₀ does not include finite lights with an emission
+//!   texture, nor finite lights that are too many to be summed at each point. The ground around
+//!   such lights becomes brighter than the background.
 //! - E₀ of infinitely distant lights is the same everywhere and is computed once. E₀ of finite
 //!   lights is computed for each point, without visibility: a lamp in the scene lights the ground
 //!   around it, and does not darken it far away. Both have closed forms (`light/irradiance.rs`).
@@ -33,16 +34,17 @@ use crate::math::float::smooth_step;
 use crate::math::{Bounds3, Encode, Frame, Vec3, encode_fields, list};
 use std::f32::consts::PI;
 
-/// Default radius of the ground, in radii of the scene.
+/// Default radius of the ground, as a multiple of the scene's radius.
 const DEFAULT_RADIUS: f32 = 50.0;
-/// Default distance of the ground below the scene's lowest point, in radii of the scene. Surfaces
-/// at the bottom of the scene hide the ground, and do not coincide with it.
+/// Default distance of the ground below the scene's lowest point, as a fraction of the scene's
+/// radius. It keeps the ground from coinciding with surfaces at the bottom of the scene.
 const GAP: f32 = 1e-4;
-/// Share of the radius at which shadows begin to fade.
+/// Distance from the middle at which shadows begin to fade, as a fraction of the ground's radius.
 const FADE: f32 = 0.5;
-/// Minimum albedo: the share of light is an estimate of reflected light over the albedo.
+/// Minimum albedo of the ground. The estimated share of arriving light is the reflected light
+/// divided by the albedo.
 const MIN_ALBEDO: f32 = 0.01;
-/// Minimum radius: the radius of the smallest scene.
+/// Minimum radius of the ground: the radius of the smallest valid scene.
 const MIN_RADIUS: f32 = 1e-9;
 /// Maximum number of finite lights that are summed at each point of the ground.
 const MAX_FINITE_LIGHTS: usize = 256;
@@ -50,20 +52,22 @@ const MAX_FINITE_LIGHTS: usize = 256;
 /// Settings of a ground plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GroundPlane {
-    /// A point of the plane; `None`: just below the scene's lowest point along `up`.
+    /// A point of the plane. If it is `None`, the plane is just below the scene's lowest point
+    /// along `up`.
     pub point: Option<Vec3>,
-    /// Normal of the visible side, of any length; `None`: `up`.
+    /// Normal on the visible side, of any length. If it is `None`, the normal is `up`.
     pub normal: Option<Vec3>,
-    /// Direction upwards, of any length.
+    /// Upward direction, of any length.
     pub up: Vec3,
-    /// Radius around the point, scene units; `None`: 50 times the radius of the scene.
+    /// Radius around the point, in scene units. If it is `None`, the radius is 50 times the radius
+    /// of the scene.
     pub radius: Option<f32>,
-    /// Albedo for all rays except camera rays, each channel from 0.01 to 1.
+    /// Albedo for all rays except camera rays. Each channel is from 0.01 to 1.
     pub albedo: Spectrum,
 }
 
 impl Default for GroundPlane {
-    /// Below the scene, with +y up and an albedo of 0.5.
+    /// A ground below the scene, with +y up and an albedo of 0.5.
     fn default() -> Self {
         Self {
             point: None,
@@ -75,7 +79,7 @@ impl Default for GroundPlane {
     }
 }
 
-/// A plane that is placed in a scene.
+/// Ground plane with values for a given scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PlacedPlane {
     point: Vec3,
@@ -89,7 +93,7 @@ fn size_of(bounds: Bounds3) -> f32 {
     Some(bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0)
 }
 
-/// Point below the middle of a scene, at the lowest corner of its box.
+/// Point at the height of the lowest corner of the scene's box, below the middle of the box.
 fn point_below(bounds: Bounds3, up: Vec3) -> Vec3 {
     let center = bounds.center();
     let half = (0.5 * (bounds.max - bounds.min)).max(Vec3::ZERO);
@@ -125,7 +129,7 @@ impl GroundPlane {
         Ok(())
     }
 
-    /// The plane under a part of a scene, as under a scene with these bounds.
+    /// Settings of the plane below a part of a scene. `bounds` is the box of the part.
     pub fn below(bounds: Bounds3, up: Vec3) -> Self {
         let up = up.normalize_or(Vec3::Y);
         Self {
@@ -136,13 +140,14 @@ impl GroundPlane {
         }
     }
 
-    /// The plane under a scene with these bounds.
+    /// The plane with values for a scene with these bounds. A missing point or radius follows from
+    /// the bounds.
     pub(super) fn place(&self, bounds: Bounds3) -> Result<PlacedPlane, BuildError> {
         self.check()?;
         let up = self.up.normalize_or(Vec3::Y);
         let size = size_of(bounds);
         let point = self.point.unwrap_or_else(|| point_below(bounds, up));
-        // Limited by the largest coordinate, if the scene itself is as large
+        // Limit the radius to coordinates that backends can trace, if the scene is almost as large
         let room = 0.7 * (MAX_COORDINATE - point.abs().max_element()).max(0.0);
         let plane = PlacedPlane {
             point,
@@ -164,7 +169,7 @@ impl GroundPlane {
 }
 
 impl PlacedPlane {
-    /// A square around the disk, with its front towards the normal.
+    /// Mesh of the ground: a square that contains the disk. Its front faces along the normal.
     pub fn mesh(&self) -> Mesh {
         let frame = Frame::from_z(self.normal);
         let corner = |x: f32, y: f32| self.point + self.radius * frame.to_world(Vec3::new(x, y, 0.0));
@@ -180,7 +185,7 @@ impl PlacedPlane {
         }
     }
 
-    /// The material for all rays except camera rays.
+    /// Material of the ground, for all rays except camera rays.
     pub fn material(&self) -> Material {
         Material {
             name: Ground::NAME.into(),
@@ -195,11 +200,11 @@ impl PlacedPlane {
 pub struct Ground {
     geom: GeomId,
     plane: PlacedPlane,
-    /// Irradiance of the plane by infinitely distant lights, without the scene, W·m⁻².
+    /// Irradiance of the plane by infinitely distant lights, as if the scene were absent, W·m⁻².
     irradiance: Spectrum,
-    /// Lights whose irradiance depends on the point.
+    /// Finite lights, whose irradiance is different at each point.
     finite: Vec<LightId>,
-    /// True if no ray can hit a light of finite size.
+    /// True if rays cannot hit any light of finite size. See [`Ground::knows_missing_light`].
     knows_missing_light: bool,
 }
 
@@ -210,7 +215,7 @@ encode_fields!(PlacedPlane {
     albedo,
 });
 
-/// Encodes mesh and plane; the irradiance follows from the lights.
+/// Encodes the mesh and the plane only, because the irradiance follows from the lights.
 impl Encode for Ground {
     fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
         self.geom.0.encode(sink);
@@ -219,10 +224,10 @@ impl Encode for Ground {
 }
 
 impl Ground {
-    /// Name of the object and the material of the ground.
+    /// Name of the object and of the material of the ground.
     pub const NAME: &str = "ground";
 
-    /// The ground with the mesh `geom`, lit by `lights`.
+    /// The ground with the mesh `geom` and the plane `plane`, lit by `lights`.
     pub(super) fn new(geom: GeomId, plane: PlacedPlane, lights: &[Light]) -> Result<Self, BuildError> {
         let mut ground = Self {
             geom,
@@ -249,7 +254,8 @@ impl Ground {
         if is_known && count <= MAX_FINITE_LIGHTS {
             return Ok(ground);
         }
-        // Finite lights brighten a ground that is lit by infinite lights.
+        // If infinitely distant lights illuminate the ground, leave out all finite lights: they
+        // brighten it
         if !ground.irradiance.is_black() {
             ground.finite.clear();
             return Ok(ground);
@@ -279,31 +285,32 @@ impl Ground {
         self.plane.normal
     }
 
-    /// A point of the plane, in its middle.
+    /// Point in the middle of the ground.
     pub fn point(&self) -> Vec3 {
         self.plane.point
     }
 
-    /// Radius at which shadows have faded, scene units.
+    /// Radius at which shadows have faded completely, in scene units.
     pub fn radius(&self) -> f32 {
         self.plane.radius
     }
 
-    /// Returns true if a ray hit determines the light that would arrive from its direction without
-    /// the scene. This is false with lamps of finite size: their light from behind the surface is
-    /// unknown.
+    /// Returns true if a ray hit determines the light that would arrive from the ray's direction if
+    /// the scene were absent. This is false if there are lamps of finite size: a lamp may be behind
+    /// the surface that was hit.
     pub fn knows_missing_light(&self) -> bool {
         self.knows_missing_light
     }
 
-    /// Irradiance of the plane by infinitely distant lights, without the scene, W·m⁻².
+    /// Irradiance of the plane by infinitely distant lights, as if the scene were absent, W·m⁻².
     pub fn irradiance(&self) -> Spectrum {
         self.irradiance
     }
 
-    /// Factor and offset of the shadow at the point `p` at `time`: the share of arriving light is
-    /// the reflected light times the factor, plus the offset. `lights` are the scene's. If no light
-    /// would arrive without the scene in a channel, its share is 1.
+    /// Factor and offset to compute the shadow at the point `p` at `time`: the share of arriving
+    /// light is the reflected light times the factor, plus the offset. `lights` are all lights of
+    /// the scene. The share of a channel is 1 if no light would arrive in this channel without the
+    /// scene.
     pub fn shadow(&self, p: Vec3, time: f32, lights: &[Light]) -> (Spectrum, Spectrum) {
         let finite = self.finite.iter().filter_map(|id| lights.get(id.0 as usize));
         let unshadowed = finite.fold(self.irradiance, |sum, light| {
@@ -351,7 +358,7 @@ mod tests {
                 (placed.normal, placed.radius),
                 (up.normalize(), 50.0 * bounds().radius())
             );
-            // The front faces along the normal.
+            // The front of the mesh faces along the normal.
             let mesh = placed.mesh();
             for triangle in mesh.triangles {
                 let [a, b, c]: [DVec3; 3] = triangle.map(|i| mesh.positions[i as usize].as_dvec3());

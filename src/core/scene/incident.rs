@@ -18,7 +18,8 @@ pub struct Incident {
 }
 
 impl Scene {
-    /// Number of the light of the triangle `prim` within `shape`, which emits.
+    /// Number within `shape` of the light to which the triangle `prim` belongs. The shape must
+    /// emit.
     #[inline(always)]
     pub(super) fn number_of_light(&self, shape: &Shape, prim: PrimId) -> u32 {
         match shape.numbering {
@@ -29,7 +30,7 @@ impl Scene {
     }
 
     /// Light that the surface at `hit`, with the point `q`, sends to `context` along −`wi`. The
-    /// unit direction `wi` points from the context to `q`. All at `time`.
+    /// unit direction `wi` points from the context to `q`. All points are at `time`.
     ///
     /// The density is the probability density with which light sampling samples this direction,
     /// including the choice of the light by `selection`.
@@ -56,7 +57,8 @@ impl Scene {
         })
     }
 
-    /// [`Scene::emitted`] for a light that moves, has textures, or is not a triangle.
+    /// [`Scene::emitted`] for lights that move or have textures, and for spheres, disks and
+    /// rectangles.
     #[inline(never)]
     fn emitted_otherwise(
         &self,
@@ -74,7 +76,7 @@ impl Scene {
             Light::Sphere(light) => (light.radiance_at(context.p), light.pdf(context.p)),
             Light::Disk(light) => (light.emitted(-wi), light.pdf(context.p, q, wi)),
             Light::Rectangle(light) => (light.emitted(-wi), light.pdf(context.p, q, wi)),
-            // Lights without a surface.
+            // These lights have no surface that a ray can hit, or are handled by the caller
             Light::Triangle(_)
             | Light::Point(_)
             | Light::Constant(_)
@@ -95,8 +97,8 @@ impl Scene {
         !self.infinite_lights.is_empty()
     }
 
-    /// Light of each infinitely distant light that arrives at `context` along −`wi`, for the unit
-    /// direction `wi` of a ray that leaves the scene.
+    /// Light that arrives at `context` along −`wi` from each infinitely distant light. `wi` is the
+    /// unit direction of a ray that leaves the scene.
     pub fn escaped(
         &self,
         selection: &LightSelection,
@@ -107,9 +109,9 @@ impl Scene {
             let (radiance, pdf) = match &self.lights[id.0 as usize] {
                 Light::Constant(light) => (light.radiance, light.pdf()),
                 Light::Environment(light) => (light.radiance(wi), light.pdf(wi)),
-                // The sun counts even if the ray misses its disc and the radiance is 0
+                // Return the sun even if the ray misses its disc: the radiance is then 0
                 Light::Sun(light) => (light.radiance(wi), light.pdf(wi)),
-                // Rays cannot hit it, or it is not at infinity.
+                // Rays cannot hit these lights, or the lights are not at infinity.
                 Light::Directional(_)
                 | Light::Triangle(_)
                 | Light::MovingTriangle(_)

@@ -1,26 +1,27 @@
-//! Hull meshes of round lamps, and the rays that miss the lamp inside its hull.
+//! Hull meshes of sphere and disk lights, and rays that hit a hull but miss its light.
 //!
-//! Backends support only triangles, so a sphere is a polyhedron around it and a disk is a square
-//! around it. A ray that hits a hull and misses the lamp continues, as at a surface of opacity 0
-//! (`integrator/opacity.rs`). Hits on a sphere are moved from the hull to the sphere, in f64:
-//! surfaces between the hull and the sphere are nearer (`World::first_opaque`).
+//! Backends support only triangles. The hull of a sphere is a polyhedron around it, and the hull of
+//! a disk is a square around it. If a ray hits a hull and misses the light, the ray continues, as
+//! at a surface of opacity 0 (`integrator/opacity.rs`). A hit on the hull of a sphere is moved to
+//! the sphere, in f64. Surfaces between the hull and the sphere are nearer than this hit
+//! (`World::first_opaque`).
 //!
-//! Hulls are wider than their lamps by bounds on rounding errors, so lamps of every size and place
-//! have a hull with area. With the unit roundoff u, the largest coordinate c of the lamp, and the
-//! largest coordinate s of the scene ([`margin`]):
+//! Hulls are wider than their lights by bounds on rounding errors, so that lights of every size and
+//! place have a hull with area. The width depends on the unit roundoff u, the largest coordinate c
+//! of the light, and the largest coordinate s of the scene ([`margin`]):
 //!
-//! - γ₃₂ (c + s): an intersector subtracts the origin of the ray, and then makes some roundings of
-//!   that distance. It finds the edges of a hull displaced by γ₁₆ (c + s) or less. Vertices have
+//! - γ₃₂ (c + s): an intersector subtracts the origin of the ray, and then rounds the result
+//!   several times. It finds the edges of a hull displaced by γ₁₆ (c + s) or less. Vertices have
 //!   one rounding per coordinate, √3 u c. Neighbouring vertices of a polyhedron are 8 u c apart or
 //!   more, so roundings do not turn its faces over.
 //! - 2⁻¹³ c for disks: roundings of the corners tilt a square by 10⁻³ or less. Rays that hit the
 //!   disk at a larger angle to its plane hit the square.
 //!
-//! A camera far outside the scene has larger errors. They reach the lamp if it is seen under an
-//! angle of some roundings, which directions of rays in f32 do not resolve.
+//! For a camera far outside the scene the errors are larger. They matter only if the light covers
+//! an angle of a few roundings, which ray directions in f32 do not resolve.
 //!
-//! Rays that start between the hull and a sphere hit the hull behind the sphere. A surface in that
-//! gap hides the sphere. The gap is 2 % of the radius, and the margin.
+//! Rays that start between the hull and a sphere hit the hull behind the sphere. A surface in this
+//! gap therefore hides the sphere. The gap is 2 % of the radius, plus the margin.
 
 use super::builder::SceneBuilder;
 use super::{LightNumbering, Scene};
@@ -30,17 +31,17 @@ use crate::math::float::gamma;
 use crate::math::{DVec3, Frame, Ray, Vec3};
 use std::collections::HashMap;
 
-/// Margin of a disk's square, per largest coordinate.
+/// Margin of a disk's square, as a fraction of the disk's largest coordinate.
 const TILT_MARGIN: f64 = 1.0 / 8192.0;
 
-/// Width of the gap between a lamp with coordinates up to `size` and its hull, in a scene with
-/// coordinates up to `reach`.
+/// Margin between a light with coordinates up to `size` and its hull, in a scene with coordinates
+/// up to `reach`.
 fn margin(size: f64, reach: f32) -> f64 {
     f64::from(gamma(32)) * (size + f64::from(reach))
 }
 
 impl SceneBuilder {
-    /// Widens the hulls of lamps for rays that start anywhere in the scene.
+    /// Widens the hulls of sphere and disk lights, for rays that start anywhere in the scene.
     pub(super) fn widen_hulls(&mut self) {
         if self.lamps.is_empty() {
             return;
@@ -57,25 +58,25 @@ impl SceneBuilder {
     }
 }
 
-/// Result of the hull test of a hit.
+/// Result of testing a hit for a hull.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum HullHit {
-    /// The surface is not a hull.
+    /// The surface is not the hull of a light.
     NoHull,
-    /// The ray misses the lamp.
+    /// The ray hits the hull, but misses the light.
     Misses,
-    /// The ray hits the lamp at this parameter, in lengths of its direction.
+    /// The ray hits the light at this ray parameter, in lengths of the ray's direction.
     Enters(f32),
 }
 
 impl Scene {
-    /// Returns true if `hit` is on the hull of a lamp that `ray` misses.
+    /// Returns true if `hit` is on the hull of a sphere or disk light that `ray` misses.
     #[inline(always)]
     pub fn misses_lamp(&self, hit: &Hit, ray: &Ray) -> bool {
         self.has_lamp_hulls && self.at_hull(hit, ray) == HullHit::Misses
     }
 
-    /// Hull test of `ray` at `hit`.
+    /// Tests if the surface at `hit` is a hull, and if `ray` hits the light inside the hull.
     #[inline(always)]
     pub(crate) fn hull_hit(&self, hit: &Hit, ray: &Ray) -> HullHit {
         match self.has_lamp_hulls {
@@ -103,7 +104,8 @@ impl Scene {
         self.lights.get(id as usize)
     }
 
-    /// The point at which `ray` hits the surface at `hit`: on a lamp itself, not on its hull.
+    /// The point at which `ray` hits the surface at `hit`. For sphere and disk lights, it is on the
+    /// light, not on its hull.
     pub fn surface_point_along(&self, hit: &Hit, ray: &Ray) -> SurfacePoint {
         let point = self.surface_point(hit, ray.time);
         if !self.has_lamp_hulls {
@@ -123,8 +125,8 @@ impl Scene {
     }
 }
 
-/// A polyhedron of 320 faces around a sphere: an icosahedron whose faces are split into four twice.
-/// Scenes have coordinates up to `reach`.
+/// Polyhedron of 320 faces around a sphere light: an icosahedron whose faces are twice divided into
+/// four. `reach` is the largest coordinate of the scene.
 pub(super) fn around_sphere(light: &SphereLight, reach: f32) -> Mesh {
     let (center, radius) = (light.center().as_dvec3(), f64::from(light.radius()));
     let golden = 0.5 * (1.0 + 5f64.sqrt());
@@ -132,7 +134,7 @@ pub(super) fn around_sphere(light: &SphereLight, reach: f32) -> Mesh {
     for (a, b) in [(1.0, golden), (-1.0, golden), (1.0, -golden), (-1.0, -golden)] {
         corners.extend([DVec3::new(0.0, a, b), DVec3::new(a, b, 0.0), DVec3::new(b, 0.0, a)]);
     }
-    // Corners are neighbours at the distance 2 of an edge.
+    // Two corners of the icosahedron are neighbours if their distance is 2, the length of an edge.
     let is_edge = |i: usize, j: usize| (corners[i].distance(corners[j]) - 2.0).abs() < 1e-9;
     let mut faces = Vec::new();
     for i in 0..12 {
@@ -160,7 +162,7 @@ pub(super) fn around_sphere(light: &SphereLight, reach: f32) -> Mesh {
         };
         faces = faces.into_iter().flat_map(split).collect();
     }
-    // The nearest face touches the sphere.
+    // Scale the polyhedron so that its nearest face touches the sphere
     let distance = |[a, b, c]: &[usize; 3]| {
         let (a, b, c) = (points[*a], points[*b], points[*c]);
         a.dot((b - a).cross(c - a).normalize())
@@ -175,7 +177,8 @@ pub(super) fn around_sphere(light: &SphereLight, reach: f32) -> Mesh {
     }
 }
 
-/// A square around a disk, in its plane. Scenes have coordinates up to `reach`.
+/// Square around a disk light, in the plane of the disk. `reach` is the largest coordinate of the
+/// scene.
 pub(super) fn around_disk(light: &DiskLight, reach: f32) -> Mesh {
     let (center, radius) = (light.center().as_dvec3(), f64::from(light.radius()));
     let farthest = center.abs().max_element() + radius;
@@ -199,7 +202,8 @@ mod tests {
     use crate::geometry::PrimId;
     use crate::math::hash::{mix, unit_f32};
 
-    /// Centres and radii: of common lamps, and of lamps below the roundings of their place.
+    /// Centres and radii of typical lamps, and of lamps that are smaller than the rounding of their
+    /// coordinates.
     const LAMPS: [([f32; 3], f32); 8] = [
         ([0.0, 0.0, 0.0], 1.0),
         ([300.0, -20.0, 5.0], 0.25),
@@ -229,7 +233,7 @@ mod tests {
                 let corners = mesh.corners(PrimId(prim));
                 let [a, b, c] = corners.map(|p| p.as_dvec3() - light.center().as_dvec3());
                 let distance = a.dot((b - a).cross(c - a).normalize());
-                // A half of the margin is left for intersectors.
+                // Half of the margin is left for the rounding errors of intersectors.
                 let [min, max] = [0.5 * size, 0.03 * f64::from(lamp.1) + 1.2 * size];
                 let gap = distance - f64::from(lamp.1);
                 assert!((min..max).contains(&gap), "{lamp:?} {reach}: {gap} {min} {max}");
@@ -259,7 +263,7 @@ mod tests {
         }
     }
 
-    /// Rays from the scene to points inside the lamp hit its hull, and hit the lamp there.
+    /// Rays from the scene to points inside a light hit its hull, and hit the light.
     #[test]
     fn rays_towards_lamps_hit_their_hulls() {
         let u = |i: u64| 2.0 * unit_f32(mix(i)) - 1.0;
@@ -289,7 +293,7 @@ mod tests {
                 assert!(matches!(scene.hull_hit(&hit, &ray), HullHit::Enters(_)), "{lamp:?}");
                 hits += 1;
             }
-            // Directions in f32 miss the smallest lamps.
+            // Ray directions in f32 are too coarse to hit the smallest lamps.
             assert!(hits > 100 || lamp.1 < 1e-5 * size, "{lamp:?}: {hits}");
         }
     }

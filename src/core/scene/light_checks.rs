@@ -1,14 +1,14 @@
-//! Checks of lights: an invalid value is an error with the name of its key.
+//! Checks of lights. If a value is invalid, the error has the name of its key.
 
 use super::validate::{BuildError, MAX_REACH};
 use crate::color::Spectrum;
 use crate::light::LatLongImage;
 use crate::math::{Quat, Vec3, list};
 
-/// Minimum diameter of the disc of a directional light, in degrees.
+/// Minimum angular diameter of a directional light's disc, in degrees.
 const MIN_ANGLE: f32 = 0.01;
 
-/// An error about `key` of a light of the type `light`.
+/// Error about the value of `key` of a light. `light` is the type of the light.
 pub(super) fn bad_light(light: &'static str, key: &'static str, value: String, rule: &'static str) -> BuildError {
     BuildError::BadLight {
         light,
@@ -32,19 +32,19 @@ pub(super) fn check_position(light: &'static str, position: Vec3) -> Result<(), 
     ))
 }
 
-/// Unit vector along a light's direction.
+/// Unit vector along the direction of a light of the type `light`.
 pub(super) fn unit(light: &'static str, direction: Vec3) -> Result<Vec3, BuildError> {
     unit_of(light, "direction", direction)
 }
 
-/// Unit vector along the vector `key` of a light.
+/// Unit vector along `vector`, the value of `key` of a light.
 pub(super) fn unit_of(light: &'static str, key: &'static str, vector: Vec3) -> Result<Vec3, BuildError> {
     let value = || list(&vector.to_array());
     let bad = || bad_light(light, key, value(), "must be finite and not zero");
     vector.try_normalize().ok_or_else(bad)
 }
 
-/// Checks that a number of a light is finite.
+/// Checks that the number `value`, the value of `key` of a light, is finite.
 pub(super) fn check_number(light: &'static str, key: &'static str, value: f32) -> Result<(), BuildError> {
     match value.is_finite() {
         true => Ok(()),
@@ -52,7 +52,7 @@ pub(super) fn check_number(light: &'static str, key: &'static str, value: f32) -
     }
 }
 
-/// Checks the diameter in degrees of the disc of a directional light. Directions are rounded to
+/// Checks the angular diameter of a directional light's disc, in degrees. Directions are rounded to
 /// about 10⁻⁵ degrees, which would be visible for narrower discs.
 pub(super) fn check_angle(angle: f32) -> Result<(), BuildError> {
     if angle == 0.0 || (MIN_ANGLE..=180.0).contains(&angle) {
@@ -72,7 +72,7 @@ pub(super) fn check_light(light: &'static str, key: &'static str, value: Spectru
     Err(bad_light(light, key, value, rule))
 }
 
-/// Checks the half-angles of a spot light's cone, in degrees.
+/// Checks the half-angles of a spot light's cone and of the start of its falloff, in degrees.
 pub(super) fn check_spot(angle: f32, falloff: f32) -> Result<(), BuildError> {
     let bad = |key, value: f32, rule| Err(bad_light("spot", key, value.to_string(), rule));
     if !(angle > 0.0 && angle <= 90.0) {
@@ -84,7 +84,7 @@ pub(super) fn check_spot(angle: f32, falloff: f32) -> Result<(), BuildError> {
     Ok(())
 }
 
-/// Checks the image of an environment, and its placement.
+/// Checks the image of an environment, its scale and its rotation.
 pub(super) fn check_environment(
     light: &'static str,
     image: &LatLongImage,

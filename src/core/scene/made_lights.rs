@@ -1,5 +1,5 @@
-//! Lights that the builder makes from a few numbers: skies, studios, suns with a size, spheres,
-//! disks and rectangles.
+//! Lights that the builder makes from parameters: skies, studios, suns with an angular size,
+//! spheres, disks and rectangles.
 
 use super::SceneBuilder;
 use super::lamp_hulls::{around_disk, around_sphere};
@@ -25,24 +25,24 @@ pub const DISK_NAME: &str = "disk light";
 /// A daylight sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyParameters {
-    /// Azimuth of the sun around `up`, and its elevation, −90 to 90, both in degrees ([`Horizon`]).
+    /// Azimuth of the sun around `up`, and elevation from −90 to 90, both in degrees ([`Horizon`]).
     pub sun: [f32; 2],
-    /// Haze, within [`TURBIDITIES`].
+    /// Turbidity (haze) of the air, within [`TURBIDITIES`].
     pub turbidity: f32,
     /// Direction of the zenith, of any length.
     pub up: Vec3,
-    /// Factor of the radiance.
+    /// Factor by which the radiance is multiplied.
     pub scale: f32,
 }
 
-/// Soft lamps around a subject.
+/// Studio: soft lamps around a subject.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StudioParameters {
     /// Direction upwards, of any length.
     pub up: Vec3,
     /// Azimuth of the camera around `up`, in degrees ([`Horizon`]).
     pub front: f32,
-    /// Factor of the radiance.
+    /// Factor by which the radiance is multiplied.
     pub scale: f32,
 }
 
@@ -55,7 +55,8 @@ pub struct RectangleParameters {
     pub direction: Vec3,
     /// Width and height, scene units.
     pub size: [f32; 2],
-    /// Direction of its height, of any length; `None`: +y, or +z if `direction` is along +y.
+    /// Direction of the rectangle's height, of any length. If it is `None`, the direction is +y, or
+    /// +z if `direction` is along +y.
     pub up: Option<Vec3>,
     /// Radiance of the emitting side, W·sr⁻¹·m⁻².
     pub radiance: Spectrum,
@@ -85,7 +86,7 @@ pub struct DiskParameters {
     pub radiance: Spectrum,
 }
 
-/// The light of an image that the program made.
+/// Environment light from an image that the program made.
 fn environment_of(
     kind: EnvironmentKind,
     image: LatLongImage,
@@ -98,8 +99,8 @@ fn environment_of(
 
 impl SceneBuilder {
     /// Adds light from a disc at infinity, which travels in `direction` with `irradiance`, W·m⁻²,
-    /// on a surface that faces it. The disc is `angle` degrees wide, 0.01 to 180. With 0 this is
-    /// the parallel light of [`SceneBuilder::add_directional_light`].
+    /// on a surface that faces it. The angular diameter `angle` of the disc is 0.01 to 180 degrees.
+    /// If it is 0, the light is the parallel light of [`SceneBuilder::add_directional_light`].
     pub fn add_sun(&mut self, direction: Vec3, irradiance: Spectrum, angle: f32) -> Result<(), BuildError> {
         check_angle(angle)?;
         if angle == 0.0 {
@@ -124,10 +125,11 @@ impl SceneBuilder {
             let rule = "must lie between 2 (very clear) and 10 (hazy)";
             return Err(bad_light("sky", "turbidity", sky.turbidity.to_string(), rule));
         }
-        // The sun of the image is above −z, at azimuth 180.
+        // In the image, the sun is above −z, which is azimuth 180.
         let turn = Quat::from_rotation_y((azimuth.rem_euclid(360.0) - 180.0).to_radians());
         let rotation = Horizon::new(up).rotation() * turn;
-        // Making an image takes 15 ms. Skies that differ only in scale, azimuth and up share it.
+        // Making an image takes 15 ms. Skies that differ only in scale, azimuth and up direction
+        // share one image.
         let key = [elevation, sky.turbidity].map(f32::to_bits);
         let light = match self.skies.get(&key) {
             Some(known) => {
@@ -233,8 +235,8 @@ impl SceneBuilder {
         self.add_lamp(DISK_NAME, Light::Disk(light), disk.radiance, hull)
     }
 
-    /// Adds the mesh of a lamp: an object and a material with the name `name`, in the current light
-    /// group.
+    /// Adds a light whose surface is `mesh`, with a separate object and material, both called
+    /// `name`, in the current light group.
     fn add_lamp(&mut self, name: &str, light: Light, radiance: Spectrum, mesh: Mesh) -> Result<(), BuildError> {
         let material = self.add_material(Material {
             name: name.into(),
@@ -263,7 +265,8 @@ fn check_radius(light: &'static str, radius: f32) -> Result<(), BuildError> {
     }
 }
 
-/// Returns an error if a lamp that extends `reach` around `position` is too far away.
+/// Returns an error if a light around `position` is too far away. `reach` is the largest distance
+/// of its points from `position`.
 fn check_place(light: &'static str, position: Vec3, reach: f32) -> Result<(), BuildError> {
     let farthest = position.abs().max_element() + 2.0 * reach;
     match position.is_finite() && farthest <= MAX_COORDINATE {

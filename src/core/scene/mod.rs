@@ -1,9 +1,9 @@
-//! The frozen scene: arrays and typed ids, made by a validating builder (`builder`), which checks
-//! its input (`validate`) and freezes it (`freeze`).
+//! The frozen scene: arrays and typed ids. A builder (`builder`) checks its input (`validate`) and
+//! makes the scene from it (`freeze`).
 //!
 //! A frozen scene takes 36 bytes per triangle of a mesh with positions only: 12 of indices, 8 of
 //! vertices and 16 of its facet. A compact scene (`--compact`) computes the facet at each hit; the
-//! image is bit-identical. docs/notebook/2026-11.md, "Memory", has both.
+//! image is bit-identical. docs/notebook/2026-11.md, "Memory", has measurements of both.
 
 mod absorption;
 mod builder;
@@ -58,32 +58,33 @@ use std::sync::{Arc, OnceLock};
 pub struct Shape {
     /// Material of all triangles.
     pub material: MaterialId,
-    /// True if the mesh stands in the world itself, keeps its shape, and has constant normals and a
+    /// True if the mesh is not part of a prototype, does not deform, and has constant normals and a
     /// constant material on each triangle.
     pub is_plain: bool,
     /// Index of the mesh's object in [`Scene::objects`], if the mesh is not part of a prototype.
     pub object: u32,
-    /// First light of the mesh, if it emits; the others follow in order. In a prototype it is
-    /// relative to [`Instance::first_light`].
+    /// First light of the mesh, if the mesh emits. Its other lights have the next ids. In a
+    /// prototype the id is relative to [`Instance::first_light`].
     pub first_light: Option<LightId>,
-    /// Number of lights.
+    /// Number of lights of the mesh.
     pub light_count: u32,
-    /// Light of each triangle.
+    /// Map from each triangle to its light.
     pub numbering: LightNumbering,
 }
 
-/// Numbering of a shape's lights by triangles.
+/// Map from the triangles of a shape to the shape's lights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LightNumbering {
     /// Each triangle is a light.
     Triangles,
     /// All triangles are the same light.
     One,
-    /// Some triangles share a light: the list with this index in [`Scene`] has the number of each.
+    /// Some triangles share a light. [`Scene`] has lists with the light number of each triangle;
+    /// this is the index of the list.
     Listed(u32),
 }
 
-/// A prototype that is placed in the world.
+/// Placement of a prototype in the world.
 #[derive(Clone, Debug)]
 pub struct Instance {
     /// Index of the prototype, in the order of [`Scene::prototypes`].
@@ -92,36 +93,38 @@ pub struct Instance {
     pub placement: Placement,
     /// Index of its object in [`Scene::objects`].
     pub object: u32,
-    /// First light of its triangles, if any of them emit.
+    /// First light of the instance's triangles, if any of them emit.
     pub first_light: LightId,
 }
 
 /// Geometry, materials and lights; immutable once built.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// Meshes that stand in the world themselves, then the meshes of the prototypes. Shared with
-    /// acceleration structures that read them in place and outlive a borrow.
+    /// Meshes that are not part of a prototype, then the meshes of the prototypes. They are shared
+    /// with acceleration structures that read them in place and may outlive the scene.
     meshes: Arc<Vec<Mesh>>,
-    /// Meshes of each prototype.
+    /// Range of the mesh ids of each prototype.
     prototypes: Vec<Range<u32>>,
     instances: Vec<Instance>,
-    /// Shared data of the points of each triangle. Empty for meshes that move or belong to
-    /// prototypes, and in compact scenes.
+    /// Precomputed data of each triangle for its hit points. Empty for meshes that move or belong
+    /// to prototypes, and in compact scenes.
     facets: Vec<Vec<Facet>>,
     shapes: Vec<Shape>,
     objects: Vec<String>,
     /// Names of the parts of all meshes.
     parts: PartNames,
     materials: Vec<Material>,
-    /// BSDF of each material by its constants, for rays that it stops.
+    /// BSDF of each material without its textures, for rays that do not pass the surface straight
+    /// on.
     bsdfs: Vec<Bsdf>,
-    /// Thin surface of each material that rays pass straight on instead of scattering.
+    /// For each material, the thin surface that rays pass straight on instead of scattering, if
+    /// any.
     thin_surfaces: Vec<Option<ThinSurface>>,
     is_compact: bool,
     has_alpha: bool,
-    /// True if camera rays pass a surface that other rays hit.
+    /// True if there is a surface that camera rays pass and other rays hit.
     hides_from_camera: bool,
-    /// True if only camera rays hit a surface.
+    /// True if there is a surface that only camera rays hit.
     hides_from_light: bool,
     has_thin_surfaces: bool,
     has_lamp_hulls: bool,
@@ -134,11 +137,11 @@ pub struct Scene {
     textures: Vec<Texture>,
     texture_filter: TextureFilter,
     lights: Vec<Light>,
-    /// For shapes with [`LightNumbering::Listed`]: number of each triangle's light within the
+    /// For each shape with [`LightNumbering::Listed`]: light number of each triangle within the
     /// shape.
     light_numbers: Vec<Vec<u32>>,
     infinite_lights: Vec<LightId>,
-    /// Made at the first request.
+    /// Selection of the light from which a path starts, made at the first call.
     emission_selection: OnceLock<EmissionSelection>,
     light_groups: LightGroups,
     bounds: Bounds3,
@@ -151,14 +154,14 @@ impl Scene {
         &self.meshes
     }
 
-    /// The meshes, for readers that outlive a borrow of the scene.
+    /// The meshes, for code that may outlive a borrow of the scene.
     #[cfg_attr(not(feature = "embree"), allow(dead_code))]
     pub(crate) fn shared_meshes(&self) -> Arc<Vec<Mesh>> {
         Arc::clone(&self.meshes)
     }
 
-    /// Shares the meshes of `other` from now on, if both scenes have the same meshes in the same
-    /// places. Returns true if so.
+    /// Replaces the meshes by the meshes of `other`, if both scenes have the same meshes in the
+    /// same places. Returns true if the meshes were replaced.
     pub fn share_meshes(&mut self, other: &Self) -> bool {
         let places = |scene: &Self| -> Vec<(u32, Placement)> {
             let instances = scene.instances.iter();
@@ -179,7 +182,7 @@ impl Scene {
         &self.meshes[geom.0 as usize]
     }
 
-    /// Id of each mesh.
+    /// Ids of all meshes.
     pub fn geom_ids(&self) -> impl Iterator<Item = GeomId> {
         (0..self.meshes.len() as u32).map(GeomId)
     }
@@ -194,9 +197,10 @@ impl Scene {
         &self.lights
     }
 
-    /// Makes the choice of a light for next-event estimation.
+    /// Makes the selection of lights for next-event estimation. `choice` is the method of
+    /// selection.
     pub fn light_selection(&self, choice: LightChoice) -> LightSelection {
-        // A scene without extent still has a sky with some power.
+        // Use a radius of 1 for a scene without extent, so that its sky has power
         let radius = Some(self.bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0);
         let selection = LightSelection::new(choice.mode, &self.lights, self.bounds, radius);
         selection.with_lamps(|| {
@@ -205,18 +209,18 @@ impl Scene {
         })
     }
 
-    /// The choice of the light that a path starts from. It is made at the first call.
+    /// Selection of the light from which a path starts. It is made at the first call.
     pub fn emission_selection(&self) -> &EmissionSelection {
         self.emission_selection
             .get_or_init(|| EmissionSelection::new(&self.lights, self.ball().radius))
     }
 
-    /// Light groups.
+    /// Light groups of the scene.
     pub fn light_groups(&self) -> &LightGroups {
         &self.light_groups
     }
 
-    /// The plane that catches shadows, if any. Bounds do not include it.
+    /// The plane that catches shadows, if any. The scene's bounds do not include it.
     #[inline(always)]
     pub fn ground(&self) -> Option<&Ground> {
         self.ground.as_ref()
@@ -227,20 +231,21 @@ impl Scene {
         self.bounds
     }
 
-    /// Ball around all vertices, at all times; of radius 1 if they have no extent.
+    /// Ball that contains all vertices at all times. Its radius is 1 if the vertices have no
+    /// extent.
     pub fn ball(&self) -> Ball {
         Ball::around(self.bounds)
     }
 
-    /// The scene in less memory: derived data is computed at each hit, also by acceleration
-    /// structures.
+    /// Converts the scene to a compact scene, which needs less memory. Derived data is then
+    /// computed at each hit, also by acceleration structures.
     pub fn into_compact(mut self) -> Self {
         self.facets.iter_mut().for_each(|facets| *facets = Vec::new());
         self.is_compact = true;
         self
     }
 
-    /// True if the scene uses less memory at the cost of time.
+    /// True if the scene is compact: it needs less memory and more time.
     pub fn is_compact(&self) -> bool {
         self.is_compact
     }
@@ -261,7 +266,7 @@ impl Scene {
         count(&self.standing()) + of_instances.sum::<u64>()
     }
 
-    /// Ids of the meshes that stand in the world themselves.
+    /// Ids of the meshes that are not part of a prototype.
     pub fn standing(&self) -> Range<u32> {
         0..self.prototypes.first().map_or(self.meshes.len() as u32, |p| p.start)
     }
@@ -276,7 +281,7 @@ impl Scene {
         &self.instances
     }
 
-    /// The instance of a hit; `None` if the mesh stands in the world itself.
+    /// The instance of a hit; `None` if the mesh is not part of a prototype.
     pub fn instance(&self, id: InstanceId) -> Option<&Instance> {
         self.instances.get(id.0 as usize)
     }
@@ -293,11 +298,11 @@ impl Scene {
         self.is_moving && (self.instance(hit.inst).is_some_and(is_placed_anew) || self.mesh(hit.geom).deforms())
     }
 
-    /// Bytes of the scene's own arrays, without acceleration structures.
+    /// Size of the scene's arrays in bytes, without acceleration structures.
     pub fn bytes(&self) -> u64 {
         let meshes: usize = self.meshes.iter().map(Mesh::bytes).sum();
         let facets: usize = self.facets.iter().map(|n| size_of_val(n.as_slice())).sum();
-        // Skies share images.
+        // Count each image once: skies may share images
         let mut pictures = HashSet::new();
         let maps: usize = self
             .lights
@@ -335,7 +340,7 @@ impl Scene {
         SurfacePoint { time, ..point }
     }
 
-    /// Shared data of the points of a triangle that stands in the world.
+    /// Precomputed data of the triangle that was hit. Its mesh must not be part of a prototype.
     #[inline(always)]
     fn facet(&self, hit: &Hit) -> Facet {
         let geom = hit.geom.0 as usize;
@@ -361,7 +366,7 @@ impl Scene {
         )
     }
 
-    /// Corners of the triangle that was hit, in the mesh's order, placed at `time`.
+    /// Corners of the triangle that was hit, placed at `time`, in the order of the mesh.
     pub fn corners(&self, hit: &Hit, time: f32) -> [Vec3; 3] {
         let corners = self.meshes[hit.geom.0 as usize].corners_at(hit.prim, time);
         match self.instance(hit.inst).map(|i| i.placement.at(time)) {
@@ -388,9 +393,9 @@ impl Scene {
         &self.parts
     }
 
-    /// Index of the part that was hit. Objects are the first parts, in the order of
-    /// [`Scene::objects`]: each is the part of its triangles without a name. The parts of
-    /// [`Scene::part_names`] follow.
+    /// Index of the part that was hit. The first parts are the objects, in the order of
+    /// [`Scene::objects`]. Triangles without a part name belong to the part of their object. The
+    /// parts of [`Scene::part_names`] follow.
     pub fn part(&self, hit: &Hit) -> u32 {
         match self.mesh(hit.geom).part(hit.prim) {
             UNNAMED => self.object(hit),
@@ -426,8 +431,8 @@ impl Scene {
         Some((SurfacePoint { time, ..point }, &self.bsdfs[shape.material.0 as usize]))
     }
 
-    /// BSDF at the hit. `slot` stores a BSDF that varies over the surface. `footprint` is the size,
-    /// in scene units, of the surface region that the viewer sees as one point.
+    /// BSDF at the hit. If the BSDF varies over the surface, it is stored in `slot`. `footprint` is
+    /// the size, in scene units, of the surface region that the viewer sees as one point.
     pub fn bsdf<'a>(&'a self, hit: &Hit, time: f32, footprint: f32, slot: &'a OnceCell<Bsdf>) -> &'a Bsdf {
         let material = self.material(hit);
         match material.maps.varies_bsdf() {
@@ -436,7 +441,7 @@ impl Scene {
         }
     }
 
-    /// Returns true if any glass has a different index of refraction for each wavelength.
+    /// Returns true if the index of refraction of any glass depends on the wavelength.
     #[inline(always)]
     pub fn is_dispersive(&self) -> bool {
         self.is_dispersive
@@ -449,7 +454,7 @@ impl Scene {
         self.materials[material].dispersed(&self.bsdfs[material], nanometers)
     }
 
-    /// The BSDF at a hit; by value if a texture changes it.
+    /// BSDF at a hit. It is returned by value if a texture changes it.
     pub fn bsdf_at(&self, hit: &Hit, time: f32, footprint: f32) -> Cow<'_, Bsdf> {
         let material = self.material(hit);
         match material.maps.varies_bsdf() {
@@ -458,8 +463,8 @@ impl Scene {
         }
     }
 
-    /// Unfiltered values of all textures of the material at a hit: the key in scene files, and one
-    /// or three values.
+    /// Unfiltered values at a hit of all textures of the material. Each has its key in scene files,
+    /// and one or three values.
     pub fn texels_at(&self, hit: &Hit) -> Vec<(&'static str, Vec<f32>)> {
         self.material(hit).maps.texels(&self.spot(hit, 0.0, 0.0))
     }
@@ -474,7 +479,8 @@ impl Scene {
         self.texture_filter
     }
 
-    /// The surface point `point` at `hit`, with the shading normal from textures.
+    /// The surface point `point` at `hit`, with the shading normal that bump and normal maps
+    /// define.
     pub fn with_bumps(&self, hit: &Hit, point: SurfacePoint, footprint: f32) -> SurfacePoint {
         let maps = &self.material(hit).maps;
         if !maps.has_bumps() {
@@ -487,8 +493,9 @@ impl Scene {
         }
     }
 
-    /// Local frame at the surface point `point` at `hit`: along the material's tangent if the
-    /// material is anisotropic and there are texture coordinates, else along any tangent.
+    /// Local frame at the surface point `point` at `hit`. If the material is anisotropic and there
+    /// are texture coordinates, the frame is aligned to the material's tangent; else the tangent is
+    /// arbitrary.
     pub fn frame(&self, hit: &Hit, point: &SurfacePoint) -> Frame {
         let material = self.material(hit);
         if !material.is_anisotropic() {
@@ -501,8 +508,8 @@ impl Scene {
         frame.unwrap_or_else(|| Frame::from_z(point.ns))
     }
 
-    /// Location of texture lookups at `hit` at `time`, with the footprint `footprint` in scene
-    /// units. A mesh without texture coordinates uses (0, 0).
+    /// Location for texture lookups at `hit` at `time`. `footprint` is in scene units. If the mesh
+    /// has no texture coordinates, they are (0, 0).
     fn spot(&self, hit: &Hit, time: f32, footprint: f32) -> Spot<'_> {
         let mesh = &self.meshes[hit.geom.0 as usize];
         Spot {

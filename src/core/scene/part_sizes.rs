@@ -1,4 +1,4 @@
-//! Sizes of the parts of a scene, to choose among parts.
+//! Sizes of the parts of a scene. Users compare them to find important parts.
 
 use super::Scene;
 use crate::geometry::{GeomId, Mesh, PrimId, UNNAMED, triangle_area};
@@ -24,8 +24,9 @@ impl PartSize {
 }
 
 impl Scene {
-    /// Sizes of the parts of meshes, in the order of their first faces; triangles without a name
-    /// are last. Copies count once, with their size in the file. Empty if no part has a name.
+    /// Sizes of the parts of meshes, in the order in which their first faces appear. Triangles
+    /// without a part name are last. Meshes with several copies count once, with their size in the
+    /// file. The result is empty if no part has a name.
     pub fn part_sizes(&self) -> Vec<PartSize> {
         let names = self.part_names();
         if names.is_empty() {
@@ -48,7 +49,7 @@ impl Scene {
     }
 }
 
-/// Sizes of the parts in a mesh, without names.
+/// Sizes of the parts in a mesh, by the index of the part. Names are not filled in.
 fn sizes_in(mesh: &Mesh) -> BTreeMap<u32, PartSize> {
     let mut sizes: BTreeMap<u32, PartSize> = BTreeMap::new();
     for prim in (0..mesh.triangles.len() as u32).map(PrimId) {

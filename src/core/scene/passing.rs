@@ -1,4 +1,4 @@
-//! Surfaces that rays pass straight on: by their opacity, or as thin glass
+//! Surfaces that rays pass without a change of direction: by opacity, or as thin glass
 //! (`material/thin_surface.rs`).
 
 use super::Scene;
@@ -8,21 +8,22 @@ use crate::material::ThinSurface;
 use crate::math::Ray;
 
 impl Scene {
-    /// Returns true if rays may pass any surface straight on: by its opacity, as thin glass, beside
-    /// a lamp within its hull, or if only camera rays hit it.
+    /// Returns true if rays may pass any surface without a change of direction: because of its
+    /// opacity, because it is thin glass, because the surface is the hull of a light that the ray
+    /// misses, or because only camera rays hit it.
     #[inline(always)]
     pub fn lets_light_pass(&self) -> bool {
         self.has_alpha || self.has_thin_surfaces || self.has_lamp_hulls || self.hides_from_light
     }
 
-    /// Returns true if camera rays pass some surface that other rays hit.
+    /// Returns true if there is a surface that camera rays pass and other rays hit.
     #[inline(always)]
     pub fn hides_from_camera(&self) -> bool {
         self.hides_from_camera
     }
 
-    /// Returns true if a ray hits the surface at `hit`. `is_from_camera` is true for rays from the
-    /// camera to the first visible surface.
+    /// Returns true if the surface at `hit` is not hidden from the ray. `is_from_camera` is true
+    /// for rays from the camera to the first visible surface.
     pub fn is_met(&self, hit: &Hit, is_from_camera: bool) -> bool {
         let material = self.material(hit);
         if is_from_camera {
@@ -38,20 +39,20 @@ impl Scene {
         self.has_alpha
     }
 
-    /// Returns true if rays pass any thin surface straight on.
+    /// Returns true if rays pass any thin surface without a change of direction.
     #[inline(always)]
     pub fn has_thin_surfaces(&self) -> bool {
         self.has_thin_surfaces
     }
 
-    /// Number of panes of solid glass that became thin dielectrics; panes of a prototype count
+    /// Number of panes of solid glass that became thin dielectrics. Panes of a prototype count
     /// once.
     pub fn panes(&self) -> u64 {
         self.panes
     }
 
-    /// Probability with which `ray` passes thin glass at `hit` straight on, and the factor of the
-    /// light that passes; `None` if the surface is not thin glass.
+    /// Probability that `ray` passes the thin glass at `hit` without a change of direction, and
+    /// factor by which the passing light is multiplied; `None` if the surface is not thin glass.
     pub fn thin_surface_along(&self, hit: &Hit, ray: &Ray) -> Option<(f32, Spectrum)> {
         if !self.has_thin_surfaces {
             return None;
@@ -62,8 +63,8 @@ impl Scene {
         Some((surface.pass_probability(cos), surface.tint))
     }
 
-    /// Probability with which the surface at `hit` stops rays, without its mirror reflection, which
-    /// depends on the direction.
+    /// Probability with which the surface at `hit` stops rays. The mirror reflection is not
+    /// included, because it depends on the direction.
     pub fn stopping_share(&self, hit: &Hit) -> f32 {
         let surface = self.thin_surfaces[self.shape(hit.geom).material.0 as usize].as_ref();
         self.opacity(hit) * surface.map_or(1.0, ThinSurface::scattered_share)
@@ -73,7 +74,7 @@ impl Scene {
     pub fn opacity(&self, hit: &Hit) -> f32 {
         let material = self.material(hit);
         if material.maps.varies_opacity() {
-            // Edges stay sharp.
+            // Look up the opacity without filtering, so that edges stay sharp.
             material.opacity_at(&self.spot(hit, 0.0, 0.0))
         } else {
             material.opacity

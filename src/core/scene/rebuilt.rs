@@ -1,24 +1,27 @@
 //! Builders of scenes that are built again with other lights. Triangles, parts and textures of the
-//! first scene are moved to the second one, so that no file is read twice.
+//! first scene are moved to the second scene, so that no file is read twice.
 
 use super::{Scene, SceneBuilder};
 use crate::material::MaterialId;
 use std::sync::Arc;
 
-/// A builder before its lights were added, without triangles and textures, which are in its scene.
+/// State of a builder before its lights were added. It has no triangles and textures: the scene
+/// that was built has them.
 #[derive(Debug)]
 pub struct UnlitBuilder {
     builder: SceneBuilder,
-    /// Number of meshes that stand in the world, and of all meshes of each prototype.
+    /// Number of meshes that are not part of a prototype, and number of meshes of each prototype
+    /// (`prototypes`).
     standing: usize,
     prototypes: Vec<usize>,
-    /// Number of meshes that stand in the scene, including lamps.
+    /// Number of meshes of the built scene that are not part of a prototype, including lights that
+    /// have meshes.
     standing_in_scene: usize,
 }
 
 impl UnlitBuilder {
-    /// Copies materials and texture filter from `lit`, which is this builder with lights and
-    /// textures.
+    /// Copies materials and texture filter from `lit`: the same builder after its lights and
+    /// textures were added.
     pub fn complete(&mut self, lit: &SceneBuilder) {
         let count = self.builder.materials.len();
         self.builder.materials = lit.materials.iter().take(count).cloned().collect();
@@ -27,8 +30,9 @@ impl UnlitBuilder {
         self.standing_in_scene = lit.meshes.len();
     }
 
-    /// The builder with the triangles and textures of its scene; `None` if the scene has changed
-    /// them: a compact scene, a scene with panes, or a scene that shares its triangles.
+    /// The builder with the triangles and textures of `scene`, which was built from it. `None` if
+    /// the scene changed or shares its triangles: a compact scene, a scene with panes, or a scene
+    /// that shares its meshes.
     pub fn with_parts_of(self, scene: Scene) -> Option<SceneBuilder> {
         let Self {
             mut builder,
@@ -65,7 +69,7 @@ impl UnlitBuilder {
 }
 
 impl SceneBuilder {
-    /// This builder without triangles and textures.
+    /// State of this builder without triangles and textures.
     pub fn unlit(&self) -> UnlitBuilder {
         UnlitBuilder {
             standing: self.meshes.len(),

@@ -1,9 +1,10 @@
 //! Checks of the parts of a scene, and the range of coordinates that backends can trace.
 //!
-//! Coordinates beyond 10¹⁰ are errors, and so are scenes less than 10⁻⁹ wide, in the world and in
-//! the space of each instanced object. Embree computes distances as volumes of three lengths over
-//! areas, in f32: they underflow in small scenes and overflow in large ones. The limits keep a
-//! margin to the scales at which images were wrong (docs/notebook/2026-11.md, "Range of scales").
+//! Coordinates beyond 10¹⁰ are errors. Scenes less than 10⁻⁹ wide are also errors. Both rules apply
+//! to world space and to the space of each instanced object. Embree computes distances as volumes
+//! of three lengths over areas, in f32: they underflow in small scenes and overflow in large ones.
+//! The limits keep a margin to the scales at which images were wrong (docs/notebook/2026-11.md,
+//! "Range of scales").
 
 use crate::geometry::{Mesh, Placement, retain_triangles, triangle_area};
 use crate::light::LightGroups;
@@ -12,20 +13,20 @@ use crate::math::{Affine3A, Bounds3, Vec3, excerpt, excerpt_of_name};
 use half::f16;
 use thiserror::Error;
 
-/// Maximum length of a light group's name: its channels, `light_NAME.R`, then have at most the 31
-/// bytes that all EXR readers support.
+/// Maximum length of a light group's name in bytes. Its channels, such as `light_NAME.R`, then have
+/// 31 bytes or less, which all EXR readers support.
 const MAX_GROUP_NAME: usize = 23;
 
-/// Largest valid coordinate. Embree's distances are volumes of three lengths over areas, in f32: it
-/// is wrong from scenes of some 5·10¹² units on.
+/// Largest valid coordinate. Embree computes distances as volumes of three lengths divided by
+/// areas, in f32. The results are wrong in scenes larger than some 5·10¹² units.
 pub(super) const MAX_COORDINATE: f32 = 1e10;
 
-/// Minimum extent of a scene or an instanced object: with triangles a thousandth as long the same
-/// volumes are still 10³ times the smallest normal f32.
+/// Minimum extent of a scene or an instanced object: if triangles are a thousandth as long,
+/// Embree's volumes are still 10³ times the smallest normal f32.
 const MIN_EXTENT: f32 = 1e-9;
 
-/// Maximum distance of lights from the origin, and of the scene from an instance in units of the
-/// instanced object.
+/// Maximum distance of lights from the origin. Also the maximum distance of the scene from an
+/// instance, in units of the instanced object.
 pub(super) const MAX_REACH: f32 = 1e15;
 
 /// Errors of building a scene.
@@ -34,25 +35,25 @@ pub enum BuildError {
     /// A triangle has a vertex index that is out of range.
     #[error("triangle {triangle} uses vertex {index}, but the mesh has {vertices} vertices")]
     IndexOutOfRange {
-        /// Triangle within its mesh.
+        /// Index of the triangle within its mesh.
         triangle: usize,
-        /// The vertex index.
+        /// The vertex index that is out of range.
         index: u32,
-        /// Number of vertices.
+        /// Number of vertices of the mesh.
         vertices: usize,
     },
-    /// A vertex is NaN, infinite or beyond what backends can represent.
+    /// A vertex is NaN or infinite, or its coordinates are too large for backends.
     #[error("vertex {vertex} is at ({}, {}, {}): coordinates must be finite and {MAX_COORDINATE:e} at most", position.x, position.y, position.z)]
     BadVertex {
-        /// Vertex within its mesh.
+        /// Index of the vertex within its mesh.
         vertex: usize,
         /// Position of the vertex.
         position: Vec3,
     },
-    /// An extent is smaller than backends can represent.
+    /// The extent of the scene or of an object is too small for backends.
     #[error("{what} is {extent:e} units wide: it must be {MIN_EXTENT:e} at least, for ray tracing with 32-bit floats")]
     TooSmall {
-        /// The scene, or an object.
+        /// Part of the description that is too small: the scene, or an object.
         what: &'static str,
         /// Extent along the widest axis.
         extent: f32,
@@ -65,11 +66,11 @@ pub enum BuildError {
         /// Number of vertices at shutter close.
         close: usize,
     },
-    /// An instance is flattened, turned inside out during its motion, or beyond what backends can
-    /// represent.
+    /// The placement of an instance flattens it, turns it inside out during its motion, or has
+    /// numbers that are too large or too small for backends.
     #[error("instance {instance} {problem}")]
     BadPlacement {
-        /// Index of the instance in the order of adding.
+        /// Index of the instance, in the order in which instances were added.
         instance: usize,
         /// Description of the error.
         problem: &'static str,
@@ -77,7 +78,7 @@ pub enum BuildError {
     /// A vertex attribute is missing for some vertices, or has an invalid value.
     #[error("vertex {vertex} has no {attribute} that is finite{}", if *.attribute == "normal" { " and not zero" } else { "" })]
     BadAttribute {
-        /// Vertex within its mesh.
+        /// Index of the vertex within its mesh.
         vertex: usize,
         /// Name of the attribute: normal, colour or texture coordinate.
         attribute: &'static str,
@@ -122,7 +123,7 @@ pub enum BuildError {
         /// Rule that the value breaks.
         rule: &'static str,
     },
-    /// The irradiance of the ground is unknown, and so is the share of arriving light.
+    /// The irradiance of the ground is unknown, so the share of arriving light cannot be computed.
     #[error("the ground cannot catch the shadows of a lamp whose emission is a texture")]
     UnknownIrradiance,
     /// The ground has too many lights to sum at each point.
@@ -146,7 +147,7 @@ pub enum BuildError {
     /// Too many light groups.
     #[error("more than {} light groups", LightGroups::MOST - 1)]
     TooManyLightGroups,
-    /// More meshes, triangles or lights than 32-bit ids can name.
+    /// There are more meshes, triangles or lights than 32-bit ids can count.
     #[error("more than 2^32 - 2 {0} in one scene")]
     TooMany(&'static str),
 }
@@ -185,7 +186,7 @@ pub(super) fn check_mesh(mesh: &mut Mesh) -> Result<(), BuildError> {
     Ok(())
 }
 
-/// Removes triangles without area at all times; returns their number.
+/// Removes triangles that have no area at any time, and returns their number.
 pub(super) fn remove_degenerate(mesh: &mut Mesh) -> u64 {
     let before = mesh.triangles.len();
     let Mesh {
@@ -205,7 +206,7 @@ pub(super) fn remove_degenerate(mesh: &mut Mesh) -> u64 {
     (before - triangles.len()) as u64
 }
 
-/// Checks that attributes exist for every vertex or for none, and normalises normals.
+/// Checks that each attribute exists either for all vertices or for no vertex. Normalises normals.
 fn check_attributes(mesh: &mut Mesh) -> Result<(), BuildError> {
     let vertices = mesh.positions.len();
     let bad = |attribute, vertex| Err(BuildError::BadAttribute { vertex, attribute });
@@ -241,7 +242,7 @@ fn check_attributes(mesh: &mut Mesh) -> Result<(), BuildError> {
             return bad("normal", mesh.normals.len().min(vertices));
         }
     }
-    // Without normals at one end there are no normals at the other.
+    // If normals are missing at one end of the motion, the normals at the other end are removed.
     if mesh.normals.is_empty() || mesh.normals_close.len() != vertices {
         mesh.normals_close = Vec::new();
     }
@@ -251,7 +252,7 @@ fn check_attributes(mesh: &mut Mesh) -> Result<(), BuildError> {
     Ok(())
 }
 
-/// Checks the name of a light group, which is part of channel names.
+/// Checks the name of a light group. The name is part of channel names.
 pub(super) fn check_group_name(name: &str) -> Result<(), BuildError> {
     let is_allowed = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let rule = if name.is_empty() {
@@ -271,7 +272,7 @@ pub(super) fn check_group_name(name: &str) -> Result<(), BuildError> {
     })
 }
 
-/// Checks the placement of `instance`, whose object lies within `bounds`.
+/// Checks the placement of `instance`. `bounds` is the box of the instanced object.
 pub(super) fn check_placement(instance: usize, placement: &Placement, bounds: Bounds3) -> Result<(), BuildError> {
     let bad = |problem| Err(BuildError::BadPlacement { instance, problem });
     let determinants = || placement.steps().iter().map(|step| step.matrix3.determinant());
@@ -292,7 +293,8 @@ pub(super) fn check_placement(instance: usize, placement: &Placement, bounds: Bo
     Ok(())
 }
 
-/// Checks that `bounds` are large enough for the floats of backends.
+/// Checks that `bounds` are large enough for the arithmetic of backends. `what` names the scene or
+/// object in the error.
 pub(super) fn check_extent(what: &'static str, bounds: Bounds3) -> Result<(), BuildError> {
     let extent = (bounds.max - bounds.min).max_element();
     match bounds.is_empty() || extent >= MIN_EXTENT {
@@ -301,8 +303,8 @@ pub(super) fn check_extent(what: &'static str, bounds: Bounds3) -> Result<(), Bu
     }
 }
 
-/// Checks that `instance` does not make its object so small that the scene, with coordinates up to
-/// `largest`, is out of range in the object's space.
+/// Checks that `instance` does not shrink its object too much: in the object's space, the
+/// coordinates of the scene must stay in range. `largest` is the scene's largest coordinate.
 pub(super) fn check_reach(instance: usize, placement: &Placement, largest: f32) -> Result<(), BuildError> {
     let reach = |step: &Affine3A| {
         let inverse = step.matrix3.inverse();

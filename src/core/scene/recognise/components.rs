@@ -4,22 +4,22 @@ use crate::geometry::Mesh;
 use crate::math::Vec3;
 use std::collections::{BTreeMap, HashMap};
 
-/// An index for each vertex; vertices at the same position have the same index.
+/// For each vertex, the index of the first vertex at the same position.
 pub(in crate::scene) fn welded(mesh: &Mesh) -> Vec<u32> {
     let mut known: HashMap<[u32; 3], u32> = HashMap::new();
     let positions = mesh.positions.iter().enumerate();
     let first = positions.map(|(i, p)| {
-        // Both zeros become one
+        // Adding zero turns −0 into +0
         let bits = (*p + Vec3::ZERO).to_array().map(f32::to_bits);
         *known.entry(bits).or_insert(i as u32)
     });
     first.collect()
 }
 
-/// Triangles of each connected component, in the order of their first triangles. `parents` are the
-/// [`welded`] vertices.
+/// Triangles of each connected component. Components are ordered by their first triangles.
+/// `parents` is the result of [`welded`].
 pub(in crate::scene) fn components(mesh: &Mesh, mut parents: Vec<u32>) -> Vec<Vec<u32>> {
-    // Path halving (Tarjan 1975)
+    // Find the root with path halving (Tarjan 1975)
     fn root(parents: &mut [u32], mut i: u32) -> u32 {
         while parents[i as usize] != i {
             let above = parents[parents[i as usize] as usize];
@@ -32,7 +32,7 @@ pub(in crate::scene) fn components(mesh: &Mesh, mut parents: Vec<u32>) -> Vec<Ve
         let [a, b, c] = triangle.map(|vertex| root(&mut parents, vertex));
         let min = a.min(b).min(c);
         for other in [a, b, c] {
-            // A vertex that was joined in this loop is no longer a root.
+            // The root may have changed in this loop: find it again.
             let other = root(&mut parents, other);
             parents[other as usize] = min;
         }

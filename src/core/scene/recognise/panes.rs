@@ -1,11 +1,11 @@
 //! Panes: flat slabs of clear glass, which become thin dielectrics when the scene is frozen.
 //!
-//! Files model a window pane as a slab: two parallel faces and a narrow rim. Two refractions
-//! deflect light and restore its direction, but no shadow ray finds this path. A thin dielectric in
-//! the middle of the slab, with the same index of refraction, has the same Fresnel transmittance
-//! with all reflections between the faces. Light passes it straight on
-//! (`material/thin_surface.rs`). This neglects the shift of light inside the slab (`d sin θ (1 −
-//! cos θ / √(n² − sin² θ))` for a thickness d), and the rim, which is left out.
+//! Files model a window pane as a slab: two parallel faces and a narrow rim. Light is refracted at
+//! both faces and continues in its old direction, but a shadow ray cannot find this path. A thin
+//! dielectric in the middle of the slab, with the same index of refraction, has the same Fresnel
+//! transmittance with all reflections between the faces. Light passes the thin dielectric without a
+//! change of direction (`material/thin_surface.rs`). This neglects the sideways shift of light in
+//! the slab (`d sin θ (1 − cos θ / √(n² − sin² θ))` for a thickness d). The rim is left out.
 //!
 //! A slab must fulfil all of these conditions, so that bottles, lenses, bowls and thick tables do
 //! not change:
@@ -17,8 +17,9 @@
 //! - Vertex normals, if any, are the normals of the planes.
 //! - The thickness is at most a twentieth of the width and a hundredth of the scene's radius.
 //!
-//! Two separate faces with the same outline that point away from each other, as a slab without its
-//! rim, are a pane too. A single face of refracting glass is not: it may be the surface of water.
+//! Two separate faces with the same outline that point away from each other are also a pane: a slab
+//! without its rim. A single face of refracting glass is not a pane: it may be the surface of
+//! water.
 
 use super::components::{components, welded};
 use crate::bsdf::{Bsdf, Lobe};
@@ -30,85 +31,88 @@ use std::collections::HashMap;
 /// Treatment of thin glass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Panes {
-    /// Light passes straight on: shadow rays pass it, and flat panes of solid glass are treated as
-    /// thin.
+    /// Light passes thin glass without a change of direction: shadow rays pass it, and flat panes
+    /// of solid glass are treated as thin.
     #[default]
     Straight,
-    /// Light passes only by scattering, and panes of solid glass are bodies.
+    /// Light passes thin glass only if a path scatters there, and panes of solid glass stay solid
+    /// bodies.
     Refract,
 }
 
 impl Panes {
-    /// Names that users type.
+    /// Names of the treatments on the command line and in scene files.
     pub const NAMES: &[(&str, Self)] = &[("straight", Self::Straight), ("refract", Self::Refract)];
 }
 
-/// Largest thickness of a pane over its width.
+/// Maximum ratio of a pane's thickness to its width.
 const MAX_THICKNESS: f64 = 1.0 / 20.0;
-/// Largest thickness of a pane over the radius of the scene.
+/// Maximum ratio of a pane's thickness to the radius of the scene.
 const MAX_SHARE_OF_SCENE: f64 = 1.0 / 100.0;
-/// Largest sine of the angle between a plane of the pane and its triangles.
+/// Maximum sine of the angle between a plane of the pane and the triangles in the plane.
 const MAX_SINE: f64 = 0.01;
-/// Cosine of the largest angle between the normal of a plane and its vertex normals: 5 degrees.
+/// Cosine of the maximum angle, 5 degrees, between the normal of a plane and the vertex normals.
 const MIN_NORMAL_COS: f64 = 0.996;
-/// Largest distance of a point from its plane, over the thickness.
+/// Maximum distance of a point from the plane of its face, as a fraction of the thickness.
 const MAX_UNEVENNESS: f64 = 0.02;
-/// Largest area of a rim as seen along the normal of the pane, over the area of the pane.
+/// Maximum area of a rim as seen along the normal of the pane, as a fraction of the area of the
+/// pane.
 const MAX_RIM: f64 = 0.05;
-/// Largest relative difference of the areas of two faces, and of their positions over their width.
+/// Maximum relative difference of the areas of two faces. Also the maximum difference of their
+/// positions, as a fraction of their width.
 const MAX_DIFFERENCE: f64 = 0.02;
 
 /// A pane found in a mesh.
 struct Pane {
-    /// Triangles of one face.
+    /// Triangles of one of the two faces.
     face: Vec<u32>,
-    /// All other triangles.
+    /// All other triangles of the pane.
     rest: Vec<u32>,
     /// Vector from the face to the middle of the slab.
     shift: DVec3,
 }
 
-/// A planar face of a component.
+/// A flat face of a connected component.
 #[derive(Clone)]
 struct Face {
     triangles: Vec<u32>,
-    /// Unit normal, from the winding.
+    /// Unit normal, according to the winding.
     n: DVec3,
     area: f64,
     centroid: DVec3,
-    /// Largest distance of a point from the centroid.
+    /// Maximum distance of a point of the face from the centroid.
     radius: f64,
-    /// Minimum and maximum distance of the points from the origin along `n`.
+    /// Minimum and maximum coordinate of the points along `n`.
     offsets: [f64; 2],
 }
 
 /// Shape of a connected component.
 enum Component {
     Slab(Pane),
-    /// A flat face without an opposite face.
+    /// A flat face without an opposite face in the same component.
     Face(Face),
     Other,
 }
 
-/// Largest thickness of a pane in a scene of these bounds.
+/// Maximum thickness of a pane in a scene with these bounds.
 pub(in crate::scene) fn max_thickness(bounds: Bounds3) -> f64 {
     MAX_SHARE_OF_SCENE * f64::from(bounds.radius())
 }
 
-/// Thin dielectrics that replace panes.
+/// Replaces panes by thin dielectrics, and stores their materials.
 #[derive(Default)]
 pub(in crate::scene) struct FlatPanes {
-    /// True for materials that are clear glass.
+    /// True for each material that is clear glass.
     is_clear: HashMap<MaterialId, bool>,
-    /// Material of panes, by the material of their body.
+    /// Thin dielectric of panes. The key is the material of the glass body.
     thin: HashMap<MaterialId, MaterialId>,
-    /// Number of panes.
+    /// Number of panes that were replaced.
     pub count: u64,
 }
 
 impl FlatPanes {
-    /// Splits off the panes of `mesh`. Returns the mesh without them, and a mesh of the flattened
-    /// panes, each only if it has triangles.
+    /// Separates the panes of `mesh`. Returns the mesh without panes, and a mesh of the flattened
+    /// panes. Each is `None` if it would have no triangles.
     pub fn split(
         &mut self,
         mut mesh: Mesh,
@@ -147,7 +151,7 @@ impl FlatPanes {
     }
 }
 
-/// Returns true if a surface of `material` is only a smooth boundary of glass.
+/// Returns true if `material` is clear glass: a smooth boundary that only reflects and refracts.
 fn is_clear_glass(material: &Material) -> bool {
     let maps = &material.maps;
     let varies = maps.varies_bsdf() || maps.has_bumps() || maps.varies_opacity();
@@ -156,7 +160,7 @@ fn is_clear_glass(material: &Material) -> bool {
     is_there && !varies && matches!(material.bsdf(), Bsdf::Single(Lobe::Dielectric(_)))
 }
 
-/// The thin dielectric for a pane of `body`, including the transmission of both faces.
+/// Thin dielectric for a pane of the material `body`, with the transmission of both faces.
 fn thin_pane_of(body: &Material) -> Material {
     Material {
         name: format!("{} (pane)", body.name),
@@ -166,7 +170,7 @@ fn thin_pane_of(body: &Material) -> Material {
     }
 }
 
-/// A face of each pane, moved to the middle.
+/// Mesh with one face of each pane, moved to the middle of its slab.
 fn faces_in_the_middle(mesh: &Mesh, panes: &[Pane]) -> Mesh {
     let mut flat = Mesh::default();
     let mut parts = Vec::new();
@@ -188,7 +192,7 @@ fn faces_in_the_middle(mesh: &Mesh, panes: &[Pane]) -> Mesh {
     flat
 }
 
-/// The panes of a mesh of clear glass, at most `max_thickness` thick.
+/// The panes of a mesh of clear glass. `max_thickness` is the maximum thickness of a pane.
 fn panes_of(mesh: &Mesh, max_thickness: f64) -> Vec<Pane> {
     let (mut panes, mut faces) = (Vec::new(), Vec::new());
     let welded = welded(mesh);
@@ -203,7 +207,8 @@ fn panes_of(mesh: &Mesh, max_thickness: f64) -> Vec<Pane> {
     panes
 }
 
-/// Shape of the connected component with the triangles `triangles`, whose vertices are `welded`.
+/// Shape of the connected component with the triangles `triangles`. `welded` has the merged index
+/// of each vertex.
 fn component(mesh: &Mesh, (triangles, welded): (&[u32], &[u32]), max_thickness: f64) -> Component {
     let areas: Vec<DVec3> = triangles.iter().map(|&t| area_vector(mesh, t)).collect();
     let largest = areas.iter().fold(DVec3::ZERO, |largest, &area| {
@@ -239,7 +244,7 @@ fn component(mesh: &Mesh, (triangles, welded): (&[u32], &[u32]), max_thickness: 
     else {
         return Component::Other;
     };
-    // Nothing lies beyond the two planes.
+    // Points may lie beyond the two planes only by this distance
     let slack = MAX_UNEVENNESS * thickness;
     let [low, high] = [-back.offsets[0] - slack, front.offsets[1] + slack];
     let is_between = corners(mesh, triangles).all(|p| (low..=high).contains(&p.dot(n)));
@@ -258,10 +263,11 @@ fn component(mesh: &Mesh, (triangles, welded): (&[u32], &[u32]), max_thickness: 
     })
 }
 
-/// Pairs of faces that are the two sides of a slab without its rim.
+/// Pairs of faces that are the two sides of a slab without a rim.
 fn pairs(mut faces: Vec<Face>, max_thickness: f64) -> Vec<Pane> {
-    // The distance between partners is about the thickness of a pane along any axis. Few other
-    // faces are so near along the axis on which faces differ most.
+    // Sort the faces along the axis with the largest spread of centroids: only few faces are then
+    // near each other along this axis. Both faces of a pane are about a thickness apart along any
+    // axis.
     let spread: Bounds3 = faces.iter().map(|face| face.centroid.as_vec3a()).collect();
     let axis = (spread.max - spread.min).max_position();
     faces.sort_by(|a, b| a.centroid[axis].total_cmp(&b.centroid[axis]));
@@ -307,19 +313,20 @@ fn thickness(a: &Face, b: &Face, max_thickness: f64) -> Option<f64> {
     is_pane.then_some(thickness)
 }
 
-/// Half the cross product of two edges: the area times the normal, from the winding.
+/// Area vector of a triangle: half the cross product of two edges, in the direction of the normal.
 fn area_vector(mesh: &Mesh, triangle: u32) -> DVec3 {
     let [a, b, c] = mesh.triangles[triangle as usize].map(|i| mesh.positions[i as usize].as_dvec3());
     0.5 * (b - a).cross(c - a)
 }
 
-/// Corners of the triangles, one triangle after the other.
+/// Positions of the corners of `triangles`, one triangle after the other.
 fn corners<'a>(mesh: &'a Mesh, triangles: &'a [u32]) -> impl Iterator<Item = DVec3> + 'a {
     let vertices = triangles.iter().flat_map(|&t| mesh.triangles[t as usize]);
     vertices.map(|i| mesh.positions[i as usize].as_dvec3())
 }
 
-/// Returns true if each edge belongs to two triangles with opposite directions along it.
+/// Returns true if the triangles are closed: each edge belongs to two triangles that have it in
+/// opposite directions.
 fn is_closed(mesh: &Mesh, triangles: &[u32], welded: &[u32]) -> bool {
     let mut edges = Vec::with_capacity(3 * triangles.len());
     for &triangle in triangles {
@@ -332,7 +339,7 @@ fn is_closed(mesh: &Mesh, triangles: &[u32], welded: &[u32]) -> bool {
 }
 
 impl Face {
-    /// The face with the triangles `triangles`, whose normals are near `n`.
+    /// The face of the triangles `triangles`, whose normals are near `n`.
     fn new(mesh: &Mesh, triangles: Vec<u32>, n: DVec3) -> Self {
         let (mut area, mut centroid) = (0.0, DVec3::ZERO);
         for (&triangle, of) in triangles.iter().zip(triangles.chunks(1)) {
@@ -356,12 +363,12 @@ impl Face {
         }
     }
 
-    /// Width of the face: the width of a strip with its area and its greatest length.
+    /// Width of the face, as if it were a strip with the face's area and greatest length.
     fn width(&self) -> f64 {
         self.area / (2.0 * self.radius).max(f64::MIN_POSITIVE)
     }
 
-    /// Returns true if the vertex normals, if any, are near the normal of the plane.
+    /// Returns true if all vertex normals of the face are near its normal, or if there are none.
     fn has_its_normals(&self, mesh: &Mesh) -> bool {
         let mut vertices = self.triangles.iter().flat_map(|&t| mesh.triangles[t as usize]);
         mesh.normals.is_empty()

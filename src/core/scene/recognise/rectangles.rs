@@ -1,26 +1,28 @@
 //! Rectangles among emitting triangles: each is a single light instead of two triangles.
 //!
-//! A single light has points that are stratified over the whole rectangle, and directions by solid
-//! angle nearby. The tables of the choice of a light have half as many entries
+//! Points sampled on a single light are stratified over the whole rectangle. Near the rectangle,
+//! its solid angle is sampled. The tables of the selection of lights have half as many entries
 //! (docs/notebook/2026-11.md, "Rectangles"). A quad of an OBJ file becomes two consecutive
 //! triangles, and only consecutive triangles are checked.
 
 use crate::geometry::{Mesh, PrimId};
 use crate::math::{Vec3, float::gamma};
 
-/// Largest cosine of a right angle between edges: the error of six digits in an OBJ file.
+/// Maximum cosine of the angle between two edges that counts as a right angle. It allows for the
+/// rounding error of six digits in an OBJ file.
 const RIGHT: f32 = 1e-5;
 
 /// A light of an emitting mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::scene) enum Part {
     Triangle(PrimId),
-    /// Two triangles: a corner of the rectangle, and its edges from the corner, whose cross product
-    /// points along the normal.
+    /// A rectangle of two triangles: a corner, and the two edges from the corner. The cross product
+    /// of the edges points along the normal.
     Rectangle(Vec3, [Vec3; 2]),
 }
 
-/// Rectangles and other triangles of `mesh`, in order, and the index of the part of each triangle.
+/// Rectangles and other triangles of `mesh`, in order. Also returns the index of the part to which
+/// each triangle belongs.
 pub(in crate::scene) fn parts(mesh: &Mesh) -> (Vec<Part>, Vec<u32>) {
     let count = mesh.triangles.len() as u32;
     let (mut parts, mut numbers) = (Vec::new(), Vec::new());
@@ -45,18 +47,20 @@ pub(in crate::scene) fn parts(mesh: &Mesh) -> (Vec<Part>, Vec<u32>) {
     (parts, numbers)
 }
 
-/// The rectangle of two triangles: a corner and its edges; `None` if they are not a rectangle.
+/// The rectangle that two triangles form: a corner and two edges; `None` if they do not form a
+/// rectangle.
 fn rectangle(one: [Vec3; 3], other: [Vec3; 3]) -> Option<(Vec3, [Vec3; 2])> {
     let corner = |of: &[Vec3; 3], i: usize| of[i % 3];
     for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
-        // The shared diagonal has opposite directions in both triangles.
+        // Find the shared diagonal: it has opposite directions in both triangles
         let [p, a, b] = [0, 1, 2].map(|k| corner(&one, i + k));
         let [q, c, d] = [0, 1, 2].map(|k| corner(&other, j + k));
         if (a, b) != (d, c) {
             continue;
         }
         let edges = [a - p, b - p];
-        // Sampled points have a larger ray offset than the error of this corner.
+        // Accept an error of the fourth corner that is smaller than the ray offset of sampled
+        // points
         let largest = one
             .iter()
             .chain(&other)
@@ -83,8 +87,8 @@ mod tests {
 
     const SQUARE: [[f32; 3]; 4] = [[1.0, 1.0, 0.0], [4.0, 1.0, 0.0], [4.0, 3.0, 0.0], [1.0, 3.0, 0.0]];
 
-    /// For any first corners of the two triangles, the rectangle has their corners and their
-    /// normal.
+    /// The rectangle has the corners and the normal of its triangles, for any first corners of the
+    /// triangles.
     #[test]
     fn two_triangles_are_a_rectangle() {
         for (first, second) in (0..9).map(|k| (k / 3, k % 3)) {
@@ -125,12 +129,12 @@ mod tests {
             assert_eq!(parts, [Part::Triangle(PrimId(0)), Part::Triangle(PrimId(1))], "{name}");
             assert_eq!(numbers, [0, 1], "{name}");
         }
-        // With opposite windings, the diagonal has the same direction in both.
+        // If the windings are opposite, the diagonal has the same direction in both triangles.
         let (parts, _) = parts(&mesh(&SQUARE, &[[0, 1, 2], [0, 3, 2]]));
         assert_eq!(parts.len(), 2);
     }
 
-    /// Rectangles between triangles: each triangle has the index of its part.
+    /// In a mesh with rectangles between triangles, each triangle has the index of its part.
     #[test]
     fn numbers_count_parts() {
         let triangles = [

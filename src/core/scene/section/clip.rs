@@ -1,4 +1,5 @@
-//! Triangles of a mesh on both sides of a plane. A vertex in the plane is in front of it.
+//! Clipping of a mesh by a plane into a kept and a removed half. A vertex in the plane counts as in
+//! front of it.
 
 use super::plane::SectionPlane;
 use crate::geometry::{Mesh, UNNAMED};
@@ -6,16 +7,16 @@ use crate::math::Vec3;
 use half::f16;
 use std::collections::HashMap;
 
-/// An edge that a plane cuts out of a triangle, in the direction of the cap's outline.
+/// Edge in which a plane cuts a triangle. Its direction follows the outline of the cap.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CutEdge {
     pub from: Vec3,
     pub to: Vec3,
-    /// Part of the triangle.
+    /// Part to which the triangle belongs.
     pub part: u32,
 }
 
-/// A mesh in two halves.
+/// The two halves of a mesh that a plane cuts, and the edges in the plane.
 #[derive(Debug, Default)]
 pub(super) struct Halves {
     pub kept: Mesh,
@@ -23,7 +24,7 @@ pub(super) struct Halves {
     pub edges: Vec<CutEdge>,
 }
 
-/// Triangles of one half, with their parts.
+/// Triangles of one half, with the part of each.
 #[derive(Default)]
 struct Half {
     triangles: Vec<[u32; 3]>,
@@ -37,7 +38,7 @@ impl Half {
     }
 }
 
-/// Cuts `mesh`, which must not deform.
+/// Cuts `mesh` by `plane`. The mesh must not deform.
 pub(super) fn clip(mesh: &Mesh, plane: &SectionPlane) -> Halves {
     let distances: Vec<f64> = mesh.positions.iter().map(|&p| plane.distance(p)).collect();
     let is_kept = |i: u32| distances[i as usize] < 0.0;
@@ -46,7 +47,7 @@ pub(super) fn clip(mesh: &Mesh, plane: &SectionPlane) -> Halves {
         parts: Vec::new(),
         ..mesh.clone()
     };
-    // New vertices in the plane, by the ends of their edge
+    // New vertices in the plane. The key has the two ends of the edge that is cut.
     let mut cuts: HashMap<[u32; 2], u32> = HashMap::new();
     let mut cut = |all: &mut Mesh, a: u32, b: u32| {
         let [kept, removed] = if is_kept(a) { [a, b] } else { [b, a] };
@@ -73,7 +74,7 @@ pub(super) fn clip(mesh: &Mesh, plane: &SectionPlane) -> Halves {
                 continue;
             }
         };
-        // The only corner on its side comes first.
+        // Rotate the triangle so that the corner that is alone on its side comes first
         let is_lone_kept = sides.iter().filter(|kept| **kept).count() == 1;
         let first = sides.iter().position(|&kept| kept == is_lone_kept).unwrap_or(0);
         let [a, b, c] = [0, 1, 2].map(|k| triangle[(first + k) % 3]);
@@ -103,7 +104,8 @@ pub(super) fn clip(mesh: &Mesh, plane: &SectionPlane) -> Halves {
     }
 }
 
-/// Adds the vertex `p` between two others, at the fraction `share`.
+/// Adds a vertex at the position `p`, with the attributes at the fraction `share` of the way
+/// between the vertices `ends`.
 fn push_between(mesh: &mut Mesh, ends: [u32; 2], share: f32, p: Vec3) -> u32 {
     let [a, b] = ends.map(|i| i as usize);
     let index = mesh.positions.len() as u32;
@@ -127,7 +129,7 @@ fn push_between(mesh: &mut Mesh, ends: [u32; 2], share: f32, p: Vec3) -> u32 {
     index
 }
 
-/// The triangles `triangles` of `mesh`, with only the vertices that they use.
+/// Mesh of the triangles `triangles` of `mesh`, without unused vertices.
 fn compacted(mesh: &Mesh, mut triangles: Vec<[u32; 3]>, parts: Vec<u32>) -> Mesh {
     const UNUSED: u32 = u32::MAX;
     let mut numbers = vec![UNUSED; mesh.positions.len()];

@@ -1,18 +1,20 @@
-//! Triangulation of the inside of outlines: a sweep over horizontal slabs, in which no edges cross.
+//! Triangulation of the inside of outlines, by a sweep over horizontal slabs. Edges do not cross
+//! within a slab.
 //!
 //! A point is inside if the winding number of the oriented outlines around it is positive, or if it
-//! is inside an unoriented outline. So overlapping solids are filled as their union, and hollows
-//! stay empty. A trapezoid extends over all slabs in which the same two edges bound it.
+//! is inside an unoriented outline. Overlapping solids are therefore filled as their union, and
+//! hollows stay empty. If the same two edges bound the inside in successive slabs, one trapezoid is
+//! made for all these slabs.
 
 use super::outline::OutlineEdge;
 use crate::math::DVec2;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// An edge that is not horizontal, from its lower end.
+/// An edge that is not horizontal. It starts at its lower end.
 struct Side {
     low: DVec2,
     high: DVec2,
-    /// Change of the winding number from left to right.
+    /// Change of the winding number when the edge is crossed from left to right.
     winding: i64,
     unoriented: Option<u32>,
 }
@@ -30,7 +32,7 @@ impl Side {
     }
 
     fn x(&self, y: f64) -> f64 {
-        // Exact at both ends
+        // Return the exact x at both ends of the edge
         if y >= self.high.y {
             return self.high.x;
         }
@@ -38,7 +40,7 @@ impl Side {
     }
 }
 
-/// Triangles of the inside, counter-clockwise.
+/// Triangulates the inside of `outline`. Triangles are counter-clockwise.
 pub(super) fn fill(outline: &[OutlineEdge]) -> Vec<[DVec2; 3]> {
     let mut sides: Vec<Side> = outline.iter().filter_map(Side::of).collect();
     sides.sort_by(|a, b| a.low.y.total_cmp(&b.low.y));
@@ -46,7 +48,8 @@ pub(super) fn fill(outline: &[OutlineEdge]) -> Vec<[DVec2; 3]> {
     ys.sort_by(f64::total_cmp);
     ys.dedup();
     let (mut active, mut next): (Vec<usize>, usize) = (Vec::new(), 0);
-    // Spans of the last slab, by their sides, with the height at which each began
+    // Spans of the last slab. The key has the two sides, and the value is the height at which the
+    // span began.
     let mut open: BTreeMap<[usize; 2], f64> = BTreeMap::new();
     let mut triangles = Vec::new();
     for slab in ys.windows(2) {
@@ -81,7 +84,8 @@ fn sort_at(sides: &[Side], active: &mut [usize], y: f64) {
     active.sort_by(|&a, &b| sides[a].x(y).total_cmp(&sides[b].x(y)));
 }
 
-/// Heights between which no active sides cross, from the lower end of a slab to its upper end.
+/// Heights that divide a slab into slabs within which active sides do not cross. The first is the
+/// lower end of the slab, and the last its upper end.
 fn crossings(sides: &[Side], active: &mut [usize], [low, high]: [f64; 2]) -> Vec<f64> {
     sort_at(sides, active, 0.5 * (low + high));
     let gap = |a: usize, b: usize, y: f64| sides[b].x(y) - sides[a].x(y);
@@ -104,7 +108,7 @@ fn crossings(sides: &[Side], active: &mut [usize], [low, high]: [f64; 2]) -> Vec
     ys
 }
 
-/// Pairs of sides that bound the inside in a slab.
+/// Pairs of sides between which the slab is inside.
 fn inside(sides: &[Side], active: &[usize]) -> Vec<[usize; 2]> {
     let (mut winding, mut unoriented) = (0, BTreeSet::new());
     let (mut spans, mut left) = (Vec::new(), None);

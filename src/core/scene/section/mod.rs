@@ -1,9 +1,9 @@
-//! Sections: planes that cut the scene when it is loaded. For backends and methods, and bit by bit,
-//! the result is a scene that was modelled with the cut.
+//! Sections: planes that cut the scene when it is loaded. For backends and methods, the result is
+//! bit-identical to a scene that was modelled with the cut.
 //!
 //! Triangles are clipped (`clip`), and the edges that the plane cuts out of the surfaces of an
 //! object (`outline`) are filled with caps (`fill`). Instances that a plane crosses become meshes
-//! that stand in the world; other instances do not change.
+//! that are not part of a prototype. Other instances do not change.
 //!
 //! Optionally, light interacts with the whole scene ([`CutLight::Whole`]): the removed parts are
 //! then hidden from the camera, and only camera rays hit the caps (`integrator/opacity.rs`).
@@ -28,27 +28,28 @@ use fill::fill;
 use outline::outlines;
 use std::collections::HashMap;
 
-/// The scene for light if sections cut it.
+/// Scene with which light interacts if sections cut the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CutLight {
-    /// The remaining scene.
+    /// Light interacts with the remaining scene.
     #[default]
     Cut,
-    /// The whole scene: sections affect only the camera.
+    /// Light interacts with the whole scene: sections affect only camera rays.
     Whole,
 }
 
 impl CutLight {
-    /// Names that users type.
+    /// Names of the values on the command line and in scene files.
     pub const NAMES: &[(&str, Self)] = &[("cut", Self::Cut), ("whole", Self::Whole)];
 }
 
-/// Results of a section.
+/// Findings of cutting by a section.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SectionReport {
-    /// Open surfaces that the plane cuts: they have no cap.
+    /// Open surfaces that the plane cuts. They get no cap.
     pub open: Vec<OpenShell>,
-    /// Number of closed surfaces that face inwards and are not within a solid: they have no cap.
+    /// Number of closed surfaces that the plane cuts, that face inwards, and that are not within a
+    /// solid. They get no cap.
     pub inward: u64,
     /// True if the plane removes the whole scene.
     pub removes_all: bool,
@@ -56,16 +57,16 @@ pub struct SectionReport {
     pub keeps_all: bool,
 }
 
-/// A surface that has no cap.
+/// An open surface that the plane cuts, which gets no cap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OpenShell {
-    /// Name of its part, or of its object if the part has no name.
+    /// Name of the surface's part, or of its object if the part has no name.
     pub name: String,
-    /// Point of its edge in the plane, world space.
+    /// Point in the plane on the edge of the surface, world space.
     pub place: Vec3,
 }
 
-/// Location relative to the plane.
+/// Location of a mesh relative to the plane.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Place {
     Kept,
@@ -74,7 +75,8 @@ enum Place {
 }
 
 impl SectionPlane {
-    /// Location of the points, which include both ends of a motion.
+    /// Location of `points` relative to the plane. For moving meshes, `points` has the positions at
+    /// both ends of the motion.
     fn place(&self, mut points: impl Iterator<Item = Vec3>) -> Place {
         let Some(first) = points.next() else {
             return Place::Removed;
@@ -98,7 +100,7 @@ impl SectionPlane {
     }
 }
 
-/// The meshes that stand in the world after a section, with their objects.
+/// Meshes that are not part of a prototype after a section, and the index of the object of each.
 #[derive(Default)]
 struct Standing {
     meshes: Vec<(Mesh, MaterialId)>,
@@ -114,38 +116,39 @@ impl Standing {
     }
 }
 
-/// Edges that are cut out of one object, or of one instance.
+/// Edges that a plane cuts out of one object or one instance.
 struct CutObject {
     object: u32,
     edges: Vec<CutEdge>,
 }
 
-/// Treatment of meshes of a material by a section.
+/// Treatment by a section of all meshes with a material.
 #[derive(Clone, Copy)]
 struct Treatment {
-    /// True if light hits the removed parts.
+    /// True if the removed parts are kept for light.
     keeps_removed: bool,
-    /// True if the mesh does not change.
+    /// True if the section does not change the mesh.
     is_exempt: bool,
-    /// True if cuts are closed by caps.
+    /// True if the cuts are closed by caps.
     has_caps: bool,
 }
 
 impl SceneBuilder {
-    /// Cuts everything that was added before. If there is a material `cap`, closes the cuts of
-    /// closed surfaces with caps of this material. With [`CutLight::Whole`], the removed parts are
-    /// hidden from the camera, and caps are black and visible only to the camera.
+    /// Cuts all parts that were added before. If `cap` is given, cuts of closed surfaces are closed
+    /// with caps of this material. With [`CutLight::Whole`], the removed parts are hidden from the
+    /// camera, and caps are black and visible only to the camera.
     ///
     /// # Errors
     ///
-    /// A moving object that the plane crosses.
+    /// The plane crosses a moving object.
     pub fn cut(
         &mut self,
         plane: &SectionPlane,
         cap: Option<MaterialId>,
         light: CutLight,
     ) -> Result<SectionReport, BuildError> {
-        // A cut slab of glass would not be recognised as a pane.
+        // Replace panes before the cut: a slab of glass that is cut would not be recognised as a
+        // pane
         if self.panes == Panes::Straight {
             self.flatten_panes(self.bounds());
         }
@@ -255,13 +258,14 @@ impl SceneBuilder {
         Treatment {
             keeps_removed: is_whole && material.light_visible,
             is_exempt: is_whole && !material.camera_visible,
-            // Thin glass is a sheet without a cap. Caps of an earlier section close the remaining
-            // part.
+            // Thin glass is a sheet, so its cuts have no caps. Edges of earlier caps are part of
+            // the outline, because these caps close the remaining part.
             has_caps: material.camera_visible && !material.thin,
         }
     }
 
-    /// Adds the halves of a mesh that the plane crosses, and its cut edges to `edges`.
+    /// Cuts a mesh that the plane crosses. Adds its halves to the scene, and its cut edges to
+    /// `edges`.
     fn add_halves(
         &mut self,
         (mesh, material, object): (&Mesh, MaterialId, u32),
@@ -283,7 +287,7 @@ impl SceneBuilder {
         }
     }
 
-    /// A copy of the prototype with materials that are hidden from the camera.
+    /// Copy of the prototype whose materials are hidden from the camera.
     fn hidden_prototype(&mut self, prototype: PrototypeId) -> PrototypeId {
         let mut meshes = self.prototypes[prototype.0 as usize].clone();
         for (_, material) in &mut meshes {
@@ -293,8 +297,8 @@ impl SceneBuilder {
         PrototypeId(self.prototypes.len() as u32 - 1)
     }
 
-    /// A material for caps that only the camera sees. It is black, since no light reaches the
-    /// inside of a whole solid.
+    /// Material for caps that only camera rays hit. It is black, because light does not reach the
+    /// inside of a solid that is whole for light.
     fn black_cap(&mut self, cap: MaterialId) -> MaterialId {
         let name = self.materials[cap.0 as usize].name.clone();
         let is_cap = |material: &Material| !material.light_visible && material.name == name;
@@ -323,7 +327,7 @@ impl SectionReport {
         self.removes_all &= place == Place::Removed;
     }
 
-    /// Adds the open surfaces of an object, each part once.
+    /// Reports the open surfaces of an object that the plane cuts, each part once.
     fn add_open(&mut self, object: &str, names: &PartNames, edges: &[CutEdge]) {
         let mut parts: Vec<u32> = Vec::new();
         for edge in edges {
@@ -341,7 +345,7 @@ impl SectionReport {
     }
 }
 
-/// A mesh of triangles in the plane. Texture coordinates are coordinates in the plane, in scene
+/// Mesh of triangles in the plane. Texture coordinates are the coordinates in the plane, in scene
 /// units.
 fn cap_mesh(triangles: &[[DVec2; 3]], plane: &SectionPlane) -> Mesh {
     let mut mesh = Mesh::default();

@@ -2,29 +2,29 @@
 //! surfaces.
 //!
 //! The front of a triangle is outside of the solid. An outline that faces inwards bounds a hollow
-//! if it is within a solid. Otherwise it is the outline of a room whose walls have no thickness,
-//! which stays open.
+//! if it is within a solid. Otherwise it is the outline of a room whose walls have no thickness.
+//! Such a room gets no cap.
 //!
-//! Ends of edges that differ only by rounding are one vertex. An outline without free ends has an
-//! even number of edges at each vertex. Edges that lead to a free end, and outlines with an odd
-//! number of edges at any vertex, belong to open surfaces.
+//! Ends of edges that differ only by rounding are merged to one vertex. An outline without free
+//! ends has an even number of edges at each vertex. Edges that lead to a free end, and outlines
+//! with an odd number of edges at any vertex, belong to open surfaces.
 
 use super::clip::CutEdge;
 use super::plane::SectionPlane;
 use crate::math::{DVec2, Vec3};
 use std::collections::HashMap;
 
-/// Distance within which ends of edges are merged, over the largest coordinate: some rounding
-/// errors of the transforms and cuts that made them.
+/// Distance within which ends of edges are merged, as a fraction of the largest coordinate. It
+/// covers the rounding errors of the transforms and cuts that computed the ends.
 const WELDING: f64 = 4e-6;
 
-/// An edge of an outline. The inside is on its left.
+/// An edge of an outline. The inside is on the left of the edge.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OutlineEdge {
     pub from: DVec2,
     pub to: DVec2,
-    /// Number of the outline if the windings of its triangles disagree: its inside follows from the
-    /// number of crossed edges.
+    /// Number of the outline, if the windings of its triangles disagree. The inside is then
+    /// determined by the even-odd rule. `None` if the windings agree.
     pub unoriented: Option<u32>,
 }
 
@@ -33,11 +33,12 @@ pub(super) struct OutlineEdge {
 pub(super) struct Outlines {
     pub closed: Vec<OutlineEdge>,
     pub open: Vec<CutEdge>,
-    /// Number of outlines without a solid around them: rooms whose walls have no thickness.
+    /// Number of outlines that face inwards and have no solid around them: rooms whose walls have
+    /// no thickness.
     pub inward: u64,
 }
 
-/// Merges vertices of a plane within a tolerance.
+/// Merges points in a plane that are nearer than a tolerance.
 struct Welder {
     tolerance: f64,
     cells: HashMap<[i64; 2], Vec<u32>>,
@@ -65,7 +66,7 @@ impl Welder {
     }
 }
 
-/// Outlines from the edges that a plane cuts out of one object.
+/// Outlines made of the edges that a plane cuts out of one object.
 pub(super) fn outlines(edges: &[CutEdge], plane: &SectionPlane) -> Outlines {
     let largest = |p: Vec3| f64::from(p.abs().max_element());
     let scale = edges.iter().flat_map(|edge| [largest(edge.from), largest(edge.to)]);
@@ -85,7 +86,7 @@ pub(super) fn outlines(edges: &[CutEdge], plane: &SectionPlane) -> Outlines {
         at[b as usize].push(i as u32);
     }
 
-    // Edges to free ends
+    // Mark edges that lead to free ends as open
     let mut is_open = vec![false; edges.len()];
     let mut degrees: Vec<usize> = at.iter().map(Vec::len).collect();
     let mut free: Vec<usize> = (0..count).filter(|&v| degrees[v] == 1).collect();
@@ -102,7 +103,7 @@ pub(super) fn outlines(edges: &[CutEdge], plane: &SectionPlane) -> Outlines {
         }
     }
 
-    // Connected components of the other edges
+    // Find connected components of the other edges
     let mut outlines = Outlines::default();
     let mut inward: Vec<Vec<OutlineEdge>> = Vec::new();
     let mut is_seen = is_open.clone();
@@ -146,7 +147,7 @@ pub(super) fn outlines(edges: &[CutEdge], plane: &SectionPlane) -> Outlines {
             outlines.closed.extend(outline);
         }
     }
-    // Outlines within a solid are its hollows.
+    // Outlines that face inwards within a solid are hollows of the solid.
     let solids = outlines.closed.len();
     for outline in inward {
         let middle = 0.5 * (outline[0].from + outline[0].to);

@@ -2,8 +2,8 @@
 
 use crate::math::{DVec2, DVec3, Vec3};
 
-/// A plane that cuts the scene: points behind it are kept, points in front of it or in it are
-/// removed.
+/// A plane that cuts the scene. Points behind the plane are kept. Points in front of it or in it
+/// are removed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionPlane {
     /// Unit normal.
@@ -21,7 +21,8 @@ impl SectionPlane {
         let normal = normal.try_normalize()?;
         let offset = normal.dot(point);
         let units = [DVec3::X, DVec3::Y, DVec3::Z];
-        // Coordinates along the world's axes have no rounding errors.
+        // Use axes of the world if the normal is along one of them: coordinates then have no
+        // rounding errors.
         let aligned = units.iter().position(|unit| normal.dot(*unit).abs() == 1.0);
         let axes = match aligned {
             Some(axis) => [units[(axis + 1) % 3], units[(axis + 2) % 3] * normal[axis].signum()],
@@ -38,8 +39,8 @@ impl SectionPlane {
         self.normal.dot(p.as_dvec3()) - self.offset
     }
 
-    /// The point in the plane between `kept` and `removed`, given with their distances; and its
-    /// fraction of the way.
+    /// The point in which the plane crosses the edge from `kept` to `removed`, and its fraction of
+    /// the edge. Both ends have their distance from the plane.
     pub(super) fn crossing(&self, kept: (Vec3, f64), removed: (Vec3, f64)) -> (Vec3, f32) {
         let share = kept.1 / (kept.1 - removed.1);
         let [a, b] = [kept.0, removed.0].map(Vec3::as_dvec3);
@@ -54,7 +55,7 @@ impl SectionPlane {
         DVec2::new(u, v)
     }
 
-    /// The point with the coordinates `at`.
+    /// The point of the plane with the coordinates `at`.
     pub(super) fn point(&self, at: DVec2) -> Vec3 {
         let [u, v] = self.axes;
         (self.offset * self.normal + at.x * u + at.y * v).as_vec3a()

@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 const SEGMENTS: u32 = 96;
 
-/// A sphere of latitudes and longitudes, with normals and texture coordinates.
+/// A sphere made of rings of latitude and longitude, with normals and texture coordinates.
 fn sphere(center: Vec3, radius: f32) -> Mesh {
     let mut mesh = Mesh::default();
     let rings = SEGMENTS / 2;
@@ -35,7 +35,7 @@ fn sphere(center: Vec3, radius: f32) -> Mesh {
     mesh
 }
 
-/// An axis-aligned box; inside out if `is_hollow`.
+/// An axis-aligned box, with its faces turned inwards if `is_hollow`.
 fn cuboid(min: Vec3, max: Vec3, is_hollow: bool) -> Mesh {
     let corner = |i: u32| {
         let pick = |bit: u32, axis: usize| if i >> bit & 1 == 0 { min[axis] } else { max[axis] };
@@ -64,7 +64,7 @@ fn plane(normal: [f64; 3], offset: f64) -> SectionPlane {
     SectionPlane::new(normal, offset * normal).unwrap()
 }
 
-/// The scene of `meshes` in one object after a section, and the report.
+/// The scene of `meshes` in one object after a cut by `plane`, and the report of the section.
 fn cut(meshes: Vec<Mesh>, plane: &SectionPlane) -> (Scene, SectionReport) {
     let mut builder = SceneBuilder::new();
     let [body, cap] = ["body", "cap"].map(|name| {
@@ -82,7 +82,7 @@ fn cut(meshes: Vec<Mesh>, plane: &SectionPlane) -> (Scene, SectionReport) {
     (builder.build().unwrap().0, report)
 }
 
-/// Volume that the triangles enclose, and area of the triangles of material 1.
+/// Volume that all triangles enclose, and area of the triangles of material 1.
 fn measures(scene: &Scene) -> (f64, f64) {
     let (mut volume, mut area) = (0.0, 0.0);
     for geom in scene.geom_ids() {
@@ -104,7 +104,7 @@ fn caps_of_spheres_have_the_area_of_their_circle_and_halves_add_up() {
     let (whole, _) = cut(vec![sphere(center, 2.0)], &plane([0.0, 0.0, 1.0], 100.0));
     let (volume, no_cap) = measures(&whole);
     assert_eq!(no_cap, 0.0);
-    // Chords of a circle are inside of it: sin(2π/n) / (2π/n) of its area.
+    // The meshes are inscribed in the circle, and have the fraction sin(2π/n) / (2π/n) of its area.
     for (normal, h) in [([0.0, 0.0, 1.0], 0.5), ([0.0, 1.0, 0.0], 1.1), ([1.0, 2.0, -0.5], -0.8)] {
         let through = DVec3::from(normal).normalize().dot(center.as_dvec3());
         let [below, above] = [1.0, -1.0].map(|side| {
@@ -123,7 +123,7 @@ fn caps_of_spheres_have_the_area_of_their_circle_and_halves_add_up() {
         for area in [below.1, above.1] {
             assert!((area / cap - 1.0).abs() < 4e-3, "{normal:?}: {area}, not {cap}");
         }
-        // The cap of a sphere: π (2r³/3 + r² h − h³/3) below a plane at h
+        // Volume of a sphere below a plane at height h: π (2r³/3 + r² h − h³/3)
         let expected = PI * (16.0 / 3.0 + 4.0 * h - h * h * h / 3.0);
         assert!((below.0 / expected - 1.0).abs() < 4e-3, "{} {expected}", below.0);
     }
@@ -149,7 +149,7 @@ fn clipped_triangles_keep_what_varies_over_them() {
     assert!(checked > 1000);
 }
 
-/// A room with walls of 0.5, as two surfaces; overlapping solids; and a solid in a hollow.
+/// A room of two surfaces with walls of thickness 0.5, overlapping solids, and a solid in a hollow.
 #[test]
 fn hollows_stay_and_overlapping_solids_are_one() {
     let v = |x: f32| Vec3::splat(x);
@@ -190,7 +190,7 @@ fn hollows_stay_and_overlapping_solids_are_one() {
     }
 }
 
-/// Faces with random windings: the even-odd rule fills the outline.
+/// If faces have random windings, the even-odd rule fills the outline.
 #[test]
 fn shells_with_turned_faces_have_caps() {
     let mut mesh = cuboid(Vec3::splat(-1.0), Vec3::splat(1.0), false);
@@ -205,7 +205,7 @@ fn shells_with_turned_faces_have_caps() {
 #[test]
 fn open_shells_are_named_and_have_no_cap() {
     let mut mesh = cuboid(Vec3::splat(-1.0), Vec3::splat(1.0), false);
-    // Without the side x = 1
+    // Leave out the side x = 1
     mesh.triangles.truncate(10);
     let sheet = Mesh {
         positions: [[4.0, 0.0, -1.0], [5.0, 0.0, -1.0], [4.0, 0.0, 1.0]]
@@ -222,7 +222,7 @@ fn open_shells_are_named_and_have_no_cap() {
     assert!((measures(&scene).1 - 4.0).abs() < 1e-6);
 }
 
-/// Two planes one after the other: a quarter of a box is closed.
+/// Two planes cut a box one after the other. The remaining quarter is closed.
 #[test]
 fn several_sections_leave_closed_shells() {
     let mut builder = SceneBuilder::new();
@@ -235,7 +235,7 @@ fn several_sections_leave_closed_shells() {
         assert_eq!(report.open, [], "{normal:?}");
     }
     let (scene, _) = builder.build().unwrap();
-    // A closed surface has as much area to one side as to the other.
+    // Area vectors of a closed surface sum to zero.
     let mut sum = DVec3::ZERO;
     for geom in scene.geom_ids() {
         let mesh = scene.mesh(geom);
@@ -261,7 +261,7 @@ fn faces_in_the_plane_are_replaced_by_the_cap() {
     assert!(report.keeps_all && !report.removes_all);
 }
 
-/// Instances that the plane crosses are cut in place; moving ones are an error.
+/// Instances that the plane crosses are cut in place. Moving instances are an error.
 #[test]
 fn instances_are_cut_where_they_stand() {
     let mut builder = SceneBuilder::new();
@@ -287,7 +287,8 @@ fn instances_are_cut_where_they_stand() {
     builder.instance_objects.pop();
 }
 
-/// Light hits every triangle of the whole; camera rays hit the remaining ones and the caps.
+/// With the whole scene for light, light hits every triangle of the whole scene, and camera rays
+/// hit only the remaining triangles and the caps.
 #[test]
 fn whole_light_meets_both_halves_and_the_camera_one() {
     let mut builder = SceneBuilder::new();

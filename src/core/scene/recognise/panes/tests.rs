@@ -13,8 +13,8 @@ fn glass() -> Material {
     }
 }
 
-/// The solid between `outline` at z = 0, counter-clockwise as seen from +z, and the same outline at
-/// z = −thickness.
+/// The solid between `outline` at z = 0 and the same outline at z = −thickness. The outline is
+/// counter-clockwise as seen from +z.
 fn prism(outline: &[[f32; 2]], thickness: f32) -> Mesh {
     let n = outline.len() as u32;
     let at = |z: f32| outline.iter().map(move |[x, y]| Vec3::new(*x, *y, z));
@@ -35,7 +35,7 @@ fn rectangle(width: f32, height: f32) -> Vec<[f32; 2]> {
     vec![[-x, -y], [x, -y], [x, y], [-x, y]]
 }
 
-/// A window of 1 by 1.5, 6 mm thick.
+/// A window of 1 by 1.5 units with a thickness of 6 mm.
 fn window() -> Mesh {
     prism(&rectangle(1.0, 1.5), 0.006)
 }
@@ -75,7 +75,7 @@ fn joined(meshes: &[Mesh]) -> Mesh {
     all
 }
 
-/// Triangles of `mesh` for which `keeps` holds.
+/// `mesh` with only the triangles for whose index `keeps` returns true.
 fn only(mut mesh: Mesh, keeps: impl Fn(usize) -> bool) -> Mesh {
     let mut i = 0;
     mesh.triangles.retain(|_| {
@@ -90,7 +90,8 @@ fn inside_out(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// A room of 10 by 10 by 10 with `mesh` of `material` in it, and the number of panes.
+/// The scene of a room of 10 by 10 by 10 units that contains `mesh` of `material`, and the number
+/// of panes in the scene.
 fn frozen(mesh: Mesh, material: Material, panes: Panes) -> (Scene, u64) {
     let mut b = SceneBuilder::new();
     b.panes(panes);
@@ -112,7 +113,7 @@ fn flat_slabs_are_panes() {
         .map(|i| (i as f32 * 0.25 * std::f32::consts::PI).sin_cos())
         .map(|(y, x)| [x, y])
         .collect();
-    // The balustrade of a stair
+    // A slanted pane, as in the balustrade of a stair
     let slanted = [[0.0, 0.0], [3.0, 1.5], [3.0, 2.5], [0.0, 1.0]];
     for (what, mesh, expected) in [
         ("window", window.clone(), 1),
@@ -141,7 +142,7 @@ fn bodies_are_not() {
     let mut wedge = window.clone();
     wedge.positions[0].z += 0.003;
     wedge.positions[3].z += 0.003;
-    // A hollow box, open at its top
+    // A hollow box that is open at the top
     let aquarium = joined(&[
         only(prism(&rectangle(1.0, 0.6), 0.5), |i| i != 0 && i != 2),
         inside_out(only(prism(&rectangle(0.98, 0.58), 0.49), |i| i != 0 && i != 2)),
@@ -205,7 +206,7 @@ fn a_pane_is_one_sheet_in_the_middle() {
     let ball = moved(prism(&rectangle(0.3, 0.3), 0.3), turned());
     let (scene, panes) = frozen(joined(&[window(), ball]), glass(), Panes::Straight);
     assert!(panes == 1 && scene.has_thin_surfaces());
-    // The room, the block that does not change, and the pane
+    // Expect the room, the unchanged block, and the pane
     assert_eq!(scene.meshes().len(), 3);
     assert_eq!(scene.meshes()[1].triangles.len(), 12);
     let flat = &scene.meshes()[2];
@@ -216,7 +217,7 @@ fn a_pane_is_one_sheet_in_the_middle() {
         (material.name.as_str(), material.thin, material.ior),
         ("g (pane)", true, 1.5)
     );
-    // Light crosses two faces.
+    // Light passes two faces, so the transmission is squared.
     let squared = Spectrum::rgb(0.9 * 0.9, 1.0, 0.25);
     assert_eq!(material.transmission, squared);
     let refracting = frozen(window(), glass(), Panes::Refract).0;
@@ -224,7 +225,7 @@ fn a_pane_is_one_sheet_in_the_middle() {
     assert_eq!(refracting.meshes()[1].triangles.len(), 12);
 }
 
-/// The thickness is measured in the world.
+/// The thickness of panes in instances is measured in world space.
 #[test]
 fn copies_are_panes() {
     let window = prism(&rectangle(1.0, 1.5), 0.03);

@@ -1,4 +1,4 @@
-//! Values of scene files that have a number for each channel.
+//! Types of values in scene files that have one number for each colour channel.
 
 use super::exact_list::ExactList;
 use crate::color::{Spectrum, WRITTEN_COLORS};
@@ -9,14 +9,14 @@ use serde::de::{self, Deserializer, MapAccess, SeqAccess, Unexpected, Visitor};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// A colour of a scene file: linear Rec.709 as three numbers or as one for a grey, `"#rrggbb"` of
-/// sRGB, or a name of CSS.
+/// Colour in a scene file, linear Rec.709. It is written as three numbers, as one number for a
+/// grey, as `"#rrggbb"` in sRGB, or as a CSS name.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct ColorValue(pub [f32; 3]);
 
-/// A number for each channel that is not a colour, such as an index of refraction: three numbers,
-/// or one for all channels.
+/// Values for the three channels that are not a colour, such as an index of refraction. They are
+/// written as three numbers, or as one number for all channels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct ChannelValues(pub [f32; 3]);
@@ -33,9 +33,9 @@ impl<'de> Deserialize<'de> for ChannelValues {
     }
 }
 
-/// Reads three channels.
+/// Deserialiser of values for three channels.
 struct Channels {
-    /// True if strings name colours.
+    /// True if colour strings are allowed.
     is_color: bool,
 }
 

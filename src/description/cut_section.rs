@@ -1,4 +1,4 @@
-//! `[[section]]`: planes that cut the scene, also those of `--cut`.
+//! `[[section]]`: planes that cut the scene, including the planes of the flag `--cut`.
 
 use super::FileError;
 use super::section::{key_types, section, value};
@@ -8,7 +8,7 @@ use crate::scene::SectionPlane;
 use std::ops::Range;
 use toml::Spanned;
 
-/// Axes of planes. The cut keeps the part below the plane along the axis.
+/// Names of the axes of planes. The cut keeps the part of the scene below the plane along the axis.
 const AXES: &[&str] = &["x", "y", "z", "-x", "-y", "-z"];
 
 section! {
@@ -43,7 +43,8 @@ key_types! {
 }
 
 impl CutSection {
-    /// Section of the plane `AXIS=VALUE` of the flag `--cut`. Its errors are reported at `span`.
+    /// Makes the section of the plane `AXIS=VALUE` of the flag `--cut`. Errors about it point to
+    /// `span`.
     pub(super) fn of_flag(text: &str, span: Range<usize>) -> Option<Self> {
         let (axis, number) = text.split_once('=')?;
         let (axis, number) = (axis.trim(), number.trim().parse::<f64>().ok()?);
@@ -54,8 +55,8 @@ impl CutSection {
         })
     }
 
-    /// Section of the plane at `height` above the lowest point along `axis`. Its errors are
-    /// reported at `span`.
+    /// Makes the section of the plane at `height` above the scene's lowest point along `axis`.
+    /// Errors about it point to `span`.
     pub(super) fn above_lowest(axis: &str, height: f64, span: Range<usize>) -> Self {
         Self {
             axis: Some(Spanned::new(span.clone(), axis.to_string())),
@@ -64,7 +65,7 @@ impl CutSection {
         }
     }
 
-    /// Place of the section in its file.
+    /// Span of the section in the file.
     pub(super) fn span(&self) -> Range<usize> {
         let axis = self.axis.as_ref().map(Spanned::span);
         axis.or_else(|| self.normal.as_ref().map(Spanned::span))
@@ -72,7 +73,7 @@ impl CutSection {
             .unwrap_or(0..0)
     }
 
-    /// Text of the plane in messages.
+    /// Description of the plane for messages.
     pub(super) fn words(&self) -> String {
         match (&self.axis, &self.value, &self.normal) {
             (Some(axis), None, _) => {
@@ -88,13 +89,15 @@ impl CutSection {
         }
     }
 
-    /// The plane in a scene with the box `bounds`. An invalid plane is an error at its place in
-    /// `file`.
+    /// The plane in a scene with the bounding box `bounds`. If the plane is invalid, the error
+    /// points to its key in `file`.
     pub(super) fn plane(&self, file: &Source, bounds: Bounds3) -> Result<SectionPlane, FileError> {
         let wrong = |span: Range<usize>, message: String, help: &str| Err(file.error(span, message).help(help));
         let help = "write axis = \"z\" and value = 1.2, or normal = [0, 0, 1] and point = [0, 0, 1.2]";
         match (&self.axis, &self.normal) {
-            (Some(axis), Some(_)) => wrong(axis.span(), "both `axis` and `normal`".into(), "keep one of them"),
+            (Some(axis), Some(_)) => {
+                wrong(axis.span(), "both `axis` and `normal` are given".into(), "keep one of them")
+            }
             (None, None) => wrong(self.span(), "a [[section]] without a plane".into(), help),
             (Some(axis), None) => {
                 if !AXES.contains(&axis.get_ref().as_str()) {
@@ -116,7 +119,7 @@ impl CutSection {
                     (None, Some(height)) if bounds.is_empty() => *height.get_ref(),
                     (None, Some(height)) => ends[0].min(ends[1]) + height.get_ref(),
                     (Some(value), Some(_)) => {
-                        return wrong(value.span(), "both `value` and `height`".into(), "keep one of them");
+                        return wrong(value.span(), "both `value` and `height` are given".into(), "keep one of them");
                     }
                     (None, None) => f64::NAN,
                 };

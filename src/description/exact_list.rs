@@ -1,4 +1,5 @@
-//! Lists of a fixed number of values. serde's arrays ignore further values; here they are an error.
+//! Lists of a fixed number of values. serde's arrays ignore additional values. Here, additional
+//! values are an error.
 
 use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize};

@@ -1,23 +1,25 @@
-//! Search for textures. Libraries name them with paths on the machine of the modeller, such as
-//! `C:\\Users\\bob\\Textures\\a.png`.
+//! Search for texture files. MTL files often name textures with paths on the modeller's computer,
+//! such as `C:\\Users\\bob\\Textures\\a.png`.
 
 use super::find_file::{FileFinder, base_name, folder_above, unquoted};
 use crate::math::excerpt_of_path;
 use std::path::{Path, PathBuf};
 
-/// Usual names of texture folders, beside a library or beside its folder.
+/// Usual names of texture folders. They lie in the folder of a material library, or in its parent
+/// folder.
 const USUAL_FOLDERS: [&str; 5] = ["textures", "maps", "texture", "images", "tex"];
-/// Maximum number of folders of a written path that are searched for, together with the file name.
+/// Maximum number of folders that are kept before the file name, when ends of a written path are
+/// searched for.
 const MAX_FOLDERS_OF_NAME: usize = 3;
 
-/// Returns true if `name` is usual for a texture folder. Case does not matter.
+/// Returns true if `name` is a usual name of a texture folder. Case does not matter.
 pub(super) fn is_texture_folder(name: &str) -> bool {
     USUAL_FOLDERS.iter().any(|usual| name.eq_ignore_ascii_case(usual))
 }
 
-/// Folders to search for the textures of a material.
+/// Folders in which the textures of a material are searched.
 pub(super) struct TextureSearch<'a> {
-    /// Folder of the file that names the textures.
+    /// Folder of the material library, or of the scene file, that names the textures.
     folder: &'a Path,
     /// Folders that the user gave, in their order.
     given: &'a [PathBuf],
@@ -28,15 +30,15 @@ pub(super) struct TextureSearch<'a> {
 /// A texture found by the search.
 #[derive(Debug, PartialEq)]
 pub(super) enum FoundTexture {
-    /// Found under the written name.
+    /// Found at the path as written.
     AsNamed(PathBuf),
-    /// Found under its base name, or in another folder.
+    /// Found under the file name only, or in another folder.
     Elsewhere(PathBuf),
 }
 
 impl<'a> TextureSearch<'a> {
-    /// Searches textures that `library` names for the OBJ file `obj`. `given` are folders that the
-    /// user gave.
+    /// Search for textures that the material library `library` names, for the OBJ file `obj`.
+    /// `given` are folders that the user gave.
     pub fn new(library: &'a Path, given: &'a [PathBuf], obj: &'a Path) -> Self {
         let folder = |file: &'a Path| file.parent().unwrap_or(Path::new(""));
         Self {
@@ -46,14 +48,15 @@ impl<'a> TextureSearch<'a> {
         }
     }
 
-    /// Finds the first of `names` that exists. If none exists, searches for the ends of the name,
-    /// the longest end first:
+    /// Finds the first of `names` that exists as a file. If there is none, searches for the last
+    /// components of the name (the longest end first), in these places:
     ///
-    /// - in the folders that the user gave;
-    /// - among the resources of Minecraft, if the name is the name of a resource;
-    /// - beside the library, the OBJ file and their folders, and in the usual folders there;
-    /// - in the folders within those, as [`FileFinder::folders_within`] lists them, if exactly one
-    ///   of them has the file.
+    /// - the folders that the user gave;
+    /// - the resources of Minecraft, if the name has the form of a resource name;
+    /// - the folders of the library and the OBJ file, their parent folders, and usual texture
+    ///   folders within them;
+    /// - all folders within these folders, as [`FileFinder::folders_within`] lists them, if exactly
+    ///   one of them has the file.
     pub fn find<'n>(
         &self,
         names: impl Iterator<Item = &'n str> + Clone,
@@ -95,7 +98,8 @@ impl<'a> TextureSearch<'a> {
         })
     }
 
-    /// The file `name`, if exactly one folder within the searched folders has it.
+    /// Path of the file `name`, if exactly one folder has it. Searches all folders within the
+    /// folders of [`Self::places`].
     fn find_within(&self, name: &str, finder: &mut FileFinder) -> Option<PathBuf> {
         let mut folders: Vec<PathBuf> = Vec::new();
         for place in self.places() {
@@ -107,8 +111,8 @@ impl<'a> TextureSearch<'a> {
         found.next().filter(|_| found.next().is_none())
     }
 
-    /// The file of a resource of Minecraft: `domain:block/a` is
-    /// `assets/domain/textures/block/a.png`, if the OBJ file lies within `assets`.
+    /// Path of a resource of Minecraft. The resource `domain:block/a` is the file
+    /// `assets/domain/textures/block/a.png`, if the OBJ file lies within the folder `assets`.
     fn resource(&self, name: &str) -> Option<PathBuf> {
         let (domain, path) = name.split_once(':')?;
         let is_plain = |c: char| matches!(c, 'a'..='z' | '0'..='9' | '_' | '-' | '.');
@@ -143,9 +147,9 @@ impl<'a> TextureSearch<'a> {
         places
     }
 
-    /// Help for a missing texture: searched folders and searched names.
+    /// Help text for a missing texture, with the folders and names that were searched.
     pub fn help(&self, name: &str, finder: &mut FileFinder) -> String {
-        // Without a trailing `/`
+        // Show the folder without a `/` at its end
         let shown = |folder: &Path| match folder.components().as_path() {
             folder if folder.as_os_str().is_empty() => ".".to_string(),
             folder => folder.display().to_string(),
@@ -181,8 +185,8 @@ impl<'a> TextureSearch<'a> {
     }
 }
 
-/// Ends of a path of any operating system, the longest first: the file name, with and without some
-/// of the last folders.
+/// Ends of a path of any operating system, the longest end first: the file name with some of the
+/// last folders, down to the file name only.
 fn ends_of(name: &str) -> Vec<String> {
     let Some(base) = base_name(name) else {
         return Vec::new();
@@ -229,7 +233,7 @@ mod tests {
             fs::create_dir_all(at(name).parent().unwrap()).unwrap();
             fs::write(at(name), name).unwrap();
         }
-        // A file in the given folder and beside the library
+        // Files of the same name in the given folder and beside the library
         fs::write(at("given/a.png"), "given/a.png").unwrap();
         let (library, obj, given) = (at("lib/m.mtl"), at("obj/m.obj"), [at("given")]);
         let search = TextureSearch::new(&library, &given, &obj);
@@ -276,7 +280,7 @@ mod tests {
         ] {
             assert!(help.contains(part), "{help}");
         }
-        // Many folders are not searched.
+        // If there are too many folders, they are not searched.
         for i in 0..32 {
             fs::create_dir(at(&format!("more{i}"))).unwrap();
         }

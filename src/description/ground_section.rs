@@ -6,7 +6,7 @@ use crate::scene::{BuildError, GroundPlane};
 use std::ops::Range;
 
 section! {
-    /// `[ground]`: a plane that catches shadows. A section without keys adds the plane too.
+    /// `[ground]`: a plane that catches shadows. An empty section adds the plane, too.
     #[derive(Default)]
     pub struct GroundSection {
         required {}
@@ -26,7 +26,7 @@ section! {
 }
 
 impl GroundSection {
-    /// The plane, with defaults for missing keys.
+    /// Ground plane with defaults for missing keys.
     pub fn plane(&self) -> GroundPlane {
         let usual = GroundPlane::default();
         GroundPlane {
@@ -38,7 +38,7 @@ impl GroundSection {
         }
     }
 
-    /// The place of the key that an error is about, if the section has it.
+    /// Span of the key that causes `error`, if the section has the key.
     pub(super) fn place_of(&self, error: &BuildError) -> Option<Range<usize>> {
         match error {
             BuildError::BadGround { key, .. } => self.span_of(key),

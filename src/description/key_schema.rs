@@ -1,9 +1,9 @@
-//! Parts of the JSON Schema of scene files.
+//! Helpers to build the JSON Schema of scene files.
 
 use crate::options::{Parameter, Range};
 use serde_json::{Map, Value, json};
 
-/// Place in the schema that defines the strings of colours.
+/// Reference to the definition of colour strings within the schema.
 pub(super) const COLOR_TEXT: &str = "#/definitions/colour";
 
 /// Schema of a number in `range`.
@@ -15,17 +15,18 @@ pub(super) fn number(range: Range<f32>) -> Value {
     number
 }
 
-/// Schema of a list of `count` values.
+/// Schema of a list of `count` values with the schema `items`.
 pub(super) fn list(count: usize, items: Value) -> Value {
     json!({ "type": "array", "items": items, "minItems": count, "maxItems": count })
 }
 
-/// Schema of a value that follows one of `choices`.
+/// Schema of a value for which one of the schemas `choices` is valid.
 pub(super) fn either(choices: &[Value]) -> Value {
     json!({ "anyOf": choices })
 }
 
-/// Schema of a table that has exactly the given properties.
+/// Schema of a table that has only the properties `properties`. The properties `required` must be
+/// given.
 pub(super) fn closed(description: Option<&str>, properties: Map<String, Value>, required: &[&str]) -> Value {
     let mut table = json!({
         "type": "object",
@@ -41,7 +42,8 @@ pub(super) fn closed(description: Option<&str>, properties: Map<String, Value>, 
     table
 }
 
-/// Schema of a parameter with its help, and with its default if the default is a value.
+/// Schema of a parameter with its help. The schema includes the default, if the default is a value
+/// and not a description.
 pub(super) fn described(parameter: &Parameter) -> Value {
     let mut schema = parameter.schema();
     let mut words = parameter.help().to_string();
@@ -60,8 +62,7 @@ pub(super) fn described(parameter: &Parameter) -> Value {
     schema
 }
 
-/// Returns true if `schema` is a choice of names that contains `name`, or has a nested choice that
-/// does.
+/// Returns true if `schema` is a choice of names that contains `name`, or contains such a choice.
 fn has_name(schema: &Value, name: &str) -> bool {
     let items = |keyword: &str| schema[keyword].as_array().into_iter().flatten();
     items("enum").any(|known| known == name) || items("anyOf").any(|choice| has_name(choice, name))

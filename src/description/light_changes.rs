@@ -1,5 +1,5 @@
-//! Light that replaces or extends the light of a scene file. Its position depends on the camera,
-//! which may be guessed only after the scene is read.
+//! Changes of the light of a scene file by flags. The position of a changed light may depend on the
+//! camera, and the camera may be guessed only after the scene was read.
 
 use super::{DEFAULT_SUN, LightSection, Rotation};
 use crate::light::sky::DEFAULT_TURBIDITY;
@@ -8,48 +8,49 @@ use std::ops::Range;
 use std::path::PathBuf;
 use toml::Spanned;
 
-/// Changes to the light of a scene file. Each has the text that set it, such as `--env sky`, for
-/// error messages.
+/// Changes of the light of a scene file. Each change has the text of its flag, such as `--env sky`,
+/// for error messages.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightChanges {
-    /// Environment that replaces all environments of the file.
+    /// Environment that replaces all environments of the file, and text of its flag.
     pub env: Option<(Environment, String)>,
-    /// Sun to add. The suns of all skies move to its position.
+    /// Sun that is added, and text of its flag. In addition, all skies get the position of this
+    /// sun.
     pub sun: Option<(Sun, String)>,
-    /// Irradiance, W·m⁻², of soft light from the camera's upper left.
+    /// Irradiance, W·m⁻², of a soft light from the camera's upper left, and text of its flag.
     pub key_light: Option<(f32, String)>,
 }
 
-/// Environment of a scene.
+/// Environment that a flag sets.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Environment {
-    /// A picture of latitude and longitude.
+    /// Image in latitude-longitude format.
     File(PathBuf),
     /// Constant radiance in all directions.
     Color([f32; 3]),
-    /// A studio that faces the camera.
+    /// Studio whose front is towards the camera.
     Studio,
-    /// Daylight.
+    /// Daylight sky.
     Sky,
 }
 
-/// A sun.
+/// Position and strength of a sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Sun {
-    /// Azimuth and elevation in degrees.
+    /// Azimuth and elevation of the sun in degrees.
     pub at: [f32; 2],
-    /// Luminance of its irradiance, W·m⁻².
+    /// Luminance of the sun's irradiance, W·m⁻².
     pub strength: f32,
 }
 
-/// Position and orientation of a camera, as far as they are known.
+/// Position and orientation of a camera. Fields are `None` if they are not known yet.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Viewpoint {
     /// Direction from the target to the camera.
     pub back: Option<Vec3>,
-    /// Up in the image.
+    /// Upward direction in the image.
     pub up: Option<Vec3>,
-    /// Up in the scene; +y if unknown.
+    /// Upward direction of the scene; +y if it is unknown.
     pub scene_up: Option<Vec3>,
 }
 
@@ -57,14 +58,15 @@ pub(crate) struct Viewpoint {
 #[derive(Clone, Debug)]
 pub(super) struct ChangedLight {
     pub changes: LightChanges,
-    /// Spans for errors of the environment, the sun and the key light.
+    /// Spans to which errors of the environment, the sun and the key light point.
     pub spans: [Range<usize>; 3],
-    /// Sections before the changes.
+    /// Light sections before the changes.
     pub light: Vec<LightSection>,
 }
 
 impl LightChanges {
-    /// Texts that set the environment, the sun and the key light; `None` if unchanged.
+    /// Texts of the flags for the environment, the sun and the key light; `None` if the flag was
+    /// not used.
     pub(super) fn words(&self) -> [Option<&str>; 3] {
         fn of<T>(change: &Option<(T, String)>) -> Option<&str> {
             change.as_ref().map(|(_, words)| words.as_str())
@@ -74,7 +76,8 @@ impl LightChanges {
 }
 
 impl ChangedLight {
-    /// All lights. Lights that depend on the camera are placed for a camera at `viewpoint`.
+    /// Light sections after the changes. Lights that depend on the camera are placed for a camera
+    /// at `viewpoint`.
     pub fn seen_from(&self, viewpoint: &Viewpoint) -> Vec<LightSection> {
         let mut lights = self.light.clone();
         let [at_env, at_sun, at_key_light] = self.spans.clone();
@@ -101,12 +104,13 @@ impl ChangedLight {
 }
 
 impl Environment {
-    /// The section of the environment at the bytes `span` of a file, for a camera at `viewpoint`.
+    /// Light section of the environment, for a camera at `viewpoint`. Errors about it point to the
+    /// bytes `span` of the file.
     pub(crate) fn section(&self, span: Range<usize>, viewpoint: &Viewpoint) -> LightSection {
         let up = viewpoint.scene_up.filter(|up| *up != Vec3::Y);
         match self {
             Self::File(path) => LightSection {
-                // Pictures have +y up.
+                // Rotate the picture, whose up direction is +y, to the up direction of the scene
                 rotate: up.map(|up| Spanned::new(span.clone(), Rotation::Axes(upright(up)))),
                 ..LightSection::environment(span, path.clone())
             },
@@ -121,8 +125,8 @@ impl Environment {
     }
 }
 
-/// Angles about x, y and z, in degrees, of the shortest rotation from +y to `up`. `up` is an axis
-/// of either direction.
+/// Angles about x, y and z, in degrees, of the shortest rotation from +y to `up`. `up` is a
+/// positive or negative coordinate axis.
 fn upright(up: Vec3) -> [f32; 3] {
     match up.y < 0.0 {
         true => [180.0, 0.0, 0.0],

@@ -24,14 +24,14 @@ key_types! {
     Vec<Spanned<String>>: |_number| json!({ "type": "array", "items": { "type": "string" }, "minItems": 1 });
 }
 
-/// Schema of the name of a group, which becomes a part of channel names.
+/// Schema of the name of a light group. The name becomes a part of channel names.
 pub(super) fn group_name() -> Value {
     json!({ "type": "string", "pattern": "^[A-Za-z0-9_]{1,23}$", "not": { "enum": ["default"] } })
 }
 
 impl LightGroupSection {
-    /// Stores the group of each material in `groups`. An invalid group is an error at its place in
-    /// `file`.
+    /// Stores the group of each material in `groups`. If the group is invalid, the error points to
+    /// it in `file`.
     pub(super) fn add_to(
         &self,
         builder: &mut SceneBuilder,
@@ -56,7 +56,7 @@ impl LightGroupSection {
     }
 }
 
-/// Light group `name`. An invalid name is an error at its place in `file`.
+/// Light group with the name `name`. If the name is invalid, the error points to it in `file`.
 pub(super) fn light_group(
     builder: &mut SceneBuilder,
     file: &Source,
@@ -75,8 +75,9 @@ pub(super) fn light_group(
     })
 }
 
-/// Materials of groups that emit nothing or that no face uses, each with the reason. `emits` is
-/// true if any used surface of that material name emits.
+/// Materials of light groups that have no effect, each with the reason: the material emits nothing,
+/// or no face uses it. `emits` has the names of used materials, with true if any used material of
+/// the name emits.
 pub(super) fn idle_members<'a>(
     groups: &'a [LightGroupSection],
     emits: &HashMap<String, bool>,

@@ -1,4 +1,4 @@
-//! `[[light]]`: its keys, and the light that they define.
+//! `[[light]]`: its keys, and conversion of the section to a light.
 
 use super::environment::{BYTES_OF_A_NEW_TEXEL, Environment, environment_bytes, read_environment};
 use super::key_schema::{either, list, number};
@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 use toml::Spanned;
 
 section! {
-    /// `[[light]]`. Its type decides which keys are valid.
+    /// `[[light]]`. The key `type` decides which other keys are valid.
     #[derive(PartialEq)]
     pub struct LightSection {
         required {
@@ -69,18 +69,18 @@ section! {
     }
 }
 
-/// Keys of a light type, except `type` and `group`.
+/// Valid keys of a light type, in addition to `type` and `group`.
 pub(crate) struct LightType {
     pub name: &'static str,
     pub required: &'static [&'static str],
     pub optional: &'static [&'static str],
-    /// Keys of which exactly one is required.
+    /// Keys of which exactly one must be given.
     pub one_of: &'static [&'static str],
-    /// Meaning and schema of `angle`, which several types use.
+    /// Meaning and schema of the key `angle`, if the type has it.
     pub angle: Option<Angle>,
 }
 
-/// Meaning of the key `angle` of a type.
+/// Meaning and schema of the key `angle` for a light type.
 #[derive(Clone, Copy)]
 pub(crate) struct Angle {
     help: &'static str,
@@ -88,7 +88,7 @@ pub(crate) struct Angle {
 }
 
 impl LightType {
-    /// All types.
+    /// All light types.
     pub const ALL: &'static [Self] = &[
         Self::new("point", &["position", "intensity"], &[]),
         Self::new("directional", &["direction", "irradiance"], &["angle"]).with_angle(
@@ -132,17 +132,17 @@ impl LightType {
         }
     }
 
-    /// The type called `name`.
+    /// The light type with the name `name`.
     pub fn of_name(name: &str) -> Option<&'static Self> {
         Self::ALL.iter().find(|kind| kind.name == name)
     }
 
-    /// Names of all types.
+    /// Names of all light types.
     pub fn names() -> Vec<&'static str> {
         Self::ALL.iter().map(|kind| kind.name).collect()
     }
 
-    /// Keys of the type, the required keys first.
+    /// All keys of the type. Required keys are first.
     pub fn keys(&self) -> impl Iterator<Item = &'static str> {
         self.required.iter().chain(self.optional).copied()
     }
@@ -157,7 +157,7 @@ impl LightType {
     }
 }
 
-/// Schema of the direction of a sun.
+/// Schema of azimuth and elevation of a sun.
 fn azimuth_and_elevation() -> Value {
     let elevation = number(Numbers::FromTo(-90.0, 90.0));
     json!({ "type": "array", "items": [number(Numbers::Any), elevation], "additionalItems": false, "minItems": 2 })
@@ -167,9 +167,9 @@ fn azimuth_and_elevation() -> Value {
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(untagged, expecting = "rotate must be a number or three numbers")]
 pub enum Rotation {
-    /// About +y.
+    /// Rotation about +y.
     Up(f32),
-    /// About x, y and z.
+    /// Rotations about x, y and z.
     Axes([f32; 3]),
 }
 
@@ -177,15 +177,15 @@ key_types! {
     Rotation: |number| either(&[number.clone(), list(3, number)]);
 }
 
-/// Default half-angle from which a spot light falls off, as a fraction of `angle`.
+/// Default half-angle at which a spot light begins to fall off, as a fraction of `angle`.
 const DEFAULT_FALLOFF: f32 = 0.8;
-/// Default azimuth and elevation of the sun of a sky, in degrees: to the left of a camera at
-/// azimuth 0, and half way up.
+/// Default azimuth and elevation of the sun of a sky, in degrees. The sun is to the left of a
+/// camera at azimuth 0, half way between horizon and zenith.
 pub const DEFAULT_SUN: [f32; 2] = [-45.0, 45.0];
 
 impl LightSection {
-    /// A light of type `kind` without any other key. Errors about the light point to the bytes
-    /// `span` of its file ([`flag_span`](super::SceneFile::flag_span)).
+    /// A light of the type `kind` without any other key. Errors about it point to the bytes `span`
+    /// of its file ([`flag_span`](super::SceneFile::flag_span)).
     pub fn of_type(kind: &str, span: Range<usize>) -> Self {
         Self::new(Spanned::new(span, kind.to_string()))
     }
@@ -198,7 +198,7 @@ impl LightSection {
         )
     }
 
-    /// Adds the light to `builder`. An invalid value is an error at its place in `file`.
+    /// Adds the light to `builder`. If a value is invalid, the error points to it in `file`.
     pub(super) fn add_to(
         &self,
         builder: &mut SceneBuilder,
@@ -277,7 +277,7 @@ impl LightSection {
         })
     }
 
-    /// Reads the picture of an environment.
+    /// Reads the image of an environment.
     fn image(
         &self,
         file: &Source,
@@ -306,7 +306,7 @@ impl LightSection {
         Ok(image)
     }
 
-    /// Reserves memory for a generated picture of `size`.
+    /// Reserves memory for a generated environment image of `size` texels.
     fn reserve(&self, file: &Source, size: [usize; 2], allowance: &mut Allowance) -> Result<(), FileError> {
         let texels = (size[0] * size[1]) as u64;
         let checked = allowance.check(Path::new(""), texels * BYTES_OF_A_NEW_TEXEL);
@@ -326,7 +326,7 @@ impl LightSection {
         }
     }
 
-    /// Span of the key that `error` is about.
+    /// Span of the key that causes `error`, if the section has the key.
     fn place_of(&self, error: &BuildError) -> Option<Range<usize>> {
         match error {
             BuildError::BadLight { key, .. } => self.span_of(key),

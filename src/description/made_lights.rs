@@ -1,4 +1,4 @@
-//! `[[light]]` sections made by the program: for flags, and for scenes without lights.
+//! Light sections that the program makes: for flags, and for scenes without lights.
 
 use super::{ColorValue, LightSection};
 use crate::color::Spectrum;
@@ -9,14 +9,15 @@ use std::ops::Range;
 use std::path::PathBuf;
 use toml::Spanned;
 
-/// Diameter of the sun's disc in degrees.
+/// Angular diameter of the sun's disc in degrees.
 const SUN_ANGLE: f32 = 0.53;
-/// Azimuth and elevation of the key light relative to the camera, and diameter of its disc, all in
-/// degrees.
+/// Azimuth and elevation of the key light relative to the camera, and angular diameter of its disc,
+/// all in degrees.
 const KEY_LIGHT: [f32; 3] = [-40.0, 40.0, 30.0];
 
-/// Sections at the bytes `span` of a file, to which errors point ([`super::SceneFile::flag_span`]).
-/// Angles are in degrees, in the frame of [`Horizon`]. `up` is +y if it is `None`.
+/// Light sections. Errors about them point to the bytes `span` of a file
+/// ([`super::SceneFile::flag_span`]). Angles are in degrees, in the frame of [`Horizon`]. If `up`
+/// is `None`, it is +y.
 impl LightSection {
     /// An environment with the same `radiance` in all directions.
     pub fn constant(span: Range<usize>, radiance: [f32; 3]) -> Self {
@@ -34,7 +35,7 @@ impl LightSection {
         }
     }
 
-    /// A daylight sky with its sun at azimuth and elevation `sun`.
+    /// A daylight sky. `sun` is the azimuth and elevation of its sun.
     pub fn sky(span: Range<usize>, sun: [f32; 2], up: Option<Vec3>) -> Self {
         Self {
             sun: Some(Spanned::new(span.clone(), sun)),
@@ -43,7 +44,7 @@ impl LightSection {
         }
     }
 
-    /// A studio for a camera at the azimuth `front`.
+    /// A studio whose front is at the azimuth `front`, where the camera stands.
     pub fn studio(span: Range<usize>, front: f32, up: Option<Vec3>) -> Self {
         Self {
             front: Some(Spanned::new(span.clone(), front)),
@@ -52,21 +53,23 @@ impl LightSection {
         }
     }
 
-    /// The sun at azimuth and elevation `at`. `strength` is the luminance of the irradiance, W·m⁻²,
-    /// of a surface that faces it. Its colour is the colour of sunlight through air of `turbidity`.
+    /// A sun at the azimuth and elevation `at`. `strength` is the luminance of the irradiance,
+    /// W·m⁻², of a surface that faces the sun. The colour is the colour of sunlight through air of
+    /// the turbidity `turbidity`.
     pub fn sun(span: Range<usize>, at: [f32; 2], strength: f32, turbidity: f32, up: Option<Vec3>) -> Self {
         let towards = horizon(up).direction(at[0], at[1]);
         Self::directional(span, -towards, sun_color(at[1], turbidity) * strength, SUN_ANGLE)
     }
 
-    /// Soft light of `irradiance` W·m⁻² from the upper left of the camera. `back` is the direction
-    /// from the target to the camera; azimuth 0 if it is `None`.
+    /// A soft light from the upper left of the camera, with the irradiance `irradiance` in W·m⁻².
+    /// `back` is the direction from the target to the camera. If `back` is `None`, the camera is at
+    /// azimuth 0.
     pub fn key_light(span: Range<usize>, back: Option<Vec3>, up: Option<Vec3>, irradiance: f32) -> Self {
         let towards = key_direction(back, up);
         Self::directional(span, -towards, Spectrum::splat(irradiance), KEY_LIGHT[2])
     }
 
-    /// Light that travels in `direction`, from a disc of the diameter `angle`.
+    /// Light that travels in `direction`, from a disc of the angular diameter `angle`.
     pub fn directional(span: Range<usize>, direction: Vec3, irradiance: Spectrum, angle: f32) -> Self {
         Self {
             direction: Some(Spanned::new(span.clone(), direction.to_array())),
@@ -76,7 +79,7 @@ impl LightSection {
         }
     }
 
-    /// A rectangle that emits.
+    /// A rectangle that emits on one side.
     pub fn rectangle(span: Range<usize>, rectangle: &RectangleParameters) -> Self {
         let vector = |v: Vec3| Some(Spanned::new(span.clone(), v.to_array()));
         Self {
@@ -90,7 +93,7 @@ impl LightSection {
     }
 }
 
-/// Horizon of `up`; of +y if `up` is `None` or zero.
+/// Horizon with the upward direction `up`; +y if `up` is `None` or zero.
 fn horizon(up: Option<Vec3>) -> Horizon {
     Horizon::new(up.and_then(Vec3::try_normalize).unwrap_or(Vec3::Y))
 }
@@ -103,7 +106,7 @@ fn key_direction(back: Option<Vec3>, up: Option<Vec3>) -> Vec3 {
         horizon.direction(90.0, 0.0),
         horizon.direction(0.0, 90.0),
     ];
-    // The camera's frame: back, right and above
+    // Frame of the camera: backward, right and upward directions
     let back = back.and_then(Vec3::try_normalize).unwrap_or(front);
     let right = top.cross(back).try_normalize().unwrap_or(side);
     let above = back.cross(right);
@@ -116,8 +119,8 @@ fn key_direction(back: Option<Vec3>, up: Option<Vec3>) -> Vec3 {
 mod tests {
     use super::*;
 
-    /// The key light is at the left, above and in front of the target, for all directions of the
-    /// camera.
+    /// For all directions of the camera, the key light is at the left, above and in front of the
+    /// target.
     #[test]
     fn the_key_light_comes_from_the_upper_left() {
         let close = |a: Vec3, b: Vec3| assert!(a.distance(b) < 1e-6, "{a} {b}");
@@ -129,7 +132,7 @@ mod tests {
         close(key_direction(Some(Vec3::NEG_Z), None), behind);
         let z_up = Vec3::new(expected.x, -expected.z, expected.y);
         close(key_direction(Some(Vec3::NEG_Y), Some(Vec3::Z)), z_up);
-        // A camera that looks straight down, and invalid cameras
+        // Test a camera that views straight down, and invalid cameras
         for (back, up) in [(Vec3::Y, Vec3::Y), (Vec3::ZERO, Vec3::ZERO), (Vec3::NAN, Vec3::NAN)] {
             assert!(key_direction(Some(back), Some(up)).is_normalized());
         }

@@ -1,4 +1,5 @@
-//! Textures in sections of materials: a file name, or a table with the mapping.
+//! Textures in sections of materials. A texture is a file name, or a table with the file name and
+//! the mapping.
 
 use super::FileError;
 use super::key_schema::either;
@@ -18,7 +19,7 @@ use std::path::PathBuf;
 use toml::Spanned;
 
 section! {
-    /// The table of a texture.
+    /// Table of a texture: file name and mapping.
     pub struct TextureSection {
         required {
             /// Picture, relative to the scene file
@@ -49,7 +50,7 @@ section! {
     }
 }
 
-/// A texture of a material: `"FILE"`, or a table, or `false` for none.
+/// Value of a texture key: `"FILE"`, a table, or `false` for no texture.
 #[derive(Clone, Debug)]
 pub enum MapSection {
     /// No texture.
@@ -80,7 +81,8 @@ impl<'de> Deserialize<'de> for MapSection {
                 }
             }
 
-            // A derived choice between both would not report which key is unknown.
+            // Read by hand: a derived choice between both types would not report which key is
+            // unknown
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<MapSection, A::Error> {
                 TextureSection::deserialize(MapAccessDeserializer::new(map))
                     .map(|texture| MapSection::Texture(Box::new(texture)))
@@ -94,7 +96,7 @@ impl Serialize for MapSection {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::None => serializer.serialize_bool(false),
-            // Only the file
+            // Write only the file name if no other key is set
             Self::Texture(texture) if texture.given().len() == 1 => texture.file.serialize(serializer),
             Self::Texture(texture) => texture.serialize(serializer),
         }
@@ -109,7 +111,7 @@ key_types! {
     ]);
 }
 
-/// Wrap modes by name.
+/// Wrap modes by their names in scene files.
 const WRAPS: &[(&str, Wrap)] = &[
     ("repeat", Wrap::Repeat),
     ("clamp", Wrap::Clamp),
@@ -121,7 +123,7 @@ fn names_of<T>(named: &[(&'static str, T)]) -> Vec<&'static str> {
 }
 
 impl TextureSection {
-    /// The picture `file` with `mapping`.
+    /// Section of the picture `file` with the mapping `mapping`.
     pub(super) fn of(file: PathBuf, mapping: &Mapping) -> Self {
         fn said<T>(value: T) -> Option<Spanned<T>> {
             Some(Spanned::new(0..0, value))
@@ -140,13 +142,14 @@ impl TextureSection {
             base: number(mapping.base, default.base),
             gain: number(mapping.gain, default.gain),
             height: number(mapping.bump, default.bump),
-            // `base` includes it.
+            // The midlevel is included in `base`
             midlevel: None,
             flip_green: said(true).filter(|_| mapping.flips_green),
         }
     }
 
-    /// Request for this texture at the bytes `span` of `file`, for `slot` of the material `name`.
+    /// Request for this texture, for the slot `slot` of the material `name`. Errors about it point
+    /// to the bytes `span` of `file`.
     pub(super) fn request(
         &self,
         span: Range<usize>,
@@ -194,7 +197,7 @@ impl TextureSection {
     }
 }
 
-/// Value that the string `given` names, from `names`. `key` is for messages.
+/// Value in `names` whose name is the string `given`. `key` is used in messages.
 fn named<T: Copy>(
     given: &Option<Spanned<String>>,
     names: &[(&str, T)],

@@ -1,12 +1,12 @@
 //! The scene description: a scene file, and the scene built from it and from the files that it
 //! names.
 //!
-//! `scene_file` reads the file, and the `*_section` modules are its sections. `source` gives places
-//! to errors. `scene_options` lists the options that the sections `[image]` and `[render]` set.
-//! `patches` lists changes of materials, `placement` computes the transforms of objects, and `load`
-//! reads the named files and builds the scene. `write` makes the text of a scene file, and `schema`
-//! its JSON Schema. `io` has the formats of meshes and pictures, `options` the parameters of a
-//! render.
+//! `scene_file` reads the file, and the `*_section` modules are its sections. `source` adds the
+//! place in the file to errors. `scene_options` lists the options of the sections `[camera]`,
+//! `[image]` and `[render]`. `patches` lists changes of materials, `placement` computes the
+//! transforms of objects, and `load` reads the named files and builds the scene. `write` makes the
+//! text of a scene file, and `schema` its JSON Schema. `io` has the formats of meshes and pictures,
+//! `options` the parameters of a render.
 
 #[cfg(feature = "cli")]
 mod cameras;
@@ -73,7 +73,7 @@ pub(crate) use {
     schema::{light_keys, material_keys},
 };
 
-// Items of the file formats for the modules here
+// Items of the file formats that several modules use
 use crate::files::{MemoryLimit, find_file, input, memory};
 use crate::io::{
     DEFAULT_LIGHT, FileError, Finding, Findings, LoadObserver, LoadOptions, LoadParameters, Position, Severity,

@@ -48,7 +48,7 @@ section! {
 }
 
 impl ObjectSection {
-    /// Clears the keys that a flag sets for all objects.
+    /// Removes keys of the section for which a flag sets a value for all objects.
     pub(crate) fn set_below(&mut self, flags: &LoadParameters) {
         if flags.subdivision.is_some() {
             self.subdivision = None;
@@ -73,20 +73,20 @@ section! {
     }
 }
 
-/// `instances = …`
+/// Value of `instances`
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(
     untagged,
     expecting = "instances must be a file name or a list of matrices, each four rows of four"
 )]
 pub enum Instances {
-    /// A file with one placement per line.
+    /// File with one placement on each line.
     File(PathBuf),
     /// Placements as matrices.
     Matrices(Vec<[[f32; 4]; 4]>),
 }
 
-/// Scale of an object.
+/// Scale factor of an object.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(untagged, expecting = "scale must be a number or three numbers")]
 pub enum Scale {

@@ -1,5 +1,5 @@
-//! Sections that set parameters (`options`): written keys and values, and the options read from
-//! them.
+//! Sections that set parameters (`options`): the keys and values as written, and the options read
+//! from them.
 
 use super::scene_options::AnyGroup;
 use super::source::Source;
@@ -14,7 +14,7 @@ use std::fmt;
 use std::ops::Range;
 use toml::Spanned;
 
-/// A section of a scene file that sets parameters, with its written keys and values.
+/// A section of a scene file that sets parameters. It stores keys and values as written.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(transparent)]
 pub(super) struct OptionSection(InOrder<Spanned<Scalar>>);
@@ -22,13 +22,13 @@ pub(super) struct OptionSection(InOrder<Spanned<Scalar>>);
 /// Maximum number of values in a list.
 const MAX_LIST: usize = 16;
 
-/// A written value.
+/// A value as written.
 #[derive(Clone, Debug)]
 enum Scalar {
     String(String),
     Number(String),
-    /// Values of a list, and their text as numbers with commas between them, if they are at most
-    /// `MAX_LIST` numbers.
+    /// Values of a list. The text has the values as numbers with commas between them; it is `None`
+    /// if the list has other values, or more than `MAX_LIST` values.
     List(Vec<Scalar>, Option<String>),
     Other(&'static str),
 }
@@ -53,7 +53,7 @@ impl Scalar {
 }
 
 impl OptionSection {
-    /// Section that sets the values of `groups`.
+    /// Section with all values that are set in `groups`.
     pub fn of(groups: &[&dyn AnyGroup]) -> Self {
         let entry = |entry: Entry| {
             let numbers = |text: &str| text.split(',').map(|number| Scalar::Number(number.into())).collect();
@@ -68,7 +68,7 @@ impl OptionSection {
         Self(InOrder(entries.map(entry).collect()))
     }
 
-    /// Sets `key` to a list of strings, and replaces its old value.
+    /// Sets `key` to a list of strings. An old value of `key` is replaced.
     pub fn set_strings(&mut self, key: &str, strings: impl IntoIterator<Item = String>) {
         self.0.0.retain(|(name, _)| name.get_ref() != key);
         let list = strings.into_iter().map(Scalar::String).collect();
@@ -79,7 +79,7 @@ impl OptionSection {
         self.0.0.push(entry);
     }
 
-    /// Span of the value of `key`, if it exists.
+    /// Span of the value of `key` in the file; `None` if the section does not have the key.
     pub fn span_of(&self, key: &str) -> Option<Range<usize>> {
         let mut entries = self.0.0.iter();
         entries
@@ -92,8 +92,8 @@ impl OptionSection {
         self.0.is_empty()
     }
 
-    /// Value of `key`, a string or a list of strings, with its span. The value is `None` if an item
-    /// is not a string.
+    /// Strings that are the value of `key`, a string or a list of strings, and the span of the
+    /// value. The list is `None` if an item is not a string.
     pub fn strings(&self, key: &str) -> Option<(Option<Vec<&str>>, Range<usize>)> {
         let (_, value) = self.0.0.iter().find(|(name, _)| name.get_ref() == key)?;
         let strings = match value.get_ref() {
@@ -103,8 +103,8 @@ impl OptionSection {
         Some((strings, value.span()))
     }
 
-    /// Sets `groups` from the section `name` of `file`, except for the keys `others`. An error
-    /// includes its byte in the file.
+    /// Sets the values of `groups` from this section, which has the name `name` in `file`. Keys in
+    /// `others` are ignored. An error has its byte in the file.
     pub fn read(
         &self,
         name: &str,
@@ -119,7 +119,7 @@ impl OptionSection {
             .iter()
             .filter(|(key, _)| !others.contains(&key.get_ref().as_str()))
         {
-            // A parameter with two names
+            // Find the parameter: some parameters have two names
             let parameter = groups
                 .iter()
                 .flat_map(|group| group.parameters())
@@ -159,7 +159,8 @@ impl Serialize for Scalar {
             Self::String(text) => serializer.serialize_str(text),
             Self::Other(text) => serializer.serialize_str(text),
             Self::List(list, _) => serializer.collect_seq(list),
-            // 64-bit whole numbers would lose bits as floats. Floats are read as 32 bits.
+            // Read numbers as integers first: 64-bit whole numbers would lose digits as floats.
+            // Floats have 32 bits.
             Self::Number(text) => match (text.parse::<i64>(), text.parse::<u64>(), text.parse::<f32>()) {
                 (Ok(number), ..) => serializer.serialize_i64(number),
                 (_, Ok(number), _) => serializer.serialize_u64(number),

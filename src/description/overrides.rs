@@ -2,22 +2,23 @@
 //! (`--material GLOB.KEY=VALUE`, `--part GLOB.KEY=VALUE`).
 //!
 //! Tables are merged key by key, and arrays of tables by index (`light.0.intensity`; the next free
-//! index adds an entry). Any other value replaces the value of the file. A value that is not TOML
-//! is a string: `render.sampler=halton`. Each text is parsed after more blanks than the file has
-//! bytes. So the byte of a value identifies the flag that set it.
+//! index adds an entry). Any other value replaces the value of the file. A value that is not valid
+//! TOML is read as a string: `render.sampler=halton`. To parse a flag, its text is preceded by more
+//! blanks than the file has bytes. The byte position of a value therefore identifies the flag that
+//! set the value.
 
 use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue, Deserializer, Error};
 
-/// Keys of a scene file whose values are arrays of tables.
+/// Keys whose values are arrays of tables.
 const ARRAYS: [&str; 3] = ["object", "light", "light_group"];
 
-/// Sections whose entries have the names of materials or parts.
+/// Sections that have one entry for each name of a material or part.
 const SECTIONS_BY_NAME: [&str; 3] = ["material", "patch", "part"];
 
-/// Kind of items that a flag patches.
+/// Items to which the patch of a flag applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Patched {
     Materials,
@@ -25,7 +26,7 @@ pub(super) enum Patched {
 }
 
 impl Patched {
-    /// The flag.
+    /// Name of the flag.
     pub fn flag(self) -> &'static str {
         match self {
             Self::Materials => "--material",
@@ -40,20 +41,21 @@ pub(super) struct Overrides(Vec<Override>);
 
 #[derive(Clone, Debug)]
 struct Override {
-    /// Flag and value, as the user wrote them.
+    /// Flag and value, as the user typed them.
     written: String,
-    /// Key and value as TOML, after blanks; empty if the flag sets no key.
+    /// Key and value as a line of TOML, preceded by blanks. Empty if the flag sets no key.
     toml: String,
-    /// Number of blanks.
+    /// Number of blanks before the line.
     start: usize,
-    /// Kind and glob of a patch; `None` for a key of the file.
+    /// Kind of the patched items, and glob of their names; `None` if the flag sets a key of the
+    /// file.
     patches: Option<(Patched, String)>,
-    /// True if it is an error that the patch matches no material.
+    /// True if the patch must match a material: else it is an error.
     must_match: bool,
 }
 
 impl Overrides {
-    /// Overrides for a file of `bytes` bytes.
+    /// Overrides for a file of `bytes` bytes. `written` are the texts `KEY=VALUE`.
     ///
     /// # Errors
     ///
@@ -100,7 +102,8 @@ impl Overrides {
         Ok(())
     }
 
-    /// Patches of one kind: the glob, and a line of TOML whose bytes [`Overrides::at`] identifies.
+    /// Patches of items of the kind `wanted`: the glob, and a line of TOML. [`Overrides::at`] finds
+    /// the flag from a byte of this line.
     pub fn patches(&self, wanted: Patched) -> impl Iterator<Item = (&str, &str)> {
         self.0.iter().filter_map(move |o| match &o.patches {
             Some((patched, glob)) if *patched == wanted => Some((glob.as_str(), o.toml.as_str())),
@@ -108,8 +111,8 @@ impl Overrides {
         })
     }
 
-    /// Adds the flag `written` over a file of `bytes` bytes, and returns a new span for its values,
-    /// after all others.
+    /// Adds the flag `written`. Returns a new span for its values, after the `bytes` bytes of the
+    /// file and all earlier spans.
     pub fn add_flag(&mut self, bytes: usize, written: String) -> Range<usize> {
         let start = self.0.last().map_or(bytes, |last| last.start.max(last.toml.len())) + 1;
         self.0.push(Override {
@@ -122,7 +125,7 @@ impl Overrides {
         start..start
     }
 
-    /// The last patch must match a material; else it is an error.
+    /// Makes it an error if the last patch matches no material.
     pub fn require_match(&mut self) {
         if let Some(last) = self.0.last_mut() {
             last.must_match = true;
@@ -135,13 +138,14 @@ impl Overrides {
         before.checked_sub(1).is_some_and(|i| self.0[i].must_match)
     }
 
-    /// The flag that set the value at `byte`, as the user wrote it; `None` if the file set it.
+    /// The flag that set the value at `byte`, as the user typed it; `None` if the file set the
+    /// value.
     pub fn at(&self, byte: usize) -> Option<&str> {
         let before = self.0.partition_point(|o| o.start <= byte);
         before.checked_sub(1).map(|i| self.0[i].written.as_str())
     }
 
-    /// Reads the `text` of the file with the overrides applied.
+    /// Parses `text`, the contents of the file, with the overrides applied.
     pub fn read<T: for<'de> Deserialize<'de>>(&self, text: &str) -> Result<T, Error> {
         if self.0.is_empty() {
             return toml::from_str(text);
@@ -149,7 +153,7 @@ impl Overrides {
         T::deserialize(Deserializer::from(self.root(text)?))
     }
 
-    /// The `text` of the file as a table with the overrides applied.
+    /// Parses `text`, the contents of the file, to a table with the overrides applied.
     fn root<'i>(&'i self, text: &'i str) -> Result<Spanned<DeTable<'i>>, Error> {
         let mut root = DeTable::parse(text)?;
         for Override { toml, .. } in self.0.iter().filter(|o| o.patches.is_none()) {
@@ -158,9 +162,9 @@ impl Overrides {
         Ok(root)
     }
 
-    /// Section and name of a material whose name has dots and no quotes, if this causes the
-    /// parser's error at `byte`. TOML reads `[material.White.001]` as the table `001` of the
-    /// material `White`.
+    /// Finds a material whose name has dots and no quotes, if this causes the parser's error at
+    /// `byte`. Returns the section and the full name. TOML reads `[material.White.001]` as the
+    /// table `001` in the material `White`.
     pub fn dotted_material(&self, text: &str, byte: usize) -> Option<(&'static str, String)> {
         let root = self.root(text).ok()?.into_inner();
         let materials = SECTIONS_BY_NAME
@@ -180,7 +184,8 @@ impl Overrides {
                 });
                 let Some((key, mut table)) = table else { continue };
                 let mut name = format!("{}.{}", name.get_ref(), key.get_ref());
-                // Further dots, while a table has only one table in it
+                // Append further parts of the name, as long as a table contains only one other
+                // table
                 while let Some((key, DeValue::Table(inner))) = table.iter().next().map(|(k, v)| (k, v.get_ref())) {
                     if table.len() > 1 || key.get_ref().ends_with("_map") {
                         break;
@@ -195,7 +200,7 @@ impl Overrides {
     }
 }
 
-/// A line of TOML for `KEY=VALUE`.
+/// Line of TOML for the text `KEY=VALUE`.
 fn key_and_value(written: &str) -> Option<String> {
     let is_one_entry = |toml: &String| {
         let table = DeTable::parse(toml);
@@ -238,7 +243,7 @@ fn replace<'i>(old: &mut Spanned<DeValue<'i>>, new: Spanned<DeValue<'i>>) {
     }
 }
 
-/// Returns true if all keys are indices of `items`, or the next index.
+/// Returns true if all keys of `from` are indices of `items`, or the next free index.
 fn indices(items: &DeArray, from: &DeTable) -> bool {
     let is_index = |key: &str| key.parse().is_ok_and(|i: usize| i <= items.len());
     from.keys().all(|key| is_index(key.get_ref()))
@@ -278,7 +283,7 @@ mod tests {
             }
             assert_eq!(read["light"].as_array().unwrap().len(), 2);
         }
-        // Entries by index, and a new entry
+        // Change entries by their indices, and add a new entry
         let lights = read(text, &["light.1.type=constant", "light.2.type=directional"]).unwrap();
         let types: Vec<&str> = lights["light"]
             .as_array()
@@ -289,9 +294,9 @@ mod tests {
         assert_eq!(types, ["point", "constant", "directional"]);
         let first = read("", &["light.0.type=point"]).unwrap();
         assert_eq!(first["light"].as_array().unwrap().len(), 1);
-        // An index after the next free one is not an entry: the parser rejects the table.
+        // An index after the next free index is not an entry. The parser then rejects the table.
         assert!(read("", &["light.1.type=point"]).unwrap()["light"].is_table());
-        // The last value wins.
+        // If a key is set twice, the last value is used.
         assert_eq!(read(text, &["a=2", "a=3"]).unwrap()["a"].as_integer(), Some(3));
     }
 

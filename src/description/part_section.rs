@@ -1,4 +1,4 @@
-//! `[part."GLOB"]`: keys for the parts of OBJ files whose names match the glob.
+//! `[part."GLOB"]`: changes of the parts of OBJ files whose names match the glob.
 
 use super::MaterialSection;
 use super::section::{Section, section};
@@ -22,8 +22,8 @@ section! {
     }
 }
 
-/// `[part."GLOB"]`: changes of parts. Keys of `[material.NAME]` change the material of these parts
-/// only.
+/// `[part."GLOB"]`: changes of parts. It may have all keys of `[material.NAME]`: they change the
+/// material of these parts only.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct PartSection {
     /// Keys that only parts have.
@@ -38,30 +38,30 @@ pub struct PartSection {
 static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| PartSection::all_keys().map(|key| key.key).collect());
 
 impl PartSection {
-    /// All keys; keys of materials come last.
+    /// All keys of the section. Keys of materials come last.
     pub(crate) fn all_keys() -> impl Iterator<Item = &'static Parameter> {
         let of_materials = MaterialSection::KEYS.iter().filter(|key| key.key != "patch");
         PartKeys::KEYS.iter().chain(of_materials)
     }
 
-    /// Replaces keys of this section with the keys of `other`.
+    /// Sets all keys that `other` has, and replaces old values.
     pub(super) fn set_over(&mut self, other: Self) {
         self.keys.set_over(other.keys);
         self.material.set_over(other.material);
     }
 
-    /// Returns true if the parts have another material than in their file.
+    /// Returns true if the section assigns another material to the parts.
     pub(super) fn has_material(&self) -> bool {
         self.keys.material.is_some() || self.changes_material()
     }
 
-    /// Returns true if keys change the material of the parts.
+    /// Returns true if the section has keys that change the material of the parts.
     pub(super) fn changes_material(&self) -> bool {
         !self.material.given().is_empty()
     }
 }
 
-/// Name of a key of the section. An unknown name is an error at its place.
+/// Name of a key of the section. If a name is unknown, the error points to it.
 struct Key(&'static str);
 
 impl<'de> Deserialize<'de> for Key {

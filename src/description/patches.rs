@@ -16,11 +16,11 @@ use std::collections::HashMap;
 use std::ops::Range;
 use toml::Spanned;
 
-/// Keys that replace the keys of items whose names match: a [`MaterialSection`] or a
-/// [`PartSection`].
+/// A patch: keys that replace keys of all items whose names match the glob. `S` is
+/// [`MaterialSection`] or [`PartSection`].
 pub(super) struct Patch<'a, S: Clone = MaterialSection> {
     pub glob: Glob,
-    /// The written glob or name.
+    /// The glob or name as written.
     pub written: &'a str,
     /// Place of the patch in the file.
     pub span: Range<usize>,
@@ -33,11 +33,12 @@ pub(crate) fn glob_of_name(name: &str) -> String {
     Glob::exact(name).text(0)
 }
 
-/// Patches, each with true if it has matched a material.
+/// Patches of materials, with a mark for each patch that has matched a material.
 #[derive(Default)]
 pub(super) struct PatchList<'a> {
     patches: Vec<(Patch<'a>, bool)>,
-    /// Indices of patches with a single name. A scene may have very many.
+    /// Indices of patches that match one name only. The key is the name, because a scene may have
+    /// very many such patches.
     by_name: HashMap<String, Vec<usize>>,
     /// Indices of the other patches.
     by_glob: Vec<usize>,
@@ -57,7 +58,7 @@ impl<'a> PatchList<'a> {
         list
     }
 
-    /// Patches of the material `name`. The function marks them as used.
+    /// Patches of the material `name`. They are marked as used.
     pub fn of_material(&mut self, name: &str) -> Vec<&Patch<'a>> {
         let matches = |&index: &usize| self.patches[index].0.glob.matches(name);
         let mut indices: Vec<usize> = self.by_glob.iter().copied().filter(matches).collect();
@@ -78,15 +79,16 @@ impl<'a> PatchList<'a> {
     }
 }
 
-/// Splits `GLOB.KEY=VALUE` or `GLOB=PRESET` into the glob and the patch `KEY=VALUE`. The last dot
-/// before the `=` ends the glob if a key of `known` follows. The glob may have quotes.
+/// Splits `GLOB.KEY=VALUE` or `GLOB=PRESET` into the glob and the patch `KEY=VALUE`. If the text
+/// after the last dot before `=` is a key of `known`, this dot ends the glob. The glob may have
+/// quotes.
 fn split_patch<'w>(
     written: &'w str,
     mut known: impl Iterator<Item = &'static Parameter>,
 ) -> Option<(&'w str, Cow<'w, str>)> {
     let (name, value) = written.split_once('=')?;
     let key = name.rsplit_once('.').filter(|(_, key)| {
-        // Names of materials may have dots.
+        // A dot may also be a part of a material's name
         known.any(|known| known.key == key.trim()) || Preset::of_name(value.trim()).is_none()
     });
     let (glob, patch) = match key {
@@ -102,9 +104,9 @@ fn split_patch<'w>(
 }
 
 impl SceneFile {
-    /// Adds patches of materials after the patches of the file, each as `GLOB.KEY=VALUE` or
-    /// `GLOB=PRESET`. The parts are a glob of names, a key of `[material.NAME]`, and a value of
-    /// TOML or a plain string.
+    /// Adds patches of materials after the patches of the file. Each text is `GLOB.KEY=VALUE` or
+    /// `GLOB=PRESET`: a glob of names, a key of `[material.NAME]`, and a TOML value or a plain
+    /// string.
     ///
     /// # Errors
     ///
@@ -121,9 +123,9 @@ impl SceneFile {
         Ok(())
     }
 
-    /// Adds patches of parts after the patches of the file, each as `GLOB.KEY=VALUE` or
-    /// `GLOB=PRESET`. The parts are a glob of names, a key of `[part."GLOB"]`, and a value of TOML
-    /// or a plain string.
+    /// Adds patches of parts after the patches of the file. Each text is `GLOB.KEY=VALUE` or
+    /// `GLOB=PRESET`: a glob of names, a key of `[part."GLOB"]`, and a TOML value or a plain
+    /// string.
     ///
     /// # Errors
     ///
@@ -139,21 +141,22 @@ impl SceneFile {
         Ok(())
     }
 
-    /// Adds a patch of a flag: the glob and `KEY=VALUE`. Returns false if it is invalid.
+    /// Adds a patch of a flag: the glob and `KEY=VALUE`. `written` is the flag's text. Returns
+    /// false if the patch is invalid.
     fn add_patch(&mut self, patched: Patched, patch: Option<(&str, Cow<'_, str>)>, written: &str) -> bool {
         let Some((glob, patch)) = patch else { return false };
         let bytes = self.source.bytes();
         let overrides = &mut self.source.overrides;
         let added = overrides.add_patch_of((patched, glob), &patch, written, bytes).is_ok();
         if added {
-            // A flag that changes nothing must be an error.
+            // If the flag changes no material, it must be an error
             overrides.require_match();
         }
         added
     }
 
-    /// Adds a patch of the material `name`, which may have any characters. `value` is TOML or a
-    /// plain string for a key of `[material.NAME]`.
+    /// Adds a patch of the material `name`, which may have any characters. `key` is a key of
+    /// `[material.NAME]`, and `value` is a TOML value or a plain string.
     ///
     /// # Errors
     ///
@@ -172,13 +175,13 @@ impl SceneFile {
         })
     }
 
-    /// Section that replaces materials called `name`, with its key.
+    /// Section of the scene file that replaces the material `name`, with the section's key.
     pub(super) fn replacement(&self, name: &str) -> Option<(&Spanned<String>, &MaterialSection)> {
         let section = self.material.get_key_value(name);
         section.filter(|(_, section)| !section.is_patch())
     }
 
-    /// All patches of materials. An invalid patch is an error at its place.
+    /// All patches of materials. If a patch is invalid, the error points to it.
     pub(super) fn patches(&self) -> Result<Vec<Patch<'_>>, FileError> {
         let mut patches = Vec::new();
         for (key, section) in self.material.iter().filter(|(_, section)| section.is_patch()) {
@@ -206,7 +209,7 @@ impl SceneFile {
         Ok(patches)
     }
 
-    /// All patches of parts. An invalid patch is an error at its place.
+    /// All patches of parts. If a patch is invalid, the error points to it.
     pub(super) fn part_patches(&self) -> Result<Vec<Patch<'_, PartSection>>, FileError> {
         let of_file = self.part.0.iter().map(|(key, section)| Patch {
             glob: Glob::new(key.get_ref()),
@@ -219,7 +222,8 @@ impl SceneFile {
         Ok(patches)
     }
 
-    /// Filter of the parts of OBJ files, with the rules of `patches`.
+    /// Filter that selects the parts of OBJ files, by the keys `visible` of `patches` and by
+    /// patterns.
     pub(super) fn part_filter(&self, patches: &[Patch<PartSection>]) -> PartFilter {
         let [hide, only] = self
             .part_patterns()
@@ -236,8 +240,8 @@ impl SceneFile {
         }
     }
 
-    /// Adds the patches of flags. Patches with equal globs become one patch: `--material
-    /// Gold.metallic=1 --material Gold.specular=0.5` in either order.
+    /// Adds the patches of flags. Patches with equal globs are joined to one patch, such as
+    /// `--material Gold.metallic=1 --material Gold.specular=0.5` in any order.
     fn add_flags<'a, S: Clone + for<'de> Deserialize<'de>>(
         &'a self,
         patches: &mut Vec<Patch<'a, S>>,
@@ -267,7 +271,7 @@ impl SceneFile {
         Ok(())
     }
 
-    /// Returns an error if a section of `[patch]` has the key `patch`.
+    /// Returns an error if `section`, a section of `[patch]`, has the key `patch`.
     fn check_patch(&self, section: &MaterialSection) -> Result<(), FileError> {
         match &section.patch {
             Some(key) => {

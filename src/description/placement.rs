@@ -1,4 +1,5 @@
-//! Placement of objects in a scene file: once or as instances, still or moving.
+//! Placements of objects in a scene file: one placement or several instances, with or without
+//! motion.
 
 use super::input::read_text;
 use super::section::value;
@@ -10,14 +11,14 @@ use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
 
-/// Maximum rotation in degrees between two steps of a motion. Between steps, a rotating point
-/// leaves its circle by 1/2900 of the radius.
+/// Maximum rotation in degrees between two steps of a motion. Between two steps, a rotating point
+/// moves on a straight line, and leaves its circle by 1/2900 of the radius.
 const DEGREES_A_STEP: f32 = 3.0;
 
 /// Placement of an object in the scene.
 #[derive(Clone, Debug)]
 pub(super) enum ObjectPlacement {
-    /// The coordinates of the file.
+    /// No transform: the coordinates of the OBJ file are used.
     AsItIs,
     /// One transform, without motion.
     Once(Affine3A),
@@ -26,7 +27,7 @@ pub(super) enum ObjectPlacement {
 }
 
 impl ObjectPlacement {
-    /// All placements, as instances need them.
+    /// All placements, in the form that instances need.
     pub fn into_placements(self) -> Vec<Placement> {
         match self {
             Self::AsItIs => vec![Placement::Still(Affine3A::IDENTITY)],
@@ -36,7 +37,7 @@ impl ObjectPlacement {
     }
 }
 
-/// Placement of `object` from its keys.
+/// Computes the placement of `object` from its keys.
 pub(super) fn place(file: &SceneFile, object: &ObjectSection) -> Result<ObjectPlacement, FileError> {
     let open = given(file, &object.transform, &object.matrix, "transform", "matrix")?;
     let close = given(
@@ -59,7 +60,7 @@ pub(super) fn place(file: &SceneFile, object: &ObjectSection) -> Result<ObjectPl
         });
     };
 
-    // The object's own placement transforms all of its instances.
+    // The placement of the object transforms all its instances
     let own = own.unwrap_or(Placement::Still(Affine3A::IDENTITY));
     let of_instance = |instance: Affine3A| match &own {
         Placement::Still(placement) => Placement::Still(*placement * instance),
@@ -71,7 +72,7 @@ pub(super) fn place(file: &SceneFile, object: &ObjectSection) -> Result<ObjectPl
     ))
 }
 
-/// A placement from a scene file.
+/// A placement as given in a scene file.
 #[derive(Clone, Copy)]
 enum Given {
     Parts { translate: Vec3, rotate: Vec3, scale: Vec3 },
@@ -111,9 +112,9 @@ impl Given {
     }
 }
 
-/// Motion from one placement to another. Translation, angles and scale change linearly, so that an
-/// object may turn more than once. Matrices that only scale, rotate and translate turn along the
-/// shorter arc. Other matrices change linearly, element by element.
+/// Motion from the placement `open` to the placement `close`. Translation, angles and scale change
+/// linearly, so that an object may turn more than once. Matrices that only scale, rotate and
+/// translate turn along the shorter arc. All other matrices change linearly, element by element.
 fn motion(open: Given, close: Given) -> Placement {
     let steps_of = |degrees: f32| ((degrees / DEGREES_A_STEP).ceil() as usize).clamp(1, Placement::MAX_STEPS - 1);
     let along = |count: usize, at: &dyn Fn(f32) -> Affine3A| {
@@ -150,7 +151,7 @@ fn motion(open: Given, close: Given) -> Placement {
     }
 }
 
-/// Scale, rotation and translation; `None` if the matrix also shears.
+/// Scale, rotation and translation of a matrix; `None` if the matrix has shear.
 fn decomposed(m: &Affine3A) -> Option<(Vec3, Quat, Vec3)> {
     let (scale, rotation, translation) = m.to_scale_rotation_translation();
     let again = Affine3A::from_scale_rotation_translation(scale, rotation, translation);
@@ -161,7 +162,7 @@ fn decomposed(m: &Affine3A) -> Option<(Vec3, Quat, Vec3)> {
         .then(|| (scale.into(), rotation, translation.into()))
 }
 
-/// Placement given by `transform` or by `matrix`.
+/// Placement from the key `transform` or the key `matrix`.
 fn given(
     file: &SceneFile,
     transform: &Option<Spanned<TransformSection>>,
@@ -173,7 +174,7 @@ fn given(
         (None, None) => return Ok(None),
         (Some(_), Some(matrix)) => {
             return Err(file
-                .error(matrix.span(), format!("both `{transform_key}` and `{matrix_key}`"))
+                .error(matrix.span(), format!("both `{transform_key}` and `{matrix_key}` are given"))
                 .help("keep one of them"));
         }
         (Some(section), None) => (Given::of(section.get_ref()), section.span()),
@@ -197,13 +198,14 @@ fn is_placement(m: &Affine3A) -> bool {
     fault(m).is_none()
 }
 
-/// Reason why a placement cannot be inverted, and help. Placements must be invertible.
+/// Returns a reason and help if the placement cannot be inverted.
 fn fault(m: &Affine3A) -> Option<(String, &'static str)> {
     let determinant = m.matrix3.determinant();
     if !m.is_finite() {
         return Some(("is not finite".into(), "give finite numbers"));
     }
-    // Doubles distinguish a flat placement from one that is too small or too large for floats.
+    // Use doubles: they distinguish a flat placement from a placement that is too small or too
+    // large for floats
     let factor = m.matrix3.as_dmat3().determinant().abs().cbrt();
     let is_beyond = determinant == 0.0 || !determinant.is_finite();
     is_beyond.then(|| match factor {
@@ -240,7 +242,7 @@ fn read_instances(file: &SceneFile, instances: &Spanned<Instances>) -> Result<Ve
     list.iter().enumerate().map(read).collect()
 }
 
-/// Placements, one per line: the first three rows of a matrix, or all four.
+/// Parses placements, one on each line: the first three rows of a matrix, or all four rows.
 fn parse_instances(path: &Path, text: &str) -> Result<Vec<Affine3A>, FileError> {
     let mut placements = Vec::new();
     for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {

@@ -1,16 +1,17 @@
-//! Materials by name: `preset` of a scene file, and `--material NAME=PRESET`.
+//! Presets: materials that users select by name, with `preset` in a scene file or `--material
+//! NAME=PRESET`.
 //!
 //! Colours of metals are measured: the reflectance along the normal from measured n and k, in
 //! daylight (D65) and clipped to Rec.709. `docs/guide/reference/materials.md` lists all presets.
-//! The tests compute each colour from the figures of its source.
+//! The tests compute each colour from the measured values of its source.
 
 /// A material that users select by name.
 pub struct Preset {
-    /// Name that the user writes.
+    /// Name of the preset in scene files and flags.
     pub name: &'static str,
-    /// The material in a few words.
+    /// Short description of the material.
     pub about: &'static str,
-    /// Source of its figures.
+    /// Source of the preset's values.
     pub source: &'static str,
     /// Keys of `[material.NAME]`, as TOML.
     pub keys: &'static str,
@@ -22,7 +23,7 @@ const STAINLESS: &str = "n, k of austenitic steel: Karlsson and Ribbing 1982";
 const MEASURED: &str = "colour: Palmqvist, Physically Based database, spectrophotometer";
 const CHOSEN: &str = "colour chosen";
 
-/// A preset with `keys`.
+/// A preset with these fields.
 const fn preset(name: &'static str, about: &'static str, source: &'static str, keys: &'static str) -> Preset {
     Preset {
         name,

@@ -1,5 +1,5 @@
-//! Options that scene files and flags can set. Each group has one entry here, under its section of
-//! the scene file.
+//! Options that scene files and flags can set. Each group of options has one entry here, under the
+//! section of the scene file to which it belongs.
 
 use super::LoadParameters;
 use crate::options::{
@@ -7,7 +7,7 @@ use crate::options::{
     Parameter, PrintOptions, QualityOptions, SamplingOptions, SizeOptions, ToneOptions,
 };
 
-/// Any group of options.
+/// Interface of a group of options of any type.
 pub(super) trait AnyGroup {
     fn parameters(&self) -> &'static [Parameter];
     fn set(&mut self, key: &str, input: Input) -> Option<Result<(), InvalidOption>>;
@@ -28,11 +28,12 @@ impl<G: OptionGroup> AnyGroup for G {
     }
 }
 
-/// Defines [`SceneOptions`] from groups: `SECTION, SECTION_mut { /// Doc. name: TYPE, … }` for each
-/// section. Its methods `SECTION` and `SECTION_mut` list the groups of that section.
+/// Defines the struct [`SceneOptions`] from groups of options. Each section has the form `SECTION,
+/// SECTION_mut { /// Doc. name: TYPE, … }`. The methods `SECTION` and `SECTION_mut` of the struct
+/// list the groups of this section.
 macro_rules! scene_options {
     ($($section:ident, $section_mut:ident { $(#[doc = $doc:literal] $group:ident: $ty:ty,)+ })+) => {
-        /// Parameters of a scene file that flags can set too.
+        /// Parameters of a scene file that flags can also set.
         #[derive(Clone, Copy, Debug, Default)]
         pub struct SceneOptions {
             $($(#[doc = $doc] pub $group: $ty,)+)+
@@ -51,7 +52,7 @@ macro_rules! scene_options {
                 }
             )+
 
-            /// Name of the section and parameters of each group.
+            /// For each group, the name of its section and its parameters.
             pub(crate) const GROUPS: &[(&'static str, &'static [Parameter])] =
                 &[$($((stringify!($section), <$ty>::PARAMETERS)),+),+];
         }

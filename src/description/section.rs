@@ -15,34 +15,34 @@ use toml::Spanned;
 pub(crate) trait Section: Sized {
     /// All keys in the order of the reference.
     const KEYS: &'static [Parameter];
-    /// Keys that are required.
+    /// Keys that must be given.
     const REQUIRED: &'static [&'static str];
 
-    /// Keys that the file has.
+    /// Keys that the file sets, with their values.
     fn given(&self) -> Vec<Given<'_>>;
 
-    /// Replaces keys of this section with the keys of `other`.
+    /// Sets all keys that `other` has, and replaces old values.
     fn set_over(&mut self, other: Self);
 
     /// Reads the value of an optional `key` from `table`. Returns false if the section does not
     /// have the key.
     fn read_key<'de, A: MapAccess<'de>>(&mut self, key: &str, table: &mut A) -> Result<bool, A::Error>;
 
-    /// Place of a key, if the file has it.
+    /// Span of a key's value, if the file has the key.
     fn span_of(&self, key: &str) -> Option<std::ops::Range<usize>> {
         let mut given = self.given().into_iter();
         given.find(|given| given.key == key).map(|given| given.span)
     }
 }
 
-/// A key that the file has.
+/// A key that the file sets.
 pub(crate) struct Given<'a> {
     pub key: &'static str,
-    /// Place of the value in the file.
+    /// Span of the value in the file.
     pub span: std::ops::Range<usize>,
-    /// Numbers of the value.
+    /// Numbers in the value.
     pub numbers: &'a [f32],
-    /// Range of each number.
+    /// Range in which each number must be.
     pub range: Range<f32>,
 }
 
@@ -51,16 +51,16 @@ pub(crate) trait KeyType: Sized {
     /// Reads a value.
     fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error>;
 
-    /// JSON Schema of the values. `number` is the schema of each number in a value.
+    /// JSON Schema of the type. `number` is the schema of each number in a value.
     fn schema(number: Value) -> Value;
 
-    /// Numbers of the value that must be in the range of the key.
+    /// Numbers in the value that must be in the range of the key.
     fn numbers(&self) -> &[f32] {
         &[]
     }
 }
 
-/// Schema of the table of a section.
+/// Schema of a section as a table.
 pub(crate) fn table<S: Section>(description: Option<&str>) -> Value {
     let properties = S::KEYS.iter().map(|key| (key.key.into(), described(key)));
     closed(description, properties.collect(), S::REQUIRED)
@@ -71,19 +71,19 @@ pub(crate) fn value<T: Copy>(key: &Option<Spanned<T>>) -> Option<T> {
     key.as_ref().map(|value| *value.get_ref())
 }
 
-/// Reads an optional key with its place.
+/// Reads the value of an optional key with its span.
 pub(crate) fn optional<'de, T: KeyType, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Spanned<T>>, D::Error> {
     let read = Option::<Spanned<Read<T>>>::deserialize(deserializer)?;
     Ok(read.map(|value| Spanned::new(value.span(), value.into_inner().0)))
 }
 
-/// Reads a required key with its place.
+/// Reads the value of a required key with its span.
 pub(crate) fn required<'de, T: KeyType, D: Deserializer<'de>>(deserializer: D) -> Result<Spanned<T>, D::Error> {
     let value = Spanned::<Read<T>>::deserialize(deserializer)?;
     Ok(Spanned::new(value.span(), value.into_inner().0))
 }
 
-/// The value of an optional key with its place.
+/// Value of an optional key with its span.
 pub(crate) struct Optional<T>(pub Option<Spanned<T>>);
 
 impl<'de, T: KeyType> Deserialize<'de> for Optional<T> {
@@ -92,7 +92,7 @@ impl<'de, T: KeyType> Deserialize<'de> for Optional<T> {
     }
 }
 
-/// A value read by its [`KeyType`].
+/// A value that is read by its [`KeyType`].
 struct Read<T>(T);
 
 impl<'de, T: KeyType> Deserialize<'de> for Read<T> {
@@ -161,7 +161,7 @@ impl KeyType for [[f32; 4]; 4] {
     }
 }
 
-/// Range of a key, or a function that returns it for the name of a key.
+/// Range of a key: a range, or a function that returns the range for the name of a key.
 pub(crate) trait RangeOf {
     /// The range of `key`.
     fn range_of(self, key: &str) -> Range<f32>;
@@ -201,8 +201,8 @@ impl<F: FnOnce(&str) -> Range<f32>> RangeOf for F {
 /// }
 /// ```
 ///
-/// Fields have values with their places; `None` if a key is left out. Types implement [`KeyType`].
-/// `RANGE` applies to each number of a value ([`RangeOf`]).
+/// Each field has the value of its key with the span in the file, or `None` if the key is left out.
+/// Types implement [`KeyType`]. `RANGE` applies to each number in a value ([`RangeOf`]).
 macro_rules! section {
     ($(#[$attribute:meta])* pub struct $section:ident {
         required {
@@ -225,7 +225,7 @@ macro_rules! section {
         }
 
         impl $section {
-            /// The section without optional keys.
+            /// A section with the required keys only.
             pub fn new($($required: toml::Spanned<$required_ty>),*) -> Self {
                 Self { $($required,)* $($key: None),* }
             }

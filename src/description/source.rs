@@ -1,5 +1,5 @@
-//! Sources of a scene description: its file and text, the flags that set keys, and errors with
-//! places in them.
+//! Source of a scene description: path and text of the file, and the flags that set keys. It adds
+//! the places in the file to errors.
 
 use super::overrides::Overrides;
 use crate::io::{FileError, Position};
@@ -7,27 +7,27 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// Maximum length in bytes of a line in which columns are counted. Lines may have megabytes and
-/// many errors.
+/// Maximum number of bytes of a line within which columns are counted. Some files have lines of
+/// megabytes with many errors.
 const MAX_COLUMNS: usize = 1 << 12;
 
-/// A scene file with its path and text, or the OBJ file of a scene without a scene file.
+/// Source of a scene: a scene file with its path and text, or an OBJ file without a scene file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Source {
-    /// The scene file; paths are relative to its folder. Empty for a bare OBJ.
+    /// Path of the scene file. Other paths are relative to its folder. Empty for a bare OBJ.
     path: PathBuf,
-    /// The OBJ file of a scene without a scene file.
+    /// Path of the OBJ file of a scene without a scene file.
     obj: PathBuf,
-    /// Text of the scene file, to find places for messages.
+    /// Text of the scene file, to find the lines and columns of errors.
     text: String,
-    /// Keys set by flags.
+    /// Keys that flags set.
     pub overrides: Overrides,
-    /// Bytes at which the lines start, computed at the first use.
+    /// Byte at which each line starts, computed at the first use.
     line_starts: OnceLock<Vec<usize>>,
 }
 
 impl Source {
-    /// The scene file `path` with `text`, and keys set by flags.
+    /// Source of the scene file `path` with the text `text`, and with keys that flags set.
     pub fn of_file(path: &Path, text: String, overrides: Overrides) -> Self {
         Self {
             path: path.to_path_buf(),
@@ -37,7 +37,7 @@ impl Source {
         }
     }
 
-    /// The OBJ file `path` without a scene file, and keys set by flags.
+    /// Source of the OBJ file `path` without a scene file, with keys that flags set.
     pub fn of_obj(path: &Path, overrides: Overrides) -> Self {
         Self {
             obj: path.to_path_buf(),
@@ -46,7 +46,7 @@ impl Source {
         }
     }
 
-    /// Replaces the text with a text of equal length.
+    /// Replaces the text by a text of equal length.
     pub fn set_text(&mut self, text: String) {
         self.text = text;
     }
@@ -56,22 +56,23 @@ impl Source {
         &self.text
     }
 
-    /// Number of bytes of the text.
+    /// Length of the text in bytes.
     pub fn bytes(&self) -> usize {
         self.text.len()
     }
 
-    /// The scene file; `None` for a bare OBJ.
+    /// Path of the scene file; `None` for a bare OBJ.
     pub fn path(&self) -> Option<&Path> {
         (!self.path.as_os_str().is_empty()).then_some(&self.path)
     }
 
-    /// The full path of `relative`, a path relative to the folder of the scene file.
+    /// Full path of `relative`, which is relative to the folder of the scene file.
     pub fn resolve(&self, relative: &Path) -> PathBuf {
         self.path.parent().unwrap_or(Path::new("")).join(relative)
     }
 
-    /// An error at bytes `span` of the file, or of the flag that set the value there.
+    /// An error that points to the bytes `span` of the file, or that names the flag that set the
+    /// value there.
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> FileError {
         if let Some(written) = self.overrides.at(span.start) {
             return self.whole(format!("{written}: {}", message.into())).of_flag();
@@ -79,13 +80,13 @@ impl Source {
         FileError::new(&self.path, message).at(self.position(span.start))
     }
 
-    /// An error of the scene as a whole.
+    /// An error that belongs to the whole scene, without a place in the file.
     pub fn whole(&self, message: impl Into<String>) -> FileError {
         FileError::new(self.path().unwrap_or(&self.obj), message)
     }
 
-    /// Position of a byte, as in [`Position::of_byte`], without counting all lines again. It has no
-    /// column after [`MAX_COLUMNS`] bytes of a line.
+    /// Line and column of a byte, as in [`Position::of_byte`], but without counting all lines
+    /// again. After [`MAX_COLUMNS`] bytes of a line, the position has no column.
     fn position(&self, byte: usize) -> Position {
         let starts = self.line_starts.get_or_init(|| {
             let ends = self.text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');

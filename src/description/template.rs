@@ -1,5 +1,5 @@
-//! The commented scene file of a bare OBJ (`embrasure init`): all values that a render uses, and
-//! each material as a patch in comments.
+//! Text of a commented scene file for a bare OBJ (`embrasure init`). It has all values that a
+//! render of the OBJ uses, and each material as a patch in comments.
 
 use super::mtl::MapRequest;
 use super::option_section::OptionSection;
@@ -12,10 +12,10 @@ use crate::options::{IntegratorOptions, SamplingOptions, SizeOptions, ToneOption
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Maximum number of material names in one comment.
+/// Maximum number of material names that a comment lists.
 const MAX_NAMED: usize = 20;
 
-/// Comments above the first section of each kind.
+/// Comments that are written above the first section of each kind.
 const COMMENTS: [(&str, &str); 5] = [
     (
         "[camera]",
@@ -39,8 +39,8 @@ const COMMENTS: [(&str, &str); 5] = [
 ];
 
 impl SceneFile {
-    /// Text of a commented scene file at `path` that renders the same image as this file with
-    /// `options` and `camera`. `inspection` is the inspection of this file.
+    /// Text of a commented scene file at `path`. It renders the same image as this file with
+    /// `options` and `camera`. `inspection` is the result of inspecting this file.
     ///
     /// # Errors
     ///
@@ -96,7 +96,8 @@ impl SceneFile {
         Ok(text)
     }
 
-    /// A material as a patch in comments.
+    /// Text of a material as a patch in comments. `triangles` is the number of triangles that use
+    /// the material.
     fn material_text(&self, source: &MaterialSource, triangles: usize, folder: &Path) -> Result<String, FileError> {
         let name = source.name.as_str();
         let plural = if triangles == 1 { "" } else { "s" };
@@ -117,7 +118,7 @@ impl SceneFile {
         for request in source.found.maps.iter().filter(|request| request.path.is_none()) {
             text += &comment(&format!("Its texture {} is missing.", request.statement.file));
         }
-        // Existing patches have other spellings of the name.
+        // Use a spelling of the glob that differs from the spellings in existing patches
         let glob = Glob::exact(name);
         let spellings = (0..=self.patch.0.len()).map(|copy| glob.text(copy));
         let is_free = |spelling: &String| self.patch.0.iter().all(|(known, _)| known.get_ref() != spelling);
@@ -136,7 +137,7 @@ impl SceneFile {
     }
 }
 
-/// `options` with explicit defaults for values that users change first.
+/// Copy of `options` that has explicit defaults for values that users change first.
 fn explicit(options: &SceneOptions) -> SceneOptions {
     let (size, tone) = (options.size, options.tone);
     SceneOptions {
@@ -159,12 +160,12 @@ fn explicit(options: &SceneOptions) -> SceneOptions {
     }
 }
 
-/// Returns true if no quality sets the samples and the denoiser.
+/// Returns true if no option `quality` sets the samples and the denoiser.
 fn has_no_quality(options: &SceneOptions) -> bool {
     options.quality.quality.is_none()
 }
 
-/// Settings of `[render]` with default values, in comments.
+/// Comments with frequent settings of `[render]` and their default values.
 fn usual_settings(options: &SceneOptions) -> String {
     let (sampling, integrator) = (&options.sampling, &options.integrator);
     let sampling = SamplingOptions {
@@ -178,12 +179,13 @@ fn usual_settings(options: &SceneOptions) -> String {
         ..IntegratorOptions::default()
     };
     let section = OptionSection::of(&[&sampling, &integrator]);
-    // Names and numbers can always be written.
+    // Writing names and numbers cannot fail
     let text = toml::to_string(&section).unwrap_or_default();
     text.lines().map(|line| format!("#{line}\n")).collect()
 }
 
-/// Number of triangles of the material `id`. Each triangle counts once, also with several copies.
+/// Number of triangles that use the material `id`. Triangles of a mesh with several copies count
+/// once.
 fn triangles(inspection: &Inspection, id: usize) -> usize {
     let Some(scene) = &inspection.scene else { return 0 };
     let of_material = scene
@@ -194,7 +196,7 @@ fn triangles(inspection: &Inspection, id: usize) -> usize {
         .sum()
 }
 
-/// Names of materials that libraries define and no face uses.
+/// Comment with the names of materials that libraries define and no face uses.
 fn unused(inspection: &Inspection) -> String {
     let is_unused = |name: &&String| inspection.materials.iter().all(|material| material.name != **name);
     let defined = inspection
@@ -217,7 +219,8 @@ fn unused(inspection: &Inspection) -> String {
     )
 }
 
-/// A comment line. Control characters are invalid in TOML comments, so they are replaced.
+/// Comment line with the text `words`. Control characters are replaced, because they are invalid in
+/// TOML comments.
 fn comment(words: &str) -> String {
     let shown: String = words
         .chars()

@@ -1,12 +1,12 @@
-//! Errors for unknown names: of keys in a section of a scene file, and of materials. The errors
-//! list the nearest known names.
+//! Errors for unknown names: keys in a section of a scene file, and materials. The errors list the
+//! nearest known names.
 
 use crate::math::excerpt;
 use crate::options::nearest;
 
 const REFERENCE: &str = "`embrasure help scene` lists every key of a scene file";
 
-/// Message and help for an unknown `key` of `[section]` that has the keys `known`.
+/// Message and help for the unknown key `key` in the section `section`. `known` are the valid keys.
 pub(super) fn unknown_key<'a>(key: &str, section: &str, known: impl IntoIterator<Item = &'a str>) -> (String, String) {
     (
         format!("unknown key `{}` in [{section}]", excerpt(key)),
@@ -14,11 +14,12 @@ pub(super) fn unknown_key<'a>(key: &str, section: &str, known: impl IntoIterator
     )
 }
 
-/// Message and help for an error of the TOML parser. An unknown key is reported as by
-/// [`unknown_key`], a value of a wrong type in TOML terms, and other errors unchanged.
+/// Message and help for an error of the TOML parser. An unknown key is reported as in
+/// [`unknown_key`]. The error of a value of a wrong type uses the names of TOML types. Other errors
+/// are not changed.
 ///
-/// serde writes an unknown key as "unknown field `KEY`, expected one of `A`, `B`" and passes no
-/// list. The names are taken from the backquotes.
+/// serde writes an unknown key as "unknown field `KEY`, expected one of `A`, `B`" and does not pass
+/// the names as a list. We take the names from the backquotes.
 pub(super) fn parser_error(message: &str) -> (String, String) {
     let message = message.trim_end();
     let Some(rest) = message.strip_prefix("unknown field ") else {
@@ -33,8 +34,8 @@ pub(super) fn parser_error(message: &str) -> (String, String) {
     (format!("unknown key `{}`", excerpt(key)), help(key, names))
 }
 
-/// serde's "invalid type: FOUND, expected WANTED", "invalid length N, expected WANTED" and "missing
-/// field `KEY`" without Rust terms. Other messages are unchanged.
+/// Message without Rust terms for serde's errors "invalid type: FOUND, expected WANTED", "invalid
+/// length N, expected WANTED" and "missing field `KEY`". Other messages are not changed.
 fn plain(message: &str) -> String {
     if let Some(key) = message.strip_prefix("missing field ") {
         return format!("the key {key} is missing");
@@ -75,13 +76,13 @@ fn plain(message: &str) -> String {
 
 /// Maximum number of names that are suggested for an unknown name.
 const MAX_NEAREST: usize = 3;
-/// Maximum number of names that are compared. A file may have very many names.
+/// Maximum number of names that are compared with an unknown name. A file may have very many names.
 const MAX_NAMES: usize = 4096;
-/// Minimum similarity of a suggested name (Jaro and Winkler, 0 to 1).
+/// Minimum similarity of a suggested name, from 0 to 1 (Jaro and Winkler).
 const SIMILAR: f64 = 0.7;
 
-/// Names of `known` that are most similar to `name`, the nearest first. Case does not matter. A
-/// name that contains all of `name` is near.
+/// Names in `known` that are most similar to `name`, the nearest first. Case does not matter. A
+/// name that contains the whole text of `name` counts as near.
 pub(super) fn nearest_names<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
     let name = name.to_lowercase();
     let score = |known: &str| {
@@ -96,7 +97,7 @@ pub(super) fn nearest_names<'a>(name: &str, known: impl IntoIterator<Item = &'a 
     scored.into_iter().take(MAX_NEAREST).map(|(_, name)| name).collect()
 }
 
-/// Names of keys in other programs, with the equivalent keys here.
+/// Names of keys in other programs, with the equivalent keys of this program.
 const ELSEWHERE: [(&str, &str); 12] = [
     ("eye", "position"),
     ("origin", "position"),
@@ -112,8 +113,8 @@ const ELSEWHERE: [(&str, &str); 12] = [
     ("file", "obj"),
 ];
 
-/// The key of `known` that the user may mean by `key`. It is the equivalent of another program's
-/// key, a key that contains `key`, such as `vertical_fov` for `fov`, or the most similar key.
+/// Key in `known` that the user probably means by `key`: the equivalent of another program's key, a
+/// key that contains `key`, such as `vertical_fov` for `fov`, or the most similar key.
 fn nearest_key<'a>(key: &str, known: &[&'a str]) -> Option<&'a str> {
     let elsewhere = ELSEWHERE.iter().find(|(theirs, _)| *theirs == key);
     let meant = elsewhere.and_then(|(_, ours)| known.iter().find(|known| *known == ours));
@@ -195,7 +196,7 @@ mod tests {
             ("diffuze", Some("diffuse")),
             ("zzz", None),
             ("", None),
-            // This section has no `emission`.
+            // The tested section has no key `emission`
             ("Ke", None),
         ] {
             assert_eq!(nearest_key(key, &known), expected, "{key}");

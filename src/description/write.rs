@@ -1,8 +1,8 @@
-//! Scene files as text: the input of a render, to edit and render again.
+//! Writes the input of a render as the text of a scene file, which users can edit and render again.
 //!
-//! serde writes sections as it reads them, so that a new key needs no change here. A key that names
-//! a file must be in `SceneFile::paths_mut`, because paths are relative to the file that has them.
-//! Numbers have enough digits to restore the same 32 bits.
+//! serde writes the same sections that it reads, so a new key needs no change here. A key that
+//! names a file must be in `SceneFile::paths_mut`, because paths are relative to the scene file in
+//! which they are written. Numbers have enough digits to restore the same 32 bits.
 
 use super::option_section::OptionSection;
 use super::patches::Patch;
@@ -19,8 +19,8 @@ use toml::Spanned;
 /// Version of the written format.
 const VERSION: u32 = 1;
 
-/// Maximum number of spellings of one glob. The file's materials, its patches and flags may each
-/// have a patch of the glob.
+/// Maximum number of spellings of one glob. Several patches may have the same glob: patches of the
+/// file, and patches of flags.
 const MAX_SPELLINGS: usize = 8;
 
 /// A value without a place in a file.
@@ -29,14 +29,14 @@ fn said<T>(value: T) -> Spanned<T> {
 }
 
 impl LightSection {
-    /// The light of a scene without any emission: white from all directions.
+    /// The light of a scene in which nothing emits: white from all directions.
     pub fn default_light() -> Self {
         Self::constant(0..0, [1.0; 3])
     }
 }
 
 impl SceneFile {
-    /// This scene with `options` and `camera`, and with all patches as sections.
+    /// Copy of this scene with `options` and `camera`, in which all patches are sections.
     ///
     /// # Errors
     ///
@@ -62,8 +62,8 @@ impl SceneFile {
         Ok(file)
     }
 
-    /// Text of a scene file at `path` that describes this scene. Paths are relative to its folder.
-    /// A path that is not UTF-8 is an error.
+    /// Text of a scene file at `path` that describes this scene. Paths in the text are relative to
+    /// the folder of `path`. Returns an error if a path is not UTF-8.
     pub fn to_toml(&self, path: &Path) -> Result<String, FileError> {
         let mut file = self.clone();
         let folder = absolute(path.parent().unwrap_or(Path::new("")));
@@ -94,15 +94,16 @@ impl SceneFile {
         })
     }
 
-    /// Folders to which the scene's files, and the textures of its materials, are relative.
-    /// Textures of a bare OBJ are relative to its folder.
+    /// Two folders: paths of the scene's files are relative to the first, and paths of textures of
+    /// its materials to the second. Textures of a bare OBJ are relative to its folder.
     fn folders(&self) -> [PathBuf; 2] {
         let of = |path: &Path| path.parent().unwrap_or(Path::new("")).to_path_buf();
         let whole = self.whole("").file;
         [self.resolve(Path::new("")), of(&whole)]
     }
 
-    /// All paths of the file: of objects and lights, and of textures.
+    /// All paths in the scene file: first the paths of objects and lights, then the paths of
+    /// textures.
     fn paths_mut(&mut self) -> (Vec<&mut PathBuf>, Vec<&mut PathBuf>) {
         let mut files = Vec::new();
         for object in &mut self.object {
@@ -129,13 +130,14 @@ impl SceneFile {
     }
 }
 
-/// Patches in order, with unique globs.
+/// Patches in order, with different keys. Patches with equal globs get different spellings of the
+/// glob.
 fn own_patches<S: Clone>(patches: Vec<Patch<S>>, set_over: impl Fn(&mut S, S)) -> Vec<(Spanned<String>, S)> {
     let mut written: Vec<(Spanned<String>, S)> = Vec::new();
     let mut taken = HashSet::new();
     for patch in patches {
         let section = patch.section.into_owned();
-        // Equal globs get different spellings.
+        // Find a spelling of the glob that is not in use
         let mut spellings = (0..MAX_SPELLINGS).map(|copy| patch.glob.text(copy));
         let free = spellings.find(|text| taken.insert(text.clone()));
         match (free, written.last_mut()) {
@@ -146,7 +148,7 @@ fn own_patches<S: Clone>(patches: Vec<Patch<S>>, set_over: impl Fn(&mut S, S)) -
     written
 }
 
-/// Full path of the folder. Parts that do not exist are kept.
+/// Full path of the folder. Path components that do not exist are kept.
 pub(super) fn absolute(folder: &Path) -> PathBuf {
     let folder = if folder == Path::new("") {
         Path::new(".")
@@ -158,8 +160,8 @@ pub(super) fn absolute(folder: &Path) -> PathBuf {
         .unwrap_or_else(|_| folder.to_path_buf())
 }
 
-/// Converts `path`, relative to the folder `from`, to a path relative to the full path `to`. An
-/// absolute path is returned unchanged.
+/// Converts `path`, which is relative to the folder `from`, so that it is relative to the full path
+/// `to`. An absolute path is returned unchanged.
 pub(super) fn relocated(path: &Path, from: &Path, to: &Path) -> PathBuf {
     if path.is_absolute() {
         return path.to_path_buf();
@@ -175,7 +177,7 @@ pub(super) fn relocated(path: &Path, from: &Path, to: &Path) -> PathBuf {
         .take_while(|(a, b)| a == b)
         .count();
     if !folder.components().take(common).any(|part| part == Component::RootDir) {
-        // On another drive
+        // The folder is on another drive: return the full path
         return folder.join(name);
     }
     let mut relative: PathBuf = to.components().skip(common).map(|_| Component::ParentDir).collect();
@@ -224,8 +226,8 @@ mod tests {
         assert_eq!(SceneFile::load(&path).unwrap().to_toml(&path).unwrap(), text);
     }
 
-    /// Numbers as the program reads them: 32 bits, also for whole numbers, and three numbers for a
-    /// grey.
+    /// Converts numbers to the precision of the program: 32 bits, including whole numbers, and
+    /// three numbers for a grey.
     fn as_read(value: toml::Value) -> toml::Value {
         match value {
             toml::Value::Float(number) => toml::Value::Float((number as f32).into()),
@@ -242,8 +244,8 @@ mod tests {
         }
     }
 
-    /// Keys that are alternatives to keys below and exclude them. The tests of the sections cover
-    /// them.
+    /// Keys that exclude keys of the text below, so that they cannot be in it. The tests of the
+    /// sections cover these keys.
     const ALTERNATIVES: [&str; 14] = [
         "view",
         "elevation",
@@ -391,7 +393,7 @@ name = "lamps"
 materials = ["bulb", "tall.box"]
 "#;
 
-    /// A new key of a section must be added to the text above.
+    /// A key that is added to a section must also be added to the text above.
     #[test]
     fn every_key_is_tried() {
         let page = include_str!("../../docs/guide/reference/scene-file.md");

@@ -197,7 +197,7 @@ impl Settings {
         let max = processors.saturating_mul(THREADS_OF_A_PROCESSOR);
         if self.threads > max {
             let plural = if processors == 1 { "" } else { "s" };
-            let help = format!("use {max} at most: this machine has {processors} processor{plural}");
+            let help = format!("use at most {max}: this machine has {processors} processor{plural}");
             return invalid("threads", &self.threads, &help);
         }
         None

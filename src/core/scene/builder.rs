@@ -596,7 +596,7 @@ mod tests {
         for material in [screen, dark, lamp] {
             b.add_mesh(two(), material).unwrap();
         }
-        // The same triangles in instances
+        // Equal triangles in instances
         let prototype = b.add_prototype(vec![(two(), lamp), (two(), screen)]).unwrap();
         let still = Placement::Still(crate::math::Affine3A::from_translation(Vec3::Z.into()));
         b.add_instance(prototype, still).unwrap();

@@ -115,7 +115,7 @@ impl GroundPlane {
             return bad(
                 "point",
                 list(&point.to_array()),
-                "finite, with coordinates of 1e10 at most",
+                "finite, with coordinates of at most 1e10",
             );
         }
         let is_radius = |r: f32| (MIN_RADIUS..=MAX_COORDINATE).contains(&r);
@@ -161,7 +161,7 @@ impl GroundPlane {
             return Err(BuildError::BadGround {
                 key: "radius",
                 value: plane.radius.to_string(),
-                rule: "such that the corners of the plane differ and have coordinates of 1e10 at most",
+                rule: "such that the corners of the plane differ and have coordinates of at most 1e10",
             });
         }
         Ok(plane)

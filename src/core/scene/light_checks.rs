@@ -28,7 +28,7 @@ pub(super) fn check_position(light: &'static str, position: Vec3) -> Result<(), 
         light,
         "position",
         value,
-        "coordinates must be finite and 1e15 at most",
+        "coordinates must be finite and at most 1e15",
     ))
 }
 
@@ -76,7 +76,7 @@ pub(super) fn check_light(light: &'static str, key: &'static str, value: Spectru
 pub(super) fn check_spot(angle: f32, falloff: f32) -> Result<(), BuildError> {
     let bad = |key, value: f32, rule| Err(bad_light("spot", key, value.to_string(), rule));
     if !(angle > 0.0 && angle <= 90.0) {
-        return bad("angle", angle, "must be above 0 and 90 degrees at most");
+        return bad("angle", angle, "must be above 0 and at most 90 degrees");
     }
     if !(falloff >= 0.0 && falloff <= angle) {
         return bad("falloff", falloff, "must lie between 0 and the angle");

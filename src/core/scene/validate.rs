@@ -43,7 +43,7 @@ pub enum BuildError {
         vertices: usize,
     },
     /// A vertex is NaN or infinite, or its coordinates are too large for backends.
-    #[error("vertex {vertex} is at ({}, {}, {}): coordinates must be finite and {MAX_COORDINATE:e} at most", position.x, position.y, position.z)]
+    #[error("vertex {vertex} is at ({}, {}, {}): coordinates must be finite and at most {MAX_COORDINATE:e}", position.x, position.y, position.z)]
     BadVertex {
         /// Index of the vertex within its mesh.
         vertex: usize,
@@ -128,7 +128,7 @@ pub enum BuildError {
     UnknownIrradiance,
     /// The ground has too many lights to sum at each point.
     #[error(
-        "the ground cannot catch the shadows of {count} lights that are not infinitely far away: {max} at most, each emitting triangle is one"
+        "the ground cannot catch the shadows of {count} lights that are not infinitely far away: the maximum is {max}, and each emitting triangle is one"
     )]
     TooManyLightsOfGround {
         /// Number of finite lights.

@@ -1,7 +1,7 @@
-//! Models of COLMAP: a folder with `cameras` and `images`, as text or binary.
+//! COLMAP models: a folder with the files `cameras` and `images`, as text or binary.
 //!
-//! Source: COLMAP's documentation, "Output Format". Poses take the world to the camera, with the
-//! axes of OpenCV. The centre of the first pixel is 0.5, 0.5.
+//! Source: COLMAP's documentation, "Output Format". Poses are transforms from the world to the
+//! camera, with the axes of OpenCV. The centre of the first pixel is at (0.5, 0.5).
 
 use super::{FileCamera, calibrated};
 use crate::camera::{Distortion, Intrinsics};
@@ -14,10 +14,10 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 
-/// Files that a model has as text.
+/// Files of a model in text format.
 pub(super) const FILES: [&str; 3] = ["cameras.txt", "images.txt", "points3D.txt"];
 
-/// Camera models by COLMAP's numbers: name and number of parameters.
+/// Camera models: name and number of parameters. The index is COLMAP's number of the model.
 const MODELS: [(&str, usize); 11] = [
     ("SIMPLE_PINHOLE", 3),
     ("PINHOLE", 4),
@@ -32,23 +32,23 @@ const MODELS: [(&str, usize); 11] = [
     ("THIN_PRISM_FISHEYE", 12),
 ];
 
-/// A lens of the file of cameras.
+/// Lens of a camera, from the file `cameras`.
 #[derive(Clone)]
 struct Lens {
     size: UVec2,
     options: CameraOptions,
 }
 
-/// A picture of the file of images.
+/// Picture and its pose, from the file `images`.
 struct Picture {
     name: String,
     camera: u32,
-    /// Rotation w, x, y, z and translation, from the world to the camera.
+    /// Rotation as a quaternion (w, x, y, z), and translation, from the world to the camera.
     rotation: [f64; 4],
     translation: [f64; 3],
 }
 
-/// The cameras of the model in the folder `folder`, one a picture.
+/// Reads the cameras of the model in the folder `folder`: one for each picture.
 pub(super) fn read(folder: &Path) -> Result<Vec<FileCamera>, FileError> {
     let is_there = |name: &str| folder.join(name).is_file();
     let (lenses, pictures, images) = if is_there("cameras.txt") && is_there("images.txt") {
@@ -107,7 +107,7 @@ pub(super) fn read(folder: &Path) -> Result<Vec<FileCamera>, FileError> {
     pictures.into_iter().map(camera).collect()
 }
 
-/// The lens of a `model` with these parameters.
+/// Lens of the camera model `model` with the parameters `parameters`.
 fn lens(model: &str, [width, height]: [u64; 2], parameters: &[f64]) -> Result<Lens, String> {
     let side = |side: u64| u32::try_from(side).ok().filter(|side| (1..=65536).contains(side));
     let size = side(width).zip(side(height)).map(UVec2::from);
@@ -152,13 +152,13 @@ fn lens(model: &str, [width, height]: [u64; 2], parameters: &[f64]) -> Result<Le
     })
 }
 
-/// The error of a line.
+/// Error about the line `line` of a file.
 fn of_line(path: &Path, line: usize, message: impl Into<String>) -> FileError {
     let error = FileError::new(path, message).at(Position::line(line + 1));
     error.help("export the model again, as text")
 }
 
-/// Lines with a number of each that are no comments.
+/// Lines that are not comments, each with its index from 0.
 fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let lines = text.lines().enumerate();
     lines.filter(|(_, line)| !line.trim_start().starts_with('#'))
@@ -221,13 +221,13 @@ fn pictures_of_text(path: &Path) -> Result<Vec<Picture>, FileError> {
             rotation: [qw, qx, qy, qz],
             translation: [tx, ty, tz],
         });
-        // Points of the picture, which may be an empty line
+        // Skip the line with the points of the picture, which may be empty
         lines.next();
     }
     Ok(pictures)
 }
 
-/// Bytes of a binary file, read from the start.
+/// Bytes of a binary file that were not read yet.
 struct Bytes<'a> {
     path: &'a Path,
     rest: &'a [u8],
@@ -267,7 +267,7 @@ impl Bytes<'_> {
         let rest = usize::try_from(bytes).ok().and_then(|bytes| self.rest.get(bytes..));
         match rest {
             Some(rest) => self.rest = rest,
-            // The error of an end
+            // Too few bytes are left: return the error that the file ends too early
             None => {
                 self.rest = &[];
                 self.take::<1>()?;
@@ -298,7 +298,7 @@ fn cameras_of_bytes(path: &Path) -> Result<BTreeMap<u32, Lens>, FileError> {
 }
 
 fn pictures_of_bytes(path: &Path) -> Result<Vec<Picture>, FileError> {
-    /// Bytes of a point of a picture: two coordinates and a number.
+    /// Number of bytes of an image point of a picture: two coordinates and an id.
     const POINT: u64 = 24;
     let all = read_bytes(path, "the file of images")?;
     let mut bytes = Bytes { path, rest: &all };
@@ -322,7 +322,7 @@ fn pictures_of_bytes(path: &Path) -> Result<Vec<Picture>, FileError> {
     Ok(pictures)
 }
 
-/// Writes `camera` to the model in `folder`, in place of a picture of the same name.
+/// Writes `camera` to the model in `folder`. It replaces a picture of the same name.
 pub(super) fn write(folder: &Path, camera: &FileCamera) -> Result<(), FileError> {
     let files = FILES.map(|name| folder.join(name));
     let mut cameras = Vec::new();
@@ -364,7 +364,7 @@ pub(super) fn write(folder: &Path, camera: &FileCamera) -> Result<(), FileError>
         "# POINT3D_ID X Y Z R G B ERROR TRACK[]\n".into(),
     ];
     for (file, text) in files.iter().zip(texts) {
-        // Points of a model that is there stay.
+        // Keep the 3-D points of an existing model
         if !(file.ends_with(FILES[2]) && file.exists()) {
             Output::prepare(file)?.write(|writer| writer.write_all(text.as_bytes()))?;
         }
@@ -372,7 +372,7 @@ pub(super) fn write(folder: &Path, camera: &FileCamera) -> Result<(), FileError>
     Ok(())
 }
 
-/// Rotation and translation of a camera in COLMAP's convention.
+/// Rotation and translation of a camera from the world to the camera, in COLMAP's convention.
 fn world_to_camera(camera: &FileCamera) -> (DQuat, [f64; 3]) {
     let pose = camera.options.pose.and_then(|pose| pose.pose().ok());
     let Some(pose) = pose else {

@@ -1,7 +1,7 @@
 //! Cameras of glTF scenes, text or binary.
 //!
-//! Source: glTF 2.0 Specification (Khronos), 3.10 "Cameras" and 4.4 "Binary glTF". A camera looks
-//! along -z of its node, with +y up.
+//! Source: glTF 2.0 Specification (Khronos), 3.10 "Cameras" and 4.4 "Binary glTF". A camera views
+//! along −z of its node, with +y up.
 
 use super::FileCamera;
 use crate::camera::ProjectionKind;
@@ -50,7 +50,7 @@ struct Orthographic {
 }
 
 impl Node {
-    /// The transform from the node to its parent.
+    /// Transform from the node to its parent.
     fn transform(&self) -> DMat4 {
         let [x, y, z, w] = self.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
         let parts = DMat4::from_scale_rotation_translation(
@@ -62,7 +62,7 @@ impl Node {
     }
 }
 
-/// The cameras of a scene, one a node that has one.
+/// Reads the cameras of a glTF scene: one for each node with a camera.
 pub(super) fn read(path: &Path) -> Result<Vec<FileCamera>, FileError> {
     let bytes = read_bytes(path, "the glTF file")?;
     let json = json_of(&bytes);
@@ -93,7 +93,8 @@ pub(super) fn read(path: &Path) -> Result<Vec<FileCamera>, FileError> {
         let Some(camera) = gltf.cameras.get(number) else {
             return Err(wrong(format!("there is no camera {number} in the file")));
         };
-        // A circle of parents ends after all nodes.
+        // Multiply the transforms of all parents. The loop ends after as many steps as there are
+        // nodes, in case the parents form a cycle.
         let mut to_world = node.transform();
         let mut above = parents[index];
         for _ in 0..gltf.nodes.len() {
@@ -111,14 +112,15 @@ pub(super) fn read(path: &Path) -> Result<Vec<FileCamera>, FileError> {
     Ok(cameras)
 }
 
-/// The name of a camera. Some exporters turn cameras by a node below the one that people named.
+/// Name of the camera of `node`. Some exporters put the camera in a child node that turns it: its
+/// name ends with `_Orientation`, and is not used.
 fn camera_name(node: &Node, camera: &Camera, name: &str) -> String {
     let own = node.name.as_ref().filter(|name| !name.ends_with("_Orientation"));
     own.or(camera.name.as_ref()).map_or(name, |name| name).to_string()
 }
 
 fn options(camera: &Camera, to_world: DMat4) -> Result<CameraOptions, String> {
-    // Scales of nodes do not change what a camera sees.
+    // Normalise the axes, because scaled nodes do not change the view of a camera
     let axis = |axis: DVec3| axis.normalize_or_zero();
     let [x, y, z] = [to_world.x_axis, to_world.y_axis, to_world.z_axis].map(|column| axis(column.truncate()));
     let position = to_world.w_axis.truncate();
@@ -147,12 +149,12 @@ fn options(camera: &Camera, to_world: DMat4) -> Result<CameraOptions, String> {
     })
 }
 
-/// The JSON of a file, which a binary file has as its first chunk.
+/// JSON text of a file. A binary file has it in its first chunk.
 fn json_of(bytes: &[u8]) -> &[u8] {
     let Some(rest) = bytes.strip_prefix(b"glTF") else {
         return bytes;
     };
-    // Version and length of the file, then length and kind of the chunk
+    // Skip version and length of the file, then read length and kind of the chunk
     let length = rest
         .get(8..12)
         .and_then(|length| length.try_into().ok())

@@ -1,5 +1,5 @@
-//! Lists of cameras: TOML with a `[[camera]]` each, and CSV with a line each. Their keys are the
-//! ones of `[camera]`, with `name`, `width` and `height`.
+//! Lists of cameras: TOML files with one `[[camera]]` for each camera, and CSV files with one line
+//! for each camera. They use the keys of `[camera]`, and the keys `name`, `width` and `height`.
 
 use super::FileCamera;
 use crate::description::option_section::OptionSection;
@@ -13,7 +13,7 @@ use crate::options::{CameraOptions, Input, OptionGroup, SizeOptions};
 use serde::Deserialize;
 use std::path::Path;
 
-/// Keys of both lists that are not options.
+/// Keys of TOML and CSV lists that are not camera options.
 const NAME: &str = "name";
 
 #[derive(Deserialize)]
@@ -32,7 +32,7 @@ fn camera(name: String, size: SizeOptions, options: CameraOptions) -> FileCamera
     }
 }
 
-/// The cameras of a TOML file.
+/// Reads the cameras of a TOML file.
 pub(super) fn read_toml(path: &Path) -> Result<Vec<FileCamera>, FileError> {
     let text = read_text(path, "the file of cameras")?;
     let list: List = toml::from_str(&text).map_err(|error| {
@@ -61,8 +61,8 @@ pub(super) fn read_toml(path: &Path) -> Result<Vec<FileCamera>, FileError> {
     list.camera.iter().enumerate().map(read).collect()
 }
 
-/// The cameras of a CSV file, whose first line names the columns: keys, or a key with a component,
-/// as in `position.x`.
+/// Reads the cameras of a CSV file. The first line has the names of the columns: a key, or a key
+/// with a component, such as `position.x`.
 pub(super) fn read_csv(path: &Path) -> Result<Vec<FileCamera>, FileError> {
     let text = read_text(path, "the file of cameras")?;
     let damaged = |error: csv::Error| {
@@ -106,7 +106,7 @@ pub(super) fn read_csv(path: &Path) -> Result<Vec<FileCamera>, FileError> {
     Ok(cameras)
 }
 
-/// Keys and values of a line: empty cells are left out, and components of one key are joined.
+/// Keys and values of a line. Empty cells are left out, and the components of a key are joined.
 fn values<'a>(columns: &'a [String], row: &csv::StringRecord) -> Vec<(&'a str, String)> {
     let mut values: Vec<(&str, String)> = Vec::new();
     for (column, cell) in columns.iter().zip(row).filter(|(_, cell)| !cell.is_empty()) {

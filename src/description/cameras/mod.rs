@@ -1,5 +1,5 @@
-//! Cameras of files: NeRF's `transforms.json`, COLMAP's models, glTF scenes, and lists in TOML or
-//! CSV. Cameras stand in the coordinates of the OBJ file.
+//! Cameras read from files: NeRF's `transforms.json`, COLMAP models, glTF scenes, and lists in TOML
+//! or CSV. Positions of cameras are in coordinates of the OBJ file.
 
 mod colmap;
 mod gltf;
@@ -13,28 +13,28 @@ use crate::options::{CameraOptions, DistortionCoefficients, PoseConvention, Pose
 use crate::parameter::{Value, nearest};
 use std::path::{Path, PathBuf};
 
-/// Maximum of names that an error lists.
+/// Maximum number of camera names that an error lists.
 const MAX_NAMES: usize = 12;
 
-/// A camera of a file.
+/// A camera read from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileCamera {
-    /// Name: of a picture that the camera took, or of the camera itself.
+    /// Name of the picture that the camera took, or of the camera.
     pub name: String,
-    /// Columns and rows of its picture, if the file has them.
+    /// Width and height of the camera's picture in pixels, if the file has them.
     pub size: Option<UVec2>,
-    /// Keys of `[camera]`. Intrinsics are pixels of `size`.
+    /// Camera options as in `[camera]`. Intrinsics are in pixels of a picture of `size`.
     pub options: CameraOptions,
-    /// Horizontal field of view in radians, in place of a vertical one.
+    /// Horizontal field of view in radians, if the file has it instead of a vertical one.
     pub horizontal_fov: Option<f64>,
 }
 
 impl FileCamera {
-    /// The cameras of `path`.
+    /// Reads all cameras of the file or folder `path`.
     ///
     /// # Errors
     ///
-    /// The file cannot be read, is of another kind, or has no cameras.
+    /// The file cannot be read, has an unknown format, or has no cameras.
     pub fn read_all(path: &Path) -> Result<Vec<Self>, FileError> {
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let cameras = match extension.as_str() {
@@ -55,13 +55,14 @@ impl FileCamera {
         Ok(cameras)
     }
 
-    /// The camera `name` of `path`; without a name its only camera.
+    /// Reads the camera `name` of `path`. If `name` is `None`, `path` must have only one camera.
     ///
-    /// A name is the one of the file, its last part, or that without an extension.
+    /// `name` is the camera's name in the file, the last component of this name, or the last
+    /// component without its extension.
     ///
     /// # Errors
     ///
-    /// As [`FileCamera::read_all`]; the name is unknown, or several cameras have it.
+    /// Errors of [`FileCamera::read_all`]; the name is unknown, or several cameras have it.
     pub fn read(path: &Path, name: Option<&str>) -> Result<Self, FileError> {
         let cameras = Self::read_all(path)?;
         let Some(name) = name else {
@@ -103,7 +104,8 @@ impl FileCamera {
         Err(FileError::new(path, format!("there is no camera `{name}`")).help(help))
     }
 
-    /// The keys of `[camera]` for a picture of `size` pixels. Intrinsics are scaled to it.
+    /// Camera options as in `[camera]`, for a picture of `size` pixels. Intrinsics are scaled to
+    /// this size.
     pub fn options(&self, size: UVec2) -> CameraOptions {
         let mut options = self.options;
         if let (Some(intrinsics), Some(own)) = (&mut options.intrinsics, self.size) {
@@ -120,8 +122,8 @@ impl FileCamera {
         options
     }
 
-    /// The camera of `description` with a picture of `size` pixels, for a file. `origin` is the
-    /// point of the OBJ file that is the scene's origin.
+    /// A camera to write to a file, from `description` and the size `size` of its picture in
+    /// pixels. `origin` is the point in OBJ coordinates that is the scene's origin.
     pub fn of(name: String, description: &CameraDescription, size: UVec2, origin: DVec3) -> Self {
         let parameters = &description.parameters;
         let described = CameraOptions::of(description);
@@ -152,12 +154,14 @@ impl FileCamera {
         }
     }
 
-    /// Writes the camera to `path`: a `.json` file as NeRF's `transforms.json`, a folder as a
-    /// COLMAP model. Cameras of other names that are there stay; one of this name is replaced.
+    /// Writes the camera to `path`: to a `.json` file in the format of NeRF's `transforms.json`, or
+    /// to a folder as a COLMAP model. An existing camera of the same name is replaced. Other
+    /// existing cameras are kept.
     ///
     /// # Errors
     ///
-    /// The format lacks the projection, a file of it is something else, or writing fails.
+    /// The format does not support the projection, an existing file has other contents, or writing
+    /// fails.
     pub fn write(&self, path: &Path) -> Result<(), FileError> {
         if is_transforms(path) {
             transforms::write(path, self)
@@ -166,11 +170,12 @@ impl FileCamera {
         }
     }
 
-    /// Files that [`FileCamera::write`] replaces, except that an error names the `path`.
+    /// Files that [`FileCamera::write`] writes for `path`: the `.json` file, or the files of the
+    /// COLMAP model.
     ///
     /// # Errors
     ///
-    /// The name is of no format that is written.
+    /// The name of `path` belongs to a format that is not written.
     pub fn files(path: &Path) -> Result<Vec<PathBuf>, FileError> {
         if is_transforms(path) {
             return Ok(vec![path.into()]);
@@ -182,7 +187,8 @@ impl FileCamera {
         Ok(colmap::FILES.map(|name| path.join(name)).into())
     }
 
-    /// Intrinsics and distortion of a camera that is written; `None` if its projection has none.
+    /// Intrinsics and distortion of a camera that is written; `None` if the projection has no
+    /// intrinsics.
     fn calibration(&self, size: UVec2) -> Option<(Intrinsics, Distortion)> {
         let options = &self.options;
         let is_fisheye = options.projection == Some(ProjectionKind::Fisheye);
@@ -208,7 +214,7 @@ impl FileCamera {
                 };
                 Some((intrinsics, Distortion::Pinhole([0.0; 5])))
             }
-            // Only the equidistant mapping is one of OpenCV.
+            // OpenCV's fisheye model has the equidistant mapping only
             ProjectionKind::Fisheye if options.fisheye_mapping() == FisheyeMapping::Equidistant => {
                 let focal = size.y / f64::from(options.fisheye_fov()).to_radians();
                 let intrinsics = Intrinsics {
@@ -221,7 +227,8 @@ impl FileCamera {
         }
     }
 
-    /// The error of a format that lacks the projection.
+    /// Error that the format of `path` does not support the camera's projection. `possible` is the
+    /// help.
     fn no_projection(&self, path: &Path, possible: &str) -> FileError {
         let message = format!(
             "the file has no place for a camera of the projection `{}`",
@@ -230,7 +237,7 @@ impl FileCamera {
         FileError::new(path, message).help(format!("{possible}; --dump-scene writes every camera"))
     }
 
-    /// Columns and rows, and the pose from the camera to the world.
+    /// Size of the picture in pixels, and pose matrix from the camera to the world.
     fn written(&self) -> (UVec2, [[f64; 4]; 3]) {
         let rows = self.options.pose.map_or([[0.0; 4]; 3], |pose| pose.rows);
         (self.size.unwrap_or(UVec2::ONE), rows)
@@ -242,7 +249,7 @@ fn is_transforms(path: &Path) -> bool {
         .is_some_and(|extension| extension.eq_ignore_ascii_case("json"))
 }
 
-/// A calibrated camera of a file.
+/// Options of a calibrated camera with these intrinsics and this distortion.
 fn calibrated(intrinsics: Intrinsics, distortion: Distortion) -> CameraOptions {
     let is_fisheye = matches!(distortion, Distortion::Fisheye(_));
     CameraOptions {
@@ -253,7 +260,7 @@ fn calibrated(intrinsics: Intrinsics, distortion: Distortion) -> CameraOptions {
     }
 }
 
-/// The names of cameras, the first few.
+/// Text that lists the names of the first [`MAX_NAMES`] cameras, and the number of further cameras.
 fn list_of(cameras: &[FileCamera]) -> String {
     let names: Vec<&str> = cameras.iter().take(MAX_NAMES).map(|camera| &*camera.name).collect();
     let more = cameras.len().saturating_sub(MAX_NAMES);

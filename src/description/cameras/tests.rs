@@ -22,7 +22,7 @@ fn description(projection: Projection) -> CameraDescription {
     }
 }
 
-/// The camera of a file in a scene whose origin is at [`ORIGIN`].
+/// The camera from a file, in a scene whose origin is at [`ORIGIN`].
 fn camera(file: &FileCamera, size: UVec2) -> Camera {
     let options = file.options(size).placed();
     let settings = CameraSettings {
@@ -36,8 +36,8 @@ fn camera(file: &FileCamera, size: UVec2) -> Camera {
     settings.found(None, size).unwrap().camera
 }
 
-/// Largest difference of rays of the two cameras at places of a picture of the first one's size,
-/// which is `factor` times the second one's.
+/// Largest difference of rays of two cameras over places of a picture. The size of the picture of
+/// `a` is `factor` times the size of the picture of `b`.
 fn difference(a: &Camera, b: &Camera, factor: f32) -> f32 {
     let places = [[0.5, 0.5], [60.0, 40.0], [100.5, 20.0], [30.0, 77.0]].map(Vec2::from);
     let of = |place: Vec2| {
@@ -94,7 +94,7 @@ fn written_cameras_have_the_same_rays_when_read() {
                 assert!(name == "sparse" && projection == Projection::Panorama, "{error}");
                 continue;
             }
-            // A camera of the same name is replaced.
+            // Write again: a camera of the same name is replaced
             file.write(&path).unwrap();
             count += 1;
             assert_eq!(FileCamera::read_all(&path).unwrap().len(), count);
@@ -114,8 +114,8 @@ fn written_cameras_have_the_same_rays_when_read() {
     }
 }
 
-/// One camera at (1, 2, 3) that looks along −x, with z up, and sees 90° from side to side of a
-/// square.
+/// All formats describe one camera at (1, 2, 3) that views along −x, with z up. Its picture is
+/// square, with a field of view of 90°.
 #[test]
 fn cameras_of_all_formats_have_one_pose() {
     let folder = tempfile::tempdir().unwrap();
@@ -321,7 +321,7 @@ fn formats_without_a_projection_refuse_it() {
     assert!(FileCamera::files(Path::new("a.txt")).is_err());
 }
 
-/// Changed bytes of every format give cameras or errors, and no panic.
+/// Files of every format with changed bytes give cameras or errors, but never a panic.
 #[test]
 fn damaged_files_are_cameras_or_errors() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,8 +1,8 @@
 //! NeRF's `transforms.json` (Mildenhall et al. 2020, "NeRF"), with the keys of instant-ngp and
 //! nerfstudio.
 //!
-//! Poses take the camera to the world, with the axes of OpenGL. The centre of the first pixel is
-//! 0.5, 0.5. Keys of a frame win over those of the file.
+//! Poses are transforms from the camera to the world, with the axes of OpenGL. The centre of the
+//! first pixel is at (0.5, 0.5). Keys of a frame override keys of the file.
 
 use super::{FileCamera, calibrated};
 use crate::camera::{Distortion, Intrinsics, ProjectionKind};
@@ -15,7 +15,7 @@ use serde_json::{Map, Number, Value, json};
 use std::io::Write;
 use std::path::Path;
 
-/// Lens of a file or of a frame.
+/// Keys of the lens, which are given for the whole file or for one frame.
 #[derive(Clone, Default, Deserialize)]
 struct Lens {
     camera_model: Option<String>,
@@ -72,7 +72,8 @@ impl Lens {
         }
     }
 
-    /// The picture's size; an error if only one side is given, or not a whole number of pixels.
+    /// Size of the picture; `None` if it is missing. Returns an error if only one side is given, or
+    /// if a side is not a whole number of pixels.
     fn size(&self) -> Result<Option<UVec2>, String> {
         let side = |name: &str, side: f64| match side {
             1.0..=65536.0 if side.fract() == 0.0 => Ok(side as u32),
@@ -85,7 +86,8 @@ impl Lens {
         }
     }
 
-    /// The keys of `[camera]`, and a horizontal field of view in their place.
+    /// Camera options as in `[camera]`, and the horizontal field of view, if the file has it
+    /// instead of a vertical one.
     fn options(&self, size: Option<UVec2>) -> Result<(CameraOptions, Option<f64>), String> {
         let model = self.camera_model.as_deref().unwrap_or("OPENCV");
         let is_fisheye = match model {
@@ -136,7 +138,7 @@ impl Lens {
     }
 }
 
-/// The cameras of a file, one a frame.
+/// Reads the cameras of a file: one for each frame.
 pub(super) fn read(path: &Path) -> Result<Vec<FileCamera>, FileError> {
     let text = read_text(path, "the file of cameras")?;
     let help = "give a transforms.json, as NeRF, instant-ngp and nerfstudio write it";
@@ -185,11 +187,11 @@ pub(super) fn read(path: &Path) -> Result<Vec<FileCamera>, FileError> {
     all.frames.into_iter().enumerate().map(camera).collect()
 }
 
-/// Writes `camera` as a frame with all its keys, in place of a frame of the same name.
+/// Writes `camera` as a frame with all its keys. It replaces a frame of the same name.
 pub(super) fn write(path: &Path, camera: &FileCamera) -> Result<(), FileError> {
     let mut file = Map::new();
     if path.exists() {
-        // Frames of others are written as they were read.
+        // Check the existing file; its other frames are kept as they were read
         read(path)?;
         let text = read_text(path, "the file of cameras")?;
         if let Ok(Value::Object(read)) = serde_json::from_str(&text) {

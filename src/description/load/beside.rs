@@ -1,5 +1,5 @@
-//! Pictures near an OBJ file: in its folder, in texture folders within it and beside it, and in
-//! folders within those that have the name of the file.
+//! Search for pictures near an OBJ file: in its folder, in texture folders within or beside this
+//! folder, and in folders within those texture folders that have the name of the OBJ file.
 
 use crate::description::find_texture::is_texture_folder;
 use crate::description::texture::texture_size;
@@ -9,21 +9,21 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// Maximum number of files of a folder that are read.
+/// Maximum number of files that are listed for a folder.
 const MAX_FILES: usize = 10_000;
-/// Maximum number of libraries of a folder whose textures are read, and maximum size of each in
-/// bytes.
+/// Maximum number of material libraries of a folder that are searched for names of textures, and
+/// maximum size of each library in bytes.
 const MAX_LIBRARIES: usize = 64;
 const MAX_LIBRARY_BYTES: u64 = 1 << 20;
-/// Extensions of pictures.
+/// File extensions of pictures.
 const EXTENSIONS: [&str; 13] = [
     "png", "jpg", "jpeg", "tga", "tif", "tiff", "webp", "bmp", "exr", "hdr", "dds", "gif", "jfif",
 ];
-/// Prefix of the metadata names that this program writes into pictures.
+/// Prefix of metadata that this program writes into pictures.
 const METADATA: &[u8] = b"embrasure.";
-/// Number of bytes at the beginning of a picture that are searched for the prefix.
+/// Number of bytes at the beginning of a picture in which the prefix is searched.
 const METADATA_BYTES: u64 = 1 << 16;
-/// Words in names of colour textures.
+/// Words that often appear in names of colour textures.
 const TEXTURE_WORDS: [&str; 18] = [
     "albedo",
     "atlas",
@@ -44,7 +44,8 @@ const TEXTURE_WORDS: [&str; 18] = [
     "uv",
     "uvs",
 ];
-/// Words in names of other pictures: views of a model, or textures of other properties.
+/// Words that show that a picture is not a colour texture: words for views of a model, or for
+/// textures of other properties.
 const OTHER_WORDS: [&str; 27] = [
     "beauty",
     "bump",
@@ -74,49 +75,50 @@ const OTHER_WORDS: [&str; 27] = [
     "thumb",
     "thumbnail",
 ];
-/// Maximum number of pictures in a folder in which the only texture is searched for.
+/// Maximum number of pictures in a folder in which the only texture is searched.
 const MAX_HERE: usize = 64;
-/// Minimum length of a file name, or of its first word, to find pictures by it.
+/// Minimum length of an OBJ file's name, or of the first word of this name, to match pictures by
+/// it.
 const MIN_NAME: usize = 3;
 
-/// A picture.
+/// A picture near an OBJ file.
 #[derive(Clone, Debug)]
 pub(super) struct Image {
-    /// Path from the folder of the OBJ file.
+    /// Path of the picture, relative to the folder of the OBJ file.
     pub path: PathBuf,
-    /// Words of the name without its extension.
+    /// Words of the picture's name without its extension.
     words: Vec<String>,
     /// True if the picture lies in the folder of the OBJ file.
     is_here: bool,
 }
 
 impl Image {
-    /// Returns true if a word of the name shows that the picture is not a colour texture of a
+    /// Returns true if a word of the picture's name shows that it is not a colour texture of a
     /// model.
     fn is_other(&self) -> bool {
         self.words.iter().any(|word| OTHER_WORDS.contains(&word.as_str()))
     }
 
-    /// Name without numbers at its end. Pictures of one kind differ by these numbers: `skin1`,
-    /// `skin2`.
+    /// Name of the picture without numbers at its end. Variants of a picture, such as `skin1` and
+    /// `skin2`, have the same result.
     fn family(&self) -> String {
         let words = without_sizes(&self.words).concat();
         words.trim_end_matches(|c: char| c.is_ascii_digit()).to_string()
     }
 }
 
-/// Files near an OBJ file.
+/// Pictures, OBJ files and material libraries near an OBJ file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Beside {
     /// Folder of the OBJ file.
     here: PathBuf,
     /// Words of the name of the OBJ file.
     file: Vec<String>,
-    /// Pictures by folder and name.
+    /// Pictures, ordered by folder and name.
     pub images: Vec<Image>,
-    /// Names of all OBJ files of the folder, each as its words without separators.
+    /// Names of all OBJ files in the folder. Each name is its words, joined without separators.
     objs: Vec<String>,
-    /// Libraries of the folder.
+    /// Material libraries in the folder.
     libraries: Vec<PathBuf>,
 }
 
@@ -163,7 +165,7 @@ impl Beside {
         found
     }
 
-    /// Entries of `folder` for which `is` returns true, sorted.
+    /// Sorted entries of `folder` for which `is` returns true.
     fn entries_in(&self, folder: &Path, is: fn(&fs::DirEntry) -> bool) -> Vec<PathBuf> {
         let listed = self.here.join(folder);
         let listed = if listed.as_os_str().is_empty() {
@@ -177,24 +179,24 @@ impl Beside {
         names
     }
 
-    /// Folders within `folder`, as paths relative to the folder of the OBJ file.
+    /// Folders within `folder`, with paths relative to the folder of the OBJ file.
     fn folders_in(&self, folder: &Path) -> Vec<PathBuf> {
         let names = self.entries_in(folder, |entry| entry.path().is_dir());
         names.into_iter().map(|name| folder.join(name)).collect()
     }
 
-    /// Names of the files in a folder.
+    /// Paths of the files in a folder.
     fn files_in(&self, folder: &Path) -> Vec<PathBuf> {
         self.entries_in(folder, |entry| entry.path().is_file())
     }
 
-    /// Returns true if the folder has exactly one OBJ file.
+    /// Returns true if the folder contains exactly one OBJ file.
     pub fn is_alone(&self) -> bool {
         self.objs.len() == 1
     }
 
     /// Returns true if this program wrote the picture, such as `model.png` of an earlier render of
-    /// `model.obj`. Its metadata precede its pixels.
+    /// `model.obj`. The program writes metadata before the pixels.
     pub fn is_rendering(&self, image: &Image) -> bool {
         let mut begin = Vec::new();
         let file = File::open(self.here.join(&image.path));
@@ -202,17 +204,20 @@ impl Beside {
         read.is_ok() && begin.windows(METADATA.len()).any(|window| window == METADATA)
     }
 
-    /// The picture that is the colour of all materials of a file without a library. `may_be`
-    /// returns true for possible colour textures. The rules apply in this order. The first rule
-    /// that any picture fulfils decides; it must hold for exactly one picture.
+    /// The picture that is the colour texture of all materials of an OBJ file without a material
+    /// library. `may_be` returns true for possible colour textures. The rules below are tried in
+    /// order. The first rule that any picture fulfils decides: if exactly one picture fulfils this
+    /// rule, the picture is returned, else `None`.
     ///
-    /// 1. The picture has the name of the file.
-    /// 2. Its name begins with the name of the file, and not with a longer name of another OBJ file
-    ///    of the folder. Of pictures that differ by a number, the first is taken.
-    /// 3. Its first word is the first word of the file, and its other words are texture words:
-    ///    `cup_tex` for `cup_small`.
-    /// 4. It is the only picture of the folder. Its sides are powers of two. Also, the folder has
-    ///    no other OBJ file; or it has no library, and the name has a texture word.
+    /// 1. The picture has the name of the OBJ file.
+    /// 2. The name of the picture begins with the name of the OBJ file, and not with a longer name
+    ///    of another OBJ file in the folder. If pictures differ only by a number, the first of them
+    ///    is taken.
+    /// 3. The first word of the picture's name is the first word of the OBJ file's name, and its
+    ///    other words are texture words: `cup_tex` for `cup_small`.
+    /// 4. The picture is the only picture in the folder, and its width and height are powers of
+    ///    two. In addition, either the folder has no other OBJ file, or it has no library and the
+    ///    picture's name has a texture word.
     pub fn picture_of_file(&self, may_be: impl Fn(&Image) -> bool) -> Option<PathBuf> {
         let file = self.file.concat();
         let found = |rule: &dyn Fn(&Image) -> bool| -> Vec<&Image> {
@@ -252,8 +257,8 @@ impl Beside {
         (is_candidate(only) && (self.is_alone() || may_be_shared()) && is_texture()).then(|| only.path.clone())
     }
 
-    /// Returns true if the name of a picture begins with `file`, the name of the OBJ file, and not
-    /// with a longer name of another OBJ file.
+    /// Returns true if the name of a picture begins with `file`, the name of the OBJ file, and does
+    /// not begin with a longer name of another OBJ file.
     fn begins_with_file(&self, image: &Image, file: &str) -> bool {
         let name = image.words.concat();
         let Some(rest) = name.strip_prefix(file) else {
@@ -269,15 +274,15 @@ impl Beside {
         (ends_word || is_word) && !self.is_of_longer(&name, file)
     }
 
-    /// Returns true if `name`, the name of a picture, begins with the name of an OBJ file of the
+    /// Returns true if `name`, the name of a picture, begins with the name of an OBJ file in the
     /// folder that is longer than `file`.
     fn is_of_longer(&self, name: &str, file: &str) -> bool {
         let mut objs = self.objs.iter();
         objs.any(|obj| obj.len() > file.len() && name.starts_with(obj.as_str()))
     }
 
-    /// Returns true if a picture has the first word of the OBJ file, and all its other words are
-    /// texture words.
+    /// Returns true if the name of a picture begins with the first word of the OBJ file's name, and
+    /// all its other words are texture words.
     fn shares_first_word(&self, image: &Image) -> bool {
         let [first, others @ ..] = without_sizes(&image.words) else {
             return false;
@@ -291,8 +296,8 @@ impl Beside {
             && !self.objs.iter().any(|obj| obj == first)
     }
 
-    /// Names of pictures in libraries of the folder, except in `own` and in the library with the
-    /// name of the OBJ file.
+    /// Names of pictures that material libraries of the folder use. Libraries in `own`, and the
+    /// library with the name of the OBJ file, are not read.
     pub fn claimed(&self, own: &[&Path]) -> HashSet<String> {
         let file = self.file.concat();
         let mut claimed = HashSet::new();
@@ -324,8 +329,8 @@ impl Beside {
         claimed
     }
 
-    /// The only picture in the folder, if the folder has one OBJ file and `claimed` does not have
-    /// the picture.
+    /// The only picture in the folder, if the folder has only one OBJ file, and if the picture is
+    /// not in `claimed`, the names of pictures that libraries use.
     pub fn only_here(&self, claimed: &HashSet<String>) -> Option<PathBuf> {
         let mut here = self.images.iter().filter(|image| image.is_here && !image.is_other());
         let only = here.next().filter(|_| here.next().is_none() && self.is_alone())?;
@@ -333,9 +338,10 @@ impl Beside {
         is_free.then(|| self.here.join(&only.path))
     }
 
-    /// Pictures that a user may want for the file, and the number of further pictures. Pictures
-    /// that share a word with the file come first. Pictures of other models are left out: pictures
-    /// that libraries other than `own` name, and pictures with the name of another OBJ file.
+    /// Pictures that a user may want to use as textures of the OBJ file, and the number of further
+    /// pictures. Pictures whose names share a word with the OBJ file come first. Pictures of other
+    /// models are left out: pictures that libraries other than `own` name, and pictures with the
+    /// name of another OBJ file.
     pub fn offers(&self, own: &[&Path]) -> (Vec<PathBuf>, usize) {
         const SHOWN: usize = 3;
         let claimed = self.claimed(own);
@@ -361,14 +367,14 @@ impl Beside {
     }
 }
 
-/// Returns true if the last word of a name, without numbers, is a texture word.
+/// Returns true if the last word of a name, except numbers, is a texture word.
 fn is_texture_name(words: &[String]) -> bool {
     let last = without_sizes(words).last();
     last.is_some_and(|word| TEXTURE_WORDS.contains(&word.trim_end_matches(|c: char| c.is_ascii_digit())))
 }
 
-/// Text that lists pictures, and a flag that uses the first as the colour of `material`. `None`
-/// without pictures.
+/// Text that lists pictures, and a flag that makes the first picture the colour of `material`.
+/// `None` if there are no pictures.
 pub(super) fn offer_in_words(material: &str, (shown, more): (Vec<PathBuf>, usize)) -> Option<(String, String)> {
     let first = shown.first()?.display().to_string();
     let names: Vec<String> = shown.iter().map(|path| name_of_shown(path)).collect();
@@ -380,7 +386,7 @@ pub(super) fn offer_in_words(material: &str, (shown, more): (Vec<PathBuf>, usize
     Some((names.join(", ") + &more, flag))
 }
 
-/// Name of a file in messages.
+/// Name of a file for messages.
 fn name_of_shown(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
@@ -390,13 +396,13 @@ fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
-/// Returns true if a name has the extension of a picture.
+/// Returns true if a name has a file extension of a picture.
 pub(super) fn has_extension(name: &str) -> bool {
     let extension = Path::new(name).extension().and_then(|e| e.to_str());
     extension.is_some_and(|extension| EXTENSIONS.contains(&&*extension.to_lowercase()))
 }
 
-/// A name with each extension of pictures.
+/// `name` with each file extension of pictures.
 pub(super) fn with_extensions(name: &str) -> Vec<String> {
     EXTENSIONS
         .iter()
@@ -404,8 +410,8 @@ pub(super) fn with_extensions(name: &str) -> Vec<String> {
         .collect()
 }
 
-/// Words of a name in lower case: letters and digits between separators, and between lower-case and
-/// upper-case letters.
+/// Words of a name in lower case. Separators divide words, and so does a change from a lower-case
+/// to an upper-case letter.
 pub(super) fn words_of(name: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     let mut before = ' ';
@@ -424,13 +430,14 @@ pub(super) fn words_of(name: &str) -> Vec<String> {
     words
 }
 
-/// Returns true if a word is about the size or the format of a picture: `2k`, `1001`, `jpg`.
+/// Returns true if a word describes the size or the format of a picture, such as `2k`, `1001` or
+/// `jpg`.
 fn is_about_size(word: &str) -> bool {
     let digits = word.strip_suffix('k').unwrap_or(word);
     (!digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit())) || matches!(word, "jpg" | "png" | "exr")
 }
 
-/// The words without words about size at their end.
+/// The words, except words for size or format at their end.
 pub(super) fn without_sizes(words: &[String]) -> &[String] {
     let end = words.iter().rposition(|word| !is_about_size(word));
     &words[..end.map_or(0, |end| end + 1)]

@@ -1,4 +1,4 @@
-//! Sections of a scene: cuts through all objects, and caps that close them.
+//! Cuts all objects of a scene by its sections, and closes the cuts with caps.
 
 use super::{Loader, Shape};
 use crate::color::Spectrum;
@@ -16,18 +16,18 @@ use std::path::Path;
 
 /// Name of the default material of caps.
 const CAP: &str = "section";
-/// Reflectance of the default material of caps: the dark grey of cut walls in drawings.
+/// Reflectance of the default material of caps: a dark grey, as cut walls have in drawings.
 const CAP_REFLECTANCE: f32 = 0.05;
-/// Maximum number of names of open surfaces in a message.
+/// Maximum number of open surfaces that a message names.
 const MAX_NAMED: usize = 4;
 
 impl Loader<'_> {
-    /// Cuts the objects by each section in turn.
+    /// Cuts the objects by one section after the other.
     pub(super) fn cut_sections(&mut self, objs: &BTreeMap<Shape, ObjFile>) {
         let mut usual = None;
         let parameters = &self.file.load.parameters;
         let light = parameters.cut_light();
-        // Panes are detected before the cut.
+        // Set the treatment of panes before the cut, because panes are detected before it
         self.builder.panes(parameters.panes());
         for section in &self.file.section {
             if self.is_over() {
@@ -68,7 +68,8 @@ impl Loader<'_> {
         }
     }
 
-    /// Adds list entries for materials that are not in files: hidden copies, panes and caps.
+    /// Adds entries to the list of materials for materials that are not in files: hidden copies,
+    /// panes and caps.
     pub(super) fn list_materials(&mut self) {
         for index in self.materials.len()..self.builder.material_count() {
             let original = self.builder.copied_material(MaterialId(index as u32));
@@ -82,8 +83,8 @@ impl Loader<'_> {
         }
     }
 
-    /// Material of a group of triangles made in code: of the scene file, or of the libraries of its
-    /// objects.
+    /// Material of a group of triangles that was made in code. The material is in the scene file,
+    /// or in the libraries of the scene's objects.
     pub(super) fn material_in(&mut self, group: &Group, objs: &BTreeMap<Shape, ObjFile>) -> MaterialId {
         let name = group.material.as_ref();
         let defines = |obj: &ObjFile| name.is_some_and(|name| obj.material(name).is_some());
@@ -102,7 +103,7 @@ impl Loader<'_> {
             diffuse: Spectrum::splat(CAP_REFLECTANCE),
             ..Material::default()
         };
-        // The builder always accepts a material of these values.
+        // This cannot fail: the builder accepts a material with these values
         let id = self.builder.add_material(material).unwrap_or(MaterialId(0));
         self.list_materials();
         id

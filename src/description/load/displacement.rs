@@ -65,7 +65,7 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// Height map of a material for `mesh`; `None` without one.
+    /// Height map of a material for `mesh`; `None` if the material has no height map.
     fn heights_of(
         &mut self,
         material: MaterialId,
@@ -112,7 +112,8 @@ impl Loader<'_> {
         Ok(heights)
     }
 
-    /// Reads the texture of a request for the material `name`. Returns also the path of its file.
+    /// Reads the texture that the material `name` requests. Also returns the path of the texture's
+    /// file.
     fn read_heights(
         &mut self,
         request: &MapRequest,
@@ -154,7 +155,8 @@ impl Loader<'_> {
         }
     }
 
-    /// Reports a displacement statement of a library that has no effect, once for each library.
+    /// Reports a displacement statement of a library that has no effect. Each library is reported
+    /// once.
     fn tell_of_idle(&mut self, request: &MapRequest) {
         let file = &request.place.file;
         let is_same = |finding: &Finding| finding.code == "idle-displacement" && finding.error.file == *file;

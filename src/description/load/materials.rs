@@ -1,4 +1,5 @@
-//! Materials of a scene: of the scene file, of material libraries, and the default material.
+//! Materials of a scene. They come from the scene file or from material libraries; else the default
+//! material is used.
 
 use super::beside::offer_in_words;
 use super::{DEFAULT_MATERIAL, Loader, MaterialSource, UsedMaterial};
@@ -18,14 +19,14 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
-/// Maximum number of unused materials that get warnings with their lines. Further materials are
+/// Maximum number of unused materials that are named in warnings. Further materials are only
 /// counted.
 const MAX_NAMED: usize = 100;
 
 impl Loader<'_> {
-    /// Material of the name of the group: of the scene file, else of the libraries of the OBJ file,
-    /// else the default material. Patches of the material and of its parts apply. `mesh` is the
-    /// mesh of the group.
+    /// Material with the name of the group. It is searched in the scene file, then in the libraries
+    /// of the OBJ file; else it is the default material. Patches of the material and of its parts
+    /// are applied. `mesh` is the mesh of the group.
     pub(super) fn material_of(&mut self, group: &Group, mesh: &Mesh, path: &Path, obj: &ObjFile) -> MaterialId {
         let file = self.file;
         let (other, parts) = self.material_of_parts(group);
@@ -51,8 +52,7 @@ impl Loader<'_> {
                 });
                 (found, place)
             }
-            // The last definition of a name wins, as in a program that reads the file top to
-            // bottom.
+            // If a library defines a name several times, the last definition is used
             None => match obj.material(name) {
                 Some(found) => {
                     let place = (found.library.clone(), Position::line(found.line));
@@ -67,7 +67,7 @@ impl Loader<'_> {
                 None => {
                     let mut found = FileMaterial::default_of(name);
                     if obj.has_colors {
-                        // Vertex colours are the whole colour.
+                        // Use a white diffuse colour, because vertex colours multiply it
                         found.material.diffuse = Spectrum::ONE;
                     }
                     (found, None)
@@ -112,7 +112,7 @@ impl Loader<'_> {
             self.wrong("wrong-material", error);
             self.builder.add_material(default_material(name))
         });
-        // The builder always accepts a default material.
+        // This cannot fail: the builder accepts a default material
         let id = added.unwrap_or(MaterialId(0));
         if let Some(&group) = self.light_groups.get(name) {
             self.builder.group_material(id, group);
@@ -128,7 +128,7 @@ impl Loader<'_> {
         id
     }
 
-    /// Reports materials that no library defines, once for each OBJ file.
+    /// Reports materials that no library defines. Each OBJ file is reported once.
     pub(super) fn tell_of_undefined(&mut self) {
         for (path, undefined) in std::mem::take(&mut self.undefined) {
             let is_told = |finding: &Finding| finding.code == "missing-library" && finding.error.file == path;
@@ -144,7 +144,7 @@ impl Loader<'_> {
             let words = format!("{noun} {shown} {is_not} not defined; {it_is} rendered {look}");
             let (severity, code, message) = match (undefined.has_library, is_library_told) {
                 (true, _) => (Severity::Warning, "missing-material", words),
-                // The missing library is already the warning.
+                // If the library is missing, a warning about it was already given
                 (false, true) => (Severity::Note, "missing-material", words),
                 (false, false) => {
                     let message =
@@ -152,7 +152,7 @@ impl Loader<'_> {
                     (Severity::Note, "no-library", message)
                 }
             };
-            // A mesh made in code has no line.
+            // A mesh made in code has no line in a file
             let lines = undefined
                 .materials
                 .iter()
@@ -176,8 +176,8 @@ impl Loader<'_> {
         }
     }
 
-    /// Offers pictures near an OBJ file that has texture coordinates, if no material of the file
-    /// has a texture.
+    /// Suggests pictures near an OBJ file as textures, if the file has texture coordinates and none
+    /// of its materials has a texture.
     pub(super) fn tell_of_offers(&mut self) {
         for (path, untextured) in std::mem::take(&mut self.untextured) {
             let Some(material) = untextured.material.filter(|_| !untextured.has_texture) else {
@@ -225,7 +225,8 @@ impl Loader<'_> {
         }
     }
 
-    /// The material with all patches of its name applied in order, and then the patches `parts`.
+    /// Applies all patches of the material's name in order, and then the patches with the indices
+    /// `parts`.
     fn patched(&mut self, mut found: FileMaterial, parts: &[u32]) -> FileMaterial {
         let mut remarks = Vec::new();
         let name = found.material.name.clone();
@@ -246,7 +247,7 @@ impl Loader<'_> {
         found
     }
 
-    /// Warns of names and globs of materials in the scene file that have no effect.
+    /// Warns of materials and patches of the scene file that have no effect.
     pub(super) fn warn_of_idle_materials(&mut self) {
         let file = self.file;
         let used = self.used.keys().filter(|used| used.obj.is_none());
@@ -296,7 +297,7 @@ impl Loader<'_> {
         self.warn_of_more("idle-light-group", "no light comes from", idle.len());
     }
 
-    /// Warns with `words` and the number of materials above `MAX_NAMED`.
+    /// Warns with the text `words` and the number of materials that exceed `MAX_NAMED`.
     fn warn_of_more(&mut self, code: &'static str, words: &str, count: usize) {
         if count > MAX_NAMED {
             let more = count - MAX_NAMED;
@@ -305,8 +306,8 @@ impl Loader<'_> {
     }
 }
 
-/// Adds the alpha of the colour texture as the opacity of an opaque material, if the texture is a
-/// cut-out.
+/// Uses the alpha of the colour texture as the opacity of an opaque material, if the texture is a
+/// cut-out: a picture with transparent regions.
 fn add_cut_out(found: &mut FileMaterial) {
     if found.material.emits_or_transmits() || found.has_map(MapSlot::Opacity) {
         return;
@@ -321,23 +322,23 @@ fn add_cut_out(found: &mut FileMaterial) {
     found.maps.push(request);
 }
 
-/// Materials of an OBJ file that no library defines.
+/// Materials that an OBJ file uses and no library defines.
 #[derive(Debug)]
 pub(super) struct Undefined {
-    /// True if the file has a library.
+    /// True if the OBJ file names a library.
     has_library: bool,
-    /// Diffuse reflectance of their surfaces.
+    /// Diffuse reflectance of surfaces with these materials.
     diffuse: f32,
-    /// Names, each with the line of the first `usemtl`.
+    /// Names of the materials, each with the line of its first `usemtl`.
     materials: Vec<(String, usize)>,
 }
 
-/// Materials of an OBJ file with texture coordinates.
+/// Data about the textures of an OBJ file that has texture coordinates.
 #[derive(Debug, Default)]
 pub(super) struct Untextured {
-    /// True if a material has a texture.
+    /// True if any material of the OBJ file has a texture.
     has_texture: bool,
-    /// Libraries of the file.
+    /// Material libraries of the OBJ file.
     libraries: Vec<PathBuf>,
     /// Name of the first material.
     material: Option<String>,
@@ -346,7 +347,7 @@ pub(super) struct Untextured {
 /// Maximum number of materials in one message. Further materials are counted.
 const MAX_USERS: usize = 3;
 
-/// Text with the first names of materials and the number of further names.
+/// Text with the first names of materials, and the number of further names.
 pub(super) fn names_in_words<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> String {
     let more = match names.len().saturating_sub(MAX_USERS) {
         0 => String::new(),
@@ -362,7 +363,7 @@ pub(super) fn names_in_words<'a>(names: impl ExactSizeIterator<Item = &'a str>) 
 /// Maximum number of materials that the error of a pattern lists.
 const MAX_LISTED: usize = 20;
 
-/// Error of a flag whose pattern, at `span` of `file`, matches none of the materials `names`.
+/// Error that the pattern of a flag, at `span` of `file`, matches none of the materials `names`.
 /// `literal` is the pattern without its wildcards.
 fn error_of_pattern<'a>(
     file: &SceneFile,
@@ -374,7 +375,8 @@ fn error_of_pattern<'a>(
     error.help(help_of_names("materials", literal, names))
 }
 
-/// Help with the names nearest to `literal`, and all names, of `things`.
+/// Help text with the names nearest to `literal`, and with all names. `things` is the plural noun
+/// for the names.
 pub(super) fn help_of_names<'a>(things: &str, literal: &str, names: impl Iterator<Item = &'a str> + Clone) -> String {
     let quoted = |names: Vec<&str>| {
         let quoted: Vec<String> = names

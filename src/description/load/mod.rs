@@ -1,5 +1,5 @@
-//! Loading of a scene: reads the files that a scene file names, and builds the scene.
-//! `inspect_scene` collects all findings; `load_scene` ends at the first error.
+//! Reads the files that a scene file names, and builds the scene. `inspect_scene` collects all
+//! findings. `load_scene` ends at the first error.
 //!
 //! `shapes` reads OBJ files, `objects` places meshes, `materials` finds their materials, and
 //! `textures` reads the pictures of materials.
@@ -43,9 +43,9 @@ use unseen::report_unseen;
 pub struct Loaded {
     /// The frozen scene.
     pub scene: Scene,
-    /// Missing parts, repairs and assumptions.
+    /// Warnings about missing data, repairs and assumptions.
     pub warnings: Vec<Warning>,
-    /// All files that were read. Nothing may be written over them.
+    /// All files that were read. The program must not overwrite them.
     pub files: Vec<PathBuf>,
 }
 
@@ -64,7 +64,7 @@ pub fn load_scene_watched(
     loaded_of(Loader::new(file, builder, observer, false).load())
 }
 
-/// The scene, or the first error.
+/// The scene of an inspection, or its first error.
 fn loaded_of(inspection: Inspection) -> Result<Loaded, FileError> {
     let Inspection {
         scene, findings, files, ..
@@ -90,7 +90,8 @@ pub(crate) fn load_scene_to_light(
     Ok((loaded, unlit))
 }
 
-/// A scene that was read, without its lights, ground, triangles and textures.
+/// Data to build a scene again with other lights: all data that was read, except lights, ground,
+/// triangles and textures.
 pub(crate) struct Unlit {
     builder: UnlitBuilder,
     findings: Findings,
@@ -101,8 +102,9 @@ pub(crate) struct Unlit {
 
 impl Unlit {
     /// The scene with the lights and the ground of `file`, and the triangles and textures of
-    /// `scene`. `None` if triangles or textures of `scene` differ from those that were read.
-    /// Everything else of `file` must equal the first file.
+    /// `scene`. `None` if the triangles or textures of `scene` differ from the triangles and
+    /// textures that were read. All other sections of `file` must equal the sections of the first
+    /// file.
     pub fn lit(self, file: &SceneFile, scene: Scene, observer: &dyn LoadObserver) -> Result<Option<Loaded>, FileError> {
         let Some(builder) = self.builder.with_parts_of(scene) else {
             return Ok(None);
@@ -128,66 +130,68 @@ struct Loader<'a> {
     file: &'a SceneFile,
     builder: SceneBuilder,
     observer: &'a dyn LoadObserver,
-    /// Memory that loading may use.
+    /// Memory that loading may still use.
     allowance: Allowance,
-    /// The files of each object.
+    /// OBJ files of each object.
     shapes: Vec<Shapes>,
-    /// Number of objects with these files.
+    /// Number of objects that use the same OBJ files.
     copies: HashMap<Shapes, usize>,
-    /// The last object for which a file is needed.
+    /// Index of the last object that needs a file. The file is dropped after this object.
     last_use: HashMap<Shape, usize>,
     findings: Findings,
     /// True to continue after errors.
     goes_on: bool,
-    /// Materials handed to the builder.
+    /// Id in the builder of each material in use.
     used: HashMap<UsedMaterial, MaterialId>,
     materials: Vec<MaterialSource>,
-    /// Patches of materials.
+    /// Patches of materials, from the scene file and from flags.
     patches: PatchList<'a>,
-    /// Patches of parts.
+    /// Patches of parts, from the scene file and from flags.
     parts: Vec<Patch<'a, PartSection>>,
-    /// Names of used materials; true if any used material of the name emits.
+    /// Names of used materials. The value is true if any used material of this name emits.
     emits: HashMap<String, bool>,
-    /// Light group of the materials of a name.
+    /// Light group of each material name.
     light_groups: HashMap<String, LightGroupId>,
-    /// Requests for textures of materials, and the places of the requests.
+    /// Requests of materials for textures, in the order of the requests.
     textures: Vec<TextureRequest>,
     asked: Vec<AskedTexture>,
     /// Folders to search for textures.
     texture_dirs: Vec<PathBuf>,
     finder: FileFinder,
-    /// Textures found at another path than the written path, by the file that names them and by
-    /// their folder.
+    /// Textures that were found at a path other than the written path. The key has the file that
+    /// names the textures, and the folder in which they were found.
     found_elsewhere: BTreeMap<(PathBuf, PathBuf), Vec<(MapRequest, PathBuf)>>,
-    /// Uses of missing textures, by the file that names them and by their name.
+    /// Missing textures with their uses. The key has the file that names the texture, and the
+    /// texture's name.
     missing: BTreeMap<(PathBuf, String), Vec<textures::MissingUse>>,
-    /// Materials of each OBJ file that no library defines.
+    /// Materials that no library defines, for each OBJ file.
     undefined: BTreeMap<PathBuf, Undefined>,
-    /// Textures near each OBJ file, found by their names.
+    /// Textures near each OBJ file that are found by their names.
     named_maps: BTreeMap<PathBuf, NamedMaps>,
-    /// Height maps of materials that displace their surfaces.
+    /// Height map of each material that displaces its surfaces.
     heights: HashMap<MaterialId, Option<displacement::Heights>>,
-    /// Materials without texture of each OBJ file with texture coordinates.
+    /// Data about textures of each OBJ file that has texture coordinates.
     untextured: BTreeMap<PathBuf, Untextured>,
     /// Options for reading OBJ files.
     load: LoadOptions,
-    /// True for each pattern of part names that matches a part in any file.
+    /// For each pattern of part names: true if it matches a part in any file.
     part_fits: Vec<bool>,
-    /// Files of the textures that were read, by their id in the scene.
+    /// Paths of the textures that were read. The index is the texture's id in the scene.
     texture_files: Vec<PathBuf>,
-    /// Prototypes by their files.
+    /// Prototypes. The key has the OBJ files of the object.
     prototypes: HashMap<Shapes, PrototypeId>,
-    /// Files that were read, or that could not be read.
+    /// All files that were read, or that could not be read.
     files: Vec<PathBuf>,
 }
 
-/// A material in use.
+/// Key of a material in use. Materials of the same name differ by their OBJ file, or by patches of
+/// parts.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct UsedMaterial {
-    /// The OBJ file that the material comes from; `None` for the scene file.
+    /// OBJ file from whose library the material comes; `None` if it comes from the scene file.
     obj: Option<PathBuf>,
     name: String,
-    /// Indices of the patches of parts that change the material.
+    /// Indices of the part patches that change the material.
     parts: Vec<u32>,
 }
 
@@ -199,7 +203,7 @@ impl<'a> Loader<'a> {
             let Shapes { open, close, .. } = shapes;
             let copies = copies.entry(shapes.clone()).or_insert(0);
             *copies += 1;
-            // Copies use the files of the first object.
+            // Copies use the data of the first object, so only the first object needs the files
             if *copies == 1 {
                 for shape in [Some(open), close.as_ref()].into_iter().flatten() {
                     last_use.insert(shape.clone(), index);
@@ -301,9 +305,9 @@ impl<'a> Loader<'a> {
         self.observer.begin("building the scene", 1);
         match self.builder.build() {
             Ok((scene, mut report)) => {
-                // If files are missing, the lights of the scene are unknown.
+                // If there were errors, lights may be missing: do not report default light
                 report.default_light &= scene.triangle_count() > 0 || findings.first_error().is_none();
-                // A light with an error is not in the scene.
+                // A light section with an error is not in the scene: do not report default light
                 report.default_light &= self.file.light.is_empty();
                 report.is_dark &= findings.first_error().is_none();
                 report_findings(self.file, &report, &inspection.materials, findings);
@@ -315,7 +319,7 @@ impl<'a> Loader<'a> {
         inspection
     }
 
-    /// Returns true if an error ends the loading.
+    /// Returns true if loading must end because of an error.
     fn is_over(&self) -> bool {
         !self.goes_on && self.findings.first_error().is_some()
     }
@@ -336,7 +340,7 @@ impl<'a> Loader<'a> {
             ) {
                 self.wrong("wrong-light", error);
             }
-            // A light with a shape has a material.
+            // A light with a shape has a material with a name
             let name = match light.kind.get_ref().as_str() {
                 "sphere" => SPHERE_NAME,
                 "disk" => DISK_NAME,
@@ -359,7 +363,7 @@ impl<'a> Loader<'a> {
         }
     }
 
-    /// Reads the textures.
+    /// Reads the textures of all materials.
     fn add_textures(&mut self) {
         if !self.is_over() {
             self.warn_of_idle_materials();

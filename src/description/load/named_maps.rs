@@ -2,9 +2,10 @@
 //! beside the OBJ file or in its texture folders, with names as in Sketchfab, Substance, ambientCG
 //! and Poly Haven.
 //!
-//! A material without any texture gets the textures of a set if exactly one set fits its name.
-//! [`Fit`] has the rules. Without any library, one picture can be the colour of all materials
-//! ([`Beside::picture_of_file`]). Pictures that this program wrote are not textures.
+//! Textures with the same NAME form a texture set. A material without any texture gets the textures
+//! of a set if exactly one set fits the material's name, by the rules of [`Fit`]. If the OBJ file
+//! has no library, one picture can be the colour of all materials ([`Beside::picture_of_file`]).
+//! Pictures that this program wrote are not textures.
 
 use super::Loader;
 use super::beside::{Beside, Image, stem_of, without_sizes, words_of};
@@ -18,7 +19,7 @@ use crate::texture::{Channel, Mapping};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Roughness of a surface whose set has a metallic map and no roughness map.
+/// Roughness of a surface whose texture set has a metallic map, but no roughness map.
 const ROUGHNESS: f32 = 0.5;
 
 /// Property that a texture defines.
@@ -26,13 +27,13 @@ const ROUGHNESS: f32 = 0.5;
 enum Role {
     Color,
     Roughness,
-    /// 1 − roughness.
+    /// Glossiness: 1 − roughness.
     Gloss,
     Metallic,
-    /// Roughness in green and metallic in blue, as in glTF.
+    /// Roughness in the green channel and metallic in the blue channel, as in glTF.
     Packed,
     Normal,
-    /// A normal map whose green points down.
+    /// Normal map whose green channel points down, as in DirectX.
     DirectXNormal,
     Opacity,
     Emission,
@@ -40,7 +41,7 @@ enum Role {
     Occlusion,
 }
 
-/// Last words of file names, without separators and in lower case, by role.
+/// Words at the end of file names that name a role. They are in lower case, without separators.
 const WORDS: &[(Role, &[&str])] = &[
     (
         Role::Color,
@@ -84,33 +85,35 @@ const WORDS: &[(Role, &[&str])] = &[
     (Role::Occlusion, &["ambientocclusion", "occlusion", "ao", "mixedao"]),
 ];
 
-/// Textures by set and role. The name of a set is the words of a file name before its role.
+/// Paths of textures by texture set and role. The name of a set is the part of the file name before
+/// the words of the role.
 type Sets = BTreeMap<String, BTreeMap<Role, PathBuf>>;
 
-/// Textures near an OBJ file.
+/// Texture sets near an OBJ file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NamedMaps {
-    /// Sets with a colour texture.
+    /// Texture sets with a colour texture.
     sets: Sets,
-    /// Sets with an emission texture and no colour texture.
+    /// Texture sets with an emission texture and without a colour texture.
     glows: Sets,
-    /// Files near the OBJ file.
+    /// Pictures, OBJ files and libraries near the OBJ file.
     beside: Beside,
 }
 
-/// Reasons why a set belongs to a material, the best reason first.
+/// Reasons why a texture set belongs to a material. The best reason is first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Fit {
-    /// The set has the name of the material, alone or after the name of the file or of its library.
+    /// The set has the name of the material, alone or after the name of the OBJ file or of its
+    /// library.
     Material,
-    /// The set has the name of the file, and the file has only this material.
+    /// The set has the name of the OBJ file, and the file has only this material.
     File,
     /// The folder has only this set and only this OBJ file, and the file has only this material.
     Only,
 }
 
 impl NamedMaps {
-    /// Finds the textures near the OBJ file `path`.
+    /// Finds the texture sets near the OBJ file `path`.
     pub fn beside(path: &Path) -> Self {
         let beside = Beside::of(path);
         let mut sets = Sets::new();
@@ -129,12 +132,13 @@ impl NamedMaps {
         Self { sets, glows, beside }
     }
 
-    /// Files near the OBJ file.
+    /// Pictures, OBJ files and libraries near the OBJ file.
     pub fn files(&self) -> &Beside {
         &self.beside
     }
 
-    /// Textures that fit the material `name` of the file `path`.
+    /// Textures by role of the set that fits the material `name` of the OBJ file `path`; `None` if
+    /// no set fits.
     fn of_material(&self, name: &str, path: &Path, obj: &ObjFile) -> Option<BTreeMap<Role, PathBuf>> {
         let (materials, stem) = (obj.groups.len(), stem_of(path));
         let [material, file] = [name, &*stem].map(|text| words_of(text).concat());
@@ -192,7 +196,7 @@ impl NamedMaps {
 fn role_of(stem: &str) -> Option<(String, Role)> {
     let words = words_of(stem);
     let words = without_sizes(&words);
-    // Longest end of the name that is a role
+    // Find the longest end of the name that is a role
     for count in (1..=words.len().min(3)).rev() {
         let (set, end) = words.split_at(words.len() - count);
         let end = end.concat();
@@ -204,14 +208,14 @@ fn role_of(stem: &str) -> Option<(String, Role)> {
 }
 
 impl Loader<'_> {
-    /// Textures near the OBJ file `path`. The list is made once.
+    /// Texture sets near the OBJ file `path`. They are searched only once.
     pub(super) fn maps_beside(&mut self, path: &Path) -> &NamedMaps {
         let beside = self.named_maps.entry(path.to_path_buf());
         beside.or_insert_with(|| NamedMaps::beside(path))
     }
 
-    /// Adds the textures of the set that fits to the material `found` of the file `path`. `found`
-    /// must not have textures.
+    /// Adds to the material `found` of the OBJ file `path` the textures of the set that fits.
+    /// `found` must not have textures.
     pub(super) fn add_named_maps(&mut self, found: &mut FileMaterial, path: &Path, obj: &ObjFile) {
         let Some(files) = self.maps_beside(path).of_material(&found.material.name, path, obj) else {
             return;

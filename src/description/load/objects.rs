@@ -1,4 +1,4 @@
-//! Objects of a scene: meshes with materials and placements.
+//! Adds the objects of a scene to the builder: meshes with materials and placements.
 
 use super::{Loader, Shape, Shapes};
 use crate::description::FileError;
@@ -38,7 +38,7 @@ impl Loader<'_> {
             })
         };
 
-        // Objects with one placement are added in world space. Others are added once, as
+        // Objects with one placement are added in world space. Other objects are added once, as
         // prototypes.
         let transform = match &place {
             _ if is_shared => None,
@@ -75,7 +75,7 @@ impl Loader<'_> {
         Ok(())
     }
 
-    /// Adds a mesh that is in no file. Its material may be in the libraries of `objs`.
+    /// Adds a mesh that was made in code. Its material may be in the libraries of `objs`.
     pub(super) fn add_made(&mut self, object: &MadeObject, objs: &BTreeMap<Shape, ObjFile>) -> Result<(), FileError> {
         self.builder.begin_object(&object.name);
         let group = Group {
@@ -93,7 +93,7 @@ impl Loader<'_> {
         })
     }
 
-    /// Meshes of an object with their materials. The function takes them out of `objs` if no later
+    /// Meshes of an object with their materials. The meshes are removed from `objs` if no later
     /// object needs them.
     fn meshes_of(
         &mut self,

@@ -1,4 +1,4 @@
-//! Patches of parts of OBJ files: their materials, and errors of patterns that match no part.
+//! Patches of parts of OBJ files: materials of parts, and errors of patterns that match no part.
 
 use super::materials::help_of_names;
 use super::{Loader, Shape};
@@ -9,8 +9,9 @@ use std::collections::BTreeMap;
 use toml::Spanned;
 
 impl Loader<'_> {
-    /// Material that patches give to the parts of a group, and the indices of the patches that
-    /// change it. Patches before the last patch with the key `material` have no effect.
+    /// Material that patches assign to the parts of a group, and the indices of the patches that
+    /// change this material. If several patches have the key `material`, patches before the last of
+    /// them have no effect.
     pub(super) fn material_of_parts(&self, group: &Group) -> (Option<Spanned<String>>, Vec<u32>) {
         let section = |&rule: &u32| self.parts.get(rule as usize).map(|patch| &*patch.section);
         let other = |rule: &u32| section(rule).and_then(|section| section.keys.material.clone());
@@ -23,7 +24,8 @@ impl Loader<'_> {
         )
     }
 
-    /// Reports that a patch of parts names a material that neither the scene file nor `obj` has.
+    /// Reports an error: a patch of parts names a material that neither the scene file nor the
+    /// libraries of `obj` have.
     pub(super) fn refuse_material(&mut self, name: &Spanned<String>, obj: &ObjFile) {
         let known = obj.materials.iter().map(|found| found.material.name.as_str());
         let replaced = self.file.material.keys().map(|key| key.get_ref().as_str());
@@ -33,7 +35,8 @@ impl Loader<'_> {
         self.wrong("wrong-part", error);
     }
 
-    /// Reports patterns that match no part of any file, and a scene whose parts are all hidden.
+    /// Reports patterns that match no part of any file. Also reports a scene if all its parts are
+    /// hidden.
     pub(super) fn check_parts(&mut self, objs: &BTreeMap<Shape, ObjFile>) {
         let filter = &self.load.parts;
         if filter.is_empty() || objs.is_empty() && !self.files.is_empty() {

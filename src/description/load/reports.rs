@@ -1,4 +1,4 @@
-//! Errors and findings of the builder, with places in the scene file.
+//! Errors and findings of the scene builder, with their places in the scene file.
 
 use crate::description::scene_file::SceneFile;
 use crate::description::{DEFAULT_LIGHT, FileError, Finding, Findings, Severity};
@@ -7,7 +7,7 @@ use crate::math::{excerpt_of_name, significant};
 use crate::scene::{BuildError, SceneReport};
 use std::collections::HashMap;
 
-/// Error of the `[ground]`, at the key that causes it.
+/// Error of the section `[ground]`. It points to the key that causes it.
 pub(super) fn ground_error(file: &SceneFile, error: &BuildError) -> FileError {
     let span = file.ground.as_ref().and_then(|ground| ground.place_of(error));
     let error = match span {
@@ -17,7 +17,7 @@ pub(super) fn ground_error(file: &SceneFile, error: &BuildError) -> FileError {
     error.help("correct the value, or leave the key out")
 }
 
-/// Error of the scene, with help.
+/// Error of the scene builder, with help.
 pub(super) fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
     if matches!(error, BuildError::BadGround { .. }) {
         return ground_error(file, error);
@@ -34,10 +34,10 @@ pub(super) fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
     })
 }
 
-/// Maximum sum of reflectance and transmittance that rounding of numbers in files may explain.
+/// Maximum sum of reflectance and transmittance that can be explained by rounded numbers in files.
 const MAX_ROUNDING: f32 = 1.01;
 
-/// Reports repeated triangles and instances at the same place.
+/// Reports triangles and instances that repeat others at the same place.
 fn report_repetitions(file: &SceneFile, report: &SceneReport, findings: &mut Findings) {
     for (code, noun, count) in [
         ("repeated-triangles", "triangles", report.repeated_triangles),
@@ -85,7 +85,7 @@ pub(super) fn report_findings(
         findings.push(Finding::new(Severity::Warning, "degenerate-triangles", error).repeated(count, []));
     }
     let places: HashMap<&str, _> = materials.iter().map(|m| (m.name.as_str(), &m.place)).collect();
-    // Numbers in files have few digits.
+    // Numbers in files are rounded to few digits, so do not report sums slightly above 1
     let told = report.scaled_materials.iter().filter(|(_, sum)| *sum > MAX_ROUNDING);
     for (name, sum) in told {
         let message = format!(

@@ -1,4 +1,4 @@
-//! OBJ files of objects.
+//! Reads the OBJ files of objects.
 
 use super::Loader;
 use crate::description::load_obj::load_obj;
@@ -15,29 +15,29 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 
-/// OBJ files of an object.
+/// OBJ files of an object, at both ends of its motion.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Shapes {
     /// OBJ file at time 0.
     pub open: Shape,
-    /// OBJ file at time 1, if it differs.
+    /// OBJ file at time 1, if it differs from the file at time 0.
     pub close: Option<Shape>,
     /// True if rays from the camera pass through the object.
     pub is_hidden: bool,
 }
 
-/// An OBJ file and its subdivision.
+/// An OBJ file with the settings of its subdivision.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(super) struct Shape {
     pub path: PathBuf,
     /// Number of subdivision steps.
     pub steps: u32,
-    /// Bits of the angle in degrees above which edges stay sharp.
+    /// Angle in degrees above which edges stay sharp, as the bits of its float.
     pub crease_angle: Option<u32>,
 }
 
 impl Shapes {
-    /// Shapes of `object` in the scene file `file`.
+    /// OBJ files of `object` in the scene file `file`.
     pub fn of(file: &SceneFile, object: &ObjectSection) -> Self {
         let parameters = &file.load.parameters;
         let shape = |name: &Spanned<PathBuf>| Shape {
@@ -56,7 +56,7 @@ impl Shapes {
 }
 
 impl Loader<'_> {
-    /// Reads the files of objects.
+    /// Reads the OBJ files of all objects.
     pub(super) fn load_objects(&mut self) -> Vec<ObjSource> {
         match self.file.all_texture_dirs() {
             Ok(folders) => self.texture_dirs = folders,
@@ -77,7 +77,7 @@ impl Loader<'_> {
         }
         self.load.parts = self.file.part_filter(&self.parts);
         self.part_fits = vec![false; self.load.parts.globs().count()];
-        // A file that several objects name is read once.
+        // Read a file that several objects use only once
         let mut objs: BTreeMap<Shape, ObjFile> = BTreeMap::new();
         let mut tried = HashSet::new();
         let mut sources = Vec::new();
@@ -148,7 +148,7 @@ impl Loader<'_> {
         load_obj(&shape.path, &options, self.allowance, self.observer, findings)
     }
 
-    /// Adds to `error` the place in the scene file that names the unreadable file.
+    /// Adds to `error` the place in the scene file that names `path`, if the file cannot be read.
     fn named_here(&self, error: FileError, path: &Path, span: Range<usize>) -> FileError {
         if error.position.is_some() || error.help.is_some() || !self.file.is_file() {
             return error.help_if_none("check the path");

@@ -18,15 +18,16 @@ use crate::texture::{Channel, Mapping, TextureId, Wrap};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// Request of a material for a texture.
+/// A material's request for a texture.
 pub(super) struct AskedTexture {
     request: MapRequest,
-    /// Index of the material among the sources of materials.
+    /// Index of the material in the list of materials.
     material: usize,
 }
 
 impl AskedTexture {
-    /// Slot that fits a texture of `kind`, if the statement names the other slot.
+    /// Other slot of the request (bump map or normal map), if a texture of `kind` belongs there and
+    /// not in the written slot.
     fn moved_to(&self, kind: TextureKind) -> Option<MapSlot> {
         let other = self.request.other_slot();
         other.filter(|&slot| (slot == MapSlot::Normal) == kind.is_normal())
@@ -34,14 +35,14 @@ impl AskedTexture {
 }
 
 impl Loader<'_> {
-    /// Material of a file with maps that refer to texture requests. Map 2 i is request i in the
-    /// written slot. Map 2 i + 1 is the same request in the other slot, for pictures that belong
-    /// there. `mesh` has the material.
+    /// Material whose maps refer to texture requests instead of textures. Map 2 i is request i in
+    /// the written slot. Map 2 i + 1 is the same request in the other slot (bump map or normal
+    /// map), for pictures that belong there. `mesh` uses the material.
     pub(super) fn textured(&mut self, found: &mut FileMaterial, obj: &Path, mesh: &Mesh) -> Material {
         let mut material = found.material.clone();
         let slots: Vec<MapSlot> = found.maps.iter().map(|request| request.statement.slot).collect();
         let mut colors: Option<(String, PathBuf)> = None;
-        // Displacement belongs to objects.
+        // Displacement maps are requested when objects are displaced, not here
         let maps = found.maps.iter_mut();
         for request in maps.filter(|request| request.statement.slot != MapSlot::Displacement) {
             request.path = if request.if_cut_out {
@@ -96,8 +97,8 @@ impl Loader<'_> {
         material
     }
 
-    /// File of a texture of `material`. The function records missing files, and files found at
-    /// another path.
+    /// Path of a texture of `material`; `None` if the file is missing. Missing files, and files
+    /// found at another path, are recorded for reports.
     pub(super) fn find_texture(&mut self, request: &MapRequest, material: &str, obj: &Path) -> Option<PathBuf> {
         let statement = &request.statement;
         let folder = request.place.file.parent().unwrap_or(Path::new(""));
@@ -154,9 +155,9 @@ impl Loader<'_> {
         }
     }
 
-    /// File of a texture whose name has no extension, as Blockbench writes it. It is a picture with
-    /// this name that no other library of the folder names, else the only picture beside the OBJ
-    /// file.
+    /// Path of a texture whose name has no extension, as Blockbench writes it. The texture is the
+    /// picture with this name, if no other library of the folder names this picture. Else it is the
+    /// only picture beside the OBJ file.
     fn without_extension(&mut self, request: &MapRequest, obj: &Path) -> Option<PathBuf> {
         let name = request.statement.file.trim();
         if has_extension(name) || name.is_empty() {
@@ -184,7 +185,7 @@ impl Loader<'_> {
         Some(path)
     }
 
-    /// Reports a texture of several tiles, and its missing tiles that triangles of `mesh` need.
+    /// Reports a texture of several tiles, and its missing tiles that triangles of `mesh` use.
     fn tell_of_tiles(&mut self, request: &MapRequest, tiles: &Tiles, mesh: &Mesh) {
         let mapping = request.statement.mapping;
         let number = |corners: [Vec2; 3]| {
@@ -219,7 +220,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Reports missing textures, each once with all its uses.
+    /// Reports each missing texture once, with all its uses.
     fn tell_of_missing(&mut self) {
         let mut missing: Vec<Vec<MissingUse>> = std::mem::take(&mut self.missing).into_values().collect();
         for uses in &mut missing {
@@ -244,7 +245,7 @@ impl Loader<'_> {
         }
     }
 
-    /// Reports textures found at another path, once for each folder.
+    /// Reports textures found at another path. Each folder is reported once.
     fn tell_of_found_elsewhere(&mut self) {
         for found in std::mem::take(&mut self.found_elsewhere).into_values() {
             let Some((first, path)) = found.first() else { continue };
@@ -293,7 +294,7 @@ impl Loader<'_> {
         let mut ids = Vec::with_capacity(2 * asked.len());
         let (mut decided, mut cut_outs) = (Vec::new(), Vec::new());
         for ((result, asked), file) in loaded.ids.into_iter().zip(&asked).zip(&self.textures) {
-            // Ids follow the order of the first requests.
+            // Texture ids are assigned in the order of the first requests
             if matches!(result, Ok(TextureId(id)) if id as usize == self.texture_files.len()) {
                 self.texture_files.push(file.path.clone());
             }
@@ -304,7 +305,8 @@ impl Loader<'_> {
             }
             if let Err(error) = &result {
                 let (place, message) = (error.place(), &error.message);
-                // A file that the system cannot read may be valid, so no constant replaces it.
+                // If the system cannot read a file, its contents may be valid: report an error
+                // instead of replacing the texture by a constant
                 let severity = match error.is_unreadable() {
                     true => Severity::Error,
                     false => self.file.load.severity_of_lack(),
@@ -324,7 +326,7 @@ impl Loader<'_> {
             ids.extend(if is_moved { [None, id] } else { [id, None] });
             decided.extend(kind.map(|kind| (asked, kind)));
         }
-        // Each of two statements has the picture of the other.
+        // Find materials whose bump and normal statements name each other's pictures
         let exchanged = exchanged(&decided);
         for (i, asked) in asked.iter().enumerate() {
             if exchanged.contains(&asked.material) && asked.request.other_slot().is_some() {
@@ -342,8 +344,8 @@ impl Loader<'_> {
         }
     }
 
-    /// Keeps the opacity map from the alpha of the colour texture in the source of its material if
-    /// the picture is a cut-out. Reports each picture once.
+    /// If the picture is a cut-out, keeps the opacity map of its alpha in the list of materials;
+    /// else removes it. Reports each picture once.
     fn decide_cut_out(&mut self, asked: &AskedTexture, is_cut_out: bool) {
         let maps = self
             .materials
@@ -367,8 +369,8 @@ impl Loader<'_> {
         }
     }
 
-    /// Moves textures in the sources of materials to the slots that fit their pictures. Reports
-    /// this once for each library and effect.
+    /// In the list of materials, moves textures to the slots that fit their pictures. Reports each
+    /// move once for each library and effect.
     fn move_maps(&mut self, decided: &[(&AskedTexture, TextureKind)], exchanged: &BTreeSet<usize>) {
         for &material in exchanged {
             let source = self.materials.get_mut(material);
@@ -413,7 +415,7 @@ impl Loader<'_> {
     }
 }
 
-/// Materials whose height map and normal map are exchanged.
+/// Materials whose bump map names a normal map, and whose normal map names a height map.
 fn exchanged(decided: &[(&AskedTexture, TextureKind)]) -> BTreeSet<usize> {
     let moved = |slot: MapSlot| -> BTreeSet<usize> {
         let moved = decided
@@ -424,18 +426,18 @@ fn exchanged(decided: &[(&AskedTexture, TextureKind)]) -> BTreeSet<usize> {
     &moved(MapSlot::Bump) & &moved(MapSlot::Normal)
 }
 
-/// Use of a missing texture.
+/// Use of a missing texture by a material.
 pub(super) struct MissingUse {
     request: MapRequest,
     /// Name of the material.
     material: String,
-    /// State of the file, such as "is missing".
+    /// State of the file for messages, such as "is missing".
     what: &'static str,
     help: String,
 }
 
-/// Path of all tiles if `found` is one of several (UDIM): the name in the library is a tile
-/// pattern, or other tiles lie beside tile 1001.
+/// Path pattern of all tiles, if `found` is one of several tiles (UDIM). This is so if the name in
+/// the library is a pattern of tiles, or if other tiles lie beside tile 1001. Else returns `found`.
 fn with_all_tiles(found: PathBuf, statement: &MapStatement) -> PathBuf {
     let is_said = statement.names().any(|name| tile_names(name).is_some());
     let is_first = || found.to_string_lossy().contains("1001");
@@ -446,7 +448,8 @@ fn with_all_tiles(found: PathBuf, statement: &MapStatement) -> PathBuf {
     if is_said || count > 1 { path } else { found }
 }
 
-/// Text for the appearance of surfaces without their textures, with the materials of each.
+/// Text that describes how surfaces appear without their textures, with the materials for each
+/// appearance.
 fn words_of_lack(uses: &[MissingUse]) -> String {
     let mut looks: Vec<(&str, Vec<&str>)> = Vec::new();
     for MissingUse { request, material, .. } in uses {
@@ -476,7 +479,8 @@ fn look_without(slot: MapSlot) -> &'static str {
     }
 }
 
-/// Text for a picture of another kind than its statement; `None` if it is as written.
+/// Text about a picture that is of another kind than its statement; `None` if the kind is as
+/// written.
 fn words_of_decision(kind: TextureKind, is_moved: bool, has_effect: bool) -> Option<&'static str> {
     Some(match (kind, is_moved, has_effect) {
         (TextureKind::Normal, true, true) => "is a normal map where heights are expected, and is used as a normal map",
@@ -493,7 +497,7 @@ fn words_of_decision(kind: TextureKind, is_moved: bool, has_effect: bool) -> Opt
     })
 }
 
-/// Text for `count` further textures in `place`.
+/// Text for `count` further textures that are in `place`.
 fn others(count: usize, place: &str) -> String {
     match count {
         0 => String::new(),
@@ -502,7 +506,7 @@ fn others(count: usize, place: &str) -> String {
     }
 }
 
-/// Kind of texture that a request expects.
+/// Kind of texture that the statement of a request names.
 pub(super) fn kind_of(request: &MapRequest) -> TextureKind {
     let MapStatement { slot, mapping, .. } = &request.statement;
     let value = |default| TextureKind::Value(mapping.channel.unwrap_or(default));
@@ -519,7 +523,7 @@ pub(super) fn kind_of(request: &MapRequest) -> TextureKind {
     }
 }
 
-/// Mapping of a texture whose tiles are read as one picture.
+/// Mapping for tiles that are joined and read as one picture.
 pub(super) fn mapping_of_tiles(mapping: Mapping, tiles: &Tiles) -> Mapping {
     let size = Vec2::from(tiles.size().map(|count| count as f32));
     Mapping {
@@ -530,7 +534,7 @@ pub(super) fn mapping_of_tiles(mapping: Mapping, tiles: &Tiles) -> Mapping {
     }
 }
 
-/// The map of a slot; `None` for slots that are not used while rendering.
+/// The map in the slot `slot`; `None` for slots that are not used during rendering.
 fn map_of(maps: &mut Maps, slot: MapSlot) -> Option<&mut Option<Map>> {
     Some(match slot {
         MapSlot::Diffuse => &mut maps.diffuse,

@@ -1,4 +1,4 @@
-//! Warnings of invisible surfaces, to explain a picture that would be empty.
+//! Warnings about invisible surfaces. They explain why a picture is empty.
 
 use crate::color::Spectrum;
 use crate::description::{FileError, Findings, Position, SceneFile, Severity};
@@ -9,7 +9,7 @@ use crate::scene::{Scene, SceneReport};
 use crate::texture::Texture;
 use std::collections::BTreeSet;
 
-/// Warns if all triangles were skipped, or if all materials are invisible. Else warns of each
+/// Warns if all triangles were skipped, or if all materials are invisible. Otherwise warns of each
 /// material that its library makes invisible.
 pub(super) fn report_unseen(
     file: &SceneFile,
@@ -20,7 +20,7 @@ pub(super) fn report_unseen(
 ) {
     let shapes = scene.geom_ids().map(|geom| scene.shape(geom));
     let used = shapes.map(|shape| shape.material.0 as usize);
-    // The material of the ground is not in `materials`.
+    // Leave out the material of the ground, which is not in `materials`
     let used: BTreeSet<usize> = used.filter(|&id| id < materials.len()).collect();
     let count = used.len();
     let reason = |id: usize| Some((id, reason_unseen(&scene.materials()[id], scene.textures())?));
@@ -28,7 +28,7 @@ pub(super) fn report_unseen(
     if reasons.len() < count {
         for (id, reason) in reasons {
             let source = materials.get(id);
-            // No warning if the user makes a material invisible.
+            // Do not warn if the user has made the material invisible
             if source.is_some_and(|source| source.found.opacity_line.is_some()) {
                 let name = excerpt_of_name(&scene.materials()[id].name);
                 let message = format!("material `{name}` is invisible, {}", reason.words);
@@ -65,7 +65,7 @@ pub(super) fn report_unseen(
     findings.add(Severity::Warning, "no-visible-face", error);
 }
 
-/// Error at the opacity statement of the material, or else at the material.
+/// Error at the opacity statement of the material; at the material if there is no such statement.
 fn placed(file: &SceneFile, source: Option<&MaterialSource>, message: String) -> FileError {
     let opacity = source.and_then(|source| {
         let line = source.found.opacity_line?;
@@ -78,7 +78,7 @@ fn placed(file: &SceneFile, source: Option<&MaterialSource>, message: String) ->
     }
 }
 
-/// Reason why a surface is invisible, and help.
+/// Reason why a surface is invisible, with help.
 struct Reason {
     words: &'static str,
     help: &'static str,

@@ -1,5 +1,5 @@
-//! A material as a section with all keys that apply to it. A patch of the material with its own
-//! section has no effect.
+//! Writes a material as a section with all keys that apply to the material. If a material is
+//! patched with its own section, it does not change.
 
 use super::{ChannelValues, ColorValue, FileMaterial, Gloss, MapSection, MaterialSection, fields};
 use crate::bsdf::Fresnel;
@@ -10,7 +10,7 @@ use crate::material::Material;
 use std::path::PathBuf;
 use toml::Spanned;
 
-/// A value without a place.
+/// A value that has no place in a file.
 fn said<T>(value: T) -> Option<Spanned<T>> {
     Some(Spanned::new(0..0, value))
 }
@@ -28,7 +28,7 @@ impl From<Spectrum> for ChannelValues {
 }
 
 impl MaterialSection {
-    /// The section of a material of a scene, without its textures.
+    /// Section of a material of a scene, without textures.
     #[cfg(feature = "view")]
     pub(crate) fn of_material(material: &Material) -> Self {
         let found = FileMaterial {
@@ -38,13 +38,13 @@ impl MaterialSection {
         Self::of(&found, &|_| None)
     }
 
-    /// The section of `found`. `path` names the file of each texture; `None` leaves the texture
-    /// out.
+    /// Section of the material `found`. `path` returns the file of each texture. If it returns
+    /// `None`, the texture is left out.
     pub(in crate::description) fn of(found: &FileMaterial, path: &dyn Fn(&MapRequest) -> Option<PathBuf>) -> Self {
         let (material, has) = (&found.material, |slot| found.has_map(slot));
         let reflects = !material.specular.is_black() || has(MapSlot::Specular);
         let refracts = !material.transmission.is_black();
-        // Fields that differ from a black surface, and both colours
+        // Write fields that differ from a black surface, and always both colours
         let (mut section, black) = (Self::default(), Material::default());
         macro_rules! say {
             ($($key:ident),+) => {
@@ -99,7 +99,7 @@ impl MaterialSection {
         }
         section.abbe = material.abbe.and_then(said).filter(|_| material.is_dispersive());
         if refracts {
-            // The key `ior` would give facets a Fresnel term that they do not have.
+            // Leave out `ior` for these facets: it would add a Fresnel term that they do not have
             if !matches!(material.gloss, Gloss::Ggx(_) | Gloss::Blinn(..)) {
                 section.ior = said(material.ior);
             }

@@ -1,4 +1,4 @@
-//! Errors in keys of a material.
+//! Errors about keys of a material.
 
 use super::{MaterialSection, preset_names};
 use crate::description::FileError;
@@ -8,7 +8,7 @@ use crate::description::unknown_key::nearest_names;
 use crate::math::{excerpt, excerpt_of_name};
 use std::ops::Range;
 
-/// Name and file of a material, for messages.
+/// Name of a material and the file of its section, for messages.
 pub(super) struct Named<'a> {
     pub name: &'a str,
     pub file: &'a Source,
@@ -32,7 +32,7 @@ impl Named<'_> {
     }
 }
 
-/// Errors of keys that cannot be combined.
+/// Errors about keys that cannot be combined.
 impl Named<'_> {
     pub fn half_a_metal(&self, given: &str, place: Range<usize>) -> FileError {
         let missing = if given == "eta" { "k" } else { "eta" };

@@ -1,9 +1,10 @@
 //! Materials of a scene file.
 //!
-//! `MaterialSection` is the only table of its keys; [`range_of`] has their ranges. `patch` changes
-//! a material by the keys of a section. A section that replaces a material patches a black one.
-//! `describe` writes a material as a section; a patch with this section changes nothing. `mistakes`
-//! has the errors of keys that cannot be combined.
+//! `MaterialSection` is the only table of the keys of a material, and [`range_of`] has the ranges
+//! of their values. `patch` changes a material by the keys of a section. If a section replaces a
+//! material, it patches a black material. `describe` writes a material as a section; patching the
+//! material with this section changes nothing. `mistakes` has the errors about keys that cannot be
+//! combined.
 
 mod describe;
 mod mistakes;
@@ -134,7 +135,7 @@ section! {
     }
 }
 
-/// Calls the macro `$use` with the keys that set the material field of the same name.
+/// Calls the macro `$use` with the names of keys that are also names of material fields.
 macro_rules! fields {
     ($use:ident) => {
         $use!(
@@ -168,7 +169,7 @@ impl MaterialSection {
         value(&self.patch) == Some(true)
     }
 
-    /// `old` changed by the preset; `old` if the section has no preset.
+    /// `old` changed by the preset of the section; `old` unchanged if the section has no preset.
     fn preset_over<'a>(&self, old: &'a FileMaterial, file: &Source) -> Result<Cow<'a, FileMaterial>, FileError> {
         let Some(name) = &self.preset else {
             return Ok(Cow::Borrowed(old));
@@ -183,7 +184,7 @@ impl MaterialSection {
         Ok(Cow::Owned(preset::applied(new, old)))
     }
 
-    /// Texture keys with their slots, in the order of the slots.
+    /// Values of the texture keys with their slots, in the order of the slots.
     fn slots(&self) -> [(&Option<Spanned<MapSection>>, MapSlot); 10] {
         [
             (&self.diffuse_map, MapSlot::Diffuse),
@@ -199,7 +200,7 @@ impl MaterialSection {
         ]
     }
 
-    /// Texture keys with their slots, mutable.
+    /// Mutable values of the texture keys with their slots.
     pub fn maps_mut(&mut self) -> [(MapSlot, &mut Option<Spanned<MapSection>>); 10] {
         [
             (MapSlot::Diffuse, &mut self.diffuse_map),
@@ -216,12 +217,12 @@ impl MaterialSection {
     }
 }
 
-/// Texture of a key; `None` if the key is missing or `false`.
+/// Texture of a key's value; `None` if the key is missing or `false`.
 fn texture(map: &Option<Spanned<MapSection>>) -> Option<&Spanned<MapSection>> {
     map.as_ref().filter(|map| !matches!(map.get_ref(), MapSection::None))
 }
 
-/// Span of a quantity: of its number, or else of its texture.
+/// Span of a quantity in the file: the span of its number, or else of its texture.
 fn place_of(number: &Option<Spanned<f32>>, map: &Option<Spanned<MapSection>>) -> Option<Range<usize>> {
     number.as_ref().map(Spanned::span).or(texture(map).map(Spanned::span))
 }

@@ -1,8 +1,8 @@
-//! Patches: a material changed by the keys of a section only.
+//! Patches: changes of a material by the keys of a section. All other properties are kept.
 //!
 //! A key of another reflection model also changes the model. `roughness` and `anisotropy` turn a
 //! Phong or Blinn lobe, or a mirror, into GGX facets. `eta` and `k` make a metal, and `metallic`
-//! makes the metallic-roughness model. Properties that both models have are kept.
+//! makes the metallic-roughness model. Properties that both models have keep their values.
 
 use super::mistakes::Named;
 use super::{FileMaterial, Gloss, Material, MaterialSection, Source, fields, place_of, texture};
@@ -16,7 +16,8 @@ use toml::Spanned;
 /// Default exponent of a glossy reflection.
 const DEFAULT_EXPONENT: f32 = 10.0;
 
-/// Minimum transmittance at the absorption depth. A transmittance of 0 would have no coefficient.
+/// Minimum transmittance at the absorption depth. A transmittance of 0 has no finite absorption
+/// coefficient.
 const MIN_TRANSMISSION: f32 = 1e-6;
 
 impl From<ColorValue> for Spectrum {
@@ -32,7 +33,7 @@ impl From<ChannelValues> for Spectrum {
 }
 
 impl MaterialSection {
-    /// Material `name` from this section only: a patched black material.
+    /// Material `name` that only this section defines: a black material that is patched.
     pub(in crate::description) fn material(&self, name: &str, file: &Source) -> Result<FileMaterial, FileError> {
         let black = |gloss| FileMaterial {
             material: Material {
@@ -55,8 +56,8 @@ impl MaterialSection {
         Ok(section.patched(&black(Gloss::Ggx(Fresnel::Full)), file)?.0)
     }
 
-    /// `base` changed by the keys, and a warning if they have no visible effect. An invalid key is
-    /// an error at its place in `file`.
+    /// `base` changed by the keys of the section, and a warning if the keys have no visible effect.
+    /// If a key is invalid, the error points to it in `file`.
     pub(in crate::description) fn patched(
         &self,
         base: &FileMaterial,
@@ -69,7 +70,7 @@ impl MaterialSection {
         let mut patched = base.clone();
         let material = &mut patched.material;
 
-        // Keys that do not depend on other keys
+        // Set keys that do not depend on other keys
         macro_rules! set {
             ($($key:ident),+) => {
                 $(if let Some(value) = value(&self.$key) {
@@ -84,7 +85,7 @@ impl MaterialSection {
             patched.opacity_line = None;
         }
 
-        // Keys that decide the reflection model
+        // Apply keys that decide the reflection model
         let has_share = matches!(base.material.gloss, Gloss::Metallic(_)) && base.has_map(MapSlot::Metallic);
         let is_new_map = texture(&self.metallic_map).is_some() && !has_share;
         let metallic = value(&self.metallic).or(is_new_map.then_some(1.0));
@@ -92,7 +93,7 @@ impl MaterialSection {
         self.change_model(gloss, material);
         self.check_facets(&section, material)?;
 
-        // Textures
+        // Set textures
         for (map, slot) in self.slots() {
             let Some(map) = map else { continue };
             let had = base.has_map(slot);
@@ -116,7 +117,8 @@ impl MaterialSection {
         Ok((patched, warning))
     }
 
-    /// Reflection of `base` changed by the keys. `material` already has the other keys.
+    /// Reflection model of `base` changed by the keys of the section. `material` already has the
+    /// values of all other keys.
     fn patched_gloss(
         &self,
         section: &Named,
@@ -135,7 +137,7 @@ impl MaterialSection {
         let metal_place = self.eta.as_ref().or(self.k.as_ref()).map(Spanned::span);
         let metallic_place = place_of(&self.metallic, &self.metallic_map);
         let is_roughened = place_of(&self.roughness, &self.roughness_map).is_some() || self.anisotropy.is_some();
-        // In glass without its own reflection, roughness applies to the refraction.
+        // If glass has no reflection model, roughness applies to its refraction
         let reflects =
             !material.specular.is_black() || base.has_map(MapSlot::Specular) || texture(&self.specular_map).is_some();
         let refracts = !material.transmission.is_black() && !material.thin;
@@ -171,7 +173,7 @@ impl MaterialSection {
                 (Gloss::Metallic(_), None) if metal_place.is_none() => was,
                 _ => Gloss::Ggx(fresnel),
             }),
-            // A mirror without metal indices reflects equally at all angles.
+            // A mirror without indices of a metal reflects equally at all angles
             ("mirror", None) => Ok(Gloss::Mirror(match fresnel {
                 Fresnel::Dielectric { .. } if own_model != "mirror" => Fresnel::Full,
                 Fresnel::Dielectric { .. } => own_fresnel,
@@ -184,8 +186,8 @@ impl MaterialSection {
         }
     }
 
-    /// Fresnel term of a metal if `eta` or `k` is given. The missing value may come from the
-    /// material.
+    /// Fresnel term of a metal, if `eta` or `k` is given. If one of both is missing, it is taken
+    /// from the material.
     fn conductor(&self, section: &Named, own: Fresnel) -> Result<Option<Fresnel>, FileError> {
         let (own_eta, own_k) = match own {
             Fresnel::Conductor { eta, k } => (Some(eta), Some(k)),
@@ -205,7 +207,7 @@ impl MaterialSection {
         }
     }
 
-    /// Sets the reflection `gloss` of `material`, and the fields that depend on it.
+    /// Sets the reflection model `gloss` of `material`, and the fields that depend on the model.
     fn change_model(&self, gloss: Gloss, material: &mut Material) {
         let was = std::mem::replace(&mut material.gloss, gloss);
         let is_metal = |gloss: Gloss| {
@@ -217,7 +219,7 @@ impl MaterialSection {
                     | Gloss::Mirror(Fresnel::Conductor { .. })
             )
         };
-        // The colour of a metal is its own reflectance.
+        // A metal's colour is its reflectance from `eta` and `k`, so the specular factor is 1
         if is_metal(gloss) && !is_metal(was) && self.specular.is_none() {
             material.specular = Spectrum::ONE;
         }
@@ -234,7 +236,7 @@ impl MaterialSection {
         }
     }
 
-    /// Warning if a roughness has no effect because the material has no reflection.
+    /// Warning that a roughness has no effect, because the material has no reflection.
     fn idle_roughness(&self, section: &Named, patched: &FileMaterial) -> Option<FileError> {
         let material = &patched.material;
         let place = place_of(&self.roughness, &self.roughness_map)?;
@@ -246,9 +248,9 @@ impl MaterialSection {
         })
     }
 
-    /// Sets the constant to 1 beside a new texture of `slot`, if no key sets it. The constant was
-    /// the value, and is now a factor. The emission is kept, because it defines the brightness of a
-    /// lamp.
+    /// Sets the constant of `slot` to 1 if the slot gets a new texture and no key sets the
+    /// constant. The constant was the value of the material, but becomes a factor of the texture.
+    /// The emission is not changed, because it defines the brightness of a lamp.
     fn unlock(&self, material: &mut Material, slot: MapSlot) {
         match slot {
             MapSlot::Diffuse if self.diffuse.is_none() => material.diffuse = Spectrum::ONE,
@@ -259,8 +261,9 @@ impl MaterialSection {
         }
     }
 
-    /// Converts the transmission of `material` at the absorption depth to an absorption
-    /// coefficient. The colour moves from the surface to the body.
+    /// Converts the transmission of `material` to an absorption coefficient: the transmission
+    /// becomes the transmittance of the body at the absorption depth. The colour moves from the
+    /// surface to the body.
     fn set_absorption_depth(&self, material: &mut Material) {
         let Some(depth) = value(&self.absorption_depth) else {
             return;
@@ -273,7 +276,8 @@ impl MaterialSection {
         }
     }
 
-    /// Returns an error if a key is about facets or dispersion that `material` does not have.
+    /// Returns an error if the section has a key for facets or dispersion, and `material` has no
+    /// facets or no dispersion.
     fn check_facets(&self, section: &Named, material: &Material) -> Result<(), FileError> {
         if let Some(abbe) = self.abbe.as_ref().filter(|_| !material.is_dispersive()) {
             return Err(section.disperses_nothing(abbe.span()));
@@ -293,9 +297,9 @@ impl MaterialSection {
     }
 }
 
-/// Ratio of Blinn's exponent to Phong's exponent for a highlight of equal width: angles to the half
-/// vector are half as large (Fisher and Woo 1994, "R.E versus N.H Specular Highlights", Graphics
-/// Gems IV).
+/// Ratio of Blinn's exponent to Phong's exponent for a highlight of equal width. Angles to the half
+/// vector are half as large as angles to the mirror direction (Fisher and Woo 1994, "R.E versus N.H
+/// Specular Highlights", Graphics Gems IV).
 const PHONG_TO_BLINN: f32 = 4.0;
 
 /// Roughness of facets whose highlight is about as wide as a highlight of Blinn's exponent `n`: α²

@@ -86,7 +86,7 @@ normal_map = "n.png""#;
         ..plain
     };
     let low = Mapping { bump: 0.25, ..plain };
-    // Slots in their order, each with its line in the file
+    // Expect the slots in their order, each with its line in the file
     let expected = [
         (MapSlot::Diffuse, "wood.png", plain, 6),
         (MapSlot::Specular, "gloss/a b.png", mirrored, 8),
@@ -191,8 +191,8 @@ fn keys_that_do_not_go_together_are_errors() {
     }
 }
 
-/// With an absorption depth, the transmission becomes the transmittance of a body of that depth
-/// instead of a surface tint. The same depth a second time has no effect.
+/// With an absorption depth, the transmission becomes the transmittance of a body of this depth,
+/// instead of a tint of the surface. Setting the same depth a second time has no effect.
 #[test]
 fn a_depth_makes_absorption_of_transmission() {
     let glass = material("transmission = [0.5, 1.0, 0.1]\nabsorption_depth = 2.0").unwrap();
@@ -214,7 +214,7 @@ fn a_depth_makes_absorption_of_transmission() {
     assert_eq!(twice.material.absorption, once.material.absorption);
 }
 
-/// Materials of an MTL file.
+/// Materials of an MTL file with the contents `text`.
 fn library(text: &str) -> Vec<FileMaterial> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("m.mtl");
@@ -225,7 +225,7 @@ fn library(text: &str) -> Vec<FileMaterial> {
     materials
 }
 
-/// Scene file with a patch of `keys`, and the section of the patch.
+/// Scene file with a patch that has `keys`, and the section of the patch.
 fn patch(keys: &str) -> (SceneFile, MaterialSection) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("s.toml");
@@ -237,13 +237,13 @@ fn patch(keys: &str) -> (SceneFile, MaterialSection) {
     (file, section)
 }
 
-/// `base` patched by `keys`.
+/// `base` patched by a section with `keys`.
 fn patched(base: &FileMaterial, keys: &str) -> Result<FileMaterial, FileError> {
     let (file, section) = patch(keys);
     section.patched(base, &file.source).map(|(patched, _)| patched)
 }
 
-/// Materials of all kinds that libraries have.
+/// Materials of all kinds that material libraries define.
 const LIBRARY: &str = "newmtl matte\nKd 0.5 0.4 0.3\nmap_Kd -s 2 2 -o 0.5 0 -clamp on wood.png\n\
     newmtl glossy\nKd 0.4 0.4 0.4\nKs 0.5 0.5 0.5\nNs 250\nmap_Ns n.png\nmap_Bump -bm 0.2 -imfchan g -mm 0.1 2 b.png\n\
     newmtl mirror\nKs 0.9 0.9 0.9\nillum 3\n\
@@ -257,7 +257,7 @@ const LIBRARY: &str = "newmtl matte\nKd 0.5 0.4 0.3\nmap_Kd -s 2 2 -o 0.5 0 -cla
     newmtl filter\nTf 0.5 0.5 0.5\n\
     newmtl lamp\nKe 5 4 3\nmap_Ke e.png\n";
 
-/// A patch of a material with its own section has no effect.
+/// A material that is patched with its own section does not change.
 #[test]
 fn sections_of_materials_say_what_they_are() {
     let materials = library(LIBRARY);
@@ -282,7 +282,7 @@ fn sections_of_materials_say_what_they_are() {
 fn patches_change_what_they_say() {
     let materials = library(LIBRARY);
     let of = |name: &str| materials.iter().find(|m| m.material.name == name).unwrap();
-    // A colour as one number. Everything else is kept, also textures.
+    // A colour given as one number is a grey. All other properties are kept, including textures.
     let matte = patched(of("matte"), "diffuse = 0.5").unwrap();
     assert_eq!(matte.maps.len(), 1);
     let expected = Material {
@@ -291,7 +291,7 @@ fn patches_change_what_they_say() {
     };
     assert_eq!(matte.material, expected);
 
-    // A roughness turns a lobe into facets, and removes the exponent and its map.
+    // A roughness changes a glossy lobe to facets, and removes the exponent and its map.
     let glossy = of("glossy");
     let rough = patched(glossy, "roughness = 0.2").unwrap();
     assert_eq!(
@@ -303,7 +303,7 @@ fn patches_change_what_they_say() {
     let gold = patched(glossy, "eta = [0.1, 0.4, 1.4]\nk = [4, 2.4, 1.6]\ndiffuse = 0").unwrap();
     assert!(matches!(gold.material.gloss, Gloss::Ggx(Fresnel::Conductor { .. })));
     assert_eq!(gold.material.specular, Spectrum::ONE);
-    // The highlight keeps its width: fourth root of 2 / (4 · 250 + 2).
+    // The highlight keeps its width: the roughness is the fourth root of 2 / (4 · 250 + 2).
     assert!(
         (gold.material.roughness - 0.211_4).abs() < 1e-3,
         "{}",
@@ -327,7 +327,7 @@ fn patches_change_what_they_say() {
         (coated.material.gloss, coated.material.roughness),
         (Gloss::Metallic(1.0), 0.1)
     );
-    // Roughness of glass applies to its refraction.
+    // The roughness of glass applies to its refraction.
     let glass = patched(of("glass"), "roughness = 0.4\nior = 1.2").unwrap();
     let expected = Material {
         roughness: 0.4,
@@ -336,8 +336,8 @@ fn patches_change_what_they_say() {
     };
     assert_eq!(glass.material, expected);
 
-    // A new texture replaces the constant. A replaced texture keeps its constant. `false` removes a
-    // texture.
+    // A new texture replaces the constant. If a texture is replaced, the constant is kept. `false`
+    // removes a texture.
     let new = patched(glossy, "diffuse_map = \"a.png\"\nroughness_map = \"r.png\"").unwrap();
     assert_eq!((new.material.diffuse, new.material.roughness), (Spectrum::ONE, 1.0));
     let both = patched(glossy, "diffuse_map = \"a.png\"\ndiffuse = 0.25").unwrap();
@@ -350,7 +350,7 @@ fn patches_change_what_they_say() {
     let bright = patched(of("matte"), "emission = 2\nemission_map = \"e.png\"").unwrap();
     assert_eq!(bright.material.emission, Spectrum::splat(2.0));
 
-    // Roughness without reflection is a warning.
+    // A roughness on a material without reflection is a warning.
     let (file, section) = patch("roughness = 0.2");
     let warning = section.patched(of("matte"), &file.source).unwrap().1.unwrap();
     assert!(warning.message.contains("roughness has no effect"), "{warning}");

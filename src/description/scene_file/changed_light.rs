@@ -1,11 +1,13 @@
-//! Changes of the light of a scene file. They are kept as changes until the camera is known.
+//! Changes of the light of a scene file by flags. They are stored as changes until the camera is
+//! known.
 
 use super::SceneFile;
 use crate::description::LightSection;
 use crate::description::light_changes::{ChangedLight, LightChanges, Viewpoint};
 
 impl SceneFile {
-    /// Applies `changes` to the light of the file, for a camera at `viewpoint`.
+    /// Applies `changes` to the lights of the file. Lights that depend on the camera are placed for
+    /// a camera at `viewpoint`.
     pub(crate) fn change_light(&mut self, changes: LightChanges, viewpoint: &Viewpoint) {
         let words = changes.words();
         if words == [None; 3] {
@@ -21,13 +23,14 @@ impl SceneFile {
         self.changed_light = Some(Box::new(changed));
     }
 
-    /// Lights for a camera at `viewpoint`; `None` if they equal the lights of the file.
+    /// Lights for a camera at `viewpoint`; `None` if they equal the current lights.
     pub(crate) fn lights_seen_from(&self, viewpoint: &Viewpoint) -> Option<Vec<LightSection>> {
         let lights = self.changed_light.as_ref()?.seen_from(viewpoint);
         (lights != self.light).then_some(lights)
     }
 
-    /// Ends the changes of light. `lights` replace the sections, if given.
+    /// Drops the stored changes of the light. If `lights` are given, they replace the light
+    /// sections.
     pub(crate) fn settle_light(&mut self, lights: Option<Vec<LightSection>>) {
         self.changed_light = None;
         if let Some(lights) = lights {

@@ -1,16 +1,16 @@
-//! Sections that flags add to a scene file.
+//! Adds the sections of flags to a scene file.
 
 use super::SceneFile;
 use crate::description::{CutSection, FileError};
 use crate::math::excerpt;
 
 impl SceneFile {
-    /// Adds the sections of the flags `--cut AXIS=VALUE`. Their coordinates are the coordinates of
-    /// the OBJ file.
+    /// Adds the section of each flag `--cut AXIS=VALUE`. `planes` are the texts `AXIS=VALUE`, in
+    /// coordinates of the OBJ file.
     ///
     /// # Errors
     ///
-    /// A text that is not a plane.
+    /// A text is not a plane.
     pub fn cut(&mut self, planes: &[String]) -> Result<(), FileError> {
         let origin = self.origin();
         for text in planes {

@@ -1,4 +1,4 @@
-//! All errors of a scene file, instead of only the first.
+//! Finds all errors of a scene file, not only the first error.
 
 use super::{SceneFile, read, read_overrides};
 use crate::io::FileError;
@@ -8,9 +8,9 @@ use std::path::Path;
 const MAX_ERRORS: usize = 20;
 
 impl SceneFile {
-    /// Reads a scene file like [`SceneFile::load_with`], and continues after errors. It leaves out
-    /// an entry or a section with an error, and reads the rest again. Returns the rest, unless it
-    /// is too little for a scene, and all errors.
+    /// Reads a scene file like [`SceneFile::load_with`], but continues after errors. If an entry or
+    /// a section has an error, it is left out, and the rest is read again. Returns all errors, and
+    /// the rest of the scene file, unless the rest is too little for a scene.
     pub fn inspect(path: &Path, set: &[String]) -> (Option<Self>, Vec<FileError>) {
         let read = read(path).and_then(|text| Ok((read_overrides(path, set, &text)?, text)));
         let (overrides, mut text) = match read {
@@ -22,7 +22,8 @@ impl SceneFile {
         loop {
             let (error, start) = match Self::parse_spanned(path, text.clone(), &overrides) {
                 Ok(mut file) => {
-                    // The blanks have kept the places of the whole file.
+                    // The blanks have the length of the removed text, so all places stay valid in
+                    // the original text
                     file.source.set_text(original);
                     return (Some(file), errors);
                 }
@@ -47,7 +48,8 @@ fn without_entry(text: &str, start: usize) -> Option<String> {
     let before = text.get(..start)?;
     let begin = before.rfind('\n').map_or(0, |i| i + 1);
     let is_header = text[begin..].trim_start().starts_with('[');
-    // An entry ends where its brackets are closed; a section ends at the next section.
+    // Find the end: an entry ends when its brackets are closed, and a section ends at the next
+    // section
     let mut end = begin;
     let mut depth = 0i64;
     for line in text[begin..].split_inclusive('\n') {

@@ -1,5 +1,5 @@
 //! A scene file as text and sections: reading, parsing, and properties that need no other file.
-//! `inspect` finds all errors, for `embrasure check`. `source` gives errors their places.
+//! `inspect` finds all errors, for `embrasure check`. `source` adds places to errors.
 
 mod changed_light;
 mod cuts;
@@ -45,25 +45,25 @@ pub struct SceneFile {
     /// `[render]` as written.
     #[serde(default, skip_serializing_if = "OptionSection::is_empty")]
     pub(super) render: OptionSection,
-    /// Options that these sections set.
+    /// Options that the sections `[camera]`, `[image]` and `[render]` set.
     #[serde(skip)]
     pub options: SceneOptions,
-    /// Geometry.
+    /// Objects from OBJ files.
     #[serde(default)]
     pub object: Vec<ObjectSection>,
     /// Materials by name. They replace or patch materials of the MTL files.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub material: BTreeMap<Spanned<String>, MaterialSection>,
-    /// Patches of materials by globs of their names.
+    /// Patches of materials. The keys are globs of material names.
     #[serde(default, skip_serializing_if = "InOrder::is_empty")]
     pub patch: InOrder<MaterialSection>,
-    /// Changes of parts of OBJ files by globs of their names.
+    /// Changes of parts of OBJ files. The keys are globs of part names.
     #[serde(default, skip_serializing_if = "InOrder::is_empty")]
     pub part: InOrder<PartSection>,
     /// Lights other than emitting triangles.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light: Vec<LightSection>,
-    /// The plane that catches shadows, if any.
+    /// Plane that catches shadows, if any.
     pub ground: Option<GroundSection>,
     /// Planes that cut the scene.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -71,44 +71,47 @@ pub struct SceneFile {
     /// Groups of emitting materials.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light_group: Vec<LightGroupSection>,
-    /// Meshes made in code, after the meshes of the objects.
+    /// Meshes made in code. They come after the meshes of the objects.
     #[serde(skip)]
     pub made: Vec<MadeObject>,
     /// Options for reading OBJ and MTL files.
     #[serde(skip)]
     pub load: LoadOptions,
-    /// Folders to search for textures, before the folders of the key `render.texture_dir`.
+    /// Folders to search for textures. They are searched before the folders of the key
+    /// `render.texture_dir`.
     #[serde(skip)]
     pub texture_dirs: Vec<PathBuf>,
-    /// Patterns of names of parts to hide, in addition to the key `render.hide`.
+    /// Patterns of the names of hidden parts, in addition to the key `render.hide`.
     #[serde(skip)]
     pub hide: Vec<String>,
-    /// Patterns of names of the only parts to show, in addition to the key `render.only`.
+    /// Patterns of part names: only parts that match are shown. They are added to the key
+    /// `render.only`.
     #[serde(skip)]
     pub only: Vec<String>,
     /// Changes of the light that flags set.
     #[serde(skip)]
     pub(super) changed_light: Option<Box<ChangedLight>>,
-    /// The file, its text, and the keys that flags set.
+    /// Path and text of the file, and the keys that flags set.
     #[serde(skip)]
     pub(super) source: Source,
 }
 
 /// Key of `[render]`: folders to search for textures.
 pub(super) const TEXTURE_DIR: &str = "texture_dir";
-/// Key of `[render]`: patterns of names of parts to hide.
+/// Key of `[render]`: patterns of the names of hidden parts.
 pub(super) const HIDE: &str = "hide";
-/// Key of `[render]`: patterns of names of the only parts to show.
+/// Key of `[render]`: patterns of part names. Only parts that match are shown.
 pub(super) const ONLY: &str = "only";
 
 impl SceneFile {
-    /// Reads and parses a scene file. Unknown keys and wrong types are errors with their place.
+    /// Reads and parses a scene file. Errors about unknown keys and wrong types have their place in
+    /// the file.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, FileError> {
         Self::load_with(path, &[])
     }
 
-    /// Reads a scene file and replaces keys, each as `KEY=VALUE`: a dotted TOML key, and a value of
-    /// TOML or a plain string.
+    /// Reads a scene file and replaces keys. Each text of `set` is `KEY=VALUE`: a dotted TOML key,
+    /// and a TOML value or a plain string.
     ///
     /// # Errors
     ///
@@ -118,8 +121,8 @@ impl SceneFile {
         Self::of_text(path, read(path)?, set)
     }
 
-    /// Parses `text` as the contents of the scene file `path`, with keys set as in
-    /// [`SceneFile::load_with`]. The file itself is not read.
+    /// Parses `text` as if it were the contents of the scene file `path`. Keys are set as in
+    /// [`SceneFile::load_with`]. The file is not read.
     pub(crate) fn of_text(path: &Path, text: String, set: &[String]) -> Result<Self, FileError> {
         let overrides = read_overrides(path, set, &text)?;
         Self::parse(path, text, &overrides)
@@ -129,7 +132,7 @@ impl SceneFile {
         Self::parse_spanned(path, text, overrides).map_err(|(error, _)| error)
     }
 
-    /// The parsed file, or an error and its byte.
+    /// The parsed scene file, or an error with its byte in the text.
     fn parse_spanned(path: &Path, text: String, overrides: &Overrides) -> Result<Self, (FileError, Option<usize>)> {
         let mut file: Self = overrides.read(&text).map_err(|error| {
             let (mut message, mut help) = parser_error(error.message());
@@ -169,7 +172,7 @@ impl SceneFile {
         Ok(file)
     }
 
-    /// Path of a scene made in code, for errors.
+    /// Path that errors show for a scene made in code.
     const MADE: &'static str = "<scene>";
 
     /// A scene without objects, for a program that adds its own meshes to [`SceneFile::made`].
@@ -177,14 +180,14 @@ impl SceneFile {
     ///
     /// # Errors
     ///
-    /// An invalid key or value of `set`, which is as in [`SceneFile::load_with`].
+    /// An invalid key or value of `set`. The texts of `set` are as in [`SceneFile::load_with`].
     pub fn in_code(set: &[String]) -> Result<Self, FileError> {
         let (path, text) = (Path::new(Self::MADE), "version = 1\n");
         Self::parse(path, text.into(), &read_overrides(path, set, text)?)
     }
 
-    /// This scene with other keys set over the file, as in [`SceneFile::load_with`]. Keys and
-    /// patches that were set before are dropped.
+    /// Copy of this scene with the keys `set` over the file, as in [`SceneFile::load_with`]. Keys
+    /// and patches that were set before are dropped.
     ///
     /// # Errors
     ///
@@ -234,7 +237,8 @@ impl SceneFile {
         Ok(file)
     }
 
-    /// Computes the origin if the option is `auto`, or if it is not given for a bare OBJ.
+    /// Computes the origin of the scene, if the option is `auto`, or if a bare OBJ does not have
+    /// the option.
     pub(crate) fn settle_origin(&mut self) {
         let is_wanted = match self.load.parameters.origin {
             None => !self.is_file(),
@@ -250,7 +254,7 @@ impl SceneFile {
         }
     }
 
-    /// Point in OBJ coordinates that becomes the origin of the scene.
+    /// Point in OBJ coordinates that is the origin of the scene.
     pub(crate) fn origin(&self) -> DVec3 {
         match self.load.parameters.origin {
             Some(Origin::At(origin)) => origin,
@@ -258,12 +262,13 @@ impl SceneFile {
         }
     }
 
-    /// Axes from the comments of the scene's OBJ file; unknown if there are several objects.
+    /// Axes according to the comments of the scene's OBJ file. They are unknown if the scene has
+    /// several objects.
     pub(crate) fn axes(&self) -> FileAxes {
         self.only_obj().map(|obj| file_axes(&obj)).unwrap_or_default()
     }
 
-    /// The only OBJ file, if the scene has one object without `transform`; else `None`.
+    /// Path of the only OBJ file, if the scene has one object without `transform`; else `None`.
     pub(crate) fn only_obj(&self) -> Option<PathBuf> {
         match self.object.as_slice() {
             [object] if object.transform.is_none() => Some(self.resolve(object.obj.get_ref())),
@@ -279,15 +284,15 @@ impl SceneFile {
         }
         for [first, second] in CameraOptions::EXCLUSIVE {
             if let (Some(_), Some(span)) = (self.camera.span_of(first), self.camera.span_of(second)) {
-                let error = self.error(span, format!("both `{first}` and `{second}`"));
+                let error = self.error(span, format!("both `{first}` and `{second}` are given"));
                 return Err(error.help("keep one of them"));
             }
         }
         Ok(())
     }
 
-    /// Length in metres of the unit of the scene's OBJ file; `None` if the file does not name it,
-    /// or if there are several objects.
+    /// Length in metres of one unit of the scene's OBJ file; `None` if the comments of the file do
+    /// not state the unit, or if the scene has several objects.
     pub(crate) fn unit(&self) -> Option<f32> {
         match self.object.as_slice() {
             [object] if object.transform.is_none() => named_unit(&self.resolve(object.obj.get_ref())),
@@ -295,7 +300,7 @@ impl SceneFile {
         }
     }
 
-    /// Options of `[camera]`, `[image]` and `[render]`, or an error and its byte.
+    /// Options of `[camera]`, `[image]` and `[render]`, or an error with its byte in the file.
     fn read_options(&self) -> Result<SceneOptions, (FileError, usize)> {
         let mut options = SceneOptions::default();
         self.camera
@@ -333,11 +338,11 @@ impl SceneFile {
         Ok(options)
     }
 
-    /// Folders to search for textures, in order.
+    /// Folders to search for textures, in the order of the search.
     ///
     /// # Errors
     ///
-    /// A folder of the key `render.texture_dir` that does not exist.
+    /// A folder of the key `render.texture_dir` does not exist.
     pub(super) fn all_texture_dirs(&self) -> Result<Vec<PathBuf>, FileError> {
         let mut folders = self.texture_dirs.clone();
         if let Some((Some(names), span)) = self.render.strings(TEXTURE_DIR) {
@@ -353,7 +358,7 @@ impl SceneFile {
         Ok(folders)
     }
 
-    /// Patterns of names of parts to hide, and of the only parts to show.
+    /// Patterns of the names of hidden parts, and patterns of the names of the only visible parts.
     pub(super) fn part_patterns(&self) -> [Vec<String>; 2] {
         [(&self.hide, HIDE), (&self.only, ONLY)].map(|(own, key)| {
             let written = self.render.strings(key).and_then(|(names, _)| names);
@@ -367,7 +372,7 @@ impl SceneFile {
         !self.light_group.is_empty() || self.light.iter().any(|light| light.group.is_some())
     }
 
-    /// OBJ files of all objects, each once, in the order of the objects.
+    /// Paths of the OBJ files of all objects, without repetitions, in the order of the objects.
     pub fn obj_files(&self) -> Vec<PathBuf> {
         let mut files = Vec::new();
         for object in &self.object {
@@ -381,12 +386,12 @@ impl SceneFile {
         files
     }
 
-    /// The full path of `relative`, a path relative to the folder of the scene file.
+    /// Full path of `relative`, which is relative to the folder of the scene file.
     pub fn resolve(&self, relative: &Path) -> PathBuf {
         self.source.resolve(relative)
     }
 
-    /// Returns true if the scene comes from [`SceneFile::in_code`].
+    /// Returns true if the scene was made by [`SceneFile::in_code`].
     pub fn is_made(&self) -> bool {
         self.path() == Some(Path::new(Self::MADE))
     }
@@ -396,7 +401,7 @@ impl SceneFile {
         self.source.path().is_some()
     }
 
-    /// The scene file; `None` for a bare OBJ.
+    /// Path of the scene file; `None` for a bare OBJ.
     pub fn path(&self) -> Option<&Path> {
         self.source.path()
     }
@@ -407,23 +412,23 @@ impl SceneFile {
         self.source.text()
     }
 
-    /// An error at bytes `span` of the file.
+    /// An error that points to the bytes `span` of the file.
     pub fn error(&self, span: Range<usize>, message: impl Into<String>) -> FileError {
         self.source.error(span, message)
     }
 
-    /// Returns true if the patch of materials at bytes `span` is a flag's patch, which must match a
-    /// material.
+    /// Returns true if the patch of materials at the bytes `span` comes from a flag, and must match
+    /// a material.
     pub(super) fn must_match(&self, span: &Range<usize>) -> bool {
         self.source.overrides.must_match(span.start)
     }
 
-    /// An error at the place of the camera key `key`; `None` if the file does not have it.
+    /// An error that points to the camera key `key`; `None` if the file does not have the key.
     pub(crate) fn camera_error(&self, key: &str, message: &str) -> Option<FileError> {
         Some(self.error(self.camera.span_of(key)?, message))
     }
 
-    /// Position of the camera, if `[camera]` has it.
+    /// Position of the camera, if the section `[camera]` has it.
     pub fn eye(&self) -> Option<Vec3> {
         self.options
             .camera
@@ -432,13 +437,13 @@ impl SceneFile {
             .map(|position| position.as_vec3a())
     }
 
-    /// An error of the scene as a whole.
+    /// An error that belongs to the whole scene, without a place in the file.
     pub fn whole(&self, message: impl Into<String>) -> FileError {
         self.source.whole(message)
     }
 
-    /// Span for values that the flag `written` sets, such as `--env sky`. Errors at this span name
-    /// the flag.
+    /// Adds a span for values that the flag `written` sets, such as `--env sky`. Errors that point
+    /// to this span name the flag.
     pub fn flag_span(&mut self, written: impl Into<String>) -> Range<usize> {
         let bytes = self.source.bytes();
         self.source.overrides.add_flag(bytes, written.into())

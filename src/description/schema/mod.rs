@@ -2,8 +2,9 @@
 //! mistakes.
 //!
 //! Keys of `[camera]`, `[image]` and `[render]` come from their parameters (`options`), keys of
-//! other sections from their tables (`section`). Only the program can check other conditions, such
-//! as the existence of files; docs/guide/reference/scene-file.md lists them.
+//! other sections from their tables (`section`). The schema does not cover conditions that only the
+//! program can check, such as the existence of files; docs/guide/reference/scene-file.md lists
+//! them.
 
 use super::key_schema::{closed, described};
 use super::light_section::LightType;
@@ -70,17 +71,17 @@ fn list(items: Value, min: usize, description: &str) -> Value {
     list
 }
 
-/// A table whose keys are names.
+/// Schema of a table whose keys are arbitrary names, and whose values have the schema `of`.
 fn named(of: Value, description: &str) -> Value {
     json!({ "type": "object", "description": description, "additionalProperties": of })
 }
 
-/// Schema of a table that does not have both keys.
+/// Schema of a table that must not have both keys.
 fn not_both(first: &str, second: &str) -> Value {
     json!({ "not": { "required": [first, second] } })
 }
 
-/// Schema of the section `name`, with its parameters and `others`.
+/// Schema of the section `name`, with the parameters of its groups and with the keys `others`.
 fn options(name: &str, description: &str, others: &[(&str, Value)]) -> Value {
     let groups = SceneOptions::GROUPS.iter().filter(|(section, _)| *section == name);
     let parameters: Vec<&Parameter> = groups.flat_map(|(_, parameters)| *parameters).collect();
@@ -109,7 +110,7 @@ fn options(name: &str, description: &str, others: &[(&str, Value)]) -> Value {
     table
 }
 
-/// Keys of `[render]` that take a string or a list of strings.
+/// Keys of `[render]` whose value is a string or a list of strings, with their schemas.
 fn lists() -> Vec<(&'static str, Value)> {
     [
         (
@@ -138,7 +139,7 @@ fn object() -> Value {
     object
 }
 
-/// Schema of changes of parts.
+/// Schema of a section `[part."GLOB"]`.
 fn part() -> Value {
     let properties = PartSection::all_keys().map(|key| (key.key.into(), described(key)));
     closed(
@@ -148,7 +149,7 @@ fn part() -> Value {
     )
 }
 
-/// Schema of a light. Its type decides its keys.
+/// Schema of a light section. Its type decides which keys are valid.
 fn light() -> Value {
     let of_type = |kind: &LightType| {
         let allowed = ["type", "group"].into_iter().chain(kind.keys());

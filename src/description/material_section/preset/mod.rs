@@ -13,9 +13,9 @@ impl Preset {
     }
 }
 
-/// `old` changed by a preset; `new` is the material of the preset alone. Opacity and bump, normal
-/// and displacement maps of `old` are kept. Its diffuse texture is kept if the preset reflects
-/// diffusely.
+/// `old` changed by a preset. `new` is the material that the preset defines without `old`. Opacity,
+/// and bump, normal and displacement maps of `old` are kept. The diffuse texture of `old` is kept
+/// if the preset has a diffuse reflection.
 pub(super) fn applied(new: FileMaterial, old: &FileMaterial) -> FileMaterial {
     let has_pigment = has_pigment(&new.material);
     let stays = |request: &&MapRequest| match request.statement.slot {
@@ -40,7 +40,7 @@ pub(super) fn applied(new: FileMaterial, old: &FileMaterial) -> FileMaterial {
     }
 }
 
-/// Returns true if the diffuse reflection gives the material its colour.
+/// Returns true if the colour of the material comes from its diffuse reflection.
 fn has_pigment(material: &Material) -> bool {
     let is_metal = matches!(material.gloss, Gloss::Metallic(1.0));
     !is_metal && material.transmission == Spectrum::ZERO

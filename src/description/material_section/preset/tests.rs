@@ -8,7 +8,7 @@ use crate::lint::{direction_at, directional_albedo};
 /// Wavelength in nanometres, n and k.
 type Indices = &'static [[f32; 3]];
 
-/// Johnson and Christy 1972.
+/// Source: Johnson and Christy 1972.
 const GOLD: Indices = &[
     [367.9, 1.48, 1.895],
     [381.5, 1.46, 1.933],
@@ -28,7 +28,7 @@ const GOLD: Indices = &[
     [821.1, 0.16, 5.083],
 ];
 
-/// Johnson and Christy 1972.
+/// Source: Johnson and Christy 1972.
 const SILVER: Indices = &[
     [367.9, 0.07, 1.657],
     [381.5, 0.05, 1.864],
@@ -48,7 +48,7 @@ const SILVER: Indices = &[
     [821.1, 0.04, 5.727],
 ];
 
-/// Johnson and Christy 1972.
+/// Source: Johnson and Christy 1972.
 const COPPER: Indices = &[
     [367.9, 1.36, 1.975],
     [381.5, 1.33, 2.045],
@@ -68,7 +68,7 @@ const COPPER: Indices = &[
     [821.1, 0.26, 5.18],
 ];
 
-/// Querry 1985, 70 % copper and 30 % zinc.
+/// Source: Querry 1985, 70 % copper and 30 % zinc.
 const BRASS: Indices = &[
     [380.0, 1.487, 1.818],
     [400.0, 1.445, 1.805],
@@ -93,7 +93,7 @@ const BRASS: Indices = &[
     [780.0, 0.464, 4.737],
 ];
 
-/// McPeak et al. 2015, every 20 nm.
+/// Source: McPeak et al. 2015, every 20 nm.
 const ALUMINIUM: Indices = &[
     [380.0, 0.336, 4.0026],
     [400.0, 0.3752, 4.2264],
@@ -118,8 +118,8 @@ const ALUMINIUM: Indices = &[
     [780.0, 2.2315, 7.6039],
 ];
 
-/// Johnson and Christy 1974.
-// A figure of the table is 3.14.
+/// Source: Johnson and Christy 1974.
+// The table has the measured value 3.14, which is not π.
 #[allow(clippy::approx_constant)]
 const CHROME: Indices = &[
     [368.0, 1.87, 2.69],
@@ -140,7 +140,7 @@ const CHROME: Indices = &[
     [821.0, 3.2, 3.48],
 ];
 
-/// Johnson and Christy 1974.
+/// Source: Johnson and Christy 1974.
 const IRON: Indices = &[
     [368.0, 2.02, 2.43],
     [381.0, 2.12, 2.5],
@@ -160,7 +160,7 @@ const IRON: Indices = &[
     [821.0, 2.94, 3.39],
 ];
 
-/// Johnson and Christy 1974.
+/// Source: Johnson and Christy 1974.
 const TITANIUM: Indices = &[
     [368.0, 1.9, 2.9],
     [381.0, 1.99, 2.93],
@@ -180,7 +180,7 @@ const TITANIUM: Indices = &[
     [821.0, 3.21, 4.01],
 ];
 
-/// Karlsson and Ribbing 1982, austenitic steel.
+/// Source: Karlsson and Ribbing 1982, austenitic steel.
 const STAINLESS_STEEL: Indices = &[
     [380.0, 1.4786, 2.6681],
     [400.0, 1.5249, 2.7925],
@@ -225,8 +225,8 @@ fn matching(nanometers: f32) -> [f32; 3] {
     ]
 }
 
-/// Reflectance of a metal in air along its normal at a wavelength. Indices are interpolated
-/// linearly.
+/// Reflectance of a metal in air along the surface normal, at a wavelength. `indices` are
+/// interpolated linearly.
 fn reflectance(indices: Indices, nanometers: f32) -> f32 {
     let after = indices
         .partition_point(|row| row[0] < nanometers)
@@ -251,13 +251,13 @@ fn color_of(indices: Indices) -> [f32; 3] {
     xyz_to_linear([0, 1, 2].map(|c| WHITE[c] * seen[c] / white[c]))
 }
 
-/// The material of a preset.
+/// Material of the preset `name`.
 fn material(name: &str) -> Material {
     let section = Preset::of_name(name).unwrap().section();
     section.material(name, &Source::default()).unwrap().material
 }
 
-/// Albedo along the normal, and 60° from it.
+/// Albedo of a material along the normal, and at 60° from the normal.
 fn albedos(material: &Material) -> [[f32; 3]; 2] {
     let bsdf = material.bsdf();
     [0.0, 60.0].map(|angle| directional_albedo(&bsdf, direction_at(angle)).to_array())
@@ -286,8 +286,8 @@ fn metals_have_their_measured_colors() {
         let material = material(name);
         let base = material.diffuse.to_array();
         assert!(close(base, expected, 6e-4), "{name}: {base:?}, measured {expected:?}");
-        // Facets are tilted, and metals reflect more off the normal. Multiple scattering saturates
-        // the colour.
+        // The albedo is above the reflectance along the normal, because facets are tilted, and
+        // metals reflect more at other angles. Multiple scattering makes the colour more saturated.
         let [albedo, _] = albedos(&material);
         assert!(
             close(albedo, expected, 0.04),
@@ -343,7 +343,7 @@ fn transparent_presets_have_their_indices() {
     ] {
         assert_eq!(material(name).ior, index, "{name}");
     }
-    // Glass and water reflect or transmit all light.
+    // Glass and water absorb no light: reflection and transmission sum to 1.
     for name in ["glass", "frosted-glass", "water"] {
         for albedo in albedos(&material(name)) {
             assert!(close(albedo, [1.0; 3], 0.01), "{name}: {albedo:?}");
@@ -380,7 +380,7 @@ fn presets_are_materials() {
     assert!(names.len() >= 20);
 }
 
-/// The section `[material.x]` of these keys as a material.
+/// Material of a section `[material.x]` with the keys `keys`.
 fn of_keys(keys: &str) -> Result<Material, String> {
     let section: MaterialSection = toml::from_str(keys).unwrap();
     let found = section.material("x", &Source::default());
@@ -391,7 +391,7 @@ fn of_keys(keys: &str) -> Result<Material, String> {
 fn keys_beside_a_preset_win() {
     let gold = of_keys("preset = 'gold'").unwrap();
     assert_eq!((gold.name.as_str(), gold.diffuse), ("x", material("gold").diffuse));
-    // Both orders of the keys
+    // The order of the keys does not matter
     for keys in ["preset = 'gold'\nroughness = 0.6", "roughness = 0.6\npreset = 'gold'"] {
         let rough = of_keys(keys).unwrap();
         assert_eq!(
@@ -405,8 +405,8 @@ fn keys_beside_a_preset_win() {
     assert!(error.contains("there is no preset `steel`"), "{error}");
 }
 
-/// Patches of flags and files: opacity and textures of pigments are kept, lobes of the old material
-/// are not.
+/// A preset as a patch of a flag or file keeps the opacity and the textures of pigments, but not
+/// the lobes of the old material.
 #[test]
 fn a_preset_replaces_what_a_material_reflects() {
     let folder = tempfile::tempdir().unwrap();

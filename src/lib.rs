@@ -27,24 +27,25 @@
 //! # }
 //! ```
 //!
-//! `examples/until_clean.rs` observes a render and stops it, `examples/made_in_code.rs` makes a
-//! scene in code, and `examples/own_integrator.rs` has its own integrator.
+//! Examples: `examples/until_clean.rs` observes a render and stops it, `examples/made_in_code.rs`
+//! makes a scene in code, and `examples/own_integrator.rs` renders with a custom integrator.
 //!
 //! # Stability
 //!
-//! The types of [`prelude`], and the others that this page re-exports by name, follow semantic
-//! versioning. Before 1.0 they change only with the minor version, with a line in the CHANGELOG.
-//! This also applies to file formats, flags, and the bits of a picture of given settings.
-//! [`Settings`], [`Error`] and the enums that will grow, such as integrators, backends, samplers
-//! and channels, are `#[non_exhaustive]`: a program starts with [`Settings::of`] a file, or with
-//! the default, and assigns fields. docs/public-api.txt lists this interface, and `make lint`
-//! compares it with the sources. Other public items of the modules are for custom integrators, for
-//! tests and for readers of the code, and may change with any version.
+//! The types of [`prelude`], and the other types that this page re-exports by name, follow semantic
+//! versioning. Before version 1.0, they change only with the minor version, and each change has a
+//! line in the CHANGELOG. The same rule applies to file formats, to flags, and to the bits of a
+//! picture for given settings. [`Settings`], [`Error`] and the enums that will grow, such as
+//! integrators, backends, samplers and channels, are `#[non_exhaustive]`: a program starts with
+//! [`Settings::of`] a file, or with the default, and assigns fields. docs/public-api.txt lists this
+//! stable interface, and `make lint` compares the list with the sources. Other public items of the
+//! modules may change with any version. They are for custom integrators, for tests and for readers
+//! of the code.
 //!
 //! # Modules
 //!
-//! From the lowest layer up; a module imports only modules above it in this list.
-//! docs/architecture.md describes each module.
+//! Modules are listed from the lowest layer to the highest. A module imports only modules that are
+//! above it in this list. docs/architecture.md describes each module.
 //!
 //! - [`math`], [`color`], [`sampling`], [`sampler`]: numbers, colours, warps and random numbers
 //! - [`parameter`]: reading, writing, checks and descriptions of values that a user can set

@@ -1,4 +1,4 @@
-//! Camera settings, and the camera made from them and from a guess.
+//! Camera settings. The camera is made from the settings, and from a guess if settings are missing.
 
 use crate::accel::Accel;
 use crate::camera::{
@@ -16,20 +16,21 @@ use crate::parameter::Value;
 use crate::scene::Scene;
 use std::ops::{Deref, DerefMut};
 
-/// Default vertical field of view in degrees, for a camera with given position and target.
+/// Default vertical field of view in degrees, for a camera whose position and target are given.
 const DEFAULT_FOV: f32 = 40.0;
 
 /// Camera settings. Missing settings are guessed from the scene (`crate::guess`).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct CameraSettings {
-    /// Keys of the scene file and flags.
+    /// Camera options of the scene file and of flags.
     pub options: CameraOptions,
-    /// Length of the OBJ file's unit in metres, if its comments name it. Guesses use it.
+    /// Length in metres of one unit of the OBJ file, if the comments of the file state it. It is
+    /// evidence for guesses.
     pub unit: Option<f32>,
-    /// Axes from the comments of the OBJ file. Guesses use them.
+    /// Axes according to the comments of the OBJ file. They are evidence for guesses.
     pub axes: FileAxes,
-    /// Point in OBJ coordinates that is the origin of the scene, for messages.
+    /// Point in OBJ coordinates that is the origin of the scene. It is used in messages.
     pub origin: DVec3,
 }
 
@@ -58,9 +59,9 @@ impl CameraSettings {
         }
     }
 
-    /// Viewpoint from these settings, before the scene is known. Up in the scene is +z if +z is the
-    /// axis nearest to the camera's up. Else it stays +y: a camera that rolls or looks straight
-    /// down has another axis as its up.
+    /// Viewpoint according to these settings, before the scene is loaded. The up direction of the
+    /// scene is +z if the coordinate axis nearest to the camera's up is +z. Else it is +y, because
+    /// a camera that rolls or views straight down may have another axis as its up.
     pub(crate) fn viewpoint(&self) -> Viewpoint {
         let is_nearest_to_z = |up: &Vec3| up.z > up.x.abs() && up.z > up.y.abs();
         Viewpoint {
@@ -73,15 +74,15 @@ impl CameraSettings {
         }
     }
 
-    /// The origin as `x,y,z`; `None` if it is the origin of the file.
+    /// The origin as `x,y,z`; `None` if the scene has the origin of the OBJ file.
     pub(crate) fn origin_text(&self) -> Option<String> {
         let list = || self.origin.to_array().map(|x| x.to_string()).join(",");
         (self.origin != DVec3::ZERO).then(list)
     }
 
-    /// `camera` as attributes of image files. A scene without a known unit is in metres. The sensor
-    /// height is in scene units if the settings give a sensor height or an f-number. Else it is the
-    /// height of a full-frame sensor.
+    /// Properties of `camera` as attributes of image files. If the unit of the scene is unknown, it
+    /// is taken as the metre. If the settings have a sensor height or an f-number, the sensor
+    /// height is given in scene units. Else the sensor is a full-frame sensor.
     pub(crate) fn attributes(&self, camera: &Camera) -> CameraAttributes {
         const FULL_FRAME: f32 = 0.024;
         let metres = self.unit.unwrap_or(1.0);
@@ -94,12 +95,14 @@ impl CameraSettings {
         camera.attributes(sensor, metres)
     }
 
-    /// Returns true if the camera needs a guess or rays in the scene.
+    /// Returns true if the camera depends on the scene: it needs a guess, or rays traced in the
+    /// scene.
     pub(super) fn needs_scene(&self) -> bool {
         self.position.is_none() || self.look_at.is_none() || self.focus_at.is_some()
     }
 
-    /// Finder of the camera in `scene`, with rays traced by `accel` and the evidence of `sisters`.
+    /// Finder of the camera in `scene`. It traces rays with `accel`. `sisters` is evidence for the
+    /// upright axis from other OBJ files of the folder.
     pub(crate) fn finder<'a>(
         &self,
         scene: &'a Scene,
@@ -124,8 +127,8 @@ impl CameraSettings {
         CameraFinder::new(scene, accel, asked, resolution.x as f32 / resolution.y as f32)
     }
 
-    /// The camera's description, and the guess if one was needed. `finder` must come from these
-    /// settings. It is needed if [`Self::needs_scene`] returns true.
+    /// Returns the camera's description, and the guess if one was made. If [`Self::needs_scene`]
+    /// returns true, `finder` must be given. It must come from these settings.
     fn describe(
         &self,
         finder: Option<&CameraFinder>,
@@ -188,8 +191,8 @@ impl CameraSettings {
         Ok((description, guess))
     }
 
-    /// Vertical field of view in degrees, if it is known. For a calibrated camera it follows from
-    /// the focal length.
+    /// Vertical field of view in degrees; `None` if it is not given. For a calibrated camera it is
+    /// computed from the focal length.
     fn fov(&self, resolution: UVec2) -> Option<f32> {
         let of = |intrinsics: Intrinsics| {
             2.0 * (0.5 * f64::from(resolution.y) / intrinsics.focal[1])
@@ -201,7 +204,8 @@ impl CameraSettings {
             .or(self.vertical_fov)
     }
 
-    /// Projection of the camera of `parameters`. A key of another projection is an error.
+    /// Projection for the camera of `parameters`. Returns an error if a key of another projection
+    /// is set.
     fn described_projection(&self, parameters: &CameraParameters) -> Result<Projection, CameraError> {
         use ProjectionKind::{Fisheye, Orthographic, Panorama, Perspective};
         let kind = self.projection();
@@ -260,9 +264,9 @@ impl CameraSettings {
         })
     }
 
-    /// Radius of the lens in scene units. For an f-number N it is `f / 2N`. The focal length f is
-    /// the distance at which a sensor of `sensor_height` has the field of view, for a lens focused
-    /// at infinity.
+    /// Radius of the lens in scene units. If an f-number N is given, the radius is `f / 2N`. The
+    /// focal length f is computed from `sensor_height` and the field of view, for a lens focused at
+    /// infinity.
     fn radius(&self, vertical_fov: f32) -> Result<f32, CameraError> {
         let height = self.sensor_height();
         for (parameter, value) in [("f_stop", self.f_stop), ("sensor_height", Some(height))] {
@@ -277,7 +281,8 @@ impl CameraSettings {
         Ok(0.5 * focal_length / f_stop)
     }
 
-    /// Checks a camera whose position does not depend on the scene. Other cameras are not checked.
+    /// Checks a camera whose position does not depend on the scene. If the position depends on the
+    /// scene, the camera is not checked.
     #[cfg(feature = "view")]
     pub(crate) fn check(&self, resolution: UVec2) -> Result<(), CameraError> {
         match self.position.is_some() && self.look_at.is_some() {
@@ -286,7 +291,7 @@ impl CameraSettings {
         }
     }
 
-    /// The camera for an image of `resolution` pixels.
+    /// Finds the camera for an image of `resolution` pixels.
     pub(crate) fn found(&self, finder: Option<&CameraFinder>, resolution: UVec2) -> Result<FoundCamera, CameraError> {
         let (description, guess) = self.describe(finder, resolution)?;
         Ok(FoundCamera {
@@ -297,7 +302,7 @@ impl CameraSettings {
         })
     }
 
-    /// Motion and shutter of the camera of `parameters`; `None` if no key sets them.
+    /// Motion and shutter times for the camera of `parameters`; `None` if no key sets them.
     fn motion(&self, parameters: &CameraParameters) -> Option<CameraMotion> {
         let moves = self.position_close.or(self.look_at_close).or(self.up_close).is_some();
         (moves || self.shutter.is_some()).then(|| CameraMotion {
@@ -311,31 +316,33 @@ impl CameraSettings {
     }
 }
 
-/// A camera with its description and its guess.
+/// A camera with its description, and with the guess from which it was made.
 pub(crate) struct FoundCamera {
     pub camera: Camera,
     pub description: CameraDescription,
     /// Guess of the camera, if one was needed.
     pub guess: Option<CameraGuess>,
-    /// Evidence from other files of the folder, if it was needed.
+    /// Evidence for the upright axis from other OBJ files of the folder, if it was needed.
     pub sisters: Sisters,
 }
 
 impl FoundCamera {
-    /// Viewpoint of the camera. `settings` are the settings that it was found with.
+    /// Viewpoint of the camera. `settings` are the settings with which the camera was found.
     pub fn viewpoint(&self, settings: &CameraSettings) -> Viewpoint {
         let said = settings.viewpoint();
         let Some(guess) = &self.guess else { return said };
         Viewpoint {
             back: Some(guess.position - guess.look_at),
             up: Some(guess.up),
-            // A camera may roll by its `up`. Up in the scene is the nearest axis.
+            // The camera may roll, so its up need not be an axis: take the nearest axis as the up
+            // direction of the scene
             scene_up: said.scene_up.or_else(|| nearest_axis(guess.scene_up)),
         }
     }
 }
 
-/// The axis, positive or negative, nearest to `v`; `None` if `v` is zero or not finite.
+/// The positive or negative coordinate axis that is nearest to `v`; `None` if `v` is zero or not
+/// finite.
 fn nearest_axis(v: Vec3) -> Option<Vec3> {
     let nearest = v.abs().max_position();
     let mut axis = Vec3::ZERO;
@@ -343,8 +350,8 @@ fn nearest_axis(v: Vec3) -> Option<Vec3> {
     (v.is_finite() && v != Vec3::ZERO).then_some(axis)
 }
 
-/// Warning about the view and the position of the camera of `settings`, if the settings give its
-/// position. A guessed position needs no warning.
+/// Finding about the view of the camera; else about its position, if `settings` give the position.
+/// `None` if there is nothing to report.
 pub(crate) fn inspect_camera(
     settings: &CameraSettings,
     (scene, accel): (&Scene, &dyn Accel),
@@ -360,8 +367,8 @@ pub(crate) fn inspect_camera(
     inspect_place(accel, scene, camera, (resolution, near), whole)
 }
 
-/// Converts `error` to an error at the key that causes it, or else at the key of the position, if
-/// the scene file has one of them.
+/// Converts `error` to an error that points to the key that causes it, or else to the key of the
+/// camera's position. `None` if the scene file has neither key.
 pub(super) fn blame(file: &SceneFile, error: &CameraError) -> Option<FileError> {
     let close = ["position_close", "look_at_close", "up_close"];
     let keys = match error.parameter {
@@ -380,8 +387,8 @@ pub(super) fn blame(file: &SceneFile, error: &CameraError) -> Option<FileError> 
     )
 }
 
-/// Distance along the view axis to the surface at the pixel position `at`. Without a surface it is
-/// the focus distance of `parameters`.
+/// Distance along the view axis to the surface that is visible at the pixel position `at`. If no
+/// surface is visible there, it is the focus distance of `parameters`.
 fn focus_distance(
     parameters: CameraParameters,
     accel: &dyn Accel,
@@ -398,7 +405,7 @@ fn focus_distance(
     Ok(accel.intersect(&ray).map_or(parameters.focus_distance, depth))
 }
 
-/// Default focus distance: the distance to `look_at`, or 1 if that is 0.
+/// Default focus distance: the distance to `look_at`, or 1 if this distance is 0.
 fn distance(position: Vec3, look_at: Vec3) -> f32 {
     Some(position.distance(look_at)).filter(|&d| d > 0.0).unwrap_or(1.0)
 }
@@ -407,8 +414,8 @@ fn distance(position: Vec3, look_at: Vec3) -> f32 {
 mod tests {
     use super::*;
 
-    /// A full-frame normal lens: 50 mm at a vertical field of view of 26.99°, in metres and in
-    /// millimetres.
+    /// A full-frame normal lens: 50 mm focal length at a vertical field of view of 26.99°. Test
+    /// scenes in metres and in millimetres.
     #[test]
     fn an_f_number_is_a_radius() {
         let mut settings = CameraSettings {

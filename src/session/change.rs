@@ -1,4 +1,4 @@
-//! Changes of a session with the same scene: an interactive render changes the camera, the method
+//! Changes of a session that keep the scene: an interactive render changes the camera, the method
 //! or the size.
 
 use super::memory::check_pixels;
@@ -11,8 +11,8 @@ use crate::options::CameraOptions;
 use std::sync::OnceLock;
 
 impl Session {
-    /// Shares the acceleration structure that `other` keeps, if both scenes have the same meshes;
-    /// else builds one. Returns true if it is shared.
+    /// If both scenes have the same meshes, shares the acceleration structure that `other` keeps.
+    /// Else builds a new structure. Returns true if the structure is shared.
     ///
     /// # Errors
     ///
@@ -29,8 +29,8 @@ impl Session {
         }
     }
 
-    /// Returns true if the loaded scene is valid for a render of `settings`. The scene depends on
-    /// backend, threads, triangle sampling and compactness.
+    /// Returns true if the loaded scene can be used for a render of `settings`. The scene depends
+    /// on the backend, the number of threads, the triangle sampling and compactness.
     pub(crate) fn serves(&self, settings: &Settings) -> bool {
         let made_for = |settings: &Settings| {
             (
@@ -43,11 +43,8 @@ impl Session {
         made_for(&self.settings) == made_for(settings)
     }
 
-    /// Candidate cameras for any camera settings, each with the shortest flags that select it.
-    ///
-    /// # Errors
-    ///
-    /// Errors of the build of an acceleration structure.
+    /// Candidate cameras. Each has the shortest flags that select it. Camera settings of the
+    /// session do not matter.
     pub(crate) fn views(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
         let accel = self.accel_for_guesses()?;
         let free = CameraSettings {
@@ -63,13 +60,13 @@ impl Session {
     }
 
     /// Changes the session to `settings`, which it must [serve](Session::serves), and to the camera
-    /// of `description`. The learned visibility of lights is dropped unless `keeps_visibility`.
-    /// With it the picture is equally correct, but its noise differs from the noise of a new
-    /// session.
+    /// of `description`. The learned visibility of lights is dropped, unless `keeps_visibility` is
+    /// true. If it is kept, the picture is equally correct, but has other noise than the picture of
+    /// a new session.
     ///
     /// # Errors
     ///
-    /// Invalid settings, or a camera that sees nothing. The session is then unchanged.
+    /// Invalid settings, or an invalid camera. After an error the session is unchanged.
     pub(crate) fn change(
         &mut self,
         settings: Settings,
@@ -90,7 +87,7 @@ impl Session {
         let new = (choice != self.settings.method().light_choice()).then(|| self.scene.light_selection(choice));
         let selection = new.as_ref().unwrap_or(&self.light_selection);
         let of_method = method_warnings(&method, (&self.scene, selection), &camera)?;
-        // Warnings of the scene are kept. Warnings of the method are replaced.
+        // Keep warnings of the scene, and replace warnings of the method
         self.warnings.retain(|warning| !METHOD_WARNINGS.contains(&warning.kind));
         self.warnings.extend(of_method);
         match new {

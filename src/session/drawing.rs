@@ -1,4 +1,4 @@
-//! Plans, elevations and pictures to scale: the camera and the image size computed from the
+//! Plans, elevations and pictures to scale. The camera and the image size are computed from the
 //! bounding box of the scene.
 
 use super::{Error, InvalidSetting, Settings};
@@ -12,12 +12,12 @@ use crate::scene::Scene;
 const MARGIN: f64 = 0.02;
 
 impl Settings {
-    /// Settings with the camera and the size for an elevation or a scale.
+    /// If an elevation or a scale is requested, sets the camera and the image size for it.
     ///
     /// # Errors
     ///
-    /// An elevation with another projection or of an empty scene. A scale of a picture that is not
-    /// orthographic, or a scale that is too large.
+    /// An elevation has another projection than orthographic, or the scene is empty. A scale is set
+    /// for a projection that is not orthographic, or the scale is too large.
     pub(crate) fn drawn(mut self, scene: &Scene) -> Result<Self, Error> {
         let metres = f64::from(self.camera.unit.unwrap_or(1.0));
         let pixels_per_unit = self.print.map(|print| print.pixels_per_metre() * metres);
@@ -44,7 +44,7 @@ impl Settings {
             let margin = MARGIN * width.max(height).max(f64::from(f32::MIN_POSITIVE));
             let [width, height] = [width, height].map(|side| side + 2.0 * margin);
             let center = 0.5 * (min + max);
-            // Rays start in front of the box.
+            // Place the camera outside of the box, so that rays start in front of it
             let distance = 0.5 * depth + depth.max(width).max(height);
             self.camera.options.elevation = None;
             self.camera.options.projection = Some(ProjectionKind::Orthographic);
@@ -70,7 +70,8 @@ impl Settings {
         }
         match self.camera.ortho_height {
             Some(height) => {
-                // Heights computed here are whole numbers of pixels, up to rounding.
+                // Round to whole pixels: a height computed from the box is a whole number except
+                // for rounding
                 let height = (f64::from(height) * pixels).round();
                 let aspect = f64::from(self.resolution.x) / f64::from(self.resolution.y);
                 self.sized([(height * aspect).round(), height], pixels)
@@ -82,7 +83,8 @@ impl Settings {
         }
     }
 
-    /// Settings for a picture of `size` pixels, rounded up, with `pixels` per scene unit.
+    /// Settings for a picture of `size` scene units, with `pixels` per scene unit. The size in
+    /// pixels is rounded up.
     fn sized(mut self, size: [f64; 2], pixels: f64) -> Result<Self, Error> {
         let [width, height] = size.map(|side| side.ceil().max(1.0));
         let options = SizeOptions {
@@ -102,7 +104,8 @@ impl Settings {
     }
 }
 
-/// Axis of a section above the lowest point, for a scene with the upright axis `up`.
+/// Name of the axis for a section above the lowest point of a scene. `up` is the upright axis of
+/// the scene.
 pub(crate) fn name_of_axis(up: DVec3) -> &'static str {
     match (up.abs().max_position(), up.max_element() > 0.0) {
         (0, true) => "x",

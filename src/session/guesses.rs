@@ -1,15 +1,16 @@
-/// Guesses of a session except the camera. By default there are none: commands that measure, and
-/// programs that use the library, render the scene of the files without changes.
+/// Requested guesses for a session, except the guess of the camera. By default there are none:
+/// commands that measure, and programs that use the library, render the scene of the files
+/// unchanged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Guesses {
-    /// True to guess light if nothing in the scene emits.
+    /// True to guess light if no light or surface of the scene emits.
     pub light: bool,
-    /// True to guess a ground that catches shadows, under guessed light or under an environment of
-    /// flags.
+    /// True to guess a ground that catches shadows, if the light is guessed or an environment is
+    /// set by flags.
     pub ground: bool,
-    /// True to guess the background, with guessed light.
+    /// True to guess the background, if the light is guessed.
     pub background: bool,
-    /// True to guess the exposure, with guessed light.
+    /// True to guess the exposure, if the light is guessed.
     pub exposure: bool,
 }

@@ -1,5 +1,5 @@
-//! The scene hash: SHA-256 over an explicit encoding of all data of the scene and the camera that
-//! determine pixels (`math/encode.rs`).
+//! The scene hash: a SHA-256 over an explicit encoding of all data of the scene and the camera that
+//! affects pixels (`math/encode.rs`).
 
 use crate::camera::CameraDescription;
 use crate::math::Encode;
@@ -8,7 +8,8 @@ use sha2::{Digest, Sha256};
 
 /// SHA-256 over the frozen scene and the camera's description, in hexadecimal.
 ///
-/// Two renders with equal hash, settings and seed give the same picture, for any source files.
+/// Two renders with equal hash, settings and seed give the same picture, even if their scene files
+/// differ.
 pub(crate) fn scene_hash(scene: &Scene, camera: &CameraDescription) -> String {
     let mut hash = Sha256::new();
     let sink = &mut |bytes: &[u8]| hash.update(bytes);
@@ -23,7 +24,7 @@ pub(crate) fn scene_hash(scene: &Scene, camera: &CameraDescription) -> String {
         scene.shape(geom).material.0.encode(sink);
     }
     scene.instances().len().encode(sink);
-    // A scene without thin glass keeps its old hash.
+    // Encode thin surfaces only if there are any, so that hashes of other scenes do not change
     if scene.has_thin_surfaces() {
         "straight".encode(sink);
     }
@@ -55,8 +56,8 @@ mod tests {
     use crate::texture::{Channel, Curve, Mapping, Texels, Texture, TextureId, Wrap};
     use std::path::Path;
 
-    /// A change of the encoding changes this hash. All existing checkpoints then belong to another
-    /// scene.
+    /// If the encoding changes, this hash changes. All existing checkpoints then belong to another
+    /// scene, so such a change must be intended.
     #[test]
     fn hash_of_the_cornell_box_changes_by_decision_only() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.toml");
@@ -71,7 +72,7 @@ mod tests {
         );
     }
 
-    /// Fails unless each change of `value` has a different encoding.
+    /// Asserts that each change of `value` gives a different encoding.
     fn assert_each_counts<T: Encode + Clone>(value: &T, changes: &[fn(&mut T)]) {
         let mut all = vec![value.encoded()];
         for (i, change) in changes.iter().enumerate() {

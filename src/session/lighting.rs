@@ -1,4 +1,4 @@
-//! Guessed light and ground, as sections of a scene file.
+//! Guessed light and guessed ground, written as sections of a scene file.
 
 use super::{Guesses, LitFile, LitWords, Settings};
 use crate::camera::CameraParameters;
@@ -13,13 +13,13 @@ use crate::math::Vec3;
 use crate::scene::{GroundPlane, RectangleParameters, Scene};
 use toml::Spanned;
 
-/// Radiance of the backdrop, W·sr⁻¹·m⁻²: a blue grey that differs from white, grey and black
-/// subjects.
+/// Radiance of the guessed backdrop, W·sr⁻¹·m⁻²: a blue grey that differs from white, grey and
+/// black subjects.
 const BACKDROP: Spectrum = Spectrum::rgb(0.105, 0.14, 0.19);
-/// Radiance of the lamp of a closed room, W·sr⁻¹·m⁻².
+/// Radiance of the guessed lamp of a closed room, W·sr⁻¹·m⁻².
 const LAMP: f32 = 20.0;
 
-/// `settings` with the camera of `parameters` and without guesses.
+/// Copy of `settings` with the camera of `parameters` and without guesses.
 fn settled(settings: &Settings, parameters: &CameraParameters) -> Settings {
     let mut settings = settings.clone();
     settings.guesses = Guesses::default();
@@ -32,16 +32,16 @@ fn settled(settings: &Settings, parameters: &CameraParameters) -> Settings {
     settings
 }
 
-/// Returns true if the scene may need guessed light: nothing in it emits, according to the
-/// `warnings` of loading, or only surfaces of the OBJ file emit.
+/// Returns true if the scene may need guessed light. This is so if nothing in the scene emits,
+/// according to the `warnings` of loading, or if only surfaces of the OBJ file emit.
 pub(super) fn may_want_light(file: &SceneFile, settings: &Settings, (scene, warnings): (&Scene, &[Warning])) -> bool {
     let is_dark = || warnings.iter().any(|w| w.kind == DEFAULT_LIGHT);
     let is_lit_by_surfaces = || file.light.is_empty() && scene.lights().iter().all(|light| !light.is_infinite());
     settings.guesses.light && scene.triangle_count() > 0 && (is_dark() || is_lit_by_surfaces())
 }
 
-/// Returns true if `--env` lights an object that may get a guessed ground. There must be no finite
-/// light, because a ground supports only few of them.
+/// Returns true if `--env` lights the scene, so that an object may get a guessed ground. There must
+/// be no finite light, because a ground supports only few finite lights.
 pub(super) fn may_want_ground(file: &SceneFile, settings: &Settings, scene: &Scene) -> bool {
     let method = settings.method();
     settings.guesses.ground
@@ -53,19 +53,19 @@ pub(super) fn may_want_ground(file: &SceneFile, settings: &Settings, scene: &Sce
         && matches!(method.check_lights(scene), Ok(None))
 }
 
-/// Returns true if the ground of `file` has no `up`, such as the ground of `--ground`, and light is
-/// guessed. The ground of such a bare OBJ gets the up of the scene.
+/// Returns true if light is guessed, and the ground of `file` has no `up` (such as the ground of
+/// `--ground`). This ground then gets the up direction of the scene.
 fn has_ground_to_turn(file: &SceneFile, guesses: Guesses) -> bool {
     guesses.light && file.ground.as_ref().is_some_and(|ground| ground.up.is_none())
 }
 
-/// `up` as scene files write it; `None` if it is the default.
+/// `up` as the value of a key in a scene file; `None` if it is the default, +y.
 fn written(up: Vec3) -> Option<Spanned<[f32; 3]>> {
     (up != Vec3::Y).then(|| Spanned::new(0..0, up.to_array()))
 }
 
-/// Places the ground of `file` below `survey.part`, the part of the scene that guesses are for, if
-/// it is not the whole scene.
+/// Places the ground of `file` below `survey.part`, if guesses are made only for this part of the
+/// scene.
 fn place_ground(file: &mut SceneFile, survey: &Survey) {
     if let (Some(ground), Some(part)) = (&mut file.ground, survey.part) {
         let plane = GroundPlane::below(part, survey.horizon.up());
@@ -78,9 +78,9 @@ fn place_ground(file: &mut SceneFile, survey: &Survey) {
     }
 }
 
-/// Changed light and ground of `scene`, for the camera of `parameters` at `viewpoint`. An
-/// environment of flags around an object, according to its `survey`, gets a ground. `None` if
-/// nothing in `file` changes.
+/// The scene file with changes of light and ground, for the camera of `parameters` at `viewpoint`.
+/// If `survey` shows that the scene is an object and flags set its environment, a ground is added.
+/// `None` if nothing in `file` changes.
 pub(super) fn changed(
     (file, scene, survey): (&SceneFile, &Scene, Option<&Survey>),
     settings: &Settings,
@@ -110,8 +110,8 @@ pub(super) fn changed(
     })
 }
 
-/// The scene file and the settings with `guess` written into them, for the camera of `parameters`,
-/// and a description of the guess.
+/// Writes `guess` into copies of the scene file and of the settings, for the camera of
+/// `parameters`. Also returns a description of the guess.
 pub(super) fn lit(
     file: &SceneFile,
     settings: &Settings,

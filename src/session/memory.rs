@@ -1,5 +1,5 @@
-//! Memory of a render: an estimate from the numbers of pixels and triangles, compared with limits
-//! and free memory.
+//! Memory of a render. It is estimated from the numbers of pixels and triangles, and compared with
+//! the limit of the settings and with free memory.
 
 use super::{Error, Session, Settings};
 use crate::description::SceneFile;
@@ -9,30 +9,31 @@ use crate::integrator::MAX_MERGED_PATHS;
 use crate::options::Method;
 use crate::scene::Scene;
 
-/// Bytes of the program, its libraries and threads.
+/// Bytes of the program with its libraries and threads.
 const PROCESS: u64 = 25 << 20;
-/// Bytes of a triangle in an acceleration structure: 64 to 79, without memory for the build.
+/// Bytes per triangle of an acceleration structure: measured are 64 to 79, without memory for the
+/// build.
 const ACCELERATION: u64 = 80;
-/// Bytes of a triangle in Embree's structure of a compact scene.
+/// Bytes per triangle of Embree's structure for a compact scene.
 const COMPACT_ACCELERATION: u64 = 40;
-/// Bytes of a pixel to make and write pictures.
+/// Bytes per pixel to make and write pictures.
 const WRITING: u64 = 124;
-/// Bytes of a pixel to denoise a picture with a background, which has separate colours, albedos and
+/// Bytes per pixel to denoise a picture with a background, which has separate colours, albedos and
 /// normals.
 const DENOISED_ALPHA: u64 = 120;
 
 /// Estimated memory of a render in bytes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Memory {
-    /// Arrays of the scene.
+    /// Bytes of the scene's arrays.
     pub scene: u64,
-    /// Acceleration structure.
+    /// Bytes of the acceleration structure.
     pub acceleration: u64,
-    /// Light that the integrator stores, such as photons.
+    /// Bytes of light that the integrator stores, such as photons.
     pub light: u64,
-    /// Sums and channels of the film.
+    /// Bytes of sums and channels of the film.
     pub film: u64,
-    /// Denoising and writing of the pictures.
+    /// Bytes to denoise and write the pictures.
     pub picture: u64,
 }
 
@@ -53,7 +54,7 @@ impl Memory {
         }
     }
 
-    /// Sum of all parts and the program.
+    /// Sum of all fields, and the bytes of the program.
     pub fn peak(&self) -> u64 {
         let parts = [self.scene, self.acceleration, self.light, self.film, self.picture];
         parts.into_iter().fold(PROCESS, u64::saturating_add)
@@ -61,8 +62,9 @@ impl Memory {
 }
 
 impl Session {
-    /// Returns an error if the system lacks the memory of the render without its scene. Backends
-    /// and films abort the program if an allocation fails.
+    /// Returns an error if the system lacks memory for the render, not counting the scene, which is
+    /// loaded. Without this check the program would abort, because backends and films do not handle
+    /// failed allocations.
     pub(super) fn check_memory(&self) -> Result<(), Error> {
         let more = self.memory.saturating_sub(self.scene.bytes());
         match MemoryLimit::refusal(None, 0, more) {
@@ -75,15 +77,15 @@ impl Session {
     }
 }
 
-/// Returns an error if pixels with `parts` light layers need more memory than `limit` or than the
-/// system has.
+/// Returns an error if the pixels need more memory than `limit`, or more than the system has.
+/// `parts` is the number of light layers.
 pub(super) fn check_pixels(settings: &Settings, parts: usize, limit: Option<MemoryLimit>) -> Result<(), Error> {
     let crop = settings.crop();
     let bytes = film_bytes(settings, parts).saturating_add(picture_bytes(settings));
     match MemoryLimit::refusal(limit, bytes, bytes) {
         None => Ok(()),
         Some(refusal) => {
-            // The denoiser needs most of it.
+            // The denoiser needs most of the memory for pixels
             let denoised = settings
                 .denoiser
                 .map_or("", |_| "leave the denoiser out (--denoise=off), ");
@@ -97,9 +99,9 @@ pub(super) fn check_pixels(settings: &Settings, parts: usize, limit: Option<Memo
     }
 }
 
-/// Returns the scene and the estimated bytes of the render. The scene becomes compact if the
-/// settings require it, or if the render fits `limit` only then. Returns an error if the render
-/// exceeds the limit.
+/// Returns the scene and the estimated bytes of the render. If the settings require a compact
+/// scene, or if the render fits `limit` only with a compact scene, the scene is made compact.
+/// Returns an error if the render exceeds the limit.
 pub(super) fn within_memory(
     file: &SceneFile,
     settings: &Settings,
@@ -131,7 +133,7 @@ pub(super) fn within_memory(
     Err(error.help(help).into())
 }
 
-/// Bytes of sums and channels of the pixels, with `parts` light layers.
+/// Bytes of sums and channels of all pixels. `parts` is the number of light layers.
 fn film_bytes(settings: &Settings, parts: usize) -> u64 {
     let crop = settings.crop();
     let optional = |is_there: bool, bytes: fn(Rect) -> u64| if is_there { bytes(crop) } else { 0 };
@@ -163,20 +165,21 @@ fn picture_bytes(settings: &Settings) -> u64 {
     denoising.saturating_add(WRITING.saturating_mul(area))
 }
 
-/// Bytes of the light that the integrator stores. The number of vertices on a path depends on the
-/// scene. The estimates assume three, as in plain rooms.
+/// Bytes of the light that the integrator stores. They depend on the number of vertices of a path,
+/// which depends on the scene. We assume three vertices, as in plain rooms.
 fn light_bytes(settings: &Settings, scene: &Scene) -> u64 {
-    /// Bytes of the photons of one path, and of a path to merge with.
+    /// Bytes of the photons of one path, and of a camera path to merge with.
     const PHOTONS: u64 = 310;
     const MERGED_PATH: u64 = 1560;
-    /// Bytes of a sample from which a Markov chain may start.
+    /// Bytes of a path from which a Markov chain may start.
     const SEED: u64 = 240;
     const PRIMARY_SEED: u64 = 48;
-    /// Bytes of a triangle that the integrator `area` samples.
+    /// Bytes per triangle that the integrator `area` samples.
     const TRIANGLE: u64 = 24;
     let pixels = u64::from(settings.resolution.x) * u64::from(settings.resolution.y);
     let number = |given: Option<u32>, usual: u64| given.map_or(usual, u64::from);
-    // An iteration has sums, and stores the light of some pixels before it is added.
+    // An iteration has its own sums, and stores the light of some pixels before the light is added
+    // to them
     let iteration = 64 * pixels + (400 * pixels).min(128 << 20);
     match settings.method() {
         Method::Light(_) | Method::Bidirectional(_) => iteration,

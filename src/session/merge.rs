@@ -1,9 +1,9 @@
 //! Joins parts of a picture that were rendered separately.
 //!
 //! Headers are read first. The edges of all crops cut the picture into cells. In each cell, the
-//! sample ranges of the parts that cover it must be contiguous, without gap or overlap. Then the
-//! parts are read and added one after the other. Sums are exact (`film/fixed.rs`), so the result is
-//! bit-identical to a single render.
+//! sample ranges of all parts that contain the cell must follow each other without gap or overlap.
+//! Then the parts are read and added one after the other. Sums are exact (`film/fixed.rs`), so the
+//! result is bit-identical to a single render.
 
 use super::{Error, RenderState};
 use crate::denoise::{DenoiseError, Denoiser};
@@ -15,7 +15,7 @@ use crate::options::Finish;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// A part of a picture, as its file describes it.
+/// A part of a picture, as described by the header of its file.
 #[derive(Clone, Debug)]
 struct Part {
     path: PathBuf,
@@ -32,15 +32,15 @@ impl Part {
     }
 }
 
-/// Parts of one picture, after their headers were read.
+/// Parts of one picture. Only their headers were read.
 #[derive(Clone, Debug)]
 pub struct Parts {
-    /// Parts sorted by first sample and corner; never empty.
+    /// Parts, sorted by their first sample and the corner of their crop. Never empty.
     parts: Vec<Part>,
     whole: Whole,
 }
 
-/// Joined parts.
+/// Result of joining parts.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Joined {
@@ -48,7 +48,7 @@ pub struct Joined {
     pub state: RenderState,
     /// Metadata of the joined parts.
     pub metadata: Metadata,
-    /// True if pixels or samples of the picture are missing.
+    /// True if some pixels or samples of the picture are missing.
     pub is_part: bool,
 }
 
@@ -57,7 +57,7 @@ impl Parts {
     ///
     /// # Errors
     ///
-    /// Files that are not parts, or not of one picture.
+    /// A file is not a part of a picture, or the parts belong to different pictures.
     pub fn describe(paths: &[impl AsRef<Path>]) -> Result<Self, Error> {
         let describe = |path: &Path| {
             Ok(Part {
@@ -85,7 +85,7 @@ impl Parts {
         self.parts.len()
     }
 
-    /// Denoiser, exposure and tone curve requested for the render of the first part.
+    /// Denoiser, exposure and tone curve that were requested for the render of the first part.
     pub fn finish(&self) -> Finish {
         self.parts[0].description.metadata.finish()
     }
@@ -95,18 +95,19 @@ impl Parts {
         self.whole.crop
     }
 
-    /// Range from the first to the last sample of all parts.
+    /// Range of samples from the first sample to the last sample of all parts.
     pub fn samples(&self) -> Range<u32> {
         self.whole.samples.clone()
     }
 
-    /// Joins the sums of all parts, in any order, to the sums of one render. The parts must cover
-    /// the whole picture. If `is_enough`, they must only cover all samples between their first and
-    /// last.
+    /// Joins the sums of all parts to the sums of one render. The order of the parts does not
+    /// matter. The parts must contain all samples of the picture. If `is_enough` is true, they must
+    /// only contain all samples between their first and last sample.
     ///
     /// # Errors
     ///
-    /// Repeated samples; missing samples, unless `allow_gaps`; unfinished parts; damaged files.
+    /// Samples are repeated; samples are missing, or parts are unfinished, unless `allow_gaps` is
+    /// true; files are damaged.
     pub fn join(&self, is_enough: bool, allow_gaps: bool) -> Result<Joined, Error> {
         let Self { parts, whole } = self;
         let wanted = match is_enough {
@@ -121,7 +122,7 @@ impl Parts {
             total_samples: whole.total,
             render_seconds: state.seconds,
             complete: !has_gaps,
-            // Sums are raw.
+            // The sums belong to a picture that is not denoised
             denoiser: None,
             tone: None,
             ..parts[0].description.metadata.clone()
@@ -136,18 +137,18 @@ impl Parts {
 }
 
 impl Joined {
-    /// The picture of all sums without denoising.
+    /// The picture of the joined sums, without denoising.
     pub fn raw(&self) -> Image {
         let with_error = self.metadata.settings.contains(" noise=");
         self.state.develop(with_error, self.metadata.features.as_ref())
     }
 
-    /// The picture of all sums, denoised according to `finish`. [`Joined::metadata`] then names the
-    /// denoiser. Uses the threads of rayon's pool.
+    /// The picture of the joined sums, denoised according to `finish`. The denoiser is also written
+    /// into [`Joined::metadata`]. Uses the threads of rayon's pool.
     ///
     /// # Errors
     ///
-    /// Errors of the denoiser; the picture is then raw.
+    /// Errors of the denoiser. The returned picture is then not denoised.
     pub fn develop(&mut self, finish: &Finish) -> (Image, Result<(), DenoiseError>) {
         let mut image = self.raw();
         let mut denoise = |denoiser: Denoiser| {
@@ -163,14 +164,15 @@ impl Joined {
     }
 
     /// Writes `image`, the result of [`Joined::develop`], to all `outputs`, and returns the errors.
-    /// EXR files also get the sums if pixels or samples are missing.
+    /// If pixels or samples are missing, EXR files also get the sums, so that further parts can be
+    /// joined.
     #[must_use = "the errors name the files that were not written"]
     pub fn write(&self, image: &Image, outputs: &[(Format, Output)]) -> Vec<FileError> {
         self.state.write(image, outputs, self.is_part, &self.metadata)
     }
 }
 
-/// Returns an error if the parts are not of one picture.
+/// Returns an error if `first` and `other` are not parts of one picture.
 fn check_kinship(first: &Part, other: &Part) -> Result<(), Error> {
     let (a, b) = (&first.description, &other.description);
     let difference = match a.resolution == b.resolution {
@@ -185,7 +187,7 @@ fn check_kinship(first: &Part, other: &Part) -> Result<(), Error> {
     })
 }
 
-/// Extent of all parts together.
+/// Size of the picture, and region and samples that all parts cover together.
 #[derive(Clone, Debug)]
 struct Whole {
     resolution: UVec2,
@@ -216,8 +218,8 @@ impl Whole {
         }
     }
 
-    /// Returns true if any of the samples `wanted` is missing, which is an error unless
-    /// `allow_gaps`. A repeated sample is an error.
+    /// Returns true if any sample of the range `wanted` is missing. Returns an error if a sample is
+    /// missing and `allow_gaps` is false, or if a sample is repeated.
     fn check(&self, parts: &[Part], wanted: Range<u32>, allow_gaps: bool) -> Result<bool, Error> {
         let mut gap = None;
         if let Some(part) = parts.iter().find(|part| !part.description.metadata.complete) {
@@ -226,7 +228,8 @@ impl Whole {
                 "finish it with --resume, or merge it with --allow-gaps",
             ));
         }
-        // Edges of crops cut the picture into cells. All pixels of a cell are in the same parts.
+        // Divide the picture into cells at the edges of the crops. All pixels of a cell are in the
+        // same parts.
         let edges = |of: fn(Rect) -> [u32; 2]| {
             let mut edges: Vec<u32> = parts.iter().flat_map(|part| of(part.description.crop)).collect();
             edges.sort_unstable();
@@ -237,7 +240,7 @@ impl Whole {
         for y in ys.windows(2) {
             for x in xs.windows(2) {
                 let corner = UVec2::new(x[0], y[0]);
-                // Parts are sorted by their first samples.
+                // Parts of the cell, in the order of their first samples
                 let here: Vec<&Part> = parts.iter().filter(|p| p.description.crop.contains(corner)).collect();
                 for pair in here.windows(2) {
                     let (a, b) = (pair[0].samples(), pair[1].samples());
@@ -274,11 +277,12 @@ impl Whole {
         }
     }
 
-    /// Sums of all parts.
+    /// Adds the sums of all parts.
     fn join(&self, parts: &[Part]) -> Result<RenderState, Error> {
         let metadata = &parts[0].description.metadata;
         let film = Film::starting_at(self.resolution, self.crop, self.samples.start);
-        // All parts have the same channels, because the channels belong to their settings.
+        // Take the channels of the first part: all parts have the same channels, because channels
+        // belong to the settings
         let mut merged = RenderState::new(film, metadata.backing(), metadata.features.as_ref());
         for part in parts {
             let read = RenderState::of_checkpoint(read_checkpoint(&part.path)?)?;

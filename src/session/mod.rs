@@ -1,14 +1,15 @@
 //! A render from scene file to picture: the interface of programs that use this crate, such as the
 //! command line.
 //!
-//! [`Settings`] describe the render. A [`Session`] has the scene. Its [`Renderer`] also has an
-//! acceleration structure, and adds samples to a [`RenderState`] until an observer stops it. A
-//! render may be stopped and resumed any number of times: the result is bit-identical to a single
-//! run.
+//! [`Settings`] describe the render. A [`Session`] has the loaded scene. A [`Renderer`] of the
+//! session has an acceleration structure, and adds samples to a [`RenderState`] until an observer
+//! stops the render. A render may be stopped and resumed any number of times: the result is
+//! bit-identical to a single run.
 //!
-//! Values of the scene file are checked one by one when `Settings` are made from them, and errors
-//! have their place in the file. Combinations are checked (`Settings::check`) after flags or a
-//! program have changed the values. These errors name flags, because most users have typed some.
+//! The values of a scene file are checked separately when `Settings` are made from them. These
+//! errors have a place in the file. Combinations of values are checked by `Settings::check`, after
+//! flags or a program have changed the values. These errors name flags, because most users have
+//! typed flags.
 //!
 //! [`method`](crate::method) selects the acceleration structure and the integrator once, before the
 //! first ray.
@@ -72,48 +73,50 @@ pub struct Session {
     description: CameraDescription,
     filter: Filter,
     backdrop: Backdrop,
-    /// Computed at the first use.
+    /// Scene hash, computed at the first use.
     scene_hash: OnceLock<String>,
     warnings: Vec<Warning>,
     /// Classifier of light paths, if light path channels are requested.
     paths: Option<Arc<LightPaths>>,
     /// Guess of the camera, if one was made.
     camera_guess: Option<CameraGuess>,
-    /// Evidence from other files of the folder for the upright axis, if it was needed.
+    /// Evidence for the upright axis from other OBJ files of the folder, if it was needed.
     sisters: Sisters,
-    /// Camera settings as given, without guesses. `settings` include guesses if light or ground
-    /// were guessed or changed.
+    /// Camera settings as given by the user, without guesses. (`settings` include guesses, if light
+    /// or ground were guessed or changed.)
     said_camera: CameraSettings,
     /// Description of the guess of light or ground, if one was made.
     lit_words: Option<LitWords>,
-    /// The scene file with guessed light, or with light that depends on a guessed camera.
+    /// The scene file with guessed light, or with light that was placed for a guessed camera.
+    /// `None` if the light did not change.
     lit_file: Option<SceneFile>,
-    /// Files that the scene was read from.
+    /// Files from which the scene was read.
     files: Vec<PathBuf>,
     /// Estimated peak memory of the render in bytes.
     memory: u64,
     pool: rayon::ThreadPool,
-    /// Selection of the lights of the scene, with its learned visibility.
+    /// Selection of the lights of the scene, with the learned visibility of lights.
     light_selection: LightSelection,
-    /// The acceleration structure, if it is kept longer than a renderer.
+    /// The acceleration structure, if it is kept for several renderers.
     kept: Option<AnyAccel<'static>>,
-    /// Time in seconds to guess camera and light.
+    /// Time in seconds that guessing the camera and the light took.
     guess_seconds: f64,
 }
 
 impl Session {
-    /// Reads the files of the scene. `observer` receives the progress; `&()` ignores it.
+    /// Reads the files of the scene. `observer` is informed about the progress; use `&()` to ignore
+    /// it.
     ///
     /// # Errors
     ///
-    /// Invalid settings, invalid files, or a scene that exceeds its memory limit.
+    /// Invalid settings, invalid files, or a scene that exceeds the memory limit.
     pub fn load(file: &SceneFile, settings: Settings, observer: &dyn LoadObserver) -> Result<Self, Error> {
         settings.check()?;
         let limit = MemoryLimit::of(file.load.max_memory);
         if file.ground.is_some() {
             settings.method().check_catching()?;
         }
-        // Check before any file is read. Light groups are not known yet.
+        // Check before any file is read. The number of light groups is not known yet.
         check_pixels(&settings, settings.light_paths.len(), limit)?;
         let pool = thread_pool(settings.threads)?;
         let method = settings.method();
@@ -126,13 +129,13 @@ impl Session {
         &self.camera
     }
 
-    /// Time in seconds to guess camera and light, or to place a named camera.
+    /// Time in seconds that guessing the camera and the light took, or placing a named camera.
     pub(crate) fn guess_seconds(&self) -> f64 {
         self.guess_seconds
     }
 
-    /// Determines the camera of a loaded scene, and its light. `unlit` is used to build the scene
-    /// again with changed light.
+    /// Determines the camera and the light of a loaded scene. `unlit` has the data to build the
+    /// scene again if the light changes.
     fn settle(
         (file, settings): (&SceneFile, Settings),
         (loaded, unlit): (Loaded, Option<Unlit>),
@@ -202,8 +205,7 @@ impl Session {
         })
     }
 
-    /// The session with the light of `file`. The scene is read again only if its files have
-    /// changed.
+    /// Session with the light of `file`. Reads the scene again only if its files have changed.
     fn relit(
         (file, settings): (&SceneFile, Settings),
         (scene, unlit): (Scene, Option<Unlit>),
@@ -224,12 +226,12 @@ impl Session {
         }
     }
 
-    /// A session of a scene made in code, with the camera `camera`. Camera settings in `settings`
-    /// are ignored.
+    /// Makes a session for a scene made in code, with the camera `camera`. Camera settings in
+    /// `settings` are ignored.
     ///
     /// # Errors
     ///
-    /// Invalid settings, a camera that sees nothing, or lights that the integrator cannot sample.
+    /// Invalid settings, an invalid camera, or lights that the integrator cannot sample.
     pub fn new(scene: Scene, camera: CameraParameters, settings: Settings) -> Result<Self, Error> {
         settings.check()?;
         check_pixels(&settings, settings.parts_of_light(&scene), MemoryLimit::of(None))?;
@@ -266,7 +268,7 @@ impl Session {
         })
     }
 
-    /// Builds the acceleration structure.
+    /// Builds the acceleration structure and returns a renderer.
     ///
     /// # Errors
     ///
@@ -275,8 +277,8 @@ impl Session {
         Renderer::build(self)
     }
 
-    /// Builds the acceleration structure for all later renderers, if the backend has a structure
-    /// that can be kept.
+    /// Builds the acceleration structure and keeps it for all later renderers, if the structure of
+    /// the backend can be kept.
     ///
     /// # Errors
     ///
@@ -287,7 +289,7 @@ impl Session {
         Ok(())
     }
 
-    /// The kept acceleration structure, or a new one.
+    /// The kept acceleration structure, or a new one if none is kept.
     fn accel(&self) -> Result<AnyAccel<'_>, Error> {
         match &self.kept {
             Some(accel) => Ok(accel.clone()),
@@ -295,7 +297,7 @@ impl Session {
         }
     }
 
-    /// The kept acceleration structure, or a new one for guesses.
+    /// An acceleration structure to trace the rays of guesses: the kept structure, or a new one.
     fn accel_for_guesses(&self) -> Result<AnyAccel<'_>, Error> {
         match &self.kept {
             Some(accel) => Ok(accel.clone()),
@@ -334,27 +336,27 @@ impl Session {
         self.camera_guess.as_ref()
     }
 
-    /// Guess of the light, if one was made.
+    /// Description of the guessed light, if light was guessed.
     pub fn light_guess(&self) -> Option<&str> {
         self.lit_words.as_ref()?.light()
     }
 
-    /// Guess of a ground under given light, if one was made.
+    /// Description of the ground that was guessed without light, if any.
     pub(crate) fn ground_guess(&self) -> Option<&str> {
         self.lit_words.as_ref()?.ground()
     }
 
-    /// The scene file with guessed light, or with light that depends on a guessed camera. `None` if
-    /// the light equals the light of the given file.
+    /// The scene file with guessed light, or with light that was placed for a guessed camera.
+    /// `None` if the light equals the light of the given file.
     pub fn lit_file(&self) -> Option<&SceneFile> {
         self.lit_file.as_ref()
     }
 
-    /// Candidate cameras, each with the shortest flags that select it.
+    /// Candidate cameras. Each has the shortest flags that select it.
     ///
     /// # Errors
     ///
-    /// Errors of the build of an acceleration structure.
+    /// Errors of building an acceleration structure.
     pub fn candidate_cameras(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
         let accel = self.accel_for_guesses()?;
         let camera = &self.said_camera;
@@ -362,12 +364,13 @@ impl Session {
         Ok(self.pool.install(|| finder().candidates()))
     }
 
-    /// The plan of an interior with `cameras`, `size` pixels along its larger edge, and a text with
-    /// the coordinates of its edges. `None` for an object.
+    /// Draws the plan of an interior with `cameras`. `size` is the number of pixels along the
+    /// longer side of the plan. Also returns a text with the coordinates of the plan's edges.
+    /// `None` if the scene is an object.
     ///
     /// # Errors
     ///
-    /// Errors of the build of an acceleration structure.
+    /// Errors of building an acceleration structure.
     pub fn plan(&self, cameras: &[CameraGuess], size: usize) -> Result<Option<(Plan, String)>, Error> {
         let accel = self.accel_for_guesses()?;
         let camera = &self.said_camera;
@@ -384,7 +387,7 @@ impl Session {
     ///
     /// # Errors
     ///
-    /// A camera that sees nothing.
+    /// The camera is invalid.
     pub fn look_through(&mut self, guess: &CameraGuess) -> Result<(), Error> {
         let description = CameraDescription::still(guess.parameters());
         self.camera = description.camera(self.settings.resolution)?;
@@ -395,8 +398,8 @@ impl Session {
         Ok(())
     }
 
-    /// All files that the scene was read from. Nothing may be written over them. Empty for a scene
-    /// made in code.
+    /// All files from which the scene was read. The program must not overwrite them. Empty for a
+    /// scene made in code.
     pub fn files(&self) -> &[PathBuf] {
         &self.files
     }
@@ -406,7 +409,7 @@ impl Session {
         self.memory
     }
 
-    /// Runs `work` with the session's threads.
+    /// Runs `work` on the threads of the session.
     pub fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         self.pool.install(work)
     }
@@ -415,7 +418,7 @@ impl Session {
         &self.pool
     }
 
-    /// New data that all samples of the picture share. It is not computed yet.
+    /// New container for data that all samples of the picture share. The data is not computed yet.
     pub(crate) fn prepared(&self) -> Prepared {
         Prepared::new(self.settings.resolution, self.settings.seed)
     }
@@ -425,7 +428,7 @@ impl Session {
         self.paths.as_ref()
     }
 
-    /// World of the integrators, with the ray queries of `accel`.
+    /// World for the integrators: the scene and the ray queries of `accel`.
     pub(crate) fn world<'a, A>(&'a self, accel: &'a A) -> World<'a, A> {
         World {
             scene: &self.scene,
@@ -441,27 +444,28 @@ impl Session {
     }
 }
 
-/// A scene file with guessed light or ground, or with light that depends on the camera.
+/// A scene file with guessed light or ground, or with light that was placed for the camera.
 pub(crate) struct LitFile {
-    /// The scene file with the sections of the light.
+    /// The scene file, with the new light sections.
     pub file: SceneFile,
-    /// Settings with the camera of the light, and the background of guessed light.
+    /// Settings with the camera for which the light was placed, and with the background of guessed
+    /// light.
     pub settings: Settings,
-    /// Description of the guess.
+    /// Description of the guess, if one was made.
     pub words: Option<LitWords>,
 }
 
 /// Description of a guess for users.
 #[derive(Clone, Debug)]
 pub(crate) enum LitWords {
-    /// Light, with the ground if it was guessed too.
+    /// Description of guessed light. It includes the ground, if a ground was also guessed.
     Light(String),
-    /// Only the ground.
+    /// Description of a ground that was guessed without light.
     Ground(String),
 }
 
 impl LitWords {
-    /// Description of a guessed light.
+    /// Description of the guessed light, if light was guessed.
     pub fn light(&self) -> Option<&str> {
         match self {
             Self::Light(words) => Some(words),
@@ -469,7 +473,7 @@ impl LitWords {
         }
     }
 
-    /// Description of a ground that was guessed without light.
+    /// Description of the ground that was guessed without light, if any.
     pub fn ground(&self) -> Option<&str> {
         match self {
             Self::Light(_) => None,
@@ -478,9 +482,9 @@ impl LitWords {
     }
 }
 
-/// The camera of `settings` in the scene of `file`. Also returns the scene file with changed light:
-/// with a guess if nothing lights the scene and `settings` allow guesses, or with changes that
-/// depend on a guessed camera. `warnings` are the warnings of loading the scene.
+/// Finds the camera of `settings` in the scene of `file`. Also returns the scene file if its light
+/// changes: light is guessed if nothing lights the scene and `settings` allow guesses, or light is
+/// placed for a guessed camera. `warnings` are the warnings of loading the scene.
 ///
 /// # Errors
 ///
@@ -511,10 +515,11 @@ pub(crate) fn camera_and_lit(
     Ok((found, lit))
 }
 
-/// Kinds of the warnings of [`method_warnings`], in order.
+/// Kinds of warnings that [`method_warnings`] returns.
 const METHOD_WARNINGS: [&str; 3] = ["unmet-light", "motion", "many-lamps"];
 
-/// Warnings about lights, motion and lamps that the method does not find or treats differently.
+/// Warnings about lights, motion and lamps that the method cannot find, or treats differently than
+/// other methods.
 fn method_warnings(
     method: &Method,
     (scene, selection): (&Scene, &LightSelection),
@@ -529,7 +534,7 @@ fn method_warnings(
     Ok(warnings.flatten().collect())
 }
 
-/// Background of camera rays that leave the scene. Its up is the up of the camera.
+/// Background of camera rays that leave the scene. Its upward direction is the up of the camera.
 fn backdrop(settings: &Settings, camera: &CameraParameters) -> Backdrop {
     Backdrop {
         background: settings.background,
@@ -537,11 +542,11 @@ fn backdrop(settings: &Settings, camera: &CameraParameters) -> Backdrop {
     }
 }
 
-/// Stack size of a thread in bytes. Integrators that branch recurse once per vertex. Unused pages
-/// need no memory.
+/// Stack size of a thread in bytes. Integrators that branch make a recursive call at each vertex.
+/// Unused pages of the stack need no memory.
 const STACK: usize = 16 << 20;
 
-/// Thread pool of `threads` threads.
+/// Makes a pool of `threads` threads.
 pub(crate) fn thread_pool(threads: usize) -> Result<rayon::ThreadPool, Error> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -558,7 +563,7 @@ fn light_paths(settings: &Settings) -> Result<Option<Arc<LightPaths>>, Error> {
     }
 }
 
-/// Returns an error if light group channels are requested for a scene without groups.
+/// Returns an error if channels of light groups are requested for a scene without light groups.
 fn check_groups(settings: &Settings, scene: &Scene) -> Result<(), Error> {
     if settings.aovs.contains(&Aov::Lights) && scene.light_groups().is_empty() {
         let help = "give a [[light]] a `group`, or add a [[light_group]]";

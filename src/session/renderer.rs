@@ -1,4 +1,4 @@
-//! A session with its acceleration structure: renders, resumes and develops.
+//! A session with its acceleration structure. It renders, resumes renders, and develops pictures.
 //!
 //! `Renderer::resume` compares the metadata of a file with the render: version, build, scene hash,
 //! settings, seed, backend with version and instruction set, size, crop and first sample. Settings
@@ -27,10 +27,10 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Maximum mean light of a nearly black picture: 12 stops below mid-grey.
+/// Maximum mean radiance of a picture that is called nearly black: 12 stops below mid-grey.
 const NEARLY_BLACK: f64 = 0.18 / 4096.0;
 
-/// A session with a built acceleration structure. It takes samples, and makes pictures from them.
+/// A session with a built acceleration structure. It renders samples, and makes pictures from them.
 pub struct Renderer<'a> {
     session: &'a Session,
     accel: AnyAccel<'a>,
@@ -43,7 +43,8 @@ impl<'a> Renderer<'a> {
         let start = Instant::now();
         session.check_memory()?;
         let accel = session.accel()?;
-        // Backends may use more memory than estimated.
+        // Check the memory again: the acceleration structure of a backend may be larger than
+        // estimated
         let parts = session.settings().parts_of_light(session.scene());
         check_pixels(session.settings(), parts, None)?;
         Ok(Self {
@@ -54,7 +55,7 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// A renderer that traces rays through `auditor`.
+    /// Renderer whose rays are traced through `auditor`, which checks them.
     pub(crate) fn audited(session: &'a Session, auditor: &'a Auditor<'a>, build_seconds: f64) -> Self {
         Self {
             session,
@@ -64,7 +65,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// The acceleration structure, for ray queries of a calling program.
+    /// Ray queries on the acceleration structure, for programs that call the library.
     pub fn queries(&self) -> &dyn Accel {
         self.accel.as_dyn()
     }
@@ -74,14 +75,14 @@ impl<'a> Renderer<'a> {
         &self.accel
     }
 
-    /// Data that all samples share. It is ready after the first sample of [`Renderer::render`], or
-    /// after [`Renderer::prepare`].
+    /// Data that all samples share. It is complete after the first sample of [`Renderer::render`],
+    /// or after [`Renderer::prepare`].
     pub(crate) fn prepared(&self) -> &Prepared {
         &self.prepared
     }
 
-    /// Fraction of the records of an irradiance cache that only few of their rays support. `None`
-    /// if there are no records.
+    /// Fraction of the records of an irradiance cache that are supported by too few of their rays.
+    /// `None` if there are no records.
     pub(crate) fn doubtful_records(&self) -> Option<f64> {
         self.prepared.doubtful_records()
     }
@@ -93,7 +94,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// Computes the data that must exist before the first sample.
+    /// Computes the data that all samples share, before the first sample.
     pub(crate) fn prepare(&self) {
         let settings = self.session.settings();
         let context = self.context();
@@ -101,15 +102,16 @@ impl<'a> Renderer<'a> {
             .install(|| settings.method().prepare(context, &settings.random_numbers(), &()));
     }
 
-    /// The first surface in the middle of a pixel, if any.
+    /// Picks the first surface in the middle of a pixel, if a surface is visible there.
     #[cfg(feature = "view")]
     pub(crate) fn pick(&self, pixel: UVec2) -> Option<Picked> {
         let accel = self.accel.as_dyn();
         self.session.world(&accel).pick(pixel)
     }
 
-    /// Cells of a grid of `size` over the picture that show the picked surface, as run lengths:
-    /// cells without it and with it alternate.
+    /// Divides the picture into a grid of `size` cells, and finds the cells that show the picked
+    /// surface. Returns run lengths, which alternate between cells without and cells with the
+    /// surface.
     #[cfg(feature = "view")]
     pub(crate) fn outline(&self, picked: &Picked, size: UVec2) -> Vec<u32> {
         let accel = self.accel.as_dyn();
@@ -127,17 +129,17 @@ impl<'a> Renderer<'a> {
         self.accel.as_dyn().info()
     }
 
-    /// Build time of the acceleration structure.
+    /// Time in seconds to build the acceleration structure.
     pub fn build_seconds(&self) -> f64 {
         self.build_seconds
     }
 
-    /// Bytes of the acceleration structure.
+    /// Size of the acceleration structure in bytes.
     pub fn accel_bytes(&self) -> u64 {
         self.accel.as_dyn().bytes()
     }
 
-    /// State without samples.
+    /// State of a render without samples.
     pub fn start(&self) -> RenderState {
         let settings = self.session.settings();
         let film = Film::starting_at(settings.resolution, settings.crop(), settings.samples().start);
@@ -146,11 +148,11 @@ impl<'a> Renderer<'a> {
         state
     }
 
-    /// State of the checkpoint, to resume from.
+    /// State of the render in `checkpoint`, to resume it.
     ///
     /// # Errors
     ///
-    /// A checkpoint of another render, or with more samples than requested.
+    /// The checkpoint belongs to another render, or has more samples than requested.
     pub fn resume(&self, checkpoint: Checkpoint) -> Result<RenderState, Error> {
         let settings = self.session.settings();
         let refused = |message: String, help: &str| Err(FileError::new(&checkpoint.path, message).help(help).into());
@@ -197,17 +199,17 @@ impl<'a> Renderer<'a> {
         Ok(state)
     }
 
-    /// Makes `state` separate light paths, if light path channels are requested.
+    /// If channels of light paths are requested, makes `state` record light paths separately.
     fn tell_paths(&self, state: &mut RenderState) {
         if let Some(paths) = self.session.paths() {
             state.film.tell_paths(paths);
         }
     }
 
-    /// Adds the missing samples to `state`. Ends when all are added, when the noise level is
-    /// reached, or when `observer` stops it; the render can then be resumed. The bits do not depend
-    /// on threads or on the time of the stop. A render that is stopped early may have no sample
-    /// ([`RenderState::is_empty`]).
+    /// Adds the missing samples to `state`. Ends when all samples are added, when the noise level
+    /// is reached, or when `observer` stops the render. A stopped render can be resumed. The
+    /// picture is bit-identical for all numbers of threads and all times of stopping. If the render
+    /// is stopped early, `state` may have no sample ([`RenderState::is_empty`]).
     pub fn render(&self, state: &mut RenderState, observer: &dyn Observer) -> Outcome {
         let settings = self.session.settings();
         let (sampler, stop, context) = (settings.random_numbers(), settings.stop(), self.context());
@@ -217,9 +219,9 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// [`Renderer::render`] with the caller's integrator: `tracer` traces each sample instead of
-    /// the method of the settings. Files still name the method of the settings
-    /// ([`Metadata::settings`]).
+    /// [`Renderer::render`] with an integrator of the caller: `tracer` traces each sample, instead
+    /// of the method in the settings. The metadata of files has the method of the settings
+    /// ([`Metadata::settings`]) nevertheless.
     pub fn render_with(&self, state: &mut RenderState, tracer: &impl SampleTracer, observer: &dyn Observer) -> Outcome {
         let accel = self.accel.as_dyn();
         let settings = self.session.settings();
@@ -234,7 +236,7 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// Metadata of a picture of `state`. `is_complete` is true if no samples are missing.
+    /// Metadata for a picture of `state`. `is_complete` is true if no samples are missing.
     pub fn metadata(&self, state: &RenderState, is_complete: bool) -> Metadata {
         self.metadata_after(state.seconds, is_complete)
     }
@@ -305,14 +307,14 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// The current picture, raw, with the requested channels.
+    /// The current picture with the requested channels, not denoised.
     pub fn develop(&self, state: &RenderState) -> Image {
         let with_error = self.session.settings().noise.is_some();
         state.develop(with_error, self.feature_names().as_ref())
     }
 
-    /// Warning about the position and the view of a camera whose position is given. `name` is the
-    /// scene file.
+    /// Warning about the position and the view of the camera, if its position is given and there is
+    /// something to report. `name` is the scene file.
     pub fn camera_warning(&self, name: &Path) -> Option<Warning> {
         let (session, settings) = (self.session, self.session.settings());
         session.said_camera.position?;
@@ -326,8 +328,9 @@ impl<'a> Renderer<'a> {
         finding.map(|finding| finding.warning())
     }
 
-    /// Text with the degree of darkness of `image` and its reason. `None` if the image has light,
-    /// or is dark by intent. For a nearly black image, only faults of the lamps are reasons.
+    /// Text that describes how dark `image` is, and why. `None` if the image is bright enough, or
+    /// dark by intent. If the image is nearly black but not black, only faults of lamps are
+    /// reported as reasons.
     pub fn darkness(&self, image: &Image) -> Option<String> {
         let (session, settings) = (self.session, self.session.settings());
         let (mut sum, mut count) = (0.0, 0.0);
@@ -349,15 +352,15 @@ impl<'a> Renderer<'a> {
         Some(format!("black: {reason}"))
     }
 
-    /// Text with the reason why the picture shows no surface of the scene; `None` if it shows a
-    /// surface.
+    /// Text with the reason why no surface of the scene is visible in the picture; `None` if a
+    /// surface is visible.
     pub fn reason_for_emptiness(&self) -> Option<String> {
         let (session, accel) = (self.session, self.accel.as_dyn());
         reason_for_emptiness(accel, session.scene(), session.camera(), session.settings().resolution)
     }
 
     /// Denoises `image` if the settings have a denoiser, and writes the denoiser into `metadata`.
-    /// The raw picture is kept beside it.
+    /// The picture before denoising is kept in a separate layer.
     ///
     /// # Errors
     ///
@@ -372,12 +375,13 @@ impl<'a> Renderer<'a> {
         Ok(())
     }
 
-    /// [`Renderer::denoise`] on separate threads. If `gives_up` returns true before the end, the
-    /// function returns and does not wait for the threads.
+    /// [`Renderer::denoise`] on separate threads. If `gives_up` returns true before the end, this
+    /// function returns at once and does not wait for the threads.
     ///
     /// # Errors
     ///
-    /// Errors or a panic of the denoiser, or `gives_up`. The image is then lost: develop it again.
+    /// Errors or a panic of the denoiser, or `gives_up` returned true. The image is then lost, and
+    /// must be developed again.
     pub fn denoise_unless(
         &self,
         image: Image,
@@ -389,9 +393,10 @@ impl<'a> Renderer<'a> {
         Ok(image)
     }
 
-    /// Writes `image`, the picture of `state`, to all `outputs`, and returns the errors. EXR files
-    /// of a part also get its sums, so that [`Parts`](super::Parts) can be joined. A picture
-    /// without samples is not written, and an existing file is kept.
+    /// Writes `image`, the picture of `state`, to all `outputs`, and returns the errors. If the
+    /// render is a part of a picture, EXR files also get the sums, so that parts can be joined
+    /// ([`Parts`](super::Parts)). If there are no samples, no file is written, and existing files
+    /// are kept.
     #[must_use = "the errors name the files that were not written"]
     pub fn write(
         &self,
@@ -403,9 +408,9 @@ impl<'a> Renderer<'a> {
         state.write(image, outputs, self.session.settings().is_part(), metadata)
     }
 
-    /// Saves `state` after [`Renderer::write`] has failed with all EXR files of `outputs`. The new
-    /// file `NAME.rescue.exr` beside the first output has `R G B` and all sums, so that the render
-    /// can be resumed. `None` without outputs or samples.
+    /// Saves `state` if [`Renderer::write`] could not write any EXR file of `outputs`. The new file
+    /// `NAME.rescue.exr` is beside the first output. It has `R G B` and all sums, so that the
+    /// render can be resumed. `None` if there are no outputs or no samples.
     pub fn rescue(
         &self,
         state: &RenderState,
@@ -416,13 +421,13 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// `image` denoised according to `settings`, and the name of the denoiser if they have one. It uses
-/// separate threads. If `gives_up` returns true before the end, the function returns and does not
-/// wait for them.
+/// Denoises `image` according to `settings` on separate threads. Returns the image, and the name of
+/// the denoiser if `settings` have a denoiser. If `gives_up` returns true before the end, this
+/// function returns at once and does not wait for the threads.
 ///
 /// # Errors
 ///
-/// Errors or a panic of the denoiser, or `gives_up`.
+/// Errors or a panic of the denoiser, or `gives_up` returned true.
 pub(crate) fn denoised(
     settings: &Settings,
     mut image: Image,
@@ -453,17 +458,18 @@ pub(crate) fn denoised(
     }
 }
 
-/// Reason for a missing denoised image.
+/// Reason why there is no denoised image.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Unfinished {
-    /// The filter failed.
+    /// The denoiser failed.
     Failed(DenoiseError),
     /// `gives_up` returned true before the end.
     GivenUp,
 }
 
-/// Adds the samples that `take` makes to the film of `state`, with their statistics and their time.
+/// Adds samples to the film of `state` by calling `take`, and adds their statistics and their time
+/// to `state`.
 fn add_samples(state: &mut RenderState, take: impl FnOnce(&mut Film) -> (Outcome, Statistics)) -> Outcome {
     let start = Instant::now();
     let (outcome, statistics) = take(&mut state.film);

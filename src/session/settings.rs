@@ -1,5 +1,5 @@
-//! Settings of a render: the options of a scene file, changed by flags or by a program, and the
-//! checks of their combinations.
+//! Settings of a render: the options of a scene file, changed by flags or by a program. The module
+//! also checks combinations of settings.
 
 use super::camera::{FoundCamera, blame};
 use super::sisters::sisters;
@@ -29,56 +29,60 @@ use std::ops::Range;
 pub struct Settings {
     /// Size of the image in pixels.
     pub resolution: UVec2,
-    /// The pixels to render; `None` for all.
+    /// Rectangle of pixels to render; `None` for all pixels.
     pub crop: Option<Rect>,
     /// Pixel filter.
     pub filter: FilterKind,
-    /// Radius of the filter in pixels; `None` for the default of its kind.
+    /// Radius of the pixel filter in pixels; `None` for the default of the filter.
     pub filter_radius: Option<f32>,
     /// Background of camera rays that leave the scene.
     pub background: Background,
-    /// Guesses for missing settings.
+    /// Requested guesses for missing settings.
     pub guesses: Guesses,
     /// Position, orientation and lens of the camera.
     pub camera: CameraSettings,
-    /// Samples per pixel of the whole picture; the maximum if `noise` is set.
+    /// Number of samples per pixel of the whole picture. If `noise` is set, it is the maximum
+    /// number.
     pub spp: u32,
-    /// Indices of the samples to take, if they are a part of the picture's samples.
+    /// Range of sample indices to render, if this render has only a part of the picture's samples.
     pub part: Option<Range<u32>>,
-    /// Relative error at which the render stops.
+    /// Relative error at which the render stops, if a noise level is set.
     pub noise: Option<f64>,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Generator of the random numbers.
+    /// Sampler, which generates the random numbers.
     pub sampler: SamplerKind,
     /// The integrator and its parameters.
     pub integrator: IntegratorOptions,
     /// Additional channels.
     pub aovs: Vec<Aov>,
-    /// Parts of the light, selected by light paths, as additional channels.
+    /// Parts of the light that are stored as additional channels. Light path expressions select
+    /// them.
     pub light_paths: Vec<PathPart>,
     /// Ray-tracing backend.
     pub backend: Backend,
     /// Denoiser of the picture.
     pub denoiser: Option<Denoiser>,
-    /// Denoiser of the whole picture, if this render is a part of it and stays raw.
+    /// Denoiser for the whole picture after its parts are merged. It is set if this render is a
+    /// part that is not denoised.
     pub merged_denoiser: Option<Denoiser>,
-    /// Radius of the denoiser in pixels; `None` for its default.
+    /// Radius of the denoiser in pixels; `None` for the default of the denoiser.
     pub denoise_radius: Option<f32>,
-    /// Number of threads to load, build and render.
+    /// Number of threads for loading, building and rendering.
     pub threads: usize,
-    /// True to use less memory and more time.
+    /// True to make the scene compact, which needs less memory and more time.
     pub compact: bool,
     /// Tone curve and exposure of PNG files.
     pub tone: Tone,
-    /// Scale of the picture on paper.
+    /// Scale of the picture on paper, if one is set.
     pub print: Option<Print>,
 }
 
-/// Maximum samples per pixel if only a noise level is given.
+/// Maximum number of samples per pixel if only a noise level is set.
 pub const MAX_SAMPLES_FOR_NOISE: u32 = 1 << 14;
 
-/// Maximum number of threads per processor: far more than useful, and few enough to start quickly.
+/// Maximum number of threads per processor. It is larger than useful, but so small that threads
+/// start quickly.
 const THREADS_OF_A_PROCESSOR: usize = 64;
 
 impl Default for Settings {
@@ -93,17 +97,17 @@ pub(crate) fn all_threads() -> usize {
     std::thread::available_parallelism().map_or(1, |n| n.get())
 }
 
-/// Requested guesses except the camera.
+/// Guesses that are requested from a survey of the scene.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Wanted {
     pub survey: bool,
     pub light: bool,
 }
 
-/// Survey of a scene, and the light guessed from it.
+/// Survey of a scene, and the light that was guessed from it.
 pub(super) struct Surveyed {
     pub survey: Survey,
-    /// Guess of the light, if requested.
+    /// Guess of the light, if it was requested.
     pub light: Option<LightGuess>,
 }
 
@@ -145,13 +149,13 @@ impl Settings {
         }
     }
 
-    /// The integrator with its parameters.
+    /// The method of the render: the integrator with its parameters.
     pub fn method(&self) -> Method {
         Method::new(&self.integrator)
     }
 
-    /// First value out of its range. Values of files and flags are checked when they are read, but
-    /// code may set any value.
+    /// Returns the first setting whose value is out of its range. Values of files and flags were
+    /// checked when they were read, but a program may set any value.
     fn invalid(&self) -> Option<InvalidSetting> {
         let UVec2 { x: width, y: height } = self.resolution;
         let size = SizeOptions {
@@ -289,12 +293,12 @@ impl Settings {
         method.check()
     }
 
-    /// The pixels to render.
+    /// Rectangle of pixels to render.
     pub fn crop(&self) -> Rect {
         self.crop.unwrap_or(Rect::full(self.resolution))
     }
 
-    /// Range of samples to take per pixel.
+    /// Range of the samples to render for each pixel.
     pub fn samples(&self) -> Range<u32> {
         self.part.clone().unwrap_or(0..self.spp)
     }
@@ -307,7 +311,7 @@ impl Settings {
         }
     }
 
-    /// Samples per pixel of the whole picture.
+    /// Number of samples per pixel of the whole picture.
     pub fn total_samples(&self) -> u32 {
         self.spp.max(self.samples().end)
     }
@@ -321,7 +325,8 @@ impl Settings {
         }
     }
 
-    /// The background, if it replaces the light behind the scene: transparent or a colour.
+    /// The backing: the background if it replaces the light behind the scene. It is transparent or
+    /// has a colour.
     pub fn backing(&self) -> Option<Backing> {
         self.background.backing()
     }
@@ -336,7 +341,7 @@ impl Settings {
         Filter::new(self.filter, self.filter_radius.unwrap_or(self.filter.usual_radius()))
     }
 
-    /// The camera for `scene`. An error is located in `file`, unless flags or a program have
+    /// Finds the camera for `scene`. Errors point to keys in `file`, unless flags or a program have
     /// changed the camera.
     pub(crate) fn camera_of(
         &self,
@@ -347,8 +352,8 @@ impl Settings {
         Ok(self.camera_and_survey(file, scene, pool, Wanted::default())?.0)
     }
 
-    /// The camera of [`Settings::camera_of`], with a survey of the scene if one was needed or
-    /// requested, and a guess of the light if requested.
+    /// [`Settings::camera_of`], which also returns a survey of the scene, if one was needed or
+    /// requested, and a guess of the light, if requested.
     pub(super) fn camera_and_survey(
         &self,
         file: &SceneFile,
@@ -356,7 +361,7 @@ impl Settings {
         pool: &rayon::ThreadPool,
         wanted: Wanted,
     ) -> Result<(FoundCamera, Option<Surveyed>), Error> {
-        // Guesses trace rays.
+        // Build an acceleration structure, because guesses trace rays
         let accel = match wanted.survey || wanted.light || self.camera.needs_scene() {
             true => Some(self.backend.for_guesses().build(scene, pool)?),
             false => None,
@@ -388,7 +393,7 @@ impl Settings {
         })
     }
 
-    /// Settings that determine the pixels in addition to the scene, as `key=value` pairs.
+    /// Settings that affect the pixels in addition to the scene, as `key=value` pairs.
     pub fn describe(&self) -> String {
         let (filter, method) = (self.filter(), self.method());
         let mut settings = format!(
@@ -409,25 +414,25 @@ impl Settings {
         let total = self.total_samples();
         match self.noise {
             Some(level) => settings + &format!(" noise={level} max_samples={total}"),
-            // Other samplers do not depend on the count, so that samples can be added later or in
-            // parts.
+            // Most samplers do not depend on the number of samples: leave it out, so that samples
+            // can be added later or in parts
             None if self.sampler.knows_count() || method.knows_count() => settings + &format!(" count={total}"),
             None => settings,
         }
     }
 
-    /// Classifier of light paths, if there is one.
+    /// Classifier of light paths, if channels of light paths are requested.
     ///
     /// # Errors
     ///
-    /// More parts than the maximum.
+    /// Too many channels of light paths.
     pub(super) fn paths(&self) -> Result<Option<LightPaths>, LightPathError> {
         let is_wanted = !self.light_paths.is_empty();
         is_wanted.then(|| LightPaths::new(&self.light_paths)).transpose()
     }
 
-    /// Number of light layers with separate sums: light groups of `scene`, strategies with and
-    /// without weights, and layers of light paths.
+    /// Number of light layers that have separate sums: one for each light group of `scene`, for
+    /// each strategy with and without weights, and for each channel of light paths.
     pub(super) fn parts_of_light(&self, scene: &Scene) -> usize {
         let groups = match self.aovs.contains(&Aov::Lights) {
             true => scene.light_groups().names().len(),
@@ -440,16 +445,17 @@ impl Settings {
         groups + 2 * strategies + self.light_paths.len()
     }
 
-    /// Names of the additional channels, independent of the requested order.
+    /// Names of the additional channels. The order does not depend on the order in which they were
+    /// requested.
     pub(super) fn aov_names(&self) -> Vec<&'static str> {
         let is_wanted = |(_, aov): &&(&'static str, Aov)| self.aovs.contains(aov);
         Aov::NAMES.iter().filter(is_wanted).map(|(name, _)| *name).collect()
     }
 
-    /// The random numbers of the render.
+    /// Sampler of the render, with its seed and its number of samples.
     pub(crate) fn random_numbers(&self) -> RenderSampler {
-        // If the count is not known in advance, samples are taken in blocks. Each block is then a
-        // complete point set.
+        // If the number of samples is not known before, samples are taken in blocks. Use a block as
+        // the number: each block is then a complete point set.
         let count = match self.noise {
             Some(_) => BLOCK,
             None => self.total_samples(),

@@ -1,5 +1,6 @@
-//! Other OBJ files of the scene's folder as evidence for its upright axis: most files of a folder
-//! have the same axis. The selection of files depends only on names, sizes and first lines.
+//! Other OBJ files in the scene's folder ("sisters"). They are evidence for the upright axis of the
+//! scene, because most files of a folder have the same axis. The selection of files depends only on
+//! names, sizes and first lines.
 
 use crate::files::memory::Allowance;
 use crate::guess::{Asked, CameraFinder, Sisters};
@@ -12,14 +13,14 @@ use crate::scene::{Scene, SceneBuilder};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Maximum number of files to read, and maximum size of each in bytes.
+/// Maximum number of files that are read, and maximum size of each file in bytes.
 const MAX_FILES: usize = 8;
 const MAX_BYTES: u64 = 1 << 20;
 /// Maximum number of files whose size and first line are compared.
 const MAX_COMPARED: usize = 64;
 
-/// Evidence from files beside `obj` that the same program wrote. Interiors and unreadable files
-/// have none.
+/// Evidence for the upright axis from OBJ files beside `obj` that the same program wrote. Interiors
+/// and unreadable files give no evidence.
 pub(super) fn sisters(obj: &Path, backend: Backend, pool: &rayon::ThreadPool) -> Sisters {
     let mut sisters = Sisters::default();
     for path in beside(obj) {
@@ -41,7 +42,7 @@ pub(super) fn sisters(obj: &Path, backend: Backend, pool: &rayon::ThreadPool) ->
     sisters
 }
 
-/// OBJ files beside `obj` that begin with the same kind of comment, in the order of their names.
+/// OBJ files beside `obj` whose first comment is of the same kind, sorted by name.
 fn beside(obj: &Path) -> Vec<PathBuf> {
     let folder = obj.parent().filter(|folder| *folder != Path::new(""));
     let Ok(entries) = fs::read_dir(folder.unwrap_or(Path::new("."))) else {
@@ -62,13 +63,13 @@ fn beside(obj: &Path) -> Vec<PathBuf> {
     spread(&alike, MAX_FILES)
 }
 
-/// Selects a maximum of `max` evenly spaced paths.
+/// Selects evenly spaced paths: `max` paths, or all if there are fewer.
 fn spread(paths: &[PathBuf], max: usize) -> Vec<PathBuf> {
     let (len, count) = (paths.len(), paths.len().min(max));
     (0..count).map(|i| paths[i * len / count].clone()).collect()
 }
 
-/// Shapes of an OBJ file, with materials that only have names.
+/// Scene with the shape of an OBJ file. Its materials have only names.
 fn shape(path: &Path) -> Option<Scene> {
     let options = LoadOptions::default();
     let file = load_obj(path, &options, Allowance::of_system(), &(), &mut Findings::default()).ok()?;

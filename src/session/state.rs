@@ -1,9 +1,9 @@
-//! State of a render: sums, counts and time, which checkpoints store.
+//! State of a render: sums, counts and time. Checkpoints store this state.
 //!
-//! A tile has its number of samples, and `render::render` adds samples to each tile up to the
-//! requested end. So a resumed film is not a special case. `--noise` promises samples to tiles in
-//! rounds. The promise (`Tile::target`) is a part of the state: an interrupted round is completed
-//! before the next decision.
+//! Each tile stores its number of samples, and `render::render` adds samples to each tile up to the
+//! requested end. A resumed film is therefore not a special case. `--noise` assigns a target number
+//! of samples to each tile, in rounds. The target (`Tile::target`) is a part of the state, so that
+//! an interrupted round is completed before the next targets are chosen.
 
 use crate::files::Output;
 use crate::film::{Aov, Backing, Film, Image, MAX_PARTS};
@@ -14,20 +14,21 @@ use crate::sampler::SampleKey;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Complete state of a render: sums and counts over all runs of the program.
+/// Complete state of a render. Sums and counts include all runs of the program that have added
+/// samples.
 #[derive(Clone, Debug)]
 pub struct RenderState {
     /// Sums of each pixel.
     pub film: Film,
     /// Counts of rays and samples.
     pub statistics: Statistics,
-    /// Seconds of rendering.
+    /// Time of rendering in seconds.
     pub seconds: f64,
 }
 
 impl RenderState {
-    /// State before the first sample: an empty film with sums for all channels of `features`, and
-    /// for the coverage if there is a `backing`.
+    /// State before the first sample: an empty film. It has sums for all channels of `features`,
+    /// and for the coverage if there is a `backing`.
     pub(super) fn new(mut film: Film, backing: Option<Backing>, features: Option<&FeatureNames>) -> Self {
         if let Some(backing) = backing {
             film = film.with_backing(backing);
@@ -45,8 +46,8 @@ impl RenderState {
         }
     }
 
-    /// Returns true if the state has no sample, and so no picture. A method whose samples cover all
-    /// pixels may be stopped before its first sample is complete.
+    /// Returns true if the state has no sample, so that there is no picture. A method whose samples
+    /// cover all pixels may be stopped before its first sample is complete.
     pub fn is_empty(&self) -> bool {
         self.film.samples() == 0
     }
@@ -63,7 +64,8 @@ impl RenderState {
         })
     }
 
-    /// The current picture, with channels of `features`, and with an error map if `with_error`.
+    /// The current picture with the channels of `features`. It has an error map if `with_error` is
+    /// true.
     pub(super) fn develop(&self, with_error: bool, features: Option<&FeatureNames>) -> Image {
         let mut image = self.film.develop();
         if let Some(names) = features {
@@ -80,18 +82,18 @@ impl RenderState {
         image
     }
 
-    /// Writes the complete state to an EXR file, to resume from.
+    /// Writes the complete state to an EXR file, from which the render can be resumed.
     ///
     /// # Errors
     ///
-    /// Errors of the file; an existing file is kept.
+    /// Errors of writing the file. An existing file is then kept.
     pub fn keep(&self, output: &Output, metadata: &Metadata) -> Result<(), FileError> {
         let statistics = self.counted();
         self.as_state(&statistics).write(output, metadata)
     }
 
-    /// Writes `image` to all `outputs`, with its sums if `with_sums`, and returns the errors. A
-    /// picture without samples is not written, and an existing file is kept.
+    /// Writes `image` to all `outputs`, and returns the errors. If `with_sums` is true, the sums
+    /// are also written. If there are no samples, no file is written, and existing files are kept.
     pub fn write(
         &self,
         image: &Image,
@@ -111,8 +113,9 @@ impl RenderState {
         outputs.iter().filter_map(|o| write(o).err()).collect()
     }
 
-    /// Saves the state if no file of `outputs` has the picture as floats. Writes `R G B` and all
-    /// sums, as in a checkpoint, beside the first output. Returns the new file.
+    /// Saves the state if no file of `outputs` has the picture as floats. The new file is beside
+    /// the first output. It has `R G B` and all sums, as in a checkpoint. Returns the path of the
+    /// new file.
     pub(super) fn rescue(
         &self,
         outputs: &[(Format, Output)],
@@ -124,7 +127,7 @@ impl RenderState {
             .or(outputs.first())?;
         let write = || {
             let output = beside.rescue()?;
-            // Without additional data that may have caused the failure.
+            // Leave out additional data, which may have caused the failure
             let metadata = Metadata {
                 features: None,
                 denoiser: None,
@@ -144,9 +147,9 @@ impl RenderState {
         }
     }
 
-    /// Counts as JSON.
+    /// Counts and time as JSON text.
     fn counted(&self) -> String {
-        // The structure has only numbers, so that this cannot fail.
+        // This cannot fail, because the structure has only numbers.
         serde_json::to_string(&Counted::new(&self.statistics, self.seconds)).unwrap_or_default()
     }
 }
@@ -157,16 +160,18 @@ struct Counted {
     seconds: f64,
     /// Numbers of camera, bounce and shadow rays.
     rays: [u64; 3],
-    /// Walks through surfaces with opacity below 1 that were cut.
+    /// Number of walks of rays through surfaces with opacity below 1 that were ended at the maximum
+    /// length.
     #[serde(default)]
     cut: u64,
     samples: u64,
     dropped: u64,
     first_dropped: Vec<CountedSample>,
-    /// Proposed and accepted mutations, by kind.
+    /// Numbers of proposed and accepted mutations, for each kind of mutation.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     mutations: BTreeMap<String, [u64; 2]>,
-    /// Numbers for Markov chains: chains, mutations, squared visits of pixels, and stuck chains.
+    /// Counts of Markov chains: number of chains, number of mutations, sum of squared visits of
+    /// pixels, and number of stuck chains.
     #[serde(default)]
     chains: [u64; 4],
 }
@@ -175,7 +180,7 @@ struct Counted {
 struct CountedSample {
     pixel: [u32; 2],
     sample: u32,
-    /// Bits of the floats. JSON has no NaN.
+    /// Bits of the three floats. They are stored as integers, because JSON has no NaN.
     radiance: [u32; 3],
 }
 

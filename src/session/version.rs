@@ -1,9 +1,9 @@
-//! Name of the build, and the components of the program.
+//! Name of the build, and versions of the program's components.
 //!
 //! `build.rs` computes the name: a SHA-256 of the sources, `Cargo.lock`, the compiler's version and
-//! the target processor. It needs no git, and does not depend on the folder of the sources. Only
-//! one build gives bit-identical results, so `--resume` and `merge` refuse files of another build
-//! and name the remedy.
+//! the target processor. The name does not depend on git or on the folder of the sources. Different
+//! builds may give results that are not bit-identical, so `--resume` and `merge` reject files of
+//! another build, with help.
 
 #[cfg(feature = "obvhs")]
 use crate::accel::bvh;
@@ -12,12 +12,12 @@ use crate::accel::embree;
 use std::collections::BTreeSet;
 use std::fs;
 
-/// Name of this build: a hash of its sources and of the compiler options (`build.rs`). Only one
-/// build gives bit-identical results.
+/// Name of this build: a hash of its sources and of the compiler options (`build.rs`). Results of
+/// different builds may not be bit-identical.
 pub const BUILD: &str = env!("EMBRASURE_BUILD");
 
-/// Text with name, version and build of this program, the built-in backends, and the paths of
-/// libraries, one per line.
+/// Text with the name, version and build of this program, the backends that are built in, and the
+/// paths of libraries. Each is on a separate line.
 pub fn version_text() -> String {
     let mut text = format!("embrasure {} (build {BUILD})", env!("CARGO_PKG_VERSION"));
     #[cfg(feature = "embree")]
@@ -36,7 +36,8 @@ pub fn version_text() -> String {
     text
 }
 
-/// Files of Embree and Open Image Denoise that the process has loaded, if the system lists them.
+/// Paths of the libraries Embree and Open Image Denoise that the process has loaded, if the system
+/// lists them.
 fn libraries() -> BTreeSet<String> {
     const NAMES: [&str; 2] = ["libembree4", "libOpenImageDenoise.so"];
     let maps = fs::read_to_string("/proc/self/maps").unwrap_or_default();

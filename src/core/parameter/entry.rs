@@ -1,9 +1,9 @@
-//! Values of parameters as users write them.
+//! Values of parameters in the form in which users write them.
 
 use super::Value;
 use std::fmt;
 
-/// A value as a user has written it.
+/// A value in the form in which a user has written it.
 #[derive(Clone, Copy, Debug)]
 pub enum Input<'a> {
     /// Text after a flag.
@@ -19,7 +19,7 @@ pub enum Input<'a> {
 }
 
 impl Input<'_> {
-    /// The text as it was written.
+    /// The text of the value as it was written.
     pub(super) fn written(self) -> String {
         match self {
             Self::String(text) => format!("\"{text}\""),
@@ -29,16 +29,16 @@ impl Input<'_> {
     }
 }
 
-/// Error: an invalid value of a parameter.
+/// Error about the invalid value of a parameter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InvalidOption {
     /// Key of the parameter.
     pub key: &'static str,
     /// Flag of the parameter, without its dashes.
     pub flag: String,
-    /// Value as written.
+    /// The invalid value as it was written.
     pub value: String,
-    /// Help for the user: valid values.
+    /// Help for the user: a description of valid values.
     pub help: String,
 }
 
@@ -48,14 +48,14 @@ impl fmt::Display for InvalidOption {
     }
 }
 
-/// A key with its value, as in scene files.
+/// A key and its value, as they are written in a scene file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
     /// Key of the parameter.
     pub key: &'static str,
-    /// The value.
+    /// Text of the value.
     pub text: String,
-    /// Type of the value in a file.
+    /// Type of the value in the file.
     pub kind: EntryKind,
 }
 
@@ -71,7 +71,7 @@ pub enum EntryKind {
 }
 
 impl Entry {
-    /// The entry of a parameter with a value.
+    /// Entry of the parameter `key` with the value `value`.
     pub(crate) fn of<T: Value>(key: &'static str, value: T) -> Self {
         let text = value.text();
         let kind = if is_number::<T>(&text) {
@@ -85,7 +85,7 @@ impl Entry {
     }
 }
 
-/// Returns true if scene files write `text` as a number.
+/// Returns true if scene files write the value `text` as a number.
 pub(super) fn is_number<T: Value>(text: &str) -> bool {
     T::IS_NUMBER && text.trim().parse::<f64>().is_ok()
 }

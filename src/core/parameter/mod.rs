@@ -1,9 +1,9 @@
-//! Machinery of parameters: reading, writing, checking and describing a value that a user can set.
+//! Parameters are values that a user can set. This module reads, writes, checks and describes them.
 //!
 //! The macro `parameters!` (`table`) defines the parameters of a group once, for flags, scene
-//! files, documentation and checks. [`Value`] is a type of parameters, [`Range`] the valid numbers
-//! of a parameter, and [`Named`] a choice by name. The lists of parameters are beside their code,
-//! most of them in `options`.
+//! files, documentation and checks. [`Value`] is the trait of types of parameters, [`Range`] has
+//! the valid numbers of a parameter, and [`Named`] is the trait of types whose values have names.
+//! The lists of parameters are beside the code that uses them, most of them in `options`.
 
 mod entry;
 mod names;

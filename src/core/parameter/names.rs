@@ -1,8 +1,8 @@
-//! Values that users choose by name.
+//! Types whose values users choose by name.
 
-/// Types whose values have names, as users type them.
+/// Types whose values have names. Users type these names.
 pub trait Named: Copy + PartialEq + 'static {
-    /// All values with their names; the first is the default.
+    /// All values with their names. The first value is the default.
     const NAMES: &'static [(&'static str, Self)];
 }
 
@@ -28,7 +28,8 @@ pub fn join_names<T>(known: &[(&str, T)]) -> String {
     names.join(", ")
 }
 
-/// Minimum similarity of a misspelled name and its suggestion (Jaro and Winkler, 0 to 1).
+/// Minimum similarity, from 0 to 1, between a misspelled name and the name that is suggested (Jaro
+/// and Winkler).
 const SIMILAR: f64 = 0.8;
 
 /// The name in `known` that is most similar to `name`; `None` if no name is similar enough.

@@ -7,15 +7,15 @@ use std::fmt;
 pub enum Range<T> {
     /// All finite numbers.
     Any,
-    /// From the first number to the second, both included.
+    /// Numbers from the first to the second, including both.
     FromTo(T, T),
-    /// Numbers at least as large as this number.
+    /// This number and all larger numbers.
     AtLeast(T),
     /// Numbers larger than this number.
     Above(T),
-    /// Numbers larger than the first, up to and including the second.
+    /// Numbers above the first, up to and including the second.
     AboveTo(T, T),
-    /// Numbers between both, which are excluded.
+    /// Numbers between the first and the second, without both.
     Between(T, T),
 }
 
@@ -35,8 +35,8 @@ impl<T: Value + PartialOrd> Range<T> {
 }
 
 impl Range<f32> {
-    /// Returns the values of `numbers` and the rule as texts, such as `1.5` and `a number from 0 to
-    /// 1`; `None` if all numbers are in the range.
+    /// If any of `numbers` is out of the range, returns two texts: the numbers, such as `1.5`, and
+    /// the rule, such as `a number from 0 to 1`. `None` if all numbers are in the range.
     pub fn violation(self, numbers: &[f32]) -> Option<(String, String)> {
         if numbers.iter().all(|&number| self.contains(number)) {
             return None;
@@ -58,10 +58,10 @@ impl Range<f32> {
 }
 
 impl<T: Value> Range<T> {
-    /// Bounds as keywords of a JSON Schema.
+    /// Bounds of the range as keywords of a JSON Schema.
     pub fn schema(self) -> Vec<(&'static str, serde_json::Value)> {
-        // Numbers are parsed from their text, which has the digits of the documentation: a 32-bit
-        // float converted to a double has other digits.
+        // Parse the number from its text, so that it has the same digits as the documentation. A
+        // 32-bit float that is converted to a double has other digits.
         let number = |value: T| serde_json::from_str(&value.text()).unwrap_or_default();
         match self {
             Self::Any => Vec::new(),

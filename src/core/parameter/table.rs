@@ -1,24 +1,25 @@
-//! The macro `parameters!`, which defines options once, for flags, scene files, documentation and
-//! checks; and its types.
+//! The macro `parameters!`, and its types. The macro defines an option once, for flags, scene
+//! files, documentation and checks.
 
 use super::value::expected;
 use super::{Entry, Input, InvalidOption, Value, nearest};
 
-/// A parameter that a user can set: its description for flags, keys of scene files, documentation
-/// and messages.
+/// A parameter that a user can set, with its description for flags, keys of scene files,
+/// documentation and messages.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
     /// Key in a scene file: words joined by `_`.
     pub key: &'static str,
-    /// Help: one line, then optional lines for the documentation.
+    /// Help text: a line for flags, then optional lines for the documentation only.
     help: &'static str,
-    /// Name of the flag if it differs from the key; empty without a flag.
+    /// Name of the flag, if it differs from the key. Empty if there is no flag.
     named_flag: Option<&'static str>,
-    /// Value of a flag without a value.
+    /// Value of the parameter if the flag is given without a value.
     pub bare: Option<&'static str>,
-    /// Placeholder of the value in the list of flags.
+    /// Placeholder of the value in the help of the flag.
     pub placeholder: &'static str,
-    /// Default value, or a description of its dependence.
+    /// Returns the default value as text, or a description of the values on which the default
+    /// depends.
     default: fn() -> String,
     names: fn() -> Vec<&'static str>,
     range: fn() -> String,
@@ -26,7 +27,7 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    /// The parameter of an entry of `parameters!`.
+    /// Makes the parameter of an entry in `parameters!`.
     pub(crate) const fn define(
         (key, help): (&'static str, &'static str),
         (named_flag, bare): (Option<&'static str>, Option<&'static str>),
@@ -49,7 +50,7 @@ impl Parameter {
         }
     }
 
-    /// A key of a scene file without a flag.
+    /// Makes the parameter of a key in a scene file that has no flag.
     pub const fn of_section(
         key_and_help: (&'static str, &'static str),
         default: fn() -> String,
@@ -65,33 +66,35 @@ impl Parameter {
         self.named_flag != Some("")
     }
 
-    /// Name of the flag: the key with `-` for `_`, except for a few; empty without a flag.
+    /// Name of the flag: the key with `-` instead of `_`, except for a few flags with other names.
+    /// Empty if there is no flag.
     pub fn flag(&self) -> String {
         self.named_flag.map_or_else(|| self.key.replace('_', "-"), String::from)
     }
 
-    /// Description in one line.
+    /// Help text in one line.
     pub fn help(&self) -> &'static str {
         self.help.lines().next().unwrap_or_default().trim()
     }
 
-    /// Details for the documentation; may be empty.
+    /// Further help text for the documentation. It may be empty.
     pub fn detail(&self) -> String {
         let lines = self.help.lines().skip(1).map(str::trim);
         lines.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
     }
 
-    /// Default value, or a description of its dependence.
+    /// Default value as text, or a description of the values on which the default depends.
     pub fn default(&self) -> String {
         (self.default)()
     }
 
-    /// Names of all values; empty if values have no names.
+    /// Names of all values. Empty if the values of the parameter have no names.
     pub fn names(&self) -> Vec<&'static str> {
         (self.names)()
     }
 
-    /// Range of a number, such as `from 1 to 100`; empty for any number and for named values.
+    /// Range of valid numbers as text, such as `from 1 to 100`. Empty if all numbers are valid, or
+    /// if the values have names.
     pub fn range(&self) -> String {
         (self.range)()
     }
@@ -101,14 +104,14 @@ impl Parameter {
         (self.schema)()
     }
 
-    /// Keys of the parameter in scene files: its key, and its flag if it has another name.
+    /// Keys of the parameter in scene files: its key, and the name of its flag if it differs.
     pub fn keys(&self) -> impl Iterator<Item = &'static str> {
         [self.key]
             .into_iter()
             .chain(self.named_flag.filter(|flag| !flag.is_empty()))
     }
 
-    /// Returns true if `key` is the parameter's key or flag name.
+    /// Returns true if `key` is the parameter's key or the name of its flag.
     pub fn is_called(&self, key: &str) -> bool {
         self.keys().any(|known| known == key)
     }
@@ -118,26 +121,27 @@ impl Parameter {
 pub trait OptionGroup: Default {
     /// All parameters, in the order of the documentation.
     const PARAMETERS: &'static [Parameter];
-    /// Title of their flags; empty for general flags.
+    /// Title above the flags of the group in the help. Empty for general flags.
     const HEADING: &'static str;
 
-    /// Sets the parameter with the name `key`; `None` if this group has no such parameter.
+    /// Sets the parameter called `key` to the value `input`. `None` if the group has no such
+    /// parameter.
     fn set(&mut self, key: &str, input: Input) -> Option<Result<(), InvalidOption>>;
 
-    /// Values that are set here, and values of `other` for unset ones.
+    /// Combines two groups: options that are not set here are taken from `other`.
     fn or(self, other: Self) -> Self;
 
     /// Keys of the parameters that are set.
     fn given(&self) -> Vec<&'static str>;
 
-    /// Keys and values of the parameters that are set, as in scene files.
+    /// Keys and values of the parameters that are set, as scene files write them.
     fn entries(&self) -> Vec<Entry>;
 
-    /// The first value out of its range.
+    /// Error of the first value that is out of its range.
     fn invalid(&self) -> Option<InvalidOption>;
 }
 
-/// Parses a value of `parameter`.
+/// Parses `input` as a value of `parameter`.
 pub(crate) fn read<T: Value>(
     parameter: &Parameter,
     input: Input,
@@ -145,7 +149,7 @@ pub(crate) fn read<T: Value>(
 ) -> Result<T, InvalidOption> {
     let value = match input {
         Input::Flag(text) => T::of_text(text),
-        // Numbers are written without quotes.
+        // Reject strings that are numbers: numbers must be written without quotes
         Input::String(text) => T::of_text(text).filter(|_| T::IS_STRING && !super::entry::is_number::<T>(text)),
         Input::Number(text) => T::of_text(text).filter(|_| T::IS_NUMBER),
         Input::List(text) => T::of_text(text).filter(|_| T::IS_LIST),
@@ -167,7 +171,7 @@ pub(crate) fn read<T: Value>(
     })
 }
 
-/// The error for `value` of `parameter`, unless `is_valid`.
+/// Returns the error about `value` of `parameter`, if `is_valid` is false.
 pub(crate) fn check<T: Value>(parameter: &Parameter, value: T, is_valid: bool) -> Option<InvalidOption> {
     (!is_valid).then(|| InvalidOption {
         key: parameter.key,
@@ -177,7 +181,7 @@ pub(crate) fn check<T: Value>(parameter: &Parameter, value: T, is_valid: bool) -
     })
 }
 
-/// `schema` with the keywords `bounds` added or replaced.
+/// Adds the keywords `bounds` to `schema`, or replaces them.
 pub(crate) fn bounded(
     mut schema: serde_json::Value,
     bounds: Vec<(&'static str, serde_json::Value)>,
@@ -188,7 +192,7 @@ pub(crate) fn bounded(
     schema
 }
 
-/// Defines a struct of options with all properties of each.
+/// Defines a struct of options. The entry of an option has all its properties.
 ///
 /// ```text
 /// parameters! {
@@ -206,9 +210,10 @@ pub(crate) fn bounded(
 /// }
 /// ```
 ///
-/// Fields are `Option`s, `None` if unset. A method with the same name returns the value or its
-/// default. `MODULE` has the type of each value by its key. Its module `resolved` has the type that
-/// methods return: an `Option` only if there is no default.
+/// A field is `None` if its option is not set. The method with the same name returns the value, or
+/// the default if the option is not set. `MODULE` has a type alias for the value of each option,
+/// with the name of its key. The module `resolved` in `MODULE` has aliases for the types that the
+/// methods return: an `Option` only if the option has no default value.
 macro_rules! parameters {
     ($(#[$attribute:meta])* pub struct $group:ident, heading $heading:literal, values $values:ident {
         $($(#[doc = $doc:literal])+ $key:ident: $ty:ty $(= $value:expr)? $(, default $words:literal)? $(, in $range:expr)?
@@ -285,7 +290,7 @@ macro_rules! parameters {
             }
         }
 
-        /// Types of the values, by their keys.
+        /// Types of the values. Each alias has the name of the option's key.
         #[allow(non_camel_case_types, dead_code)]
         pub mod $values {
             #[allow(unused_imports)]
@@ -293,7 +298,8 @@ macro_rules! parameters {
             $(#[doc = concat!("Of `", stringify!($key), "`.")]
             pub type $key = $ty;)+
 
-            /// Types of the values with defaults applied: an `Option` if there is no default.
+            /// Types of the values after defaults were applied: an `Option` if the option has no
+            /// default value.
             pub mod resolved {
                 #[allow(unused_imports)]
                 use super::super::*;

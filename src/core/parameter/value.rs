@@ -1,38 +1,38 @@
-//! Types of parameters: reading, writing and description of their values.
+//! Types of parameters. A type reads, writes and describes its values.
 
 use super::{Named, join_names, name_of};
 use crate::math::{DVec3, Vec2, Vec3};
 use serde_json::json;
 
-/// A type of parameters, with its text format.
+/// A type of parameters. Its values can be converted from and to text.
 pub trait Value: Copy + PartialEq + 'static {
-    /// Placeholder of a value in the list of flags.
+    /// Placeholder of the value in the help of a flag.
     const PLACEHOLDER: &'static str;
-    /// Description of valid values for messages.
+    /// Description of valid values, used in messages.
     const KIND: &'static str;
     /// True if scene files write the value as a string.
     const IS_STRING: bool = false;
     /// True if scene files write the value as a number.
     const IS_NUMBER: bool = true;
 
-    /// True if scene files may write the value as a list of numbers.
+    /// True if scene files may also write the value as a list of numbers.
     const IS_LIST: bool = false;
 
     /// Parses a value.
     fn of_text(text: &str) -> Option<Self>;
 
-    /// Text of the value as users write it.
+    /// Text of the value in the form in which users write it.
     fn text(&self) -> String;
 
-    /// Names of all values; empty if values have no names.
+    /// Names of all values. Empty if values have no names.
     fn names() -> Vec<&'static str> {
         Vec::new()
     }
 
-    /// JSON Schema of the value in a scene file, without the range of a number.
+    /// JSON Schema of the value in a scene file. The range of a number is not included.
     fn schema() -> serde_json::Value;
 
-    /// Returns false for NaN and infinities.
+    /// Returns true if the value is valid: false for NaN and infinities.
     fn is_finite(&self) -> bool {
         true
     }
@@ -131,7 +131,7 @@ impl<T: Named> Value for T {
     }
 }
 
-/// Help for an invalid value: valid values.
+/// Help text for an invalid value, which describes valid values. `range` is the text of the range.
 pub(super) fn expected<T: Value>(range: &str) -> String {
     match T::names().as_slice() {
         [] if range.is_empty() => format!("use {}", T::KIND),

@@ -1,4 +1,5 @@
-//! Sets the paths of the extension module's libraries at run time for the linker.
+//! Passes the folders of libraries to the linker, so that the extension module finds them at run
+//! time.
 
 use std::env;
 use std::path::Path;
@@ -7,9 +8,9 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     configure_python();
     println!("cargo::rerun-if-env-changed=EMBRASURE_MOVABLE");
-    // The wheel has the libraries in lib/embrasure/lib of the environment, like the program
-    // (scripts/wheel). The package is in lib/pythonX.Y/site-packages, on some systems in lib64, or
-    // beside them with `pip install --target`.
+    // In an installed wheel, the libraries are in lib/embrasure/lib of the environment, as for the
+    // program (scripts/wheel). The package is in lib/pythonX.Y/site-packages, on some systems in
+    // lib64, or beside the libraries with `pip install --target`.
     for folder in [
         "../../../embrasure/lib",
         "../../../../lib/embrasure/lib",
@@ -18,12 +19,12 @@ fn main() {
         println!("cargo::rustc-link-arg-cdylib=-Wl,-rpath,$ORIGIN/{folder}");
     }
     if env::var_os("EMBRASURE_MOVABLE").is_some_and(|value| !value.is_empty()) {
-        // DT_RPATH in place of DT_RUNPATH, as in the main crate's build script.
+        // Use DT_RPATH instead of DT_RUNPATH, as in the build script of the main crate
         println!("cargo::rustc-link-arg-cdylib=-Wl,--disable-new-dtags");
         return;
     }
-    // For builds in place: folders of the build's libraries, found by the renderer's own build
-    // script.
+    // For builds that are not installed: add the folders of the build's libraries, which the build
+    // script of the renderer has found
     let folders = env::var("DEP_EMBRASURE_CORE_RPATH").unwrap_or_default();
     for folder in folders.split(':').filter(|folder| !folder.is_empty()) {
         println!("cargo::rustc-link-arg=-Wl,-rpath,{folder}");
@@ -31,8 +32,8 @@ fn main() {
 }
 
 /// Sets the configuration `python` if scripts/setup-python has made the environment of the Python
-/// tests. Without it, these tests are ignored. `EMBRASURE_REQUIRE_PYTHON` sets it everywhere, so
-/// that these tests fail without the environment.
+/// tests. Without this configuration, the Python tests are ignored. `EMBRASURE_REQUIRE_PYTHON`
+/// always sets the configuration, so that the tests fail if the environment is missing.
 fn configure_python() {
     const MADE: &str = "../.deps/python/pins";
     println!("cargo::rustc-check-cfg=cfg(python)");

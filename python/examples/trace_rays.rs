@@ -1,11 +1,11 @@
-//! The reference loop for `em.intersect` (python/tests/measure.py): closest hits of the rays in a
-//! file, with the library alone.
+//! Reference loop in Rust to measure the overhead of `em.intersect` (python/tests/measure.py). It
+//! finds the closest hits of the rays in a file.
 //!
 //! ```text
 //! trace_rays SCENE RAYS       RAYS has six float32 for each ray, origin and direction
 //! ```
 //!
-//! Prints the seconds of the loop, the number of hits, and the sum of their distances.
+//! Prints the time of the loop in seconds, the number of hits, and the sum of their distances.
 
 use embrasure::geometry::Hit;
 use embrasure::math::{Ray, Vec3};

@@ -13,7 +13,7 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-/// Properties of sampled directions, each as an array.
+/// Arrays of the properties of sampled directions: one array for each property.
 type Samples<'py> = (
     Bound<'py, PyArray2<f32>>,
     Bound<'py, PyArray2<f32>>,
@@ -22,7 +22,7 @@ type Samples<'py> = (
     Bound<'py, PyArray1<bool>>,
 );
 
-/// Values and densities.
+/// Arrays of BSDF values and of densities.
 type ValuesAndDensities<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray1<f32>>);
 
 /// Scattering at a surface, in its local frame.
@@ -31,7 +31,8 @@ pub struct Bsdf(embrasure::bsdf::Bsdf);
 
 #[pymethods]
 impl Bsdf {
-    /// BSDF of the material `name` of a scene, which faces must use; `flags` may change materials.
+    /// Makes the BSDF of the material `name` of a scene. Faces of the scene must use the material.
+    /// `flags` may change materials.
     #[new]
     fn new(py: Python, scene: &Description, flags: Vec<String>, name: &str) -> PyResult<Self> {
         let request = Request::new(&scene.0, &flags).map_err(|error| errors::of_session(py, error))?;
@@ -51,7 +52,7 @@ impl Bsdf {
         })
     }
 
-    /// Names and parameters of its lobes.
+    /// Name and parameters of each lobe.
     #[getter]
     fn lobes(&self) -> Vec<(String, String)> {
         let words = |lobe: &embrasure::bsdf::Lobe| (lobe.name().to_string(), lobe.parameters());
@@ -70,12 +71,12 @@ impl Bsdf {
         self.0.is_delta()
     }
 
-    /// Raises an error with help instead of pickling.
+    /// Pickling is not supported: raises an error with help.
     fn __reduce__(&self) -> PyResult<()> {
         Err(errors::no_pickle("Bsdf", "make it in the other process"))
     }
 
-    /// Values and densities for pairs of directions.
+    /// Returns BSDF values and densities for pairs of directions.
     fn eval_pdf<'py>(
         &self,
         py: Python<'py>,
@@ -94,8 +95,9 @@ impl Bsdf {
         Ok((colors(py, &values)?, PyArray1::from_vec(py, densities)))
     }
 
-    /// Directions `wi` sampled for `wo` with three numbers each, with value, density and weight,
-    /// and true for delta lobes. All are 0 if nothing is scattered.
+    /// For each `wo`, samples a direction `wi` with three numbers of `u`. Returns the directions,
+    /// BSDF values, densities and weights, and true for delta lobes. All are 0 if nothing is
+    /// scattered.
     fn sample<'py>(
         &self,
         py: Python<'py>,

@@ -1,4 +1,4 @@
-//! Comparison of two pictures, as in `embrasure compare --json`.
+//! Compares two pictures, like `embrasure compare --json`.
 
 use crate::errors;
 use crate::film::Film;
@@ -7,7 +7,7 @@ use embrasure::Error;
 use pyo3::prelude::*;
 use std::path::Path;
 
-/// Errors of `image` against `reference`, as JSON.
+/// Returns the errors of `image` compared to `reference`, as JSON.
 #[pyfunction]
 pub fn compare(py: Python, reference: &Film, image: &Film, significance: f64) -> PyResult<String> {
     let compared = py.detach(|| {

@@ -1,4 +1,4 @@
-//! Exceptions for the errors of the library, with the same text as on the command line.
+//! Python exceptions for errors of the library. Their texts are the same as on the command line.
 
 use embrasure::io::FileErrorKind;
 use pyo3::create_exception;
@@ -19,12 +19,14 @@ create_exception!(
     "A file that cannot be read or written, or is wrong: `file`, and `line`, `column` and `help` where they are known."
 );
 
-/// Error of pickling an object of the class `name`, whose memory belongs to the process.
+/// Error of pickling an object of the class `name`, which cannot be pickled because its memory
+/// belongs to the process.
 pub fn no_pickle(name: &str, help: &str) -> PyErr {
     PyTypeError::new_err(format!("cannot pickle a {name}: {help}"))
 }
 
-/// Prefix of errors for keys set over a scene file. Python has no flags.
+/// Prefix of errors about keys that are set over a scene file. It is removed, because Python has no
+/// flags.
 const SET: &str = "--set ";
 
 /// Exception for an error of a session.

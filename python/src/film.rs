@@ -17,21 +17,21 @@ use pyo3::prelude::*;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-/// A developed image with its origin.
+/// A developed image, and the render or file from which it comes.
 pub struct Developed {
     pub image: Image,
-    /// Tone of the render.
+    /// Tone curve and exposure of the render.
     pub tone: Tone,
     pub exr: ExrFormat,
     pub seconds: f64,
     pub warnings: Vec<String>,
     pub source: Source,
-    /// Sums of a part of a picture.
+    /// Sums, if the render is a part of a picture.
     pub sums: Option<RenderState>,
 }
 
 impl Developed {
-    /// An image from a file.
+    /// Makes a developed image from an image that was read from a file.
     fn of_file(image: Image, picture: Option<Rendering>) -> Self {
         Self {
             image,
@@ -45,11 +45,12 @@ impl Developed {
     }
 }
 
-/// Origin of an image.
+/// Render or file from which an image comes.
 pub enum Source {
-    /// A render.
+    /// The image was rendered.
     Rendered(Box<Metadata>),
-    /// A file. For comparisons it has the picture, if the file has colours.
+    /// The image was read from a file. For comparisons, it has the picture, if the file has
+    /// colours.
     Read(Option<Rendering>),
 }
 
@@ -73,7 +74,7 @@ impl Film {
         [size.y as usize, size.x as usize]
     }
 
-    /// Tone of the render, with given values instead of its own.
+    /// Tone curve and exposure of the render, except for values that are given here.
     fn tone(&self, tone: Option<&str>, exposure: Option<&str>) -> Result<Tone, Error> {
         let mut options = ToneOptions::default();
         for (key, text) in [("tone", tone), ("exposure", exposure)] {
@@ -89,7 +90,7 @@ impl Film {
         Ok(metered(tone, &self.0.image))
     }
 
-    /// The image, denoised according to `denoise`.
+    /// The image, denoised by the denoiser that `denoise` names.
     fn denoised(&self, denoise: Option<&str>) -> Result<Cow<'_, Image>, Error> {
         let image = &self.0.image;
         let denoiser = match denoise {
@@ -112,7 +113,7 @@ impl Film {
         Ok(Cow::Owned(image))
     }
 
-    /// 8-bit pixels, and their number of channels.
+    /// 8-bit pixels for a display, and the number of their channels.
     fn shown(
         &self,
         tone: Option<&str>,
@@ -153,7 +154,7 @@ impl Film {
         }
     }
 
-    /// The picture with its noise, for comparisons.
+    /// The picture with data about its noise, for comparisons.
     pub fn rendering(&self) -> Option<Rendering> {
         let Developed { image, source, .. } = &self.0;
         match source {
@@ -168,7 +169,7 @@ impl Film {
 
 #[pymethods]
 impl Film {
-    /// A film of linear colours only, row by row from the top.
+    /// Makes a film with linear colours only. `colors` are row by row, from the top.
     #[staticmethod]
     fn of_colors(colors: PyReadonlyArray2<f32>, width: usize) -> PyResult<Self> {
         let pixels: Vec<[f32; 3]> = Rows::new("colors", &colors)?.iter().collect();
@@ -201,14 +202,14 @@ impl Film {
         self.0.image.resolution.into()
     }
 
-    /// Existing pixels: x₀, y₀, x₁, y₁.
+    /// Corners of the rectangle of pixels that the arrays contain: x₀, y₀, x₁, y₁.
     #[getter]
     fn crop(&self) -> (u32, u32, u32, u32) {
         let (min, max) = (self.0.image.crop.min, self.0.image.crop.max);
         (min.x, min.y, max.x, max.y)
     }
 
-    /// Seconds of rendering.
+    /// Time of rendering in seconds.
     #[getter]
     fn seconds(&self) -> f64 {
         self.0.seconds
@@ -223,7 +224,8 @@ impl Film {
         }
     }
 
-    /// Settings in EXR files, `key=value`; empty if unknown.
+    /// Settings in the form in which EXR files store them: `key=value` pairs. Empty if they are
+    /// unknown.
     #[getter]
     fn settings(&self) -> &str {
         match &self.0.source {
@@ -238,12 +240,12 @@ impl Film {
         self.0.warnings.clone()
     }
 
-    /// A channel, row by row from the top.
+    /// Values of one channel, row by row from the top.
     fn plane<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray2<f32>>> {
         PyArray1::from_slice(py, &self.channel(name)?.values).reshape(self.shape())
     }
 
-    /// Several channels, interleaved per pixel.
+    /// Values of several channels, interleaved for each pixel.
     fn planes<'py>(&self, py: Python<'py>, names: Vec<String>) -> PyResult<Bound<'py, PyArray3<f32>>> {
         let channels = names
             .iter()
@@ -270,7 +272,7 @@ impl Film {
         PyArray1::from_vec(py, bytes).reshape([rows, columns, channels])
     }
 
-    /// A PNG file in memory.
+    /// The picture as a PNG file in memory.
     #[pyo3(signature = (tone=None, exposure=None))]
     fn png<'py>(&self, py: Python<'py>, tone: Option<&str>, exposure: Option<&str>) -> PyResult<Cow<'py, [u8]>> {
         let shown = py.detach(|| self.shown(tone, exposure, None));
@@ -281,7 +283,7 @@ impl Film {
             .map_err(|error| errors::Error::new_err(error.to_string()))
     }
 
-    /// Raises an error with help instead of pickling.
+    /// Pickling is not supported: raises an error with help.
     fn __reduce__(&self) -> PyResult<()> {
         Err(errors::no_pickle(
             "Film",
@@ -289,7 +291,7 @@ impl Film {
         ))
     }
 
-    /// Writes an EXR or PNG file like `render -o`.
+    /// Writes an EXR or PNG file like `embrasure render -o`.
     #[pyo3(signature = (path, tone=None, exposure=None))]
     fn save(&self, py: Python, path: PathBuf, tone: Option<&str>, exposure: Option<&str>) -> PyResult<()> {
         let written = py.detach(|| pooled(|| self.write(&path, tone, exposure)));
@@ -297,13 +299,14 @@ impl Film {
     }
 }
 
-/// Reads a picture: all channels of an EXR file, or the colours of a PNG file or a similar file.
+/// Reads a picture: all channels of an EXR file, or the colours of a PNG file or another image
+/// file.
 #[pyfunction]
 pub fn read(py: Python, path: PathBuf) -> PyResult<Film> {
     let film = py.detach(|| {
         let picture = read_rendering(&path);
         let (image, picture) = match path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
-            // A file without colours still has channels.
+            // A file without colours may have other channels
             true => (image_of_layers(&path)?, picture.ok()),
             false => {
                 let picture = picture?;
@@ -316,7 +319,7 @@ pub fn read(py: Python, path: PathBuf) -> PyResult<Film> {
         .map_err(|error: FileError| errors::of_file(py, &error))
 }
 
-/// Channels that have the window of the first channel.
+/// Image with all channels whose data window is the window of the first channel.
 fn image_of_layers(path: &Path) -> Result<Image, FileError> {
     let layers = read_layers(path)?;
     let crop = layers.channels[0].window;
@@ -326,7 +329,7 @@ fn image_of_layers(path: &Path) -> Result<Image, FileError> {
         values: channel.values,
     });
     let mut channels: Vec<Channel> = channels.collect();
-    // The colours come first, as in a render.
+    // Sort the colours first, as in a render
     let place = |channel: &Channel| {
         ["R", "G", "B"]
             .iter()

@@ -1,5 +1,5 @@
-//! Work in a separate thread. The Python thread waits for it without a lock, and checks for
-//! signals.
+//! Runs work in a separate thread. Meanwhile the Python thread waits without the interpreter's
+//! lock, and checks for signals.
 
 use crate::errors::{self, Error};
 use pyo3::prelude::*;
@@ -15,17 +15,18 @@ use std::time::Duration;
 /// Time between two checks for signals.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Maximum wait for work after a stop request.
+/// Maximum time to wait for the work after it was requested to stop.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// Shared state of the work and the thread that waits for it.
+/// State that the working thread and the waiting thread share.
 #[derive(Default)]
 pub struct Status {
-    /// True to stop.
+    /// True if the work must stop.
     pub stop: AtomicBool,
-    /// Samples taken, over all pixels.
+    /// Number of samples taken so far, over all pixels.
     pub done: AtomicU64,
-    /// Number of samples to take, over all pixels, if known; 0 while the scene is read.
+    /// Number of samples to take, over all pixels. It is 0 while it is unknown, such as while the
+    /// scene is read.
     pub total: AtomicU64,
 }
 
@@ -35,15 +36,15 @@ impl Status {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Samples taken, and samples to take.
+    /// Number of samples taken, and number of samples to take.
     fn progress(&self) -> (u64, u64) {
         let [done, total] = [&self.done, &self.total].map(|count| count.load(Ordering::Relaxed));
         (done.min(total), total)
     }
 }
 
-/// Waits for a value from `results`. `progress` is called with the samples taken and the samples to
-/// take, after they have changed.
+/// Waits for a value from `results`. If the progress has changed, calls `progress` with the number
+/// of samples taken and the number of samples to take.
 ///
 /// # Errors
 ///
@@ -82,7 +83,8 @@ pub fn wait<T: Send>(
         }
         if let Err(raised) = py.check_signals().and_then(|()| tell(py)) {
             status.stop.store(true, Ordering::Relaxed);
-            // Usually frees the memory of the work before the exception arrives.
+            // Wait for the end of the work, so that its memory is usually freed before the
+            // exception arrives
             let _ = py.detach(|| receive(PATIENCE));
             return Err(raised);
         }
@@ -94,7 +96,8 @@ pub fn wait<T: Send>(
 ///
 /// # Errors
 ///
-/// Errors of `work`, and exceptions of a signal; the thread is then abandoned.
+/// Errors of `work`, and exceptions of a signal. After a signal the thread continues, but its
+/// result is not used.
 pub fn on_thread<T: Send + 'static>(
     py: Python,
     work: impl FnOnce() -> Result<T, embrasure::Error> + Send + 'static,
@@ -107,17 +110,17 @@ pub fn on_thread<T: Send + 'static>(
     done.map_err(|error| errors::of_session(py, error))
 }
 
-/// Runs `work` in the threads of this process. A panic becomes an error.
+/// Runs `work` in the thread pool of this process. A panic becomes an error.
 pub fn pooled<T: Send>(work: impl FnOnce() -> Result<T, embrasure::Error> + Send) -> Result<T, embrasure::Error> {
     let pool = pool()?;
     guarded(|| pool.install(work))
 }
 
-/// Threads for work outside sessions, and the id of their process.
+/// Thread pool for work outside of sessions, and the id of the process that owns its threads.
 static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
-/// Threads of this process. A forked process has no threads of its parent, and would wait forever
-/// for the threads of rayon's global pool.
+/// Thread pool of this process. After a fork, the child process needs a new pool: it does not have
+/// the threads of its parent, and would wait forever for rayon's global pool.
 fn pool() -> Result<Arc<ThreadPool>, embrasure::Error> {
     let mut known = POOL.lock().unwrap_or_else(PoisonError::into_inner);
     let process = std::process::id();
@@ -127,7 +130,8 @@ fn pool() -> Result<Arc<ThreadPool>, embrasure::Error> {
     let pool = ThreadPoolBuilder::new().build();
     let pool = pool.map_err(|error| embrasure::Error::Failed(format!("cannot start threads: {error}")))?;
     let pool = Arc::new(pool);
-    // The parent's pool has no threads in this process that could end.
+    // Do not drop the pool of the parent: its threads do not exist in this process, so dropping
+    // would wait for them
     std::mem::forget(known.replace((process, pool.clone())));
     Ok(pool)
 }

@@ -1,9 +1,10 @@
 //! The extension module `embrasure._native`, which the Python package `embrasure` uses. The package
-//! has the names, types and documentation for users (`python/embrasure`). The classes here have the
-//! data without a Python or numpy type.
+//! (`python/embrasure`) has the names, types and documentation for users. The classes of this
+//! module have the data that has no Python or numpy type.
 //!
-//! Renders and scene reading run in a separate thread (`job`). The Python thread waits without the
-//! interpreter's lock, checks for signals, and calls the progress callback.
+//! Renders run in a separate thread, and scenes are read in a separate thread (`job`). The Python
+//! thread waits without the interpreter's lock, checks for signals, and calls the progress
+//! callback.
 
 mod bsdf;
 mod compare;
@@ -37,7 +38,8 @@ mod _native {
     use crate::scene::{Description, Mesh};
     use pyo3::prelude::*;
 
-    /// Version, backends with their versions, and paths of libraries, one per line.
+    /// Text with the version, the backends with their versions, and the paths of libraries. Each is
+    /// on a separate line.
     #[pyfunction]
     fn version_text() -> String {
         embrasure::version_text()

@@ -15,16 +15,16 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 use std::sync::Arc;
 
-/// Number of rays between two checks for signals.
+/// Number of rays that are traced between two checks for signals.
 const BATCH: usize = 1 << 20;
 
-/// Number of rays per task.
+/// Number of rays that one task traces.
 const TASK: usize = 1 << 12;
 
-/// No triangle, mesh or instance.
+/// Index in results that means no triangle, mesh or instance.
 const NONE: i32 = -1;
 
-/// An array for each property of hits: t, prim, geom, inst, barycentrics, normal.
+/// One array for each property of hits: t, prim, geom, inst, barycentrics, normal.
 type Hits<'py> = (
     Bound<'py, PyArray1<f32>>,
     Bound<'py, PyArray1<i32>>,
@@ -34,14 +34,14 @@ type Hits<'py> = (
     Bound<'py, PyArray2<f32>>,
 );
 
-/// A scene in memory with its acceleration structure.
+/// A loaded scene with its acceleration structure.
 #[pyclass(frozen, module = "embrasure._native")]
 pub struct Rays {
     session: Arc<Session>,
-    /// Id of the process that owns the threads.
+    /// Id of the process that owns the threads of the session.
     process: u32,
-    /// For meshes from arrays that have triangles without area: the array index of each triangle of
-    /// the scene. The scene leaves triangles without area out.
+    /// For each mesh from arrays that has triangles without area: the index in the array for each
+    /// triangle of the scene. Triangles without area are not in the scene. `None` for other meshes.
     kept: Vec<Option<Vec<u32>>>,
 }
 
@@ -54,14 +54,14 @@ impl Rays {
         on_thread(py, move || Self::load(&request))
     }
 
-    /// Number of triangles, meshes and instances.
+    /// Numbers of triangles, meshes and instances.
     #[getter]
     fn counts(&self) -> (u64, usize, usize) {
         let scene = self.session.scene();
         (scene.triangle_count(), scene.meshes().len(), scene.instances().len())
     }
 
-    /// Corners of the box around all vertices.
+    /// Minimum and maximum corner of the box around all vertices.
     #[getter]
     fn bounds(&self) -> ([f32; 3], [f32; 3]) {
         let bounds = self.session.scene().bounds();
@@ -74,8 +74,8 @@ impl Rays {
         self.session.scene().objects().to_vec()
     }
 
-    /// Closest hits of rays in the open interval from `t_min` to `t_max`. `t_max` has one value for
-    /// all rays, or one per ray.
+    /// Finds the closest hits of rays in the open interval from `t_min` to `t_max`. `t_max` has one
+    /// value for all rays, or one value for each ray.
     fn intersect<'py>(
         &self,
         py: Python<'py>,
@@ -86,7 +86,8 @@ impl Rays {
     ) -> PyResult<Hits<'py>> {
         let rays = RayArrays::new(&origins, &directions, t_min, &t_max)?;
         let count = rays.len();
-        // The system allocates zero pages at the first write, in the thread that writes.
+        // Allocate with zeros: the system then provides each page at its first write, in the thread
+        // that writes it
         let mut t = vec![0.0f32; count];
         let [mut prim, mut geom, mut inst] = [(); 3].map(|()| vec![0i32; count]);
         let [mut weights, mut normals] = [(); 2].map(|()| vec![[0.0f32; 3]; count]);
@@ -132,7 +133,7 @@ impl Rays {
         ))
     }
 
-    /// True for each ray that hits a surface.
+    /// Returns true for each ray that hits a surface.
     fn occluded<'py>(
         &self,
         py: Python<'py>,
@@ -172,15 +173,15 @@ impl Rays {
         })
     }
 
-    /// Index of a triangle in the arrays of its mesh.
+    /// Index of the triangle that was hit, in the arrays of its mesh.
     fn triangle(&self, hit: &Hit) -> i32 {
         let kept = self.kept.get(hit.geom.0 as usize).and_then(Option::as_ref);
         let index = kept.and_then(|kept| kept.get(hit.prim.0 as usize));
         *index.unwrap_or(&hit.prim.0) as i32
     }
 
-    /// Calls `work` with consecutive ranges of `count` rays in the session's threads, and checks
-    /// for signals between them.
+    /// Divides `count` rays into consecutive ranges, and calls `work` with each range in the
+    /// threads of the session. Checks for signals between ranges.
     fn in_batches(
         &self,
         py: Python,
@@ -206,8 +207,8 @@ impl Rays {
 }
 
 impl Drop for Rays {
-    /// In a forked process the session is never dropped. A thread of the parent may have held a
-    /// lock of Embree or of the pool, and no thread here releases it.
+    /// Do not drop the session in a forked process. At the fork, a thread of the parent may have
+    /// held a lock of Embree or of the pool, and no thread of this process would release the lock.
     fn drop(&mut self) {
         if self.process != std::process::id() {
             std::mem::forget(self.session.clone());
@@ -215,7 +216,7 @@ impl Drop for Rays {
     }
 }
 
-/// Rays from arrays.
+/// Rays whose origins, directions and intervals are in arrays.
 struct RayArrays<'a> {
     origins: Rows<'a, f32, 3>,
     directions: Rows<'a, f32, 3>,
@@ -257,26 +258,27 @@ impl<'a> RayArrays<'a> {
     }
 }
 
-/// Unit geometric normal of the triangle of a hit, by its winding.
+/// Unit geometric normal of the triangle that was hit, according to its winding.
 fn normal(scene: &Scene, hit: &Hit) -> [f32; 3] {
     let [a, b, c] = scene.corners(hit, 0.0);
     (b - a).cross(c - a).normalize_or_zero().to_array()
 }
 
-/// Indices of the existing triangles, for each mesh of `scene` that lacks triangles of its array.
+/// For each mesh of `scene` that has fewer triangles than its array: index in the array of each
+/// triangle. `None` for other meshes.
 fn kept_triangles(file: &SceneFile, scene: &Scene) -> Vec<Option<Vec<u32>>> {
     let mut kept = vec![None; scene.meshes().len()];
     let mut geom = 0;
     for object in &file.made {
-        // Meshes without any triangle are left out.
+        // Meshes in which all triangles have no area are not in the scene: skip them
         let is_same = |mesh: &Mesh| mesh.positions == object.mesh.positions;
         let Some(found) = scene.meshes()[geom..].iter().position(is_same) else {
             continue;
         };
         let (mesh, all) = (&scene.meshes()[geom + found], &object.mesh.triangles);
         if mesh.triangles.len() < all.len() {
-            // Equal triangles are both kept or both left out, so the first equal triangle is
-            // correct.
+            // Equal triangles are either all kept or all left out, so we can use the first equal
+            // triangle
             let mut indices = (0u32..).zip(all);
             let next = |triangle: &[u32; 3]| indices.find(|(_, other)| *other == triangle);
             kept[geom + found] = Some(mesh.triangles.iter().filter_map(next).map(|(i, _)| i).collect());

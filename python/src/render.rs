@@ -1,4 +1,5 @@
-//! Renders: a thread with session, renderer and state that returns films on request.
+//! Renders. The thread of a render has session, renderer and state. It returns films when they are
+//! requested.
 
 use crate::errors;
 use crate::film::{Developed, Film, Source};
@@ -14,24 +15,24 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Reply of the thread: the next film, or `None` after the last.
+/// Reply of the render thread: the next film, or `None` after the last film.
 type Answer = Result<Option<Developed>, Error>;
 
-/// A render in progress. Dropping it ends its thread.
+/// A render in progress. When it is dropped, its thread ends.
 #[pyclass(frozen, module = "embrasure._native")]
 pub struct Render {
     status: Arc<Status>,
-    /// Sender to the thread. The thread ends when it is dropped.
+    /// Sender of requests to the render thread. When it is dropped, the thread ends.
     asks: Mutex<Sender<()>>,
     answers: Mutex<Receiver<Answer>>,
-    /// Locked while a thread waits for a reply.
+    /// Locked while a Python thread waits for a reply.
     turn: Mutex<()>,
 }
 
 #[pymethods]
 impl Render {
-    /// A render of `scene` with `flags`. With `pause`, in seconds, films are made at the ends of
-    /// passes, with at least this interval. Without it, there is one film at the end.
+    /// A render of `scene` with `flags`. If `pause` is given, films are made at the ends of passes,
+    /// with at least `pause` seconds between two films. Else only one film is made, at the end.
     #[new]
     #[pyo3(signature = (scene, flags, pause=None))]
     fn new(py: Python, scene: &Description, flags: Vec<String>, pause: Option<f64>) -> PyResult<Self> {
@@ -58,8 +59,8 @@ impl Render {
         })
     }
 
-    /// The next film; `None` after the last. `progress` is called with the samples taken and the
-    /// samples to take, over all pixels.
+    /// Returns the next film; `None` after the last film. `progress` is called with the number of
+    /// samples taken and the number of samples to take, over all pixels.
     #[pyo3(signature = (progress=None))]
     fn next(&self, py: Python, progress: Option<Py<PyAny>>) -> PyResult<Option<Film>> {
         let Ok(_turn) = self.turn.try_lock() else {
@@ -82,7 +83,7 @@ impl Drop for Render {
     }
 }
 
-/// Data of the thread of a render.
+/// Data of a render thread.
 struct Work {
     request: Request,
     pause: Option<Duration>,
@@ -92,23 +93,23 @@ struct Work {
 }
 
 impl Work {
-    /// Replies to requests until no sender remains.
+    /// Replies to requests until the sender of the requests is dropped.
     fn run(self) {
         if self.asked.recv().is_err() {
             return;
         }
-        // The session is dropped before the last reply: a process forked later has no thread with a
-        // lock of Embree.
+        // Drop the session before the last reply. If the process forks later, no thread of the
+        // session can then hold a lock of Embree
         let last = guarded(|| self.render());
         let _ = self.answers.send(last);
-        // Later requests get no film.
+        // Reply to later requests without a film
         while self.asked.recv().is_ok() {
             let _ = self.answers.send(Ok(None));
         }
     }
 
-    /// Replies to requests for all films except the last, which is returned. `None` if the render
-    /// was stopped, or if no film was requested.
+    /// Renders, and replies to requests for films, except for the last film, which is returned.
+    /// `None` if the render was stopped, or if no film was requested.
     fn render(&self) -> Answer {
         let Request {
             scene,
@@ -149,7 +150,8 @@ impl Work {
         }
     }
 
-    /// The current film, denoised if requested and if the render `is_over`.
+    /// Makes the current film. It is denoised if a denoiser was requested and if `is_over` is true:
+    /// the render has ended.
     fn film(
         &self,
         renderer: &Renderer,
@@ -181,14 +183,14 @@ impl Work {
             seconds: state.seconds,
             warnings: warnings.into_iter().map(|warning| warning.text).collect(),
             source: Source::Rendered(Box::new(metadata)),
-            // Parts are written with their sums.
+            // Keep the sums of a part, so that they can be saved
             sums: settings.is_part().then(|| state.clone()),
         })
     }
 }
 
-/// Counts samples, ends the render at its time limit or on a stop request, and pauses it at the end
-/// of a pass.
+/// Observer of a render. It counts samples, stops the render at its time limit or on request, and
+/// pauses the render at the ends of passes.
 struct Watcher<'a> {
     status: &'a Status,
     end: Option<Instant>,

@@ -10,8 +10,9 @@ use pyo3::prelude::*;
 /// Number of values between two checks for signals.
 const BATCH: u32 = 1 << 22;
 
-/// Decisions of a path, with two numbers each, in their order: pixel, lens, then for each vertex
-/// the choice of a light, the point on it, and the direction.
+/// Decision of a path with the index `index`. Decisions have two numbers each. Their order is:
+/// pixel, lens, then at each vertex the choice of a light, the point on the light, and the
+/// direction.
 fn decision(index: u32) -> Dimension {
     const AT_A_VERTEX: [Bounce; 3] = [Bounce::Decisions, Bounce::LightPoint, Bounce::Direction];
     match index {
@@ -39,8 +40,8 @@ fn reserved(count: u32, dims: u32) -> PyResult<Vec<f32>> {
     )))
 }
 
-/// Numbers of the samples 0 to `count` − 1 of a pixel from the sampler `name`, with `dims` per
-/// sample.
+/// Numbers from the sampler `name` for the samples 0 to `count` − 1 of a pixel. Each sample has
+/// `dims` numbers.
 #[pyfunction]
 pub fn points<'py>(
     py: Python<'py>,

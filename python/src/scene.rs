@@ -1,5 +1,5 @@
-//! Scene descriptions: a scene file or a scene in code, with changed keys and with meshes from
-//! arrays.
+//! Scene descriptions: a scene file or a scene made in code, with changed keys, and with meshes
+//! from arrays.
 
 use crate::errors;
 use embrasure::SceneFile;
@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Triangles from arrays.
+/// A mesh whose triangles come from arrays.
 #[pyclass(frozen, module = "embrasure._native")]
 pub struct Mesh(Arc<embrasure::geometry::Mesh>);
 
@@ -38,7 +38,7 @@ impl Mesh {
         })))
     }
 
-    /// Raises an error with help instead of pickling.
+    /// Pickling is not supported: raises an error with help.
     fn __reduce__(&self) -> PyResult<()> {
         Err(errors::no_pickle(
             "Scene",
@@ -47,17 +47,17 @@ impl Mesh {
     }
 }
 
-/// Rows of an array with `N` columns.
+/// Rows of an array with `N` columns. `name` is the name of the array in errors.
 fn rows<T: numpy::Element + Copy, const N: usize>(name: &str, array: &PyReadonlyArray2<T>) -> PyResult<Vec<[T; N]>> {
     Ok(Rows::new(name, array)?.iter().collect())
 }
 
-/// Rows of an array with `N` columns, in row-major order.
+/// Rows of an array with `N` columns, which is stored in row-major order.
 #[derive(Clone, Copy)]
 pub struct Rows<'a, T, const N: usize>(&'a [T]);
 
 impl<'a, T: numpy::Element + Copy, const N: usize> Rows<'a, T, N> {
-    /// Rows of `array`. Errors use the name `name`.
+    /// Rows of `array`. `name` is the name of the array in errors.
     pub fn new(name: &str, array: &'a PyReadonlyArray2<T>) -> PyResult<Self> {
         let columns = array.shape()[1];
         if columns != N {
@@ -74,7 +74,7 @@ impl<'a, T: numpy::Element + Copy, const N: usize> Rows<'a, T, N> {
         self.0.len() / N
     }
 
-    /// Row `i`, which must exist.
+    /// Row `i`, which must be in range.
     pub fn row(&self, i: usize) -> [T; N] {
         let start = i * N;
         std::array::from_fn(|column| self.0[start + column])
@@ -92,14 +92,14 @@ pub struct Description(pub SceneFile);
 
 #[pymethods]
 impl Description {
-    /// A scene file, or the scene of an OBJ file, with changed keys.
+    /// Reads a scene file, or makes the scene of an OBJ file, with changed keys.
     #[staticmethod]
     fn load(py: Python, path: PathBuf, keys: Vec<String>) -> PyResult<Self> {
         let file = Request::scene_file(&path, &keys);
         file.map(Self).map_err(|error| errors::of_file(py, &error))
     }
 
-    /// A scene without objects.
+    /// Makes a scene without objects.
     #[staticmethod]
     fn in_code(py: Python) -> PyResult<Self> {
         SceneFile::in_code(&[])
@@ -107,7 +107,8 @@ impl Description {
             .map_err(|error| errors::of_file(py, &error))
     }
 
-    /// This scene with `keys` and `meshes`: each mesh with its name and the name of its material.
+    /// Copy of this scene with the keys `keys` and the meshes `meshes`. Each mesh has its name and
+    /// the name of its material.
     #[pyo3(signature = (keys, meshes))]
     fn with_parts(
         &self,
@@ -125,7 +126,7 @@ impl Description {
         Ok(Self(file))
     }
 
-    /// Checks flags of a render.
+    /// Checks flags for a render.
     fn check(&self, py: Python, flags: Vec<String>) -> PyResult<()> {
         let checked = Request::new(&self.0, &flags).and_then(|request| request.settings.check());
         checked.map_err(|error| errors::of_session(py, error))
@@ -137,7 +138,7 @@ impl Description {
         self.0.light.len()
     }
 
-    /// Raises an error with help instead of pickling.
+    /// Pickling is not supported: raises an error with help.
     fn __reduce__(&self) -> PyResult<()> {
         Err(errors::no_pickle(
             "Scene",

@@ -5,7 +5,7 @@ use std::env;
 use std::path::Path;
 use std::process::Command;
 
-/// Fails the test with the output of the command, if the command failed.
+/// Runs `command`. If the command fails, the test fails with the output of the command.
 fn run(command: &mut Command) {
     let out = command.output().unwrap_or_else(|error| panic!("{command:?}: {error}"));
     let said = [&out.stdout[..], &out.stderr].map(String::from_utf8_lossy).concat();
@@ -17,8 +17,8 @@ fn run(command: &mut Command) {
 #[cfg_attr(not(python), ignore = "the environment of scripts/setup-python is missing")]
 fn python_tests_pass() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
-    // Cargo runs this test in target/PROFILE/deps, the folder of the module. The program is one
-    // level up.
+    // Cargo runs this test in target/PROFILE/deps, where it also puts the module. The program is in
+    // the parent folder.
     let this = env::current_exe().unwrap();
     let deps = this.parent().unwrap();
     let package = tempfile::tempdir().unwrap();

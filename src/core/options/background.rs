@@ -20,17 +20,18 @@ parameters! {
     }
 }
 
-/// Key of the background in the settings text of files, `key=value`.
+/// Key of the background in the settings that image files store as `key=value` pairs.
 pub const BACKGROUND: &str = "background";
 
-/// The backing of images with the settings text `settings` of a file.
+/// The backing of an image whose file has the settings `settings`; `None` if the background is not
+/// transparent and has no colour.
 pub fn backing_of(settings: &str) -> Option<Backing> {
     let pairs = settings.split(' ').filter_map(|pair| pair.split_once('='));
     let (_, text) = pairs.into_iter().find(|(key, _)| *key == BACKGROUND)?;
     Background::of_text(text)?.backing()
 }
 
-/// Prefix of the colour of a gradient.
+/// Prefix of a gradient, before its colour.
 const GRADIENT: &str = "gradient:";
 
 impl Value for Background {
@@ -72,7 +73,7 @@ impl Value for Background {
         ] })
     }
 
-    /// Returns true if the radiance is finite and not negative.
+    /// Returns true if the radiance is valid: finite and not negative.
     fn is_finite(&self) -> bool {
         match self {
             Self::Light | Self::Transparent => true,
@@ -81,7 +82,7 @@ impl Value for Background {
     }
 }
 
-/// Text of a colour as users write it, without a space.
+/// Text of a colour in the form in which users write it, without spaces.
 fn color_text(color: Spectrum) -> String {
     match color.to_array() {
         [r, g, b] if r == g && g == b => r.to_string(),

@@ -1,5 +1,5 @@
-//! Calibrated cameras as users write them: intrinsics, distortion, and poses in the convention of
-//! another program.
+//! Values of calibrated cameras that users write: intrinsics, distortion, and poses in the
+//! convention of another program.
 
 use crate::camera::{Distortion, Intrinsics};
 use crate::math::{DMat3, DVec3};
@@ -34,17 +34,18 @@ impl Value for Intrinsics {
     }
 }
 
-/// Coefficients of a distortion, in OpenCV's order; their meaning depends on the projection.
+/// Coefficients of a lens distortion in OpenCV's order. Their meaning depends on the projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistortionCoefficients {
-    /// The first four: k1, k2, p1, p2, or k1, k2, k3, k4 of a fisheye.
+    /// The first four coefficients: k1, k2, p1, p2 of a perspective camera, or k1, k2, k3, k4 of a
+    /// fisheye camera.
     first: [f64; 4],
-    /// The fifth: k3.
+    /// The fifth coefficient: k3 of a perspective camera.
     last: Option<f64>,
 }
 
 impl DistortionCoefficients {
-    /// The coefficients of `distortion`; `None` if there is none.
+    /// Coefficients of `distortion`; `None` if there is no distortion.
     pub fn of(distortion: Distortion) -> Option<Self> {
         let (first, last) = match distortion {
             Distortion::Pinhole([k1, k2, p1, p2, k3]) => ([k1, k2, p1, p2], Some(k3)),
@@ -54,8 +55,8 @@ impl DistortionCoefficients {
         (!is_none).then_some(Self { first, last })
     }
 
-    /// The distortion of a perspective or fisheye camera; `None` if the number of coefficients is
-    /// wrong.
+    /// Distortion of a perspective camera, or of a fisheye camera if `is_fisheye`; `None` if the
+    /// number of coefficients is wrong.
     pub fn distortion(&self, is_fisheye: bool) -> Option<Distortion> {
         let [k1, k2, p1, p2] = self.first;
         match (is_fisheye, self.last) {
@@ -100,14 +101,14 @@ impl Value for DistortionCoefficients {
     }
 }
 
-/// Convention of a pose matrix.
+/// Convention of a pose matrix: its direction, and the axes of the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PoseConvention {
-    /// World to camera; x right, y down, z forward.
+    /// The matrix maps the world to the camera. The camera has x right, y down and z forward.
     OpenCv,
-    /// World to camera; x right, y up, z backward.
+    /// The matrix maps the world to the camera. The camera has x right, y up and z backward.
     OpenGl,
-    /// Camera to world; x right, y up, z backward.
+    /// The matrix maps the camera to the world. The camera has x right, y up and z backward.
     Blender,
 }
 
@@ -124,31 +125,33 @@ impl Named for PoseConvention {
 pub struct Pose {
     /// Position of the lens, world space.
     pub position: DVec3,
-    /// A point on the view axis, world space.
+    /// A point on the view axis in front of the lens, world space.
     pub look_at: DVec3,
     /// Upward direction in the image.
     pub up: DVec3,
 }
 
-/// Maximum relative deviation of a pose's axes from right angles and from a common length.
+/// Maximum relative deviation of a pose's axes from right angles, and of their lengths from each
+/// other.
 const TOLERANCE: f64 = 1e-3;
 
-/// Pose of a camera as a matrix in a convention: three rows of four numbers.
+/// Pose matrix of a camera in a convention: three rows of four numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseMatrix {
-    /// Direction of the matrix and its axes.
+    /// Convention of the matrix.
     pub convention: PoseConvention,
-    /// Rows.
+    /// Rows of the matrix.
     pub rows: [[f64; 4]; 3],
 }
 
 impl PoseMatrix {
-    /// The pose; an error if the matrix is singular, mirrored or skewed.
+    /// Position and directions of the camera; an error if the matrix is singular, mirrored or
+    /// skewed.
     pub fn pose(&self) -> Result<Pose, String> {
         let axis = |column: usize| DVec3::from(self.rows.map(|row| row[column]));
         let (axes, offset) = (DMat3::from_cols(axis(0), axis(1), axis(2)), axis(3));
         let determinant = axes.determinant();
-        // A common factor of all axes is ignored.
+        // Divide by the common length of the axes, which has no meaning
         let scale = determinant.cbrt();
         let size = axes
             .to_cols_array()
@@ -176,7 +179,7 @@ impl PoseMatrix {
             PoseConvention::OpenCv => (to_world.y_axis, to_world.z_axis),
             _ => (-to_world.y_axis, -to_world.z_axis),
         };
-        // Far enough that rounding of the point does not turn the axis
+        // Choose a point so far away that its rounding does not turn the view axis
         let distance = position.abs().max_element().max(1.0);
         Ok(Pose {
             position,
@@ -227,7 +230,7 @@ impl Value for PoseMatrix {
 mod tests {
     use super::*;
 
-    /// A single camera in three conventions: at (1, 2, 3), towards −x, with z up.
+    /// One camera in three conventions. It is at (1, 2, 3) and views towards −x, with z up.
     #[test]
     fn conventions_name_one_pose() {
         for text in [

@@ -1,4 +1,4 @@
-//! The camera: keys of `[camera]`, and flags.
+//! Camera options: keys of `[camera]`, and flags.
 
 use super::calibration::{DistortionCoefficients, Pose, PoseMatrix};
 use crate::camera::{
@@ -119,7 +119,7 @@ parameters! {
 }
 
 impl CameraOptions {
-    /// Keys that exclude each other.
+    /// Pairs of keys that exclude each other.
     pub const EXCLUSIVE: &[[&'static str; 2]] = &[
         ["position", "view"],
         ["position", "orbit"],
@@ -148,8 +148,8 @@ impl CameraOptions {
         ["intrinsics", "fisheye_mapping"],
     ];
 
-    /// Options with the position and directions of `pose`. An invalid matrix is kept, and is an
-    /// error of the camera.
+    /// Replaces the option `pose` by the position and the directions of its matrix. An invalid
+    /// matrix is kept: it becomes an error when the camera is made.
     pub fn placed(self) -> Self {
         let Some(Ok(Pose { position, look_at, up })) = self.pose.map(|matrix| matrix.pose()) else {
             return self;
@@ -163,8 +163,7 @@ impl CameraOptions {
         }
     }
 
-    /// The options of the lens's opening, the focus and the shutter, without those of the place and
-    /// the projection.
+    /// Only the options of aperture, focus and shutter.
     pub fn opening(self) -> Self {
         Self {
             lens_radius: self.lens_radius,
@@ -179,7 +178,7 @@ impl CameraOptions {
         }
     }
 
-    /// All options that define the view of `description`'s camera.
+    /// All options of the view of a camera with this description.
     pub fn of(description: &CameraDescription) -> Self {
         let (parameters, motion) = (&description.parameters, description.motion);
         let (aperture, close) = (description.aperture, motion.and_then(|motion| motion.close));
@@ -211,7 +210,7 @@ impl CameraOptions {
                 ..Self::default()
             },
         };
-        // The field of view of calibrated cameras follows from the focal length.
+        // Leave out the field of view of calibrated cameras: it follows from the focal length
         let is_calibrated = of_projection.intrinsics.is_some();
         Self {
             position: Some(parameters.position.as_dvec3()),
@@ -231,7 +230,7 @@ impl CameraOptions {
     }
 }
 
-/// Times of shutter open and close, from 0 to 1.
+/// Times at which the shutter opens and closes, from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shutter(pub [f32; 2]);
 

@@ -1,4 +1,4 @@
-//! Steps from the sums of a render to its image.
+//! Steps after a render that make the image from its sums: denoising, exposure and tone curve.
 
 use super::{Denoising, Value};
 use crate::color::Tone;
@@ -6,20 +6,20 @@ use crate::color::tone::{Curve, Exposure};
 use crate::denoise::Denoiser;
 use std::fmt;
 
-/// Denoiser, exposure and tone curve of a render. Files of parts and checkpoints store them, so
-/// that images made from these files equal the images of the render.
+/// Denoiser, exposure and tone curve of a render. They are stored in checkpoints and in files of
+/// parts, so that images made from these files equal the images of the render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Finish {
     /// Exposure and tone curve of PNG files.
     pub tone: Tone,
     /// The denoiser, if there is one.
     pub denoiser: Option<Denoiser>,
-    /// Radius of the denoiser in pixels; `None`: its default.
+    /// Radius of the denoiser in pixels; `None` for the default of the denoiser.
     pub denoise_radius: Option<f32>,
 }
 
 impl fmt::Display for Finish {
-    /// `key=value` pairs: `tone=agx exposure=auto denoise=oidn`.
+    /// Writes `key=value` pairs, such as `tone=agx exposure=auto denoise=oidn`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let denoising = self.denoiser.map_or(Denoising::Off, Denoising::By);
         write!(f, "{} denoise={}", self.tone, denoising.text())?;
@@ -31,7 +31,8 @@ impl fmt::Display for Finish {
 }
 
 impl Finish {
-    /// Parses the displayed text of [`Finish`]; missing or invalid values get defaults.
+    /// Parses text that was written by `Display` of [`Finish`]. Missing or invalid values get
+    /// defaults.
     pub fn of_text(text: &str) -> Self {
         let value = |key: &str| {
             let mut pairs = text.split(' ').filter_map(|pair| pair.split_once('='));

@@ -138,12 +138,12 @@ parameters! {
     }
 }
 
-/// Random rotation of point sets.
+/// Random rotation of the point set of directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scrambling {
-    /// A rotation per pixel and vertex.
+    /// The point set is rotated at random for each pixel and vertex.
     On,
-    /// No rotation.
+    /// The point set is not rotated.
     Off,
 }
 
@@ -151,7 +151,7 @@ named! {
     Scrambling: "on" => Self::On, "off" => Self::Off;
 }
 
-/// Path reuse between pixels.
+/// Path reuse between pixels, or separate paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PathReuse {
@@ -165,7 +165,7 @@ named! {
     PathReuse: "pixels" => Self::Pixels, "none" => Self::None;
 }
 
-/// Maximum luminance of a sample's indirect light, W·sr⁻¹·m⁻²; `None`: no limit.
+/// Maximum luminance of the indirect light of a sample, W·sr⁻¹·m⁻²; `None` for no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clamp(pub Option<f32>);
 
@@ -189,7 +189,7 @@ impl Value for Clamp {
         json!({ "anyOf": [{ "type": "number", "exclusiveMinimum": 0 }, { "enum": ["off"] }] })
     }
 
-    /// Returns true if the limit is positive and finite. Code may set other values.
+    /// Returns true if the limit is valid: positive and finite. A program may set other values.
     fn is_finite(&self) -> bool {
         self.0.is_none_or(|limit| limit > 0.0 && limit.is_finite())
     }
@@ -227,7 +227,7 @@ impl Value for Survival {
         json!({ "type": "string", "pattern": format!("^(throughput|luminance|(constant|threshold):{number})$") })
     }
 
-    /// Returns true if the numbers are in range. Code may set other values.
+    /// Returns true if the numbers are in their ranges. A program may set other values.
     fn is_finite(&self) -> bool {
         match *self {
             Self::LargestChannel | Self::Luminance => true,
@@ -237,16 +237,18 @@ impl Value for Survival {
     }
 }
 
-/// Maximum number of scattering events of a path if nothing else limits it: milliseconds for a
-/// single path. With roulette from the first vertices on, 10⁻²³ of the paths reach it.
+/// Maximum number of scattering events of a path, if no other limit is set. A single path then
+/// takes milliseconds. If roulette begins at the first vertices, a fraction of 10⁻²³ of the paths
+/// reaches this maximum.
 const MAX_SCATTERINGS: u32 = 1024;
 
-/// Maximum number of scattering events; `None`: only roulette ends paths.
+/// Maximum number of scattering events of a path. If it is `None`, only Russian roulette terminates
+/// paths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MaxDepth(pub Option<u32>);
 
 impl MaxDepth {
-    /// The limit for integrators; always `Some`.
+    /// The limit that integrators use. It is always `Some`.
     pub fn limit(self) -> Option<u32> {
         Some(self.0.unwrap_or(MAX_SCATTERINGS))
     }
@@ -285,7 +287,7 @@ impl Value for MaxDepth {
         json!({ "anyOf": [{ "type": "integer", "minimum": 0, "maximum": MAX_SCATTERINGS }, { "enum": ["none"] }] })
     }
 
-    /// Returns true if the depth is in range. Code may set other values.
+    /// Returns true if the depth is in its range. A program may set other values.
     fn is_finite(&self) -> bool {
         self.0.is_none_or(|n| n <= MAX_SCATTERINGS)
     }

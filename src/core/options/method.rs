@@ -9,7 +9,7 @@ use super::{Named, OptionGroup, Value};
 use crate::integrator::{Directions, Survival};
 use std::any::Any;
 
-/// Text of a parameter's value for files: `auto` if the method chooses it.
+/// Text of a parameter's value in files. It is `auto` if the method chooses the value.
 trait Described {
     fn described(&self) -> String;
 }
@@ -26,13 +26,14 @@ impl<T: Value> Described for Option<T> {
     }
 }
 
-/// Defines the integrators: the name of each, and a struct of the parameters that it reads. A value
-/// after `=` is the integrator's own default, and may use parameters before it.
+/// Defines the integrators. The entry of an integrator has its name and the keys of the parameters
+/// that it reads. A value after `=` is the default of this integrator. It may use parameters that
+/// are before it in the list.
 macro_rules! methods {
     ($($(#[doc = $doc:literal])+ $kind:ident($settings:ident) = $name:literal {
         $($key:ident $(= $value:expr)?),* $(,)?
     })+) => {
-        /// Integrators by name.
+        /// Kinds of integrators.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[non_exhaustive]
         pub enum IntegratorKind {
@@ -44,14 +45,15 @@ macro_rules! methods {
         }
 
         impl IntegratorKind {
-            /// Keys of the parameters that the integrator reads. All others have no effect.
+            /// Keys of the parameters that the integrator reads. Other parameters have no effect on
+            /// it.
             pub fn parameters(self) -> &'static [&'static str] {
                 match self {
                     $(Self::$kind => &[$(stringify!($key)),*]),+
                 }
             }
 
-            /// Description in one line.
+            /// Description of the integrator in one line.
             pub fn help(self) -> &'static str {
                 match self {
                     $(Self::$kind => concat!($($doc, "\n"),+).trim()),+
@@ -67,40 +69,43 @@ macro_rules! methods {
         }
 
         impl $settings {
-            /// Values of `options`, and defaults for unset ones.
+            /// Parameters with the values of `options`. Unset options get their defaults.
             pub fn new(options: &IntegratorOptions) -> Self {
                 $(let $key = methods!(@value options, $key $(, $value)?);)*
                 Self { $($key),* }
             }
         })+
 
-        /// An integrator with its parameters.
+        /// An integrator with the values of its parameters.
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum Method {
             $($(#[doc = $doc])+ $kind($settings)),+
         }
 
         impl Method {
-            /// The integrator and parameters of `options`, with defaults for unset ones.
+            /// The integrator that `options` select, with its parameters. Unset options get their
+            /// defaults.
             pub fn new(options: &IntegratorOptions) -> Self {
                 match options.integrator() {
                     $(IntegratorKind::$kind => Self::$kind($settings::new(options))),+
                 }
             }
 
-            /// The integrator.
+            /// Kind of the integrator.
             pub fn kind(&self) -> IntegratorKind {
                 match self {
                     $(Self::$kind(_) => IntegratorKind::$kind),+
                 }
             }
 
-            /// The value of the parameter `key`, if the method reads it and its type is `T`.
+            /// Value of the parameter `key`; `None` if the method does not read it, or if its type
+            /// is not `T`.
             pub fn value<T: Copy + 'static>(&self, key: &str) -> Option<T> {
                 self.any_value(key)?.downcast_ref().copied()
             }
 
-            // Separate from `value`, so that it is compiled once and not for each type.
+            // Value of the parameter `key`, of any type. It is separate from `value`, so that it is
+            // compiled only once and not for each type.
             fn any_value(&self, key: &str) -> Option<&dyn Any> {
                 match self {
                     $(Self::$kind(settings) => {
@@ -113,7 +118,7 @@ macro_rules! methods {
                 }
             }
 
-            /// The parameters that the method reads, with their values.
+            /// Keys of the parameters that the method reads, with their values as text.
             pub fn values(&self) -> Vec<(&'static str, String)> {
                 match self {
                     $(Self::$kind(settings) => {
@@ -155,7 +160,8 @@ methods! {
     Direct(DirectSettings) = "direct" { directions, direction_points, direction_perturbation, direction_scrambling, direct, mis, light_selection, lamp_samples, triangle_sampling, light_samples }
     /// Ambient occlusion
     AmbientOcclusion(AmbientOcclusionSettings) = "ao" { ao_distance }
-    /// A property of the first surface as a colour: normals, uv, wireframe, cost and others
+    /// A property of the first surface as a colour: normals, texture coordinates, wireframe, cost
+    /// and others
     Debug(DebugSettings) = "debug" { debug_view }
     /// Light tracing: paths from lights alone; mirrors and glass seen directly stay black
     Light(LightSettings) = "light" { light_selection, lamp_samples, triangle_sampling, max_depth, roulette_depth, roulette }
@@ -195,8 +201,8 @@ methods! {
 }
 
 impl DistributedSettings {
-    /// Maximum number of scattering events: the smaller of both limits. Scene files set a
-    /// `max_depth` for paths, which is too large for a tree.
+    /// Maximum number of scattering events: the smaller of `max_depth` and `tree_depth`. Scene
+    /// files often set a `max_depth` for paths, which is too large for a tree of rays.
     pub fn depth(&self) -> u32 {
         self.max_depth
             .limit()
@@ -211,12 +217,12 @@ impl Default for Method {
 }
 
 impl Method {
-    /// Name of the integrator, as users type it.
+    /// Name of the integrator, which users type.
     pub fn name(&self) -> &'static str {
         super::name_of(IntegratorKind::NAMES, self.kind())
     }
 
-    /// The parameter that makes the mean image biased, as `key=value`, if there is one.
+    /// The parameter that biases the mean image, as `key=value`; `None` if no parameter does.
     pub fn bias(&self) -> Option<String> {
         let clamp: Option<Clamp> = self.value("clamp_indirect");
         if let Some(clamp) = clamp.filter(|clamp| clamp.0.is_some()) {
@@ -234,8 +240,8 @@ impl Method {
         is_perturbed && self.value("direction_scrambling") == Some(Scrambling::Off)
     }
 
-    /// Integrator and parameters as `key=value` pairs: everything that defines pixels, apart from
-    /// scene, image and random numbers. Files store it.
+    /// Integrator and parameters as `key=value` pairs, which files store. Together with the scene,
+    /// the image options and the random numbers, they determine the pixels.
     pub fn describe(&self) -> String {
         let mut text = format!("integrator={}", self.name());
         for (key, value) in self.values() {
@@ -246,7 +252,8 @@ impl Method {
 }
 
 impl IntegratorOptions {
-    /// Integrators with a special default of the parameter `key`, and these defaults.
+    /// Names of integrators that have a special default of the parameter `key`, with these
+    /// defaults.
     pub fn other_defaults(key: &str) -> Vec<(&'static str, String)> {
         let parameter = Self::PARAMETERS.iter().find(|parameter| parameter.key == key);
         let usual = parameter.map(|parameter| parameter.default()).unwrap_or_default();

@@ -1,10 +1,10 @@
-//! All options that a user can set, each defined once. Key, type, default, range and help of a
-//! parameter are an entry of the macro `parameters!` (`parameter`). The scene file, the command
-//! line, the documentation and the checks are generated from it.
+//! All options that a user can set. Each option is defined once, by an entry of the macro
+//! `parameters!` (`parameter`) with its key, type, default, range and help. Keys of the scene file,
+//! flags, documentation and checks are generated from this entry.
 //!
 //! A new parameter of an integrator needs an entry in [`integrator_parameters`], its name in the
 //! list of each method that reads it in [`method`], and the line that uses it. Other parameters
-//! need an entry in [`picture_parameters`], or beside their code.
+//! need an entry in [`picture_parameters`], or in the module of the code that uses them.
 
 mod background;
 mod calibration;

@@ -1,4 +1,4 @@
-//! Names of values that users choose.
+//! Types whose values users choose by name.
 
 use crate::camera::{FisheyeMapping, ProjectionKind};
 use crate::color::tone::Curve;

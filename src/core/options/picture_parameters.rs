@@ -1,4 +1,4 @@
-//! Parameters of the image and of its samples.
+//! Parameters of the image and of its sampling.
 
 use crate::color::tone::{Curve, Exposure, MAX_EXPOSURE, Tone};
 use crate::denoise::Denoiser;
@@ -7,8 +7,8 @@ use crate::parameter::{Named, Range, Value, named, parameters};
 use crate::sampler::SamplerKind;
 use serde_json::json;
 
-/// Maximum width and height in pixels: EXR counts them in signed 32-bit integers, and 2^16 per side
-/// is more than fits any memory here.
+/// Maximum width and height in pixels: EXR counts them in signed 32-bit integers, and an image with
+/// 2^16 pixels per side exceeds the memory of any machine we use.
 const MAX_SIDE: u32 = 1 << 16;
 
 parameters! {
@@ -74,7 +74,7 @@ parameters! {
 }
 
 impl ToneOptions {
-    /// The tone of PNG files with these options.
+    /// Tone curve and exposure of PNG files according to these options.
     pub fn tone_settings(&self) -> Tone {
         Tone {
             exposure: self.exposure(),
@@ -82,7 +82,7 @@ impl ToneOptions {
         }
     }
 
-    /// `tone`, with the values that are set here replaced.
+    /// Copy of `tone` in which the values that are set here are replaced.
     pub fn over(&self, tone: Tone) -> Tone {
         Tone {
             exposure: self.exposure.unwrap_or(tone.exposure),
@@ -112,7 +112,7 @@ impl Value for Exposure {
         json!({ "anyOf": [{ "type": "number", "minimum": -MAX_EXPOSURE, "maximum": MAX_EXPOSURE }, { "enum": ["auto", "studio"] }] })
     }
 
-    /// Returns true if the stops are in range.
+    /// Returns true if the exposure is in its range of stops.
     fn is_finite(&self) -> bool {
         self.stops().is_none_or(|stops| stops.abs() <= MAX_EXPOSURE)
     }
@@ -128,7 +128,7 @@ pub enum Denoising {
 }
 
 impl Denoising {
-    /// The filter, if there is one.
+    /// The denoiser; `None` if there is no denoising.
     pub fn denoiser(self) -> Option<Denoiser> {
         match self {
             Self::Off => None,
@@ -137,20 +137,20 @@ impl Denoising {
     }
 }
 
-/// A ray-tracing backend. Features decide which backends are built in.
+/// A ray-tracing backend. Cargo features decide which backends are built in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Backend {
-    /// Intel Embree; feature `embree`.
+    /// Intel Embree (Cargo feature `embree`).
     Embree,
-    /// A hierarchy by obvhs, in pure Rust; feature `obvhs`.
+    /// A bounding volume hierarchy by the crate obvhs, in pure Rust (Cargo feature `obvhs`).
     Obvhs,
-    /// Tests every ray against every triangle.
+    /// Brute force: tests every ray against every triangle.
     Brute,
 }
 
 impl Backend {
-    /// All backends built in, the default first.
+    /// All backends that are built in. The default is first.
     pub const ALL: &[Self] = &[
         #[cfg(feature = "embree")]
         Self::Embree,
@@ -159,13 +159,13 @@ impl Backend {
         Self::Brute,
     ];
 
-    /// Name as users type it.
+    /// Name of the backend, which users type.
     pub fn name(self) -> &'static str {
         super::name_of(Self::NAMES, self)
     }
 
-    /// The backend for the rays of camera and light guesses. Brute force would take minutes before
-    /// the first sample, and guesses agree between backends.
+    /// Backend that traces the rays of camera and light guesses. It is never brute force, which
+    /// would take minutes before the first sample. The guesses are the same for all backends.
     pub fn for_guesses(self) -> Self {
         match self {
             Self::Brute => Self::ALL[0],

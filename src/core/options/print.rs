@@ -1,4 +1,4 @@
-//! Images to scale: their scale on paper, and the pixels of the paper.
+//! Pictures to scale: the scale on paper, and the resolution of the paper.
 
 use crate::math::{Encode, encode_fields};
 use crate::parameter::{Range, Value, parameters};
@@ -26,10 +26,10 @@ parameters! {
 pub struct DrawingScale([f64; 2]);
 
 impl DrawingScale {
-    /// Maximum of both numbers of a scale.
+    /// Maximum of each of the two numbers of a scale.
     const MAX: f64 = 1e6;
 
-    /// Length on paper over length of the scene.
+    /// Ratio of a length on paper to the same length in the scene.
     pub fn ratio(self) -> f64 {
         let [paper, scene] = self.0;
         paper / scene
@@ -61,12 +61,12 @@ impl Value for DrawingScale {
     }
 }
 
-/// Scale and resolution of an image on paper.
+/// Scale and resolution of a picture on paper.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Print {
-    /// Scale.
+    /// Scale on paper.
     pub scale: DrawingScale,
-    /// Pixels per inch.
+    /// Resolution in pixels per inch.
     pub dpi: f32,
 }
 
@@ -79,7 +79,7 @@ impl Encode for DrawingScale {
 }
 
 impl Print {
-    /// The print settings of `options`; `None` without a scale.
+    /// Scale and resolution according to `options`; `None` if no scale is set.
     pub fn of(options: &PrintOptions) -> Option<Self> {
         options.scale.map(|scale| Self {
             scale,
@@ -87,12 +87,12 @@ impl Print {
         })
     }
 
-    /// Pixels per metre of the scene.
+    /// Number of pixels per metre in the scene.
     pub fn pixels_per_metre(self) -> f64 {
         f64::from(self.dpi) / INCH * self.scale.ratio()
     }
 
-    /// Pixels per metre of paper, as in PNG files.
+    /// Number of pixels per metre of paper, as PNG files store it.
     pub fn pixels_per_metre_of_paper(self) -> u32 {
         (f64::from(self.dpi) / INCH).round() as u32
     }

@@ -1,4 +1,4 @@
-//! Quality of an image as a single name, for samples, noise level and denoiser together.
+//! Quality of an image: one name that selects samples, noise level and denoiser.
 
 use super::{Denoising, SamplingOptions};
 use crate::denoise::Denoiser;
@@ -20,9 +20,9 @@ parameters! {
 /// Quality of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quality {
-    /// A first look.
+    /// For a first preview.
     Draft,
-    /// For showing, in seconds.
+    /// For presentation, rendered in seconds.
     Good,
     /// Nearly without noise.
     Final,
@@ -32,11 +32,11 @@ named! {
     Quality: "draft" => Self::Draft, "good" => Self::Good, "final" => Self::Final;
 }
 
-/// Relative error at which an image of the best quality is finished.
+/// Relative error at which an image of the quality `final` is complete.
 const FINAL_NOISE: f64 = 0.01;
 
 impl Quality {
-    /// Samples and denoiser.
+    /// Number of samples and denoiser that the quality selects.
     pub fn sampling(self) -> SamplingOptions {
         let samples = match self {
             Self::Draft => 4,
@@ -53,14 +53,15 @@ impl Quality {
         }
     }
 
-    /// Relative error at which to stop; `None`: no noise level.
+    /// Relative error at which the render stops; `None` if the quality has no noise level.
     pub fn noise(self) -> Option<f64> {
         (self == Self::Final).then_some(FINAL_NOISE)
     }
 }
 
 impl QualityOptions {
-    /// `sampling`, with the samples and denoiser of the quality if they are unset.
+    /// Copy of `sampling` in which unset samples and denoiser are replaced by the values of the
+    /// quality.
     pub fn under(&self, sampling: SamplingOptions) -> SamplingOptions {
         match self.quality {
             Some(quality) => sampling.or(quality.sampling()),
@@ -68,7 +69,7 @@ impl QualityOptions {
         }
     }
 
-    /// Noise level of the quality, unless `sampling` has a number of samples.
+    /// Noise level of the quality; `None` if `sampling` sets a number of samples.
     pub fn noise(&self, sampling: &SamplingOptions) -> Option<f64> {
         self.quality.filter(|_| sampling.samples.is_none())?.noise()
     }

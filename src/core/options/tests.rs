@@ -77,7 +77,7 @@ fn what_is_wrong_is_told_with_what_would_be_right() {
     }
 }
 
-/// Values that are set by code are checked like parsed values.
+/// Values that a program sets are checked like parsed values.
 #[test]
 fn values_set_by_code_are_checked() {
     let wrong = [
@@ -99,8 +99,8 @@ fn values_set_by_code_are_checked() {
     assert_eq!(IntegratorOptions::default().invalid(), None);
 }
 
-/// The description of a method contains a parameter if the method reads it; its defaults may depend
-/// on other values.
+/// The description of a method contains a parameter exactly if the method reads it. Its defaults
+/// may depend on other values.
 #[test]
 fn methods_describe_what_they_read() {
     for &(name, kind) in IntegratorKind::NAMES {
@@ -111,7 +111,7 @@ fn methods_describe_what_they_read() {
         let usual_text = Method::new(&usual).describe();
         assert!(usual_text.starts_with(&format!("integrator={name}")));
         for parameter in IntegratorOptions::PARAMETERS.iter().filter(|p| p.key != "integrator") {
-            // A value that differs from the default
+            // Choose a value that differs from the default
             let others = ["7", "77", "0.125", "0.375", "constant:0.5"]
                 .into_iter()
                 .chain(parameter.names().into_iter().rev());
@@ -137,7 +137,7 @@ fn methods_describe_what_they_read() {
     assert!(Method::default().describe().ends_with("reuse=pixels light_samples=3"));
 }
 
-/// Flags override files; files override defaults.
+/// Flags override scene files, and scene files override defaults.
 #[test]
 fn options_overlay_each_other() {
     let flags = IntegratorOptions {

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from embrasure import _native
 
-#: Components of a layer, in the order of arrays; others keep the order of the film.
+#: Order of a layer's components in arrays. Layers with other components keep the film's order.
 _ORDER = "RGBAXYZUV"
 
 

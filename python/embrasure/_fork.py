@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 _TASKS = Path("/proc/self/task")
-#: Maximum wait in seconds. A thread of the caller may run for ever.
+#: Maximum wait in seconds, because a thread of the caller may never sleep.
 _PATIENCE = 0.1
 
 

@@ -20,8 +20,8 @@ _OF_GEOMETRY = ("backend", "compact", "max_memory", "mtl_dialect", "obj_reader",
 #: Maximum number of acceleration structures that a scene keeps: one per backend.
 _KEPT = 3
 
-#: Camera and light are not used, and must not be guessed. Panes of glass stay bodies with the
-#: triangles of their mesh.
+#: Settings of all ray queries. Camera and light have fixed values, because they are not used and
+#: must not be guessed. Panes of glass stay bodies with the triangles of their mesh.
 _FIXED = {"position": (0, 0, 0), "look_at": (0, 0, -1), "up": (0, 1, 0), "env": "white", "panes": "refract"}
 
 

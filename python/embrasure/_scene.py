@@ -98,7 +98,7 @@ class Scene:
         self._base = base
         self._meshes: List[Tuple[str, _native.Mesh, Optional[str]]] = []
         self._materials: Dict[str, Material] = {}
-        # Names given to materials without a name. Each scene gives its own name to a material.
+        # Names that this scene gave to materials without a name. The key is the id of the object.
         self._given_names: Dict[int, str] = {}
         self._described: Optional[Tuple[List[str], int, _native.Description]] = None
         self._rays: Dict[Tuple[str, ...], _native.Rays] = {}
@@ -186,7 +186,7 @@ class Scene:
     def description(self) -> _native.Description:
         """Scene of the extension module: file, keys and meshes together.
 
-        It is made again if any of them has changed.
+        The description is made again if a key or the number of meshes has changed.
 
         Raises:
             SettingError: an invalid key or value of a scene file.

@@ -46,7 +46,7 @@ pub(crate) struct Sun {
 /// Position and orientation of a camera. Fields are `None` if they are not known yet.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Viewpoint {
-    /// Direction from the target to the camera.
+    /// Direction from the camera's target to the camera.
     pub back: Option<Vec3>,
     /// Upward direction in the image.
     pub up: Option<Vec3>,

@@ -34,7 +34,7 @@ pub struct PartSection {
     pub material: MaterialSection,
 }
 
-/// Names of all keys.
+/// Names of all keys of the section.
 static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| PartSection::all_keys().map(|key| key.key).collect());
 
 impl PartSection {

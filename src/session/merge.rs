@@ -44,7 +44,7 @@ pub struct Parts {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Joined {
-    /// Sums of all parts.
+    /// Sums of all parts together.
     pub state: RenderState,
     /// Metadata of the joined parts.
     pub metadata: Metadata,
@@ -194,7 +194,7 @@ struct Whole {
     /// The smallest rectangle that contains all parts.
     crop: Rect,
     samples: Range<u32>,
-    /// Samples per pixel of the whole picture.
+    /// Number of samples per pixel of the whole picture.
     total: u32,
 }
 

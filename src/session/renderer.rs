@@ -433,7 +433,7 @@ pub(crate) fn denoised(
     mut image: Image,
     gives_up: &dyn Fn() -> bool,
 ) -> Result<(Image, Option<String>), Unfinished> {
-    /// Time between two calls of `gives_up`.
+    /// Time between two calls of `gives_up`, while the function waits for the denoiser.
     const LOOK: Duration = Duration::from_millis(20);
     let Some(denoiser) = settings.denoiser else {
         return Ok((image, None));

@@ -39,7 +39,7 @@ pub struct Settings {
     pub background: Background,
     /// Requested guesses for missing settings.
     pub guesses: Guesses,
-    /// Position, orientation and lens of the camera.
+    /// Camera settings: position, orientation and lens.
     pub camera: CameraSettings,
     /// Number of samples per pixel of the whole picture. If `noise` is set, it is the maximum
     /// number.
@@ -54,7 +54,7 @@ pub struct Settings {
     pub sampler: SamplerKind,
     /// The integrator and its parameters.
     pub integrator: IntegratorOptions,
-    /// Additional channels.
+    /// Additional channels to store (AOVs).
     pub aovs: Vec<Aov>,
     /// Parts of the light that are stored as additional channels. Light path expressions select
     /// them.

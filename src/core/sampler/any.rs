@@ -59,8 +59,8 @@ impl SamplerKind {
         }
     }
 
-    /// A sampler of this kind. Kinds with [`SamplerKind::knows_count`] use `count`, the samples per
-    /// pixel.
+    /// A sampler of this kind. `count` is the number of samples per pixel. Only kinds with
+    /// [`SamplerKind::knows_count`] use it.
     pub fn with_seed(self, seed: u64, count: u32) -> AnySampler {
         match self {
             Self::Sobol => AnySampler::Sobol(Sobol::new(seed)),

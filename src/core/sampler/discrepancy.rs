@@ -15,7 +15,7 @@ pub fn star_discrepancy(points: &[Vec2]) -> f64 {
     let mut sorted: Vec<[f64; 2]> = points.iter().map(|p| [p.x.into(), p.y.into()]).collect();
     sorted.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let share = |count: usize| count as f64 / points.len() as f64;
-    // Heights of the points to the left of the sweep, sorted
+    // Sorted heights of the points to the left of the sweep
     let mut heights: Vec<f64> = Vec::with_capacity(points.len());
     let mut largest = 0.0f64;
     // Open boxes contain too few points: extend each box up to the next point.

@@ -11,7 +11,7 @@ use super::{AnySampler, Bounce, Dimension, SampleKey, Sampler};
 use crate::math::{Vec2, Vec3, hash::mix};
 use crate::sampling::warp::{square_of_sphere, uniform_sphere};
 
-/// Fraction of the golden ratio.
+/// Fractional part of the golden ratio.
 const GOLDEN_SECTION: f32 = 0.618_034;
 
 /// Directions from spherical Fibonacci points, each moved at random on a disk in its tangent plane.

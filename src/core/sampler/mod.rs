@@ -161,9 +161,10 @@ impl Dimension {
         /// Few scenes move, so time comes after all practical path depths and displaces no other
         /// dimension.
         const OF_TIME: u32 = (1 << 20) - 1;
-        /// Few scenes have thin glass.
+        /// Few scenes have thin glass, so its dimension is also after all path depths.
         const OF_THIN_SURFACES: u32 = OF_TIME - 1;
-        /// Few scenes have glass that disperses light.
+        /// Few scenes have glass that disperses light, so its dimension is also after all path
+        /// depths.
         const OF_WAVELENGTH: u32 = OF_TIME - 2;
         const OF_BOUNCE: u32 = Bounce::Direction as u32 + 1;
         let (block, within) = (self.0 / Self::BLOCK, self.0 % Self::BLOCK);
@@ -182,7 +183,7 @@ impl Dimension {
         Self::BLOCK.saturating_mul(depth.saturating_add(2))
     }
 
-    /// Number of the dimension: camera block first, then a block per bounce.
+    /// Index of the dimension: first the block of the camera, then one block for each bounce.
     pub fn index(self) -> u32 {
         self.0
     }

@@ -56,10 +56,10 @@ impl Orthogonal {
         let decision_bits = self.bits - 1;
         let array = numbered(self.key, dimension.ordinal() >> decision_bits);
         let pair = dimension.ordinal() & ((1 << decision_bits) - 1);
-        // Factors j and j + 1 for an even j. The products of j and j + 1 with b differ by b.
+        // All decisions that draw from the array use the same run
         let run = permute(self.within(), 2 * self.bits, array);
         let (a, b) = (run >> self.bits, run & ((1 << self.bits) - 1));
-        // Factors j and j + 1 of an even j, whose products with b differ by b
+        // For an even j, the products of the factors j and j + 1 with b differ by b
         let x = a ^ self.product(2 * pair, b);
         (x, x ^ b, numbered(array, dimension.index()))
     }

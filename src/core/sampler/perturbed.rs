@@ -67,7 +67,7 @@ impl PerturbedQmc {
 
     /// Point of the current sample on the unit sphere.
     fn point(&self, dimension: Dimension) -> Vec3 {
-        // The order of points is the same for all pixels and seeds
+        // Select a point. The order of points is the same for all pixels and seeds.
         let (sample, n) = (self.key.sample, self.points.len() as u32);
         let index = permute(sample % n, self.bits, mix(dimension.index().into()));
         let mut point = self.points[index as usize];
@@ -80,7 +80,7 @@ impl PerturbedQmc {
             point = moved_on_disk(point, u, 2.0 * self.options.size / (n as f32).sqrt());
         }
 
-        // Rotate the set
+        // Rotate the point with the rotation of its set
         if self.options.is_scrambled {
             let block = numbered(pixel(self.seed, self.key), sample >> self.bits);
             point = rotation(numbered(block, dimension.index())) * point;
@@ -195,8 +195,8 @@ mod tests {
             let all = (0..256).flat_map(of_seed).map(uniform_sphere);
             all.collect::<Vec<_>>()
         });
-        // Squared tangents of the angles. On a disk their mean is half the radius squared, with a
-        // standard error of 0.45 %.
+        // Squared tangents of the angles by which points were moved. On a disk their mean is half
+        // the radius squared, with a standard error of 0.45 %.
         let squared = 0.25f32 * 0.25;
         let tangents = still
             .iter()

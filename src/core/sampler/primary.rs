@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub enum Step {
     /// All numbers are sampled again.
     Large,
-    /// Each number moves a little.
+    /// Each number moves by a small amount.
     Small,
 }
 

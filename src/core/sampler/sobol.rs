@@ -79,11 +79,12 @@ impl Sampler for Sobol {
     }
 }
 
-// Vectors of several points, compiled for AVX2 too; integers give the same bits on all processors.
-// The seeds of the sequences are passed in registers: an array that is written number by number
-// must reach memory before a vector can be read from it.
+// Several points are computed as vectors, and the code is also compiled for AVX2. Integer
+// arithmetic gives the same bits on all processors. The seeds of the sequences are passed in
+// registers: an array that is written number by number must reach memory before a vector can be
+// read from it.
 
-/// Points of four sequences at one index: all first coordinates, then all second ones.
+/// Points of four sequences at one index: all first coordinates, then all second coordinates.
 #[multiversion(targets("x86_64+avx2"))]
 fn points_of_four_sequences(reversed: u32, a: u64, b: u64, c: u64, d: u64) -> [[f32; 4]; 2] {
     points([reversed; 4], [a, b, c, d])
@@ -97,8 +98,8 @@ fn points_of_two_sequences(sample: u32, a: u64, b: u64) -> [[f32; 8]; 2] {
     points(reversed, [a, a, a, a, b, b, b, b])
 }
 
-/// Points as [`Sobol::get_2d`] draws them. `reversed` are the indices with their digits reversed,
-/// and `bits` are the seeds of the scrambling.
+/// Points as drawn by [`Sobol::get_2d`]. `reversed` are the indices with their digits reversed, and
+/// `bits` are the seeds of the scrambling.
 #[inline(always)]
 fn points<const N: usize>(reversed: [u32; N], bits: [u64; N]) -> [[f32; N]; 2] {
     let index: [u32; N] = from_fn(|i| scramble(reversed[i], order(bits[i])).reverse_bits());
@@ -151,7 +152,7 @@ mod tests {
 
     #[test]
     fn the_second_dimension_has_sobols_direction_numbers() {
-        // v₀ = 1/2 and vⱼ₊₁ = vⱼ ⊕ vⱼ/2 for the primitive polynomial x + 1
+        // Expect v₀ = 1/2 and vⱼ₊₁ = vⱼ ⊕ vⱼ/2, for the primitive polynomial x + 1
         let mut v = vec![1u32 << 31];
         for j in 0..31 {
             v.push(v[j] ^ (v[j] >> 1));
@@ -201,7 +202,7 @@ mod tests {
         assert_eq!(cells, [1; 64]);
     }
 
-    /// Mean squared error of means over `n` points.
+    /// Mean squared error of means over `n` points. `exact` is the exact mean of `f`.
     fn error(n: u32, exact: f64, f: impl Fn(Vec2) -> f64) -> f64 {
         const SEEDS: u64 = 200;
         let one = |seed| {

@@ -44,7 +44,7 @@ impl Distribution1D {
         self.cdf.len() - 1
     }
 
-    /// Mean of the weights.
+    /// Mean of the weights, which is the integral of the function before normalisation.
     pub fn integral(&self) -> f64 {
         self.integral
     }

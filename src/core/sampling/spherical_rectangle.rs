@@ -8,7 +8,8 @@ use std::f32::consts::TAU;
 /// rectangle.
 #[derive(Clone, Copy, Debug)]
 pub struct SphericalRectangle {
-    /// Unit vectors along the edges and from the rectangle's plane to the point.
+    /// Unit vectors: along the two edges, and along the normal from the rectangle's plane to the
+    /// point.
     axes: [Vec3; 3],
     /// Coordinates relative to the point: `x` and `y` have the positions of the edges along the
     /// first two axes, and `z` has the position of the rectangle's plane along the third axis,
@@ -82,8 +83,9 @@ impl SphericalRectangle {
         self.solid_angle
     }
 
-    /// Vectors from the point to points of the rectangle, and their directions (unit vectors),
-    /// uniform over the solid angle.
+    /// Samples directions uniformly over the solid angle, one for each element of `u`. Returns the
+    /// vector from the point to the sampled point of the rectangle, and its direction (a unit
+    /// vector).
     ///
     /// Several samples take little more time than one, because they share the latency of each step.
     #[inline(always)]

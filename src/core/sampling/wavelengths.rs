@@ -22,7 +22,7 @@ const BANDS: usize = 70;
 pub struct Wavelength {
     /// Wavelength in vacuum, nanometres.
     pub nanometers: f32,
-    /// Factor for each channel of light that is refracted at this wavelength.
+    /// Factor by which each channel of light that was refracted at this wavelength is multiplied.
     pub weight: [f32; 3],
 }
 

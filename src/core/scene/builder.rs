@@ -28,7 +28,7 @@ pub struct SceneReport {
     /// Materials whose lobes summed to more than 1 in some channel, so that they were scaled down.
     /// Each has its name, and the sum of the lobes in the largest channel.
     pub scaled_materials: Vec<(String, f32)>,
-    /// True if there was no emission, so that a constant environment of radiance 1 was added.
+    /// True if nothing emitted light, so that a constant environment of radiance 1 was added.
     pub default_light: bool,
     /// Number of triangles that repeat another triangle of their mesh. They are left out.
     pub repeated_triangles: u64,
@@ -321,8 +321,8 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds parallel light that travels in `direction`, with `irradiance`, W·m⁻², on a surface that
-    /// faces it.
+    /// Adds parallel light that travels in `direction`. `irradiance`, W·m⁻², is the irradiance of a
+    /// surface that faces the light.
     pub fn add_directional_light(&mut self, direction: Vec3, irradiance: Spectrum) -> Result<(), BuildError> {
         let direction = unit("directional", direction)?;
         check_light("directional", "irradiance", irradiance)?;

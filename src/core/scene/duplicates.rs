@@ -1,4 +1,4 @@
-//! Triangles and instances whose corners or placements repeat others to the last bit.
+//! Triangles and instances that repeat others: their corners or placements are bit-identical.
 //!
 //! A ray that hits one of n equal triangles is tested with all of them, so a render of n rays takes
 //! n² tests. Light sampling samples each of n equal emitters, but a ray hits only one of them. The

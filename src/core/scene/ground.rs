@@ -1,10 +1,10 @@
 //! The ground: a plane that catches the shadows of the scene.
 //!
-//! A camera ray that hits it sees the background times the share of light that arrives there: `E /
-//! E₀`, with the irradiance `E` with the scene and `E₀` without it. Integrators estimate the light
-//! that the ground reflects, `ρ E / π` for an albedo ρ; `Ground::shadow` has the factor from
-//! reflected light to the share. Far from all objects, the mean share is 1 and the ground looks
-//! like the background.
+//! A camera ray that hits the ground returns the background times `E / E₀`, the share of light that
+//! arrives at the hit point. `E` is the irradiance with the scene, and `E₀` the irradiance without
+//! the scene. Integrators estimate the light that the ground reflects, `ρ E / π` for an albedo ρ;
+//! `Ground::shadow` has the factor from reflected light to the share. Far from all objects, the
+//! mean share is 1 and the ground looks like the background.
 //!
 //! - The path tracer accumulates the missing direct light, `E − E₀`, instead of the arriving light.
 //!   At a point with no object near it the missing light is 0, so that the background has no noise.
@@ -16,14 +16,15 @@
 //!   such lights becomes brighter than the background.
 //! - E₀ of infinitely distant lights is the same everywhere and is computed once. E₀ of finite
 //!   lights is computed for each point, without visibility: a lamp in the scene lights the ground
-//!   around it, and does not darken it far away. Both have closed forms (`light/irradiance.rs`).
+//!   near the lamp, and does not darken the ground far away. Both have closed forms
+//!   (`light/irradiance.rs`).
 //! - Towards the rim the share fades to 1, so that no edge shows.
 //! - For all other rays the ground is a diffuse surface: it stops light from below, and lights the
-//!   undersides of objects on it. Without it, an object would be lit from below by the environment
-//!   and seem to float. The albedo lies between asphalt and paper.
+//!   undersides of objects on it. Without the ground, the environment would light an object from
+//!   below, and the object would seem to float. The albedo lies between asphalt and paper.
 //! - Camera rays from below pass the ground.
-//! - The scene's bounds do not include it: they frame the image, and aim the light from distant
-//!   lights.
+//! - The scene's bounds do not include the ground, because the bounds are used to frame the image,
+//!   and to aim light paths from distant lights.
 
 use super::validate::{BuildError, MAX_COORDINATE, check_mesh, remove_degenerate};
 use crate::color::Spectrum;
@@ -155,7 +156,7 @@ impl GroundPlane {
             radius: self.radius.unwrap_or((DEFAULT_RADIUS * size).min(room)),
             albedo: self.albedo,
         };
-        // A disk cannot be traced if its corners round to one point or are out of range.
+        // Reject a disk that cannot be traced: its corners round to one point, or are out of range
         let mut mesh = plane.mesh();
         if check_mesh(&mut mesh).is_err() || remove_degenerate(&mut mesh) > 0 {
             return Err(BuildError::BadGround {

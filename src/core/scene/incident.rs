@@ -9,7 +9,7 @@ use crate::math::Vec3;
 /// Light that a traced ray hits.
 #[derive(Clone, Copy, Debug)]
 pub struct Incident {
-    /// The light.
+    /// Id of the light.
     pub id: LightId,
     /// Radiance that arrives, W·sr⁻¹·m⁻².
     pub radiance: Spectrum,

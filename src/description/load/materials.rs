@@ -52,7 +52,8 @@ impl Loader<'_> {
                 });
                 (found, place)
             }
-            // If a library defines a name several times, the last definition is used
+            // If a library defines a name several times, use the last definition, as a program
+            // would that reads the file from top to bottom
             None => match obj.material(name) {
                 Some(found) => {
                     let place = (found.library.clone(), Position::line(found.line));

@@ -68,7 +68,7 @@ struct Pane {
     face: Vec<u32>,
     /// All other triangles of the pane.
     rest: Vec<u32>,
-    /// Vector from the face to the middle of the slab.
+    /// Vector from the face in `face` to the middle of the slab.
     shift: DVec3,
 }
 

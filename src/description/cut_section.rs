@@ -95,9 +95,11 @@ impl CutSection {
         let wrong = |span: Range<usize>, message: String, help: &str| Err(file.error(span, message).help(help));
         let help = "write axis = \"z\" and value = 1.2, or normal = [0, 0, 1] and point = [0, 0, 1.2]";
         match (&self.axis, &self.normal) {
-            (Some(axis), Some(_)) => {
-                wrong(axis.span(), "both `axis` and `normal` are given".into(), "keep one of them")
-            }
+            (Some(axis), Some(_)) => wrong(
+                axis.span(),
+                "both `axis` and `normal` are given".into(),
+                "keep one of them",
+            ),
             (None, None) => wrong(self.span(), "a [[section]] without a plane".into(), help),
             (Some(axis), None) => {
                 if !AXES.contains(&axis.get_ref().as_str()) {
@@ -119,7 +121,11 @@ impl CutSection {
                     (None, Some(height)) if bounds.is_empty() => *height.get_ref(),
                     (None, Some(height)) => ends[0].min(ends[1]) + height.get_ref(),
                     (Some(value), Some(_)) => {
-                        return wrong(value.span(), "both `value` and `height` are given".into(), "keep one of them");
+                        return wrong(
+                            value.span(),
+                            "both `value` and `height` are given".into(),
+                            "keep one of them",
+                        );
                     }
                     (None, None) => f64::NAN,
                 };

@@ -174,7 +174,10 @@ fn given(
         (None, None) => return Ok(None),
         (Some(_), Some(matrix)) => {
             return Err(file
-                .error(matrix.span(), format!("both `{transform_key}` and `{matrix_key}` are given"))
+                .error(
+                    matrix.span(),
+                    format!("both `{transform_key}` and `{matrix_key}` are given"),
+                )
                 .help("keep one of them"));
         }
         (Some(section), None) => (Given::of(section.get_ref()), section.span()),

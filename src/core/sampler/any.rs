@@ -277,8 +277,8 @@ mod tests {
                 if kind != SamplerKind::ZSobol && dx == 0 && dimension == here {
                     continue;
                 }
-                // Mean products of one seed: x with x, and x with y. Their spread over the seeds is
-                // the correlation by chance.
+                // Mean products of one seed: x with x, and x with y. Their spread over the seeds
+                // shows how much correlation chance alone causes.
                 let mut products = [Vec::new(), Vec::new()];
                 for seed in 0..SEEDS {
                     let of = |x, dimension, is_separate| {

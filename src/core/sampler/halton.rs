@@ -1,4 +1,4 @@
-//! Halton's sequence and Hammersley's points.
+//! The samplers of Halton's sequence and of Hammersley's points.
 
 use super::hash::{numbered, permute, pixel, unit_f32};
 use super::{Dimension, SampleKey, Sampler};

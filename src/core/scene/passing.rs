@@ -39,7 +39,7 @@ impl Scene {
         self.has_alpha
     }
 
-    /// Returns true if rays pass any thin surface without a change of direction.
+    /// Returns true if there is a thin surface that rays pass without a change of direction.
     #[inline(always)]
     pub fn has_thin_surfaces(&self) -> bool {
         self.has_thin_surfaces

@@ -139,7 +139,7 @@ struct Loader<'a> {
     /// Index of the last object that needs a file. The file is dropped after this object.
     last_use: HashMap<Shape, usize>,
     findings: Findings,
-    /// True to continue after errors.
+    /// True if loading continues after errors.
     goes_on: bool,
     /// Id in the builder of each material in use.
     used: HashMap<UsedMaterial, MaterialId>,

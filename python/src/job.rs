@@ -130,8 +130,8 @@ fn pool() -> Result<Arc<ThreadPool>, embrasure::Error> {
     let pool = ThreadPoolBuilder::new().build();
     let pool = pool.map_err(|error| embrasure::Error::Failed(format!("cannot start threads: {error}")))?;
     let pool = Arc::new(pool);
-    // Do not drop the pool of the parent: its threads do not exist in this process, so dropping
-    // would wait for them
+    // Do not drop the pool of the parent: its threads do not exist in this process, so they cannot
+    // end
     std::mem::forget(known.replace((process, pool.clone())));
     Ok(pool)
 }

@@ -44,7 +44,7 @@ impl Session {
     }
 
     /// Candidate cameras. Each has the shortest flags that select it. Camera settings of the
-    /// session do not matter.
+    /// session are ignored, except `up` and the axes of the OBJ file.
     pub(crate) fn views(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
         let accel = self.accel_for_guesses()?;
         let free = CameraSettings {

@@ -55,7 +55,7 @@ impl<'a> Renderer<'a> {
         })
     }
 
-    /// Renderer whose rays are traced through `auditor`, which checks them.
+    /// Renderer that traces rays with `auditor`, a backend that checks the results of some rays.
     pub(crate) fn audited(session: &'a Session, auditor: &'a Auditor<'a>, build_seconds: f64) -> Self {
         Self {
             session,

@@ -12,8 +12,8 @@ pub(super) struct AovList {
 }
 
 /// Additional channels of `--aov`. The name `all` leaves out light groups and points if the render
-/// has none. It also leaves out strategies and light paths, which may be hundreds of channels. An
-/// unavailable channel is an error later.
+/// has none. It always leaves out strategies and light paths, which may be hundreds of channels. A
+/// later check reports channels that are unavailable.
 pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Result<AovList, CliError> {
     let wanted: Vec<&str> = wanted.iter().flat_map(|list| names(list)).collect();
     let mut light_paths = Vec::new();
@@ -23,7 +23,7 @@ pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Res
             CliError::Usage(format!("--aov {name}: {message}\n  help: {help}"))
         })?;
     }
-    // Same order for any order of the flags
+    // Sort, so that the order of the channels does not depend on the order of the flags
     light_paths.sort_by_cached_key(PathPart::describe);
 
     let is_known = |name: &str| name == "all" || Aov::NAMES.iter().any(|(known, _)| *known == name);

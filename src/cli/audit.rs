@@ -279,7 +279,7 @@ impl Report {
         let scene = session.scene();
         let kept = &findings.disagreements;
         let backends = accels.map(|accel| accel.info());
-        // Brute force decides if it takes only a moment.
+        // If brute force takes only a moment, it decides which backend is wrong.
         let work = scene.placed_triangle_count().saturating_mul(kept.len() as u64);
         let brute = (work <= MAX_BRUTE).then(|| BruteForce::new(scene));
         let rays: Vec<Entry> = kept
@@ -400,7 +400,7 @@ impl Entry {
     }
 }
 
-/// Text of an answer in a report.
+/// Text for the result of a ray in a report: a hit, or if the ray is occluded.
 fn words(answer: &serde_json::Value) -> String {
     use serde_json::Value;
     match answer {

@@ -10,7 +10,7 @@ use std::path::Path;
 /// Checks that the files of cameras below `path` can be written.
 pub(super) fn prepare_cameras(path: &Path, outputs: &mut Outputs) -> Result<(), CliError> {
     for file in FileCamera::files(path)? {
-        // A folder that is missing is created.
+        // A missing folder is created.
         if file
             .parent()
             .is_none_or(|folder| folder.as_os_str().is_empty() || folder.is_dir())
@@ -21,11 +21,12 @@ pub(super) fn prepare_cameras(path: &Path, outputs: &mut Outputs) -> Result<(), 
     Ok(())
 }
 
-/// Writes the camera of `session` to `path`, by the name of its picture: the first of `images`.
+/// Writes the camera of `session` to `path`. The camera has the name of its picture, the first of
+/// `images`.
 pub(super) fn write_camera(path: &Path, images: &Images, job: &Job, session: &Session) -> Result<(), CliError> {
     let image = images.iter().next().map(|(_, output)| output.path());
     let picture = image.unwrap_or(&job.scene_path);
-    // Relative to the file of cameras, if it is in a folder above
+    // Make the name relative to the folder of the camera file, if the picture is below that folder
     let folder = path.parent().unwrap_or(Path::new(""));
     let name = picture.strip_prefix(folder).unwrap_or(picture);
     let size = session.settings().resolution;

@@ -50,7 +50,8 @@ struct Report {
 }
 
 impl Report {
-    /// The readable part of the scene file. Invalid flags are an error.
+    /// Reads the scene file, and adds its errors to the report. Returns the readable part, `None`
+    /// if there is none. Invalid flags are an error.
     fn open(&mut self, args: &SceneArgs) -> Result<Option<SceneFile>, CliError> {
         let file = match kind_of(&args.scene) {
             Err(error) => {
@@ -88,7 +89,7 @@ impl Report {
             (inspection, linted)
         });
         let Inspection { scene, findings, .. } = inspection;
-        // If single faces are listed, their sum is redundant.
+        // Warnings about single faces make the warning with their number redundant.
         let names = |codes: &[&str]| linted.iter().any(|f| codes.contains(&f.code));
         let names_degenerate = names(&["degenerate-face", "repeated-vertex"]);
         let names_repeated = names(&["duplicate-face", "two-sided"]);
@@ -167,7 +168,7 @@ impl Report {
         self.memory = Some(Memory::new(scene, &job.settings));
     }
 
-    /// Notes the settings that the scene leaves to the program.
+    /// Adds a note for each setting that the scene leaves to the program.
     fn note_defaults(&mut self, file: &SceneFile) {
         if file.options.camera == CameraOptions::default() {
             let message = "no camera: it is guessed (`embrasure info` prints it, `embrasure views` shows others)";

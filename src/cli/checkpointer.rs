@@ -25,7 +25,7 @@ impl Checkpointer {
         let Some(output) = output else {
             return Ok(None);
         };
-        // From here on no thread writes the file.
+        // The lock prevents other processes from writing the file.
         let lock = output.lock()?;
         let path = output.path();
         // A file system that fails to respond must not look like a missing file.

@@ -12,13 +12,13 @@ pub(super) struct Clock {
     pub preview: Timer,
     /// End of `--time-limit`.
     end: Option<Instant>,
-    /// Nothing is due before this time, so that the render continues even if writing is slow.
+    /// The render does not pause before this time, so that it continues even if writing is slow.
     rest: Option<Instant>,
 }
 
 impl Clock {
-    /// Starts timers of `checkpoint` and `images` seconds and of `preview`. The render ends at
-    /// `end`.
+    /// Starts a timer for each interval: `checkpoint` and `images` in seconds, and `preview`. The
+    /// render ends at `end`.
     pub fn new(checkpoint: Option<f64>, images: Option<f64>, preview: Option<Duration>, end: Option<Instant>) -> Self {
         let seconds = |s: f64| Duration::try_from_secs_f64(s).ok();
         Self {
@@ -53,14 +53,14 @@ impl Clock {
     }
 }
 
-/// A repeated event, or one that is never due.
+/// Timer of a repeated event. Without an interval it is never due.
 pub(super) struct Timer {
     interval: Option<Duration>,
     due: Option<Instant>,
 }
 
 impl Timer {
-    /// Due for the first time after `interval`.
+    /// A timer that is due for the first time after `interval`.
     fn new(interval: Option<Duration>) -> Self {
         let mut timer = Self {
             interval: None,
@@ -70,13 +70,13 @@ impl Timer {
         timer
     }
 
-    /// Due again after `interval`.
+    /// Restarts the timer: it is due again after the new `interval`.
     pub fn restart_with(&mut self, interval: Option<Duration>) {
         self.interval = interval;
         self.restart();
     }
 
-    /// Due again after its interval.
+    /// Restarts the timer: it is due again after the same interval.
     pub fn restart(&mut self) {
         self.due = self.interval.and_then(|interval| Instant::now().checked_add(interval));
     }
@@ -102,7 +102,7 @@ mod tests {
                 .pause()
                 .is_some_and(|due| due > Instant::now() + Duration::from_secs(50))
         );
-        // The time limit still applies.
+        // The time limit applies even during this pause.
         assert!(soon(clock.end()));
         let never = Clock::new(None, None, None, None);
         assert_eq!((never.pause(), never.end()), (None, None));

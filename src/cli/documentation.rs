@@ -10,7 +10,7 @@ use clap::CommandFactory;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Path of a page of the reference.
+/// Path of the page `name` of the reference.
 fn page(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("docs/guide/reference")
@@ -62,7 +62,7 @@ fn rows(section: &str, parameters: &[Parameter]) -> Vec<String> {
 
 /// The page with current tables.
 fn documented(page: &str) -> String {
-    // Start of the old rows, and the new rows
+    // Start of the old rows to replace, and the new rows
     let options = |of: &str| -> Vec<String> {
         let groups = SceneOptions::GROUPS.iter().filter(|(section, _)| *section == of);
         groups
@@ -135,7 +135,7 @@ fn presets_are_documented() {
         rows.join("\n")
     );
     assert_page(name, &expected);
-    // The picture shows a ball of each preset in this order.
+    // The picture shows a ball for each preset, in the order of the presets.
     let scene = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/presets.toml")).unwrap();
     let shown: Vec<&str> = scene
         .lines()

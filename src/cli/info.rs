@@ -31,7 +31,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let mut settings = Settings::of(&file);
     settings.guesses = guesses(&file, &file.options);
     let pool = thread_pool(all_threads())?;
-    // If no camera sees the scene, other properties are still printed.
+    // If no camera sees the scene, the other properties are still printed.
     let found = camera_and_lit(&file, &settings, (&scene, &warnings), &pool).ok();
     let (camera, lit) = found.map_or((None, None), |(camera, lit)| (Some(camera), lit));
     let guess = lit.as_ref().and_then(|lit| lit.words.clone());
@@ -126,7 +126,7 @@ pub(super) fn decimal(values: [f32; 3]) -> [f64; 3] {
     values.map(|v| v.to_string().parse().unwrap_or(v as f64))
 }
 
-/// A sum of `f32` products, rounded to their digits.
+/// `value`, a sum of products of `f32`, rounded to the digits of an `f32`.
 fn decimal_of(value: f64) -> f64 {
     format!("{value:.6e}").parse().unwrap_or(value)
 }

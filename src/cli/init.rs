@@ -41,7 +41,7 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     if let Some(error) = inspection.findings.first_error() {
         return Err(error.clone().into());
     }
-    // The scene file contains the lights that the OBJ lacks.
+    // Leave out the warning about default light: the new scene file contains this light.
     let mut warnings = inspection.findings.warnings();
     warnings.retain(|warning| warning.kind != DEFAULT_LIGHT);
     ShownWarnings::Summary.show(&warnings, &args.scene);
@@ -52,7 +52,7 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     };
     let job = Job::to_show_scene(&render, file)?;
     let session = Session::load(&job.scene, job.settings.clone(), &())?;
-    // Loading flags also become a part of the scene.
+    // Also write the loading flags to the scene file.
     let mut options = job.options;
     options.load = job.scene.load.parameters;
     options.background.background = Some(session.settings().background);

@@ -111,14 +111,14 @@ pub(super) fn guesses(scene: &SceneFile, options: &SceneOptions) -> Guesses {
     }
 }
 
-/// Sets the defaults of a picture of a bare OBJ: metered exposure, the tone curve AgX and good
-/// quality. Returns true if the exposure is not set otherwise.
+/// Sets defaults for the picture of a bare OBJ: metered exposure, the tone curve AgX and good
+/// quality. Returns true if the exposure is one of these defaults.
 pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) -> bool {
     if scene.is_file() {
         return false;
     }
     let options = &mut scene.options;
-    // Colours of debug views represent numbers.
+    // Debug views show numbers as colours, so exposure and tone curve must not change them.
     if args.integrator.0.or(options.integrator).integrator() == IntegratorKind::Debug {
         return false;
     }
@@ -127,7 +127,8 @@ pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) -> bool {
         exposure: Some(Exposure::Auto),
         tone: Some(Curve::Agx),
     });
-    // A part of the samples is not a picture. The whole picture has the default sample count.
+    // A range of samples (`--samples`) is only a part of a picture. The whole picture has the
+    // default sample count.
     if args.samples.is_none() {
         options.quality = options.quality.or(QualityOptions {
             quality: Some(Quality::Good),
@@ -136,8 +137,8 @@ pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) -> bool {
     guesses_exposure
 }
 
-/// Options of the picture: flags over those of the scene file. A camera of a file has the size of
-/// its picture.
+/// Options of the picture. Flags override the scene file. The size of `camera` is the size of its
+/// picture.
 fn options(args: &RenderArgs, scene: &SceneFile, camera: Option<&FileCamera>) -> SceneOptions {
     let size = args.size.map(UVec2::from).or_else(|| camera?.size);
     SceneOptions {
@@ -157,7 +158,8 @@ fn options(args: &RenderArgs, scene: &SceneFile, camera: Option<&FileCamera>) ->
     }
 }
 
-/// Settings of a render: flags over the `camera` of a file over the scene file.
+/// Settings of a render. Flags override `camera`, the camera of a file. `camera` overrides the
+/// scene file.
 fn settings(
     args: &RenderArgs,
     scene: &SceneFile,

@@ -87,7 +87,8 @@ fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: 
 struct Story<'a> {
     recorder: &'a Recorder<'a, &'a dyn Accel>,
     scene: &'a Scene,
-    /// Kind of each ray since the last call; true if it belongs to the requested sample.
+    /// Rays since the last call of `take_rays`: the kind, and true if the ray belongs to the
+    /// requested sample.
     kinds: Vec<(RayKind, bool)>,
     weight: f32,
     radiance: Spectrum,

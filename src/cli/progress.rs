@@ -63,8 +63,8 @@ pub(super) fn catch_interrupts() {
     let _ = thread::Builder::new().name("signals".into()).spawn(wait);
 }
 
-/// While it exists, the first interrupt requests the command to end and to write its results.
-/// Another interrupt a second later ends the process at once.
+/// While a value of this type exists, the first interrupt requests the command to end and to write
+/// its results. Another interrupt a second later ends the process at once.
 pub(super) struct Heeding(());
 
 impl Heeding {

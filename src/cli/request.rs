@@ -9,7 +9,8 @@ use crate::io::{ExrFormat, FileError, Warning};
 use crate::session::{Error, Settings};
 use std::path::Path;
 
-/// Flags that only the command line has. Programs have other means for them.
+/// Flags that are valid only on the command line. Programs that use the library have other
+/// functions in their place.
 const OF_COMMAND: [&str; 18] = [
     "audit-rays",
     "checkpoint",
@@ -31,7 +32,7 @@ const OF_COMMAND: [&str; 18] = [
     "write-every",
 ];
 
-/// A render described by flags: flags override the scene file, and the scene file overrides the
+/// A render described by flags. Flags override the scene file, and the scene file overrides the
 /// defaults.
 #[derive(Clone, Debug)]
 pub struct Request {

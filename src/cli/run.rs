@@ -31,7 +31,7 @@ use std::time::{Duration, Instant};
 pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let start = Instant::now();
     let mut job = Job::to_show(args)?;
-    // Unwritable files are errors before any work.
+    // Check first that all files can be written.
     let mut outputs = Outputs::default();
     let stats = args.stats.as_deref();
     let mut files = Files {
@@ -119,7 +119,8 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         }
     };
 
-    // A fraction of the rays may also be traced by another backend.
+    // Let another backend trace a fraction of the rays too, if the user requests it
+    // (`--audit-rays`).
     let (Some(share), Some(other)) = (args.audit_rays, other) else {
         return run(&renderer, &|| None);
     };
@@ -216,13 +217,13 @@ impl Run<'_> {
             .map(|checkpointer| checkpointer.restore(self.renderer))
             .transpose()?;
         let mut state = restored.flatten().unwrap_or_else(|| self.renderer.start());
-        // Until all files are written
+        // Keep the process running after an interrupt until all files are written
         let _heeding = Heeding::begin();
         warn_of(preview.open(&state.film).as_slice());
         let stop = self.take_samples(&mut state, checkpointer.as_ref(), &mut preview);
 
         let is_empty_told = warnings.iter().any(|warning| warning.kind == "empty-view");
-        // Warnings about the result
+        // Print a warning about the result, and store it
         let mut warn = |warning: String| {
             let warning = Warning::new("render", warning);
             job.shown_warnings.show_each(std::slice::from_ref(&warning));

@@ -85,7 +85,7 @@ pub(super) struct Stats<'a> {
     pub bvh_bytes: u64,
     /// `null` if the system does not report it.
     pub peak_rss_bytes: Option<u64>,
-    /// Walks through surfaces with opacity below 1 that were cut after 10,000 surfaces.
+    /// Number of rays that were cut off after 10,000 surfaces with opacity below 1.
     pub cut_walks: u64,
     pub dropped_samples: u64,
     /// The first dropped samples, with the data to trace them again.

@@ -38,7 +38,7 @@ pub(super) fn print_choices(session: &Session) {
     }
 }
 
-/// Minimum number of triangles without normals of a round shape.
+/// Minimum number of triangles without normals for the note that they look faceted.
 const ROUND: usize = 500;
 
 /// Prints samples, denoiser and tone curve of a picture of a bare OBJ, with the flags that change
@@ -76,7 +76,7 @@ pub(super) fn print_camera(session: &Session) {
     );
 }
 
-/// Prints scene, speed and files of the render; more of it with `--verbose`.
+/// Prints scene, speed and files of the render, with more details if `--verbose` is set.
 pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
     let names: Vec<String> = images.iter().map(|(_, o)| o.path().display().to_string()).collect();
     errln!(

@@ -44,8 +44,8 @@ const SHORTEST_INTERVAL: Duration = Duration::from_secs(1);
 /// render.
 const INTERVAL_FACTOR: u32 = 50;
 
-/// Number of floats in a packet, if that is at least a row. The packet length must fit 32 bits; tev
-/// allocates 1 MiB for a packet, and this stays within it.
+/// Maximum number of floats in a packet, unless one row has more. The packet length must fit 32
+/// bits. tev allocates 1 MiB for a packet, and this number stays within it.
 const PACKET: usize = 1 << 17;
 
 /// The viewer of a render, if any. A separate thread sends the pictures, so that a slow viewer does
@@ -60,7 +60,7 @@ pub(super) struct Preview {
 struct Sending {
     /// Address as the user wrote it.
     address: String,
-    /// Connection, to close it under the thread.
+    /// Connection of the thread. Closing it ends the thread.
     connection: TcpStream,
     work: Sender<Work>,
     /// Result of each work item.

@@ -191,7 +191,7 @@ impl Commands<'_> {
         *self.redirect.lock().unwrap_or_else(PoisonError::into_inner) = file;
     }
 
-    /// Loading has no other way to stop.
+    /// Ends the program after an interrupt: loading cannot be stopped in another way.
     fn leave_if_interrupted(&self) {
         if is_interrupted() {
             self.set_redirect(None);
@@ -253,7 +253,8 @@ impl Host for Commands<'_> {
         let start = Instant::now();
         let mut lights = Vec::new();
         for sample in samples {
-            // A sample may be a whole iteration.
+            // Check the time before each sample, because a sample may be a whole iteration
+            // (photons, chains).
             if start.elapsed() > time || is_interrupted() {
                 break;
             }

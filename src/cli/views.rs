@@ -95,7 +95,7 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
             progress.finish();
             return Err(CliError::Interrupted("interrupted: no sheet is written".into()));
         }
-        // Denoised as in `render`, or raw if denoising fails
+        // Denoise as in `render`, but keep the noisy picture if denoising fails
         let mut metadata = renderer.metadata(&state, true);
         let denoised = renderer.denoise_unless(renderer.develop(&state), &mut metadata, &is_interrupted);
         let image = denoised.unwrap_or_else(|_| renderer.develop(&state));

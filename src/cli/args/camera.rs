@@ -7,7 +7,7 @@ use crate::session::CameraSettings;
 use clap::error::Error;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 
-/// Pairs of flags that exclude each other, in addition to the exclusive keys.
+/// Pairs of flags that exclude each other, in addition to the exclusive keys of scene files.
 const EXCLUSIVE: [&str; 2] = ["focus_at", "focus_distance"];
 
 /// Camera flags. Settings that neither flags nor the scene file have are guessed.
@@ -48,8 +48,8 @@ fn flag(key: &str) -> String {
 }
 
 impl CameraArgs {
-    /// Applies these flags to the camera of the scene file. Positions in flags are OBJ coordinates;
-    /// `origin` is the scene's origin in them.
+    /// Applies these flags to the camera of the scene file. Positions in flags are OBJ coordinates.
+    /// `origin` is the scene's origin in OBJ coordinates.
     pub fn apply(&self, camera: &mut CameraSettings, origin: DVec3) {
         let near = |position: DVec3| position - origin;
         let flags = self.0.placed();
@@ -58,7 +58,7 @@ impl CameraArgs {
             look_at: flags.look_at.map(near),
             ..flags
         };
-        // A view replaces the position of the camera, and keeps its lens.
+        // A view replaces the position of the camera, but not its lens.
         let is_drawing = flags.elevation.is_some();
         if flags.view.is_some() || flags.orbit.is_some() || flags.stand.is_some() || is_drawing {
             camera.options = CameraOptions {

@@ -112,7 +112,7 @@ const HEADINGS: [(&str, &[&str]); 6] = [
 /// Flags of single commands by the titles of their groups. These override [`HEADINGS`]; an empty
 /// title is "Options".
 const HEADINGS_OF_COMMANDS: [(&str, &str, &[&str]); 8] = [
-    // A range of samples to record, not a part of a render
+    // In `paths`, the flag `samples` means samples to record, not a part of a render
     ("paths", "", &["samples"]),
     (
         "develop",
@@ -131,7 +131,7 @@ const HEADINGS_OF_COMMANDS: [(&str, &str, &[&str]); 8] = [
 const BRIEF: [&str; 4] = ["view", "orbit", "material", "integrator"];
 
 /// Flags that `-h` shows in addition to [`BRIEF`], for commands with many flags. For other commands
-/// `-h` shows all flags without a heading.
+/// `-h` shows all flags that have no heading.
 const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
     (
         "render",
@@ -253,8 +253,8 @@ fn loads_a_scene(command: &Command) -> bool {
     command.get_arguments().any(|arg| arg.get_long() == Some("texture-dir"))
 }
 
-/// Title of the group of a flag of `command`; `None` for flags that have their own heading, or
-/// none.
+/// Title of the group of a flag of `command`. `None` for flags without a group: they have their own
+/// heading, or are under "Options".
 fn heading_of(command: &Command, flag: &str) -> Option<&'static str> {
     let of_command = HEADINGS_OF_COMMANDS
         .iter()
@@ -284,7 +284,7 @@ pub(super) fn grouped(program: Command) -> Command {
             Some((rank(title), arg.get_id().clone(), heading))
         };
         let mut headings: Vec<_> = command.get_arguments().filter_map(of).collect();
-        // `mut_arg` moves a flag to the end.
+        // Sort the flags by group, because `mut_arg` moves a flag to the end.
         headings.sort_by_key(|(rank, ..)| *rank);
         headings.into_iter().fold(command, |command, (_, id, heading)| {
             command.mut_arg(id, |arg| match heading {

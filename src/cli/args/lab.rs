@@ -112,7 +112,7 @@ pub(in crate::cli) struct LabArgs {
 /// An integrator of `--methods` with its settings.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::cli) struct MethodFlag {
-    /// Written text without blanks. It is the name of the method in the ladder.
+    /// Text of the flag without blanks. It names the method in the ladder.
     pub name: String,
     /// The integrator and its parameters.
     pub integrator: IntegratorOptions,

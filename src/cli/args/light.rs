@@ -239,7 +239,7 @@ mod tests {
         assert_eq!(sky.up.as_ref().unwrap().get_ref(), &[0.0, 0.0, 1.0]);
         assert!(sun.direction.is_some());
         assert_eq!(key.irradiance.as_ref().unwrap().get_ref().0, [1.5; 3]);
-        // A studio follows the camera.
+        // The front of a studio faces the camera.
         let studio = LightFlags {
             env: Some(parse_env("studio").unwrap()),
             ..LightFlags::default()
@@ -254,7 +254,7 @@ mod tests {
             file.change_light(studio.changes(), &camera.viewpoint());
             assert_eq!(file.light[0].front.as_ref().unwrap().get_ref(), &front);
         }
-        // Errors name the flag.
+        // Errors name the flag that added the light.
         let error = file.error(sky.kind.span(), "no");
         assert_eq!(error.message, "--env sky: no");
         let error = file.error(key.kind.span(), "no");

@@ -1,8 +1,8 @@
 //! Errors of arguments in the terms of the program.
 //!
 //! clap names the error and prints the usage, which does not help if a command has a hundred flags.
-//! clap's contexts have the flags and values, and the sentences here add the remedy. Errors of our
-//! own value parsers are printed without clap's frame.
+//! The flags and values come from clap's error contexts, and the sentences of this module add the
+//! remedy. Errors of our own value parsers are printed without the words that clap adds.
 
 use super::unknown;
 use clap::Command;
@@ -81,7 +81,8 @@ pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Er
     Error::raw(error.kind(), format!("{message}\n  help: {help}\n"))
 }
 
-/// Reason why a parser rejects a value. Parsers of plain numbers would report digits and literals.
+/// Reason why a parser rejects a value. Errors of the standard number parsers are replaced, because
+/// they mention digits and literals.
 fn reason(error: &Error) -> String {
     use std::num::{IntErrorKind, ParseFloatError, ParseIntError};
     let Some(source) = std::error::Error::source(error) else {

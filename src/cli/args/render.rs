@@ -17,7 +17,7 @@ use crate::options::{
 use clap::Parser;
 use std::path::PathBuf;
 
-/// Flags of the place and the lens, which a camera of a file replaces.
+/// Flags of the camera's position and lens. They cannot be combined with a camera from a file.
 const PLACE_AND_LENS: [&str; 18] = [
     "position",
     "look-at",

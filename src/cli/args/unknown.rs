@@ -6,8 +6,8 @@
 use crate::options::nearest;
 use clap::Command;
 
-/// Flags of other renderers, and equivalent flags here with a typical value. The first flag that
-/// the command has is advised.
+/// Flags of other renderers, and equivalent flags here with a typical value. The error suggests the
+/// first of these that the command has.
 const ELSEWHERE: &[(&[&str], &[&str])] = &[
     (
         &["--width", "--height", "--resolution", "--res", "-w", "-r"],

@@ -11,7 +11,7 @@ use crate::io::Figure;
 ///
 /// # Errors
 ///
-/// Scores of images without variance channels.
+/// `Map::Z` for images without variance channels.
 pub(super) fn draw(map: Map, pair: &Pair, comparison: &Comparison) -> Result<Figure, CliError> {
     let size = pair.window.size();
     let figure = |pixels, legend| Figure {

@@ -93,7 +93,7 @@ const TOLERANCE: f64 = 1.0;
 fn max_levels(reference: &RgbImage, image: &RgbImage) -> f64 {
     let pairs = reference.pixels.iter().flatten().zip(image.pixels.iter().flatten());
     let difference = |(a, b): (&f32, &f32)| f64::from((srgb::encode(*a) - srgb::encode(*b)).abs());
-    // Levels that were decoded and encoded again are whole numbers to four digits.
+    // Round to 1/1000 level, which removes the rounding errors of decoding and encoding.
     (255e3 * pairs.map(difference).fold(0.0, f64::max)).round() / 1e3
 }
 
@@ -165,7 +165,7 @@ impl<'a> Comparison<'a> {
         })
     }
 
-    /// Given limits: flag, measured value, limit.
+    /// Limits given by flags: name of the flag, measured value, limit.
     fn limits(&self) -> impl Iterator<Item = (&'static str, f64, f64)> {
         let limits = [
             ("tolerance", self.levels, self.args.tolerance),
@@ -197,14 +197,14 @@ fn scale_name(scale: Scale) -> &'static str {
     }
 }
 
-/// Reason for missing tests: the noise comes from about `rare` rare samples.
+/// Text for the case without tests: about `rare` rare samples cause nearly all noise.
 fn heavy_tails(rare: f64) -> String {
     format!(
         "heavy tails: not testable at this count; nearly all noise comes from about {rare:.0} rare samples, and the test needs {MIN_RARE}; take more samples per pixel"
     )
 }
 
-/// Omitted tests, and the reason.
+/// Text that names the tests left out and the reason; `None` if no test was left out.
 fn left_out(significance: &Significance) -> Option<String> {
     match significance.common {
         _ if significance.extremes.is_empty() => significance.rare.map(heavy_tails),

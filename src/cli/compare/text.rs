@@ -176,7 +176,7 @@ impl Comparison<'_> {
     }
 }
 
-/// First corner, and the size of a window larger than a pixel.
+/// Text for a window: its first corner, and its size if it is larger than a pixel.
 fn place(window: Rect) -> String {
     let (at, size) = (window.min, window.size());
     if window.area() == 1 {

@@ -59,7 +59,7 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
             "a colour for each id; black for 0".into(),
         ),
         Kind::Matte => {
-            // Name hash and coverage of the object that covers most of the pixel
+            // Name hash and coverage of the object that covers the largest part of the pixel
             let color = |i| {
                 let [name, share, _] = vector(i);
                 let amount = f32::max(share, 0.0).min(1.0);

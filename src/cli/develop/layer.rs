@@ -63,7 +63,7 @@ pub(super) struct Layer {
     /// Name without components; empty for the `R G B` of the file.
     pub name: String,
     pub kind: Kind,
-    /// True if these are the colours of the file's picture.
+    /// True if the components are the colours of the file's picture.
     pub is_picture: bool,
     /// Components in order, with the indices of their channels.
     pub components: Vec<(String, usize)>,
@@ -78,7 +78,7 @@ impl Layer {
         }
     }
 
-    /// Names of the developed channels, with their indices. Colours are always `R G B`.
+    /// Names of the channels to read, with their indices in the file. Colours are always `R G B`.
     pub fn sources(&self) -> impl Iterator<Item = (String, usize)> + '_ {
         let is_grey = self.kind.is_colors() && self.components.len() <= 2 && !self.has("B");
         self.components.iter().flat_map(move |(component, index)| {
@@ -93,12 +93,12 @@ impl Layer {
         })
     }
 
-    /// Names of the channels of the developed pictures.
+    /// Names of the channels in the developed picture.
     pub fn outputs(&self) -> impl Iterator<Item = String> + '_ {
         self.sources().map(|(name, _)| name)
     }
 
-    /// Window of its pixels.
+    /// Window of the layer's pixels in the full image.
     pub fn window(&self, layers: &Layers) -> Rect {
         let first = self
             .components
@@ -252,7 +252,7 @@ fn names(all: &[Layer]) -> String {
     names.join(", ")
 }
 
-/// A single channel, as numbers.
+/// Layer of a single channel, shown as numbers and not as colours.
 fn single(layers: &Layers, index: usize) -> Layer {
     let name = layers.channels[index].name.clone();
     let (layer, component) = split(&name);
@@ -274,8 +274,8 @@ fn single(layers: &Layers, index: usize) -> Layer {
     }
 }
 
-/// Channels for metering and denoising, by their names here: channels of this program, and the
-/// denoising data of Cycles.
+/// Channels for metering and denoising, with their names in this program: channels that this
+/// program wrote, and the denoising data of Cycles.
 pub(super) fn guides(layers: &Layers) -> Vec<(&'static str, usize)> {
     const OWN: [&str; 22] = [
         "raw.R",
@@ -319,7 +319,8 @@ pub(super) fn guides(layers: &Layers) -> Vec<(&'static str, usize)> {
     own.chain(cycles).collect()
 }
 
-/// Layer and component of a channel. A channel without a layer becomes a layer, except for colours.
+/// Layer and component in the name of a channel. A name without a dot is the name of both, except
+/// for colours, which belong to the layer with the empty name.
 fn split(channel: &str) -> (&str, &str) {
     match channel.rsplit_once('.') {
         Some(split) => split,

@@ -54,7 +54,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
         done.map_err(|error| FileError::new(&args.input, error.to_string()))?;
         steps.push(format!("denoiser={by}"));
     }
-    // The whole picture is metered, so that a crop has its exposure.
+    // The whole picture is metered, so that a crop has the same exposure as the whole picture.
     let tone = metered(tone(args, &layers, found.kind), &image);
     let coverage = image.backing.map(Backing::channels).unwrap_or_default();
     image
@@ -113,7 +113,8 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     Err(CliError::of_failures(&failures))
 }
 
-/// Layers of the file. A checkpoint has no layers except its sums and `R G B`, so it is developed.
+/// Layers of the file. If the file is a checkpoint, the layers are computed from its sums, because
+/// a checkpoint stores only the sums and `R G B`.
 fn layers(args: &DevelopArgs) -> Result<Layers, CliError> {
     let layers = read_layers(&args.input)?;
     let is_checkpoint = layers.channels.len() == 3 && describe_checkpoint(&args.input).is_ok();
@@ -207,8 +208,8 @@ fn denoiser(args: &DevelopArgs, layers: &Layers, found: &Layer) -> Result<(Optio
     Ok((denoiser?, args.denoise_radius))
 }
 
-/// Tone of the flags, and for missing flags the tone noted by the render. Reflectances are shown
-/// without it.
+/// Tone from the flags. Missing flags keep the tone that the render noted in the file. Reflectances
+/// are shown without a tone curve.
 fn tone(args: &DevelopArgs, layers: &Layers, kind: Kind) -> Tone {
     let noted = match kind {
         Kind::Colors => layers.finish.tone,

@@ -157,7 +157,7 @@ fn profile(profile: &Profile) -> Value {
     })
 }
 
-/// Prints the albedos at some angles, and if energy is conserved.
+/// Prints the albedos at some angles, and reports if energy is conserved.
 fn print_albedos(albedos: &[(f32, Spectrum)]) {
     let shown = albedos.iter().filter(|(angle, _)| INCIDENCES.contains(angle));
     let shown: Vec<String> = shown
@@ -219,7 +219,8 @@ fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSour
         .filter(|(geom, _)| scene.shape(*geom).material == id);
     let (mut triangles, mut power) = (0, 0.0);
     for (geom, mesh) in shapes {
-        // The lights of a prototype are numbered from the first light of each instance.
+        // Lights of a prototype (the shared meshes of instances) are numbered from the first light
+        // of each instance.
         let of_prototype = |i: &&Instance| {
             scene
                 .prototypes()

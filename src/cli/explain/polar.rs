@@ -66,7 +66,8 @@ pub(super) fn rows(profiles: &[Profile]) -> Vec<Vec<&LobeProfile>> {
     let total = profiles.iter().map(|profile| &profile.total).collect();
     let single =
         (0..if lobes > 1 { lobes } else { 0 }).map(|i| profiles.iter().map(|profile| &profile.lobes[i]).collect());
-    // A delta lobe has no curve; its directions are in the row of the sum.
+    // A lobe of single directions (delta lobe) has no curve. The row of the sum shows its
+    // directions.
     let has_curve = |row: &Vec<&LobeProfile>| row.iter().any(|lobe| largest(&lobe.pdf) > 0.0);
     single.filter(has_curve).chain([total]).collect()
 }
@@ -101,7 +102,7 @@ fn place(angle: f32, share: f32) -> [f64; 2] {
 fn draw(text: &mut String, profile: &Profile, lobe: &LobeProfile, [x, y]: [f64; 2], is_two_sided: bool) {
     let _ = writeln!(text, "<g transform=\"translate({x} {y})\" font-size=\"11\">");
     let [cx, cy] = ORIGIN;
-    // Circle, surface and normal
+    // Draw the circle, the surface and the normal
     let [left, right] = [cx - RADIUS, cx + RADIUS];
     let circle = if is_two_sided {
         format!(
@@ -116,7 +117,7 @@ fn draw(text: &mut String, profile: &Profile, lobe: &LobeProfile, [x, y]: [f64; 
         "<path d=\"{circle}M{left} {cy}H{right}M{cx} {cy}V{}\" fill=\"none\" stroke=\"currentColor\" stroke-opacity=\"0.25\"/>",
         cy - RADIUS
     );
-    // The viewer
+    // Draw the direction to the viewer
     let [vx, vy] = place(profile.incidence, 1.1);
     let _ = writeln!(
         text,
@@ -220,7 +221,7 @@ fn draw_albedos(text: &mut String, albedos: &[(f32, Spectrum)], [x, y]: [f64; 2]
             BOTTOM + 18.0
         );
     }
-    // Wide lines below narrow lines, so that equal channels stay visible
+    // Draw wide lines first and narrow lines on top, so that equal channels stay visible
     for (channel, (color, width)) in [("#d33", 6), ("#2a2", 4), ("#46f", 2)].into_iter().enumerate() {
         let line = albedos
             .iter()

@@ -19,7 +19,7 @@ pub(super) enum Budget {
 pub(super) struct Step {
     /// Samples per pixel at the end of the step.
     pub end: u32,
-    /// True if the budget is then spent.
+    /// True if the budget is spent at the end of the step.
     pub is_last: bool,
 }
 

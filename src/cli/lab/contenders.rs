@@ -13,7 +13,7 @@ pub(super) struct Contender {
     pub lesson: Lesson,
     /// Settings of the render, including the contender's settings.
     pub settings: Settings,
-    /// Reason why it is not rendered.
+    /// Reason why the estimator is not rendered.
     pub refused: Option<String>,
 }
 
@@ -32,7 +32,7 @@ impl Contender {
         self.settings.method()
     }
 
-    /// First line of the reason why it is not rendered.
+    /// First line of the reason why the estimator is not rendered.
     pub fn refusal(&self) -> Option<&str> {
         self.refused.as_deref()?.lines().next()
     }
@@ -43,10 +43,10 @@ impl Contender {
         self.refused.is_none() && self.method().finds_all_light()
     }
 
-    /// Sets `refused` if it cannot render the scene of `session`.
+    /// Sets `refused` if the estimator cannot render the scene of `session`.
     pub fn judge(&mut self, session: &Session) {
         let method = self.method();
-        // Chance never hits light from points or single directions.
+        // A random ray never hits a point light, or a light from a single direction.
         let lights = match method.check_lights(session.scene()) {
             Ok(missing) => missing,
             Err(error) => Some(error.to_string()),

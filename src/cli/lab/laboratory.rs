@@ -18,13 +18,13 @@ const REFERENCE_FACTOR: u32 = 64;
 pub(super) struct Reference {
     /// Name of the estimator, or of the file.
     pub name: String,
-    /// `None` for a file.
+    /// Samples per pixel; `None` if the reference is a file.
     pub samples: Option<u32>,
     pub image: RgbImage,
 }
 
 impl Reference {
-    /// Name and samples.
+    /// Text lines with the name and the number of samples.
     pub fn lines(&self) -> Vec<String> {
         let samples = self.samples.map(|samples| format!("{samples} samples"));
         [self.name.clone()].into_iter().chain(samples).collect()

@@ -46,7 +46,7 @@ struct Comparison {
     size: [usize; 2],
     budgets: Vec<Budget>,
     runs: Vec<(Contender, Run)>,
-    /// `None` if an interrupt ended its render.
+    /// `None` if an interrupt ended the render of the reference.
     reference: Option<Reference>,
     /// Tone of the pictures.
     tone: Tone,
@@ -162,7 +162,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     }
 }
 
-/// Writes the sheet of bounces instead of a comparison.
+/// Writes the sheet with the light of each bounce, instead of a comparison.
 fn sheet_of_bounces(args: &LabArgs) -> Result<ExitCode, CliError> {
     let mut named = Outputs::default();
     let output = named.prepare("-o", &output_path(args, ".png"))?;

@@ -38,7 +38,7 @@ pub(super) fn write(writer: &mut impl Write, comparison: &Comparison) -> io::Res
         ("script", include_str!("page/page.js").trim_end()),
         ("curves", curves.trim_end()),
         ("title", &plot::escaped(&title)),
-        // No tag in the data can end the script.
+        // Escape `<`, so that no tag in the data ends the script element.
         ("data", &data.replace('<', "\\u003c")),
     ];
     writer.write_all(filled(include_str!("page/page.html"), &values).as_bytes())
@@ -62,7 +62,7 @@ fn filled(template: &str, values: &[(&str, &str)]) -> String {
     page
 }
 
-/// Data for the script of the page.
+/// Data for the script of the page, as JSON.
 fn data(comparison: &Comparison) -> io::Result<Value> {
     let snapshots = comparison.rendered().map(|(_, run)| run.snapshots.len()).sum();
     let [width, height] = comparison.size;

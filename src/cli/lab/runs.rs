@@ -48,9 +48,9 @@ impl Snapshot {
 pub(super) struct Run {
     /// Snapshots in the order of their samples.
     pub snapshots: Vec<Snapshot>,
-    /// Tone of its pictures. An automatic exposure is metered in the last picture.
+    /// Tone of the contender's pictures. An automatic exposure is metered in the last picture.
     pub tone: Tone,
-    /// True if an interrupt ended it before its budgets were spent.
+    /// True if an interrupt ended the render before all budgets were spent.
     pub is_interrupted: bool,
 }
 
@@ -100,7 +100,7 @@ pub(super) fn run(
     Ok(run)
 }
 
-/// An interrupt has ended the render.
+/// Error: an interrupt has ended the render.
 struct Interrupted;
 
 /// A render that advances step by step.
@@ -116,10 +116,10 @@ struct Estimate<'a> {
     progress: &'a Progress,
     /// Seconds of the preparation before the first sample.
     preparing: f64,
-    /// Sums of the samples up to a cut between passes.
+    /// Sums of all samples up to a cut between two passes.
     film: Film,
     done: u32,
-    /// Seconds of these samples and of the preparation.
+    /// Seconds for the preparation and for the samples on `film`.
     seconds: f64,
 }
 
@@ -168,7 +168,8 @@ impl<'a> Estimate<'a> {
                     }
                 }
                 if is_last {
-                    // A budget hardly larger than the one before may end at the same snapshot.
+                    // A budget that is hardly larger than the previous budget may end at the same
+                    // snapshot.
                     run.snapshots
                         .last_mut()
                         .into_iter()
@@ -208,7 +209,7 @@ impl<'a> Estimate<'a> {
         Film::new(self.contender.settings.resolution, self.contender.settings.crop())
     }
 
-    /// Computes the data that must exist before the first sample.
+    /// Computes the data that integrators need before the first sample.
     fn prepare(&mut self) -> Result<(), Interrupted> {
         let start = Instant::now();
         let sampler = self.sampler(self.contender.settings.spp);

@@ -64,7 +64,8 @@ impl Comparison {
     }
 }
 
-/// `image` with `tone`, in linear light of the display. For the default tone, the display clips.
+/// `image` with `tone`, in linear light of the display. The default tone does not change `image`:
+/// the display clips values above 1.
 pub(super) fn shown(image: &RgbImage, tone: &Tone) -> RgbImage {
     if *tone == Tone::default() {
         return image.clone();

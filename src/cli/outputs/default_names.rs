@@ -19,7 +19,7 @@ const MAX_NAMES: u32 = 100;
 /// Names for the pictures of a bare OBJ.
 pub(super) struct DefaultNames {
     pub paths: Vec<PathBuf>,
-    /// Reason for unusual names.
+    /// Reason why the names differ from the name of the OBJ; `None` if they do not.
     pub reason: Option<String>,
 }
 
@@ -56,7 +56,7 @@ pub(super) fn of_obj(scene: &Path, read: &[PathBuf]) -> DefaultNames {
         };
         reason = reason.or(Some(why));
     }
-    // The check of outputs reports the error of these.
+    // If no name is free, use the usual names: the check of outputs then reports the error.
     let paths = ["png", "exr"].map(|extension| with_extension(scene, extension));
     DefaultNames {
         paths: paths.into(),

@@ -55,7 +55,7 @@ pub(in crate::cli) fn images_of_render(
     let paths = if !args.output.is_empty() {
         args.output.clone()
     } else if args.samples.is_some() && args.checkpoint.is_some() {
-        // A part with a checkpoint needs no picture.
+        // `--samples` with a checkpoint needs no picture.
         Vec::new()
     } else if job.scene.is_file() || args.samples.is_some() {
         default_names::of_scene_file(&args.scene)

@@ -18,13 +18,13 @@ use std::path::Path;
 #[derive(Default)]
 pub(super) struct Outputs {
     files: Vec<(&'static str, String, FileId)>,
-    /// Files whose other names the user was warned of.
+    /// Files whose hard links were already named in a warning.
     warned: Vec<FileId>,
 }
 
 impl Outputs {
-    /// Checks that the file `path` of `flag` can be written, and adds it to the outputs. Warns of
-    /// its other names.
+    /// Checks that the file `path` of `flag` can be written, and adds it to the outputs. Warns if
+    /// the file has other names (hard links).
     ///
     /// # Errors
     ///
@@ -36,7 +36,7 @@ impl Outputs {
         Ok(output)
     }
 
-    /// Warns once of other names of a file that will be replaced.
+    /// Warns once if a file that will be replaced has other names (hard links).
     fn warn_of_other_names(&mut self, flag: &str, output: &Output) {
         let Some(id) = output
             .id()

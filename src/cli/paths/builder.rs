@@ -17,9 +17,9 @@ struct Builder<'a> {
     /// Vertices of the last paths from the camera and from a light.
     camera: Vec<usize>,
     light: Vec<usize>,
-    /// Technique that may find the next light.
+    /// Technique that finds the next light, unless a later event names another technique.
     technique: Technique,
-    /// Parts of the next light.
+    /// Parts of the next light: technique, radiance, vertex.
     parts: Vec<(Technique, Spectrum, Option<usize>)>,
     /// True if the path is the rest of a shared path, whose light does not belong to the pixel yet.
     is_shared: bool,

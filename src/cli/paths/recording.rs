@@ -8,8 +8,9 @@ use crate::sampler::SampleKey;
 use crate::session::{RenderContext, Renderer};
 use std::cell::RefCell;
 
-/// Traces of the sample `index` that light `pixel`. The pixel's own sample comes first. For
-/// iterations, all samples and chains that send light to the pixel follow.
+/// Traces of the sample `index` that light `pixel`. The pixel's own sample comes first. Integrators
+/// with iterations (photons, Markov chains) add all samples and chains that send light to the
+/// pixel.
 pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace> {
     let (session, accel) = (renderer.session(), renderer.accel().as_dyn());
     let settings = session.settings();
@@ -22,7 +23,7 @@ pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace
     let mut sampler = settings.random_numbers();
     let own = SampleKey::new(pixel.x, pixel.y, index);
 
-    // Samples of pixels
+    // Integrators that take samples pixel by pixel
     let heard = RefCell::new(Heard::default());
     let listener = |told| -> Box<dyn Sink + '_> { Box::new(Listener { heard: &heard, told }) };
     if method.sample(context, (settings.resolution, own), &mut sampler, &listener) {
@@ -30,7 +31,7 @@ pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace
         return vec![Trace::new(own, heard.weight, &heard.events, pixel, filter)];
     }
 
-    // Iterations
+    // Integrators that take samples in iterations
     let mut traces = Vec::new();
     session.install(|| {
         method.record_iteration(
@@ -60,7 +61,7 @@ struct Heard {
 /// Listener to one of several samples that are traced together.
 struct Listener<'a> {
     heard: &'a RefCell<Heard>,
-    /// True if the sample is the requested one.
+    /// True if the current ray belongs to the requested sample.
     told: bool,
 }
 

@@ -36,7 +36,7 @@ pub(super) fn text(session: &Session, [x, y]: [u32; 2], samples: &[(u32, Vec<Tra
     let mut text = svg_head(size, &format!("Paths of the pixel {x},{y} by {method}"), Place::File);
     let context = context(session.scene());
 
-    // View of the camera
+    // Draw the view of the camera
     let resolution = session.settings().resolution.as_vec2();
     let scale = (VIEW[0] as f32 / resolution.x).min(VIEW[1] as f32 / resolution.y);
     let of_film = |film: Vec2| {
@@ -60,7 +60,7 @@ pub(super) fn text(session: &Session, [x, y]: [u32; 2], samples: &[(u32, Vec<Tra
         VIEW[1] - 2.0 * frame[1]
     );
 
-    // View from the side, partly from above, without perspective
+    // Draw the view from the side, partly from above, without perspective
     let side = side_view(session, samples);
     begin(&mut text, "from the side, without perspective", VIEW[0] + 2.0 * MARGIN);
     draw(&mut text, &side, &context, samples);
@@ -118,7 +118,7 @@ fn side_view(session: &Session, samples: &[(u32, Vec<Trace>)]) -> impl Fn(Vec3) 
         .direction;
     let down = (below - below.dot(forward) * forward).normalize_or(Vec3::NEG_Y);
     let across = forward.cross(down).normalize_or(Vec3::X);
-    // From the side, and half from above
+    // Look from the side and a little from above
     let along = (across + 0.6 * down + 0.25 * forward).normalize();
     let horizontal = down.cross(along).normalize_or(forward);
     let vertical = along.cross(horizontal);
@@ -198,7 +198,7 @@ fn draw(text: &mut String, view: View, context: &[[Vec3; 2]], samples: &[(u32, V
     }
 }
 
-/// Lines of all traces of a sample.
+/// Lines of all traces of a sample. `of` returns the lines of a trace.
 fn lines(traces: &[Trace], of: impl Fn(&Trace) -> Vec<Vec<Vec3>>) -> Vec<Vec<Vec3>> {
     traces.iter().flat_map(of).collect()
 }
@@ -216,7 +216,7 @@ fn segment(view: View, [a, b]: [Vec3; 2]) -> Option<String> {
         (None, Some(_)) => (b, a),
         (None, None) => return None,
     };
-    // The last visible point, by bisection
+    // Find the last visible point by bisection
     let [mut near, mut far] = [0.0f32, 1.0];
     for _ in 0..16 {
         let middle = 0.5 * (near + far);

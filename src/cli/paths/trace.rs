@@ -89,9 +89,9 @@ pub(in crate::cli) struct Contribution {
     pub radiance: Spectrum,
     /// Film position of the light; `None` if it is in the sample's own pixel.
     pub film: Option<Vec2>,
-    /// The vertex that found it.
+    /// Index of the vertex that found the light.
     pub vertex: Option<usize>,
-    /// Recorded vertices of the light's path, starting at the camera.
+    /// Indices of recorded vertices of the path, starting at the camera.
     pub path: Vec<usize>,
 }
 

@@ -36,7 +36,7 @@ impl LogLog<'_> {
         let x = Axis::over(values(0), LEFT, RIGHT);
         let y = Axis::over(values(1), BOTTOM, TOP);
         let (name, title) = (self.name, self.title);
-        // Data for scripts that locate a value on the horizontal axis
+        // Write the axis range for scripts that locate a value on the horizontal axis
         let _ = writeln!(
             text,
             "<g class=\"plot\" data-measure=\"{name}\" data-from=\"{}\" data-to=\"{}\" data-start=\"{LEFT}\" data-end=\"{RIGHT}\" transform=\"translate({} {})\">",

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 pub(super) const SEEDS: u64 = 64;
 /// Minimum number of samples for the fit of slopes: smaller sets have no pattern yet.
 pub(super) const FIRST_FITTED: u32 = 4;
-/// An axis without symmetries.
+/// Axis `a` of the integrands on the sphere. It is not a symmetry axis of the point sets.
 const AXIS: Vec3 = Vec3::new(1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0);
 
 /// A mean over the unit square or the sphere with a known value.
@@ -60,7 +60,7 @@ fn integrals() -> [Integral; 4] {
     ]
 }
 
-/// Errors of one integral.
+/// Errors of the mean of one integrand.
 pub(super) struct Convergence {
     pub integral: Integral,
     /// Curve of each decision: number of samples and root mean square error.

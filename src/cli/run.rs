@@ -70,7 +70,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     }
     outputs.spare(session.files().iter().map(PathBuf::as_path))?;
     if job.verbose {
-        errln!("memory: about {} at most", in_words(session.memory()));
+        errln!("memory: a maximum of about {}", in_words(session.memory()));
         print_camera(&session);
     }
     let of_flags = [

@@ -133,7 +133,7 @@ fn parse_sun(text: &str) -> Result<SunFlag, String> {
         return Err("the azimuth must be finite".into());
     }
     if !(at[1] > 0.0 && at[1] <= 90.0) {
-        return Err("the elevation must lie above 0 and at 90 degrees at most".into());
+        return Err("the elevation must be above 0 and at most 90 degrees".into());
     }
     if !(strength.is_finite() && strength >= 0.0) {
         return Err("the strength must be finite and 0 or more".into());

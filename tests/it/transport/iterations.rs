@@ -301,7 +301,7 @@ fn memory_of_stored_light_is_forecast() {
         let usual = joined(&base, &split(method));
         let out = done(folder.path(), &joined(&usual, &["-v"]));
         let said = words(&out);
-        let (_, forecast) = said.split_once("memory: about ").unwrap();
+        let (_, forecast) = said.split_once("memory: a maximum of about ").unwrap();
         let forecast: f64 = forecast.split_whitespace().next().unwrap().parse().unwrap();
         if let Some(peak) = read_json(&folder.path().join("s.json"))["peak_rss_bytes"].as_f64() {
             let peak = peak / 1e6;

@@ -14,7 +14,7 @@ pub(super) const LIGHTS: &str = "lights";
 /// Channel of the second render.
 pub(super) const RIVAL: &str = "compared";
 
-/// A picture for pages. Copies share its data.
+/// A picture for pages. Clones share the data.
 #[derive(Clone)]
 pub(super) struct Frame {
     /// Number of the picture, from 1.
@@ -38,8 +38,9 @@ pub(super) enum Coding {
 }
 
 impl Frame {
-    /// A picture of `size`, which the page scales to the whole picture. Further `values` are below
-    /// it. `facts` are added to its header.
+    /// A picture of `size`, which the page scales to the size of the whole picture. `values` may
+    /// have more rows than `size`: they are data below the picture. `facts` are added to the
+    /// header.
     pub fn new(id: u64, channel: &str, size: [u32; 2], values: &[f32], facts: &Value, is_final: bool) -> Self {
         let mut header = Map::new();
         header.insert("frame".into(), json!(id));
@@ -59,7 +60,7 @@ impl Frame {
         }
     }
 
-    /// A frame of the light of `film`, as in [`Frame::new`], with the coverage of its background.
+    /// A frame with the light of `film`. If the film has a background, its coverage is added.
     pub fn of_film(id: u64, channel: &str, film: &Film, facts: &Value, is_final: bool) -> Self {
         let size = film.crop().size().to_array();
         let frame = Self::new(id, channel, size, &half_picture::light(film), facts, is_final);
@@ -69,8 +70,8 @@ impl Frame {
         }
     }
 
-    /// A picture in front of `backing`. `coverage`, with red, green and blue of each pixel, is
-    /// appended below it.
+    /// Adds the background `backing`. `coverage` has red, green and blue of each pixel, and is
+    /// appended below the picture.
     pub fn over(self, backing: Backing, coverage: &[f32]) -> Self {
         let mut header = (*self.header).clone();
         header.insert(
@@ -89,7 +90,7 @@ impl Frame {
         }
     }
 
-    /// The message for pages.
+    /// The message for pages, with the numbers encoded as `coding`.
     pub fn message(&self, coding: Coding) -> Bytes {
         let mut header = (*self.header).clone();
         let rounding = match (coding, self.is_exact) {

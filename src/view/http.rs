@@ -110,9 +110,10 @@ fn name_of_host(host: &str) -> &str {
     }
 }
 
-/// Returns true if `host` is a valid name of a server at `listens`. Names other than localhost are
-/// refused. The owner of a name could point it to this machine, and a page of that name would have
-/// the origin of this server. Ports are not checked, because an ssh tunnel has another port.
+/// Returns true if `host` is a valid name of a server that listens on `listens`: an address or
+/// localhost. Other names are refused. The owner of a name could let the name point to this
+/// machine, and a page of that name would then have the same origin as this server. Ports are not
+/// checked, because an ssh tunnel has another port.
 pub(super) fn is_known_host(host: &str, listens: IpAddr) -> bool {
     let name = name_of_host(host);
     let is_loopback = |ip: IpAddr| ip == Ipv4Addr::LOCALHOST || ip == Ipv6Addr::LOCALHOST;
@@ -122,14 +123,14 @@ pub(super) fn is_known_host(host: &str, listens: IpAddr) -> bool {
     }
 }
 
-/// Returns true if the requesting page belongs to this server, or if there is no page. Browsers
-/// name the page for all socket requests.
+/// Returns true if the requesting page belongs to this server, or if no page is named. Browsers
+/// name the page in all WebSocket requests.
 pub(super) fn is_own_origin(origin: Option<&str>, host: &str) -> bool {
     origin.is_none_or(|origin| origin.strip_prefix("http://") == Some(host))
 }
 
-/// Writes a response and ends the connection. Pages may load only files of this server, and send no
-/// referrer, because their address has the token.
+/// Writes a response and ends the connection. The headers allow pages to load only files of this
+/// server. They also suppress the referrer, because the address of the page has the token.
 ///
 /// # Errors
 ///

@@ -50,20 +50,20 @@ pub(super) struct Outbox {
 pub(super) struct Hub {
     mail: Mutex<VecDeque<Mail>>,
     bell: Condvar,
-    /// True if mail waits; true if some of it makes the current work useless.
+    /// True if mail waits. The second field is true if waiting mail makes the current work useless.
     has_mail: AtomicBool,
     is_urgent: AtomicBool,
     pages: Mutex<BTreeMap<PageId, Outbox>>,
     next_page: AtomicU64,
     next_frame: AtomicU64,
-    /// First messages for a page, by kind.
+    /// First messages for a new page, by kind.
     greetings: Mutex<BTreeMap<&'static str, Arc<str>>>,
-    /// First picture for a page.
+    /// First picture for a new page.
     picture: Mutex<Option<Frame>>,
     is_over: AtomicBool,
 }
 
-/// Ends the threads of all pages on drop.
+/// Guard that ends the threads of all pages on drop.
 pub(super) struct Ending<'a>(&'a Hub);
 
 impl Drop for Ending<'_> {
@@ -72,8 +72,8 @@ impl Drop for Ending<'_> {
     }
 }
 
-/// The value of `mutex`. A panic in another thread leaves it consistent, because each change is a
-/// single step.
+/// Locks `mutex`, even after a panic in another thread: the value is still consistent, because each
+/// change is a single step.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -142,7 +142,7 @@ impl Hub {
         self.is_urgent.load(Ordering::Relaxed)
     }
 
-    /// Takes all mail, and waits up to `patience` for it.
+    /// Takes all mail. If there is none, waits up to `patience` for it.
     pub fn take_mail(&self, patience: Duration) -> Vec<Mail> {
         let mut waiting = lock(&self.mail);
         if waiting.is_empty() && !patience.is_zero() {
@@ -156,7 +156,7 @@ impl Hub {
         waiting.drain(..).collect()
     }
 
-    /// Adds a page, which gets the greetings and the picture.
+    /// Adds a page. It receives the first messages and the first picture.
     pub fn join(&self) -> PageId {
         let id = self.next_page.fetch_add(1, Ordering::SeqCst);
         let greetings = lock(&self.greetings);
@@ -171,11 +171,11 @@ impl Hub {
     /// Removes a closed page.
     pub fn leave(&self, id: PageId) {
         lock(&self.pages).remove(&id);
-        // The render may have to end with its last page.
+        // Wake the render, which may have to end with its last page.
         self.bell.notify_all();
     }
 
-    /// Number of open pages, and number of all pages so far.
+    /// Number of open pages, and number of all pages since the start.
     pub fn pages(&self) -> (usize, u64) {
         (lock(&self.pages).len(), self.next_page.load(Ordering::SeqCst) - 1)
     }
@@ -193,12 +193,13 @@ impl Hub {
         }
     }
 
-    /// Removes the message of this kind from the greetings of new pages.
+    /// Removes the message `kind` from the first messages of new pages.
     pub fn forget(&self, kind: &'static str) {
         lock(&self.greetings).remove(kind);
     }
 
-    /// Sends `text` to all pages, and also to new pages in the order of kinds.
+    /// Sends `text` to all pages, and stores it as the first message `kind` for new pages. New
+    /// pages receive their first messages in the order of kinds.
     pub fn greet(&self, kind: &'static str, text: &str) {
         lock(&self.greetings).insert(kind, text.into());
         self.tell(None, text);
@@ -218,7 +219,7 @@ impl Hub {
         channels.map(|(name, _)| name.clone()).collect()
     }
 
-    /// Returns the number of the next picture.
+    /// Returns a new number for a picture.
     pub fn next_frame(&self) -> u64 {
         self.next_frame.fetch_add(1, Ordering::SeqCst)
     }
@@ -237,7 +238,8 @@ impl Hub {
         }
     }
 
-    /// Waiting messages for `page`, and waiting pictures unless it `is_behind`.
+    /// Takes the waiting messages for `page`. Takes the waiting pictures too, unless the page
+    /// `is_behind`.
     pub fn outgoing(&self, page: PageId, is_behind: bool) -> (VecDeque<Arc<str>>, Vec<Frame>) {
         let mut pages = lock(&self.pages);
         let Some(outbox) = pages.get_mut(&page) else {

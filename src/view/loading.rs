@@ -6,7 +6,7 @@ use serde_json::json;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Kind of the loading message. It comes before all other kinds.
+/// Kind of the loading message. It sorts before all other kinds.
 const KIND: &str = "0 loading";
 /// Minimum time between two messages about the same work.
 const INTERVAL: Duration = Duration::from_millis(100);
@@ -26,7 +26,7 @@ struct Work {
 }
 
 impl<'a> Loading<'a> {
-    /// No work yet.
+    /// No part of the work has started.
     pub fn new(hub: &'a Hub) -> Self {
         let work = Work {
             doing: String::new(),
@@ -63,7 +63,7 @@ impl LoadObserver for Loading<'_> {
 }
 
 impl Drop for Loading<'_> {
-    /// New pages do not get the loading message.
+    /// Removes the loading message, so that new pages do not get it.
     fn drop(&mut self) {
         self.hub.forget(KIND);
     }

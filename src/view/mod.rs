@@ -50,12 +50,12 @@ pub(crate) struct Options {
     pub listen: IpAddr,
     /// Port; 0 for a free one.
     pub port: u16,
-    /// True to end when the last page is closed.
+    /// True if the program must end when the last page is closed.
     pub exit_when_closed: bool,
-    /// Settings of the picture and of the second render: each `KEY=VALUE` or an integrator, joined
-    /// by `+`.
+    /// Settings of the picture, and settings of the second render. Each text has parts joined by
+    /// `+`, and a part is `KEY=VALUE` or an integrator.
     pub compare: Option<[String; 2]>,
-    /// Reference picture for errors.
+    /// Reference picture, against which errors are computed.
     pub reference: Option<RgbImage>,
     /// A time before the scene's files were read.
     pub started: SystemTime,
@@ -105,7 +105,7 @@ pub(crate) struct SceneChanges {
     pub groups: Vec<String>,
 }
 
-/// A light of the scene file that flags have not replaced.
+/// A light of the scene file that no flag has replaced.
 #[derive(Clone, Debug)]
 pub(crate) struct FileLight {
     /// Index among all `[[light]]` of the file.
@@ -113,11 +113,11 @@ pub(crate) struct FileLight {
     pub section: LightSection,
 }
 
-/// A scene with the command line applied.
+/// A scene with the flags of the command line applied.
 pub(crate) struct SceneRequest {
     /// The scene file with the changes of flags.
     pub file: SceneFile,
-    /// Lights of the scene file, except those that flags replace.
+    /// Lights of the scene file, except lights that flags replace.
     pub lights: Vec<FileLight>,
     /// Path of the scene as the user typed it.
     pub path: PathBuf,
@@ -129,7 +129,7 @@ pub(crate) struct SceneRequest {
     pub exr: ExrFormat,
 }
 
-/// Functions of the command line for the viewer.
+/// Functions that the command line provides for the viewer.
 pub(crate) trait Host: Sync {
     /// Loads the scene of `request`, and reports the progress to `observer` and to the user.
     ///
@@ -138,31 +138,31 @@ pub(crate) trait Host: Sync {
     /// Errors of [`Session::load`].
     fn load(&self, request: &SceneRequest, observer: &dyn LoadObserver) -> Result<Session, Error>;
 
-    /// Reads the scene file with the flags and then with `changes`.
+    /// Reads the scene file, and applies first the flags and then `changes`.
     ///
     /// # Errors
     ///
     /// Text of the error in the file.
     fn read(&self, changes: &SceneChanges) -> Result<SceneRequest, String>;
 
-    /// Checks `text`, the new contents of the scene file with another `part` than the contents
-    /// `before`: `render` must be able to read it. If `before` needs the flags of the viewer,
-    /// `text` may need them too.
+    /// Checks that `render` can read `text`, the new contents of the scene file. Only `part`
+    /// differs from the contents `before`. If `before` can be read only with the flags of the
+    /// viewer, `text` may need these flags too.
     ///
     /// # Errors
     ///
     /// Text of the error in `text`.
     fn check(&self, text: &str, before: &str, part: SavedPart) -> Result<(), String>;
 
-    /// Results of a sample of a pixel, as in `render --pixel X,Y --sample K --json`.
+    /// Paths of a sample of a pixel, as in `render --pixel X,Y --sample K --json`.
     ///
     /// # Errors
     ///
     /// A pixel outside the image.
     fn inspect(&self, renderer: &Renderer, pixel: [u32; 2], sample: u32) -> Result<Value, String>;
 
-    /// Red, green and blue of each of the `samples` of a pixel. Fewer samples if `time` is too
-    /// short.
+    /// Light (red, green, blue) of each of the `samples` of a pixel. Returns fewer samples if they
+    /// take longer than `time`.
     ///
     /// # Errors
     ///
@@ -175,16 +175,16 @@ pub(crate) trait Host: Sync {
         time: Duration,
     ) -> Result<Vec<[f32; 3]>, String>;
 
-    /// Returns true if the user has requested the end.
+    /// Returns true if the user has requested the program to end.
     fn is_interrupted(&self) -> bool;
 
     /// Reports that the page is served at `link`.
     fn ready(&self, link: &str);
 }
 
-/// Serves the render of `request` until the user ends it. On return, the threads of server and
-/// pages have ended, and all sockets are closed. Returns true if a denoiser still runs in a
-/// separate thread.
+/// Serves the render of `request` until the user ends the program. On return, the threads of the
+/// server and of the pages have ended, and all sockets are closed. Returns true if a denoiser still
+/// runs in a separate thread.
 ///
 /// # Errors
 ///
@@ -196,7 +196,7 @@ pub(crate) fn serve(options: Options, host: &dyn Host, request: SceneRequest) ->
         let run = || server.run(scope, &hub);
         let named = thread::Builder::new().name("server".into()).spawn_scoped(scope, run);
         named.map_err(|error| Error::Failed(format!("cannot start a thread: {error}")))?;
-        // The threads also end if the render panics.
+        // On drop this ends the threads, even if the render panics.
         let _ending = hub.ending();
         host.ready(&server.link());
         let told = |error: Error| {

@@ -5,7 +5,7 @@ const HTML: &str = "text/html; charset=utf-8";
 const CSS: &str = "text/css; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
 
-/// Names, kinds and contents.
+/// Names, content types and contents of the files.
 const FILES: &[(&str, &str, &str)] = &[
     ("", HTML, include_str!("page/index.html")),
     ("style.css", CSS, include_str!("page/style.css")),
@@ -33,7 +33,7 @@ const FILES: &[(&str, &str, &str)] = &[
     ("parameters.js", SCRIPT, include_str!("page/parameters.js")),
 ];
 
-/// Kind and content of the file `name`.
+/// Content type and content of the file `name`.
 pub(super) fn file(name: &str) -> Option<(&'static str, &'static str)> {
     let found = FILES.iter().find(|(known, ..)| *known == name);
     found.map(|(_, kind, text)| (*kind, *text))

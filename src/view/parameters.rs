@@ -8,7 +8,7 @@ use crate::options::{
 use crate::session::Settings;
 use serde_json::{Value, json};
 
-/// Key of the noise level at which the render stops. It is not in the tables.
+/// Key of the noise level at which the render stops. The tables of parameters do not have this key.
 pub(super) const NOISE: &str = "noise";
 
 /// Keys of parameters that are fixed for a run of the program.
@@ -47,7 +47,7 @@ fn entry(parameter: &Parameter) -> Value {
     })
 }
 
-/// Values of all parameters that are set or that the integrator uses, as text for flags.
+/// Values, as text for flags, of all parameters that are set or that the integrator uses.
 pub(super) fn values(options: &SceneOptions, settings: &Settings) -> Value {
     let mut values = json!({});
     let entries = [
@@ -74,13 +74,13 @@ pub(super) fn values(options: &SceneOptions, settings: &Settings) -> Value {
     values
 }
 
-/// `group` with the parameter `key` set to `value`, or unset. `None` if the group does not have the
-/// parameter.
+/// `group` with the parameter `key` set to `value`, or unset if `value` is `None`. Returns `None`
+/// if the group does not have the parameter.
 fn with<G: OptionGroup + Copy>(group: G, key: &str, value: Option<&str>) -> Option<Result<G, String>> {
     if !G::PARAMETERS.iter().any(|p| p.key == key) || FIXED.contains(&key) {
         return None;
     }
-    // All other parameters
+    // Copy all other parameters
     let mut changed = G::default();
     for entry in group.entries().iter().filter(|entry| entry.key != key) {
         if let Some(Err(invalid)) = changed.set(entry.key, Input::Flag(&entry.text)) {
@@ -94,12 +94,12 @@ fn with<G: OptionGroup + Copy>(group: G, key: &str, value: Option<&str>) -> Opti
     })
 }
 
-/// Sets the parameter `key` in `options` and `settings` to `value` as a flag would, or to its
-/// default.
+/// Sets the parameter `key` in `options` and `settings` to `value`, as a flag would. `None` sets
+/// the default.
 ///
 /// # Errors
 ///
-/// An unknown parameter or an invalid value. Nothing is then changed.
+/// An unknown parameter or an invalid value. Nothing is changed in this case.
 pub(super) fn set(
     (options, settings): (&mut SceneOptions, &mut Settings),
     key: &str,
@@ -132,7 +132,7 @@ pub(super) fn set(
         options.integrator = changed?;
         settings.integrator = options.integrator;
     } else if let Some(changed) = with(options.size, key, value) {
-        // The other side keeps its current value, which may differ from the file.
+        // The other side (width or height) keeps its current value, which may differ from the file.
         options.size = changed?;
         match key {
             "width" => settings.resolution.x = options.size.width(),

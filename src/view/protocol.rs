@@ -21,8 +21,8 @@
 //!   compared renders
 //!
 //! The header of a picture has its `channel` and size, `size` of the whole picture, `samples`,
-//! `moves` of the camera, `preview`, `final`, `exposure`, and `denoised`: false for pictures of the
-//! channel of that name that are not denoised yet.
+//! `moves` of the camera, `preview`, `final`, `exposure`, and `denoised`, which is false if a
+//! picture of the channel `denoised` is still noisy.
 
 use crate::camera::{CameraDescription, CameraParameters};
 use crate::math::Vec3;
@@ -69,7 +69,7 @@ pub(super) enum Command {
         #[serde(default)]
         second: Option<String>,
     },
-    /// The page has shown a picture, and took `ms` milliseconds for it.
+    /// The page has shown a picture. Decoding and drawing it took `ms` milliseconds.
     Shown {
         frame: u64,
         #[serde(default)]

@@ -14,7 +14,7 @@ use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
 /// Start of files by some editors.
 const BYTE_ORDER_MARK: char = '\u{feff}';
 
-/// Returns the scene file `text` with other position and lens of `[camera]`.
+/// Returns the scene file `text` with new position and lens in `[camera]`.
 ///
 /// # Errors
 ///
@@ -23,7 +23,8 @@ pub(super) fn with_camera(text: &str, camera: &PageCamera) -> Result<String, Str
     changed(text, |document| set_camera(document, camera))
 }
 
-/// Returns the scene file `text` with keys of materials set as patches, and with keys of lights.
+/// Returns the scene file `text` with changed keys: `materials` as patches, and `lights` in their
+/// sections.
 ///
 /// # Errors
 ///
@@ -34,14 +35,14 @@ pub(super) fn with_changes(text: &str, materials: &[MaterialEdit], lights: &[Lig
 
 /// Result of a save.
 pub(super) struct Saved {
-    /// Metadata of the new file before it got its name.
+    /// Metadata of the new file, read before the file got its final name.
     pub metadata: Metadata,
     /// Number of other names (hard links) of the old file, which keep the old contents.
     pub other_names: u64,
 }
 
-/// Replaces the contents `old` of the file at `path` by `new`. Returns `None` if the file has other
-/// contents, which are kept.
+/// Replaces the contents of the file at `path` by `new`, if the contents are `old`. Returns `None`
+/// if the file has other contents, and keeps them.
 ///
 /// # Errors
 ///
@@ -55,7 +56,7 @@ pub(super) fn save(path: &Path, old: &str, new: &str) -> Result<Option<Saved>, F
     Ok(written.map(|metadata| Saved { metadata, other_names }))
 }
 
-/// Sections that changes of materials add to a scene file.
+/// Text of the sections that changes of materials add to a scene file.
 pub(super) fn patches(materials: &[MaterialEdit]) -> String {
     let mut document = DocumentMut::new();
     match set_changes(&mut document, materials, &[]) {
@@ -64,7 +65,7 @@ pub(super) fn patches(materials: &[MaterialEdit]) -> String {
     }
 }
 
-/// Sections of the changed `lights`, which replace their sections in a scene file.
+/// Text of the sections of the changed `lights`, which replace the old sections in a scene file.
 pub(super) fn light_sections(lights: &[FileLight], edits: &[LightEdit]) -> String {
     let is_changed = |light: &&FileLight| edits.iter().any(|edit| edit.index == light.index);
     let section = |light: &FileLight| {
@@ -75,7 +76,7 @@ pub(super) fn light_sections(lights: &[FileLight], edits: &[LightEdit]) -> Strin
     sections.join("\n")
 }
 
-/// `text` after a change. A byte-order mark is kept, and so are Windows line breaks if most lines
+/// `text` after `change`. A byte-order mark is kept. Windows line breaks are kept if most lines
 /// have them.
 fn changed(text: &str, change: impl FnOnce(&mut DocumentMut) -> Result<(), String>) -> Result<String, String> {
     let (mark, content) = match text.strip_prefix(BYTE_ORDER_MARK) {
@@ -137,7 +138,7 @@ fn parsed(text: &str) -> Value {
     value.map_or_else(|| Value::from(text), |value| value.decorated(" ", ""))
 }
 
-/// Sets a key. Blanks and the comment of its line are kept.
+/// Sets a key. Blanks and the comment of the line are kept.
 fn set(section: &mut dyn TableLike, key: &str, mut value: Value) {
     match section.get_mut(key).and_then(Item::as_value_mut) {
         Some(known) => {
@@ -153,7 +154,7 @@ fn set_camera(document: &mut DocumentMut, camera: &PageCamera) -> Result<(), Str
     let section = section
         .as_table_like_mut()
         .ok_or("`camera` is not a section; correct it first")?;
-    // Other keys for the view exclude a position, and an f-number excludes a lens radius.
+    // Remove keys that exclude a position, and the f-number, which excludes a lens radius.
     for key in ["view", "orbit", "stand", "yaw", "focus_at", "f_stop", "sensor_height"] {
         section.remove(key);
     }
@@ -321,7 +322,7 @@ mod tests {
         let unix = text.replace(['\r', '\u{feff}'], "");
         let unix = with_camera(&unix, &VIEW).unwrap();
         assert_eq!(written, format!("\u{feff}{}", unix.replace('\n', "\r\n")));
-        // A single line of Windows in a file with Unix line breaks
+        // Mixed line breaks: a single line of Windows in a file with Unix line breaks
         let mixed = format!("# mixed\r\n{}", text.replace(['\r', '\u{feff}'], ""));
         assert_eq!(with_camera(&mixed, &VIEW).unwrap(), format!("# mixed\n{unix}"));
     }

@@ -1,12 +1,12 @@
 //! Keys of materials and lights that a page may set. Pages make controls from the JSON Schema of
-//! the keys, and may set numbers, colours, lists and choices. Keys with other strings are refused,
-//! because they name files: a page must not choose the files that are read on this machine.
+//! the keys, and may set numbers, colours, lists and choices. Other keys with strings are refused,
+//! because such strings name files, and a page must not choose files to read on this machine.
 
 use crate::description::{LightType, PRESETS, Preset, light_keys, material_keys};
 use serde_json::{Map, Value, json};
 
-/// Keys that need or exclude another key. A page sets one key at a time, so it offers these only if
-/// they have a value.
+/// Keys that need or exclude another key. A page sets one key at a time, so it offers such a key
+/// only if the key already has a value.
 const NEVER_ALONE: [&str; 4] = ["eta", "k", "look_at", "direction"];
 
 /// Key of materials that selects a preset.
@@ -65,7 +65,7 @@ fn check(owner: &str, key: &str, keys: &[(&str, Value)]) -> Result<(), String> {
     }
 }
 
-/// Returns true if a value of this schema may be a string other than a choice.
+/// Returns true if a value of the schema `holds` may be a free string, not a choice.
 fn holds_text(holds: &Value) -> bool {
     let one_of = holds["anyOf"].as_array().into_iter().flatten();
     holds["type"] == "string" || one_of.into_iter().any(holds_text)

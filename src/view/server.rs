@@ -24,7 +24,7 @@ const MAX_KNOWN: usize = 32;
 const MAX_STRANGERS: usize = 32;
 /// Time between two checks for a connection.
 const LOOK: Duration = Duration::from_millis(15);
-/// Maximum time to inform pages of the end.
+/// Maximum time to send pages the message that the program ends.
 const FAREWELL: Duration = Duration::from_millis(200);
 /// Maximum time for a page to read a message.
 const WRITE_PATIENCE: Duration = Duration::from_secs(20);
@@ -49,7 +49,7 @@ struct Connections {
 }
 
 impl Connections {
-    /// Adds a connection without the token, and closes the oldest if there are too many.
+    /// Adds a connection without the token. If there are too many, closes the oldest.
     fn add(&mut self, id: u64, stream: TcpStream) {
         self.strangers.insert(id, stream);
         while self.strangers.len() > MAX_STRANGERS {
@@ -59,12 +59,13 @@ impl Connections {
         }
     }
 
-    /// Moves a connection with the token to `known`. Returns false if there are too many of those.
+    /// Moves a connection to `known` after it has shown the token. Returns false if `known` is
+    /// full.
     fn admit(&mut self, id: u64) -> bool {
         if self.known.len() >= MAX_KNOWN {
             return false;
         }
-        // The thread of a connection that was closed meanwhile ends on its own error.
+        // If the connection was closed meanwhile, its thread ends by its own error.
         self.known.extend(self.strangers.remove_entry(&id));
         true
     }
@@ -79,7 +80,7 @@ impl Connections {
         self.strangers.is_empty() && self.known.is_empty()
     }
 
-    /// Closes all connections.
+    /// Closes all connections, with and without the token.
     fn close(&self) {
         for stream in self.strangers.values().chain(self.known.values()) {
             let _ = stream.shutdown(Shutdown::Both);
@@ -125,7 +126,7 @@ impl Server {
     /// Link to the page.
     pub fn link(&self) -> String {
         let mut address = self.address;
-        // An unspecified address is not a valid target.
+        // A browser cannot connect to an unspecified address, so use the loopback address.
         match address.ip() {
             IpAddr::V4(ip) if ip.is_unspecified() => address.set_ip(Ipv4Addr::LOCALHOST.into()),
             IpAddr::V6(ip) if ip.is_unspecified() => address.set_ip(Ipv6Addr::LOCALHOST.into()),
@@ -146,7 +147,7 @@ impl Server {
         while !self.open().is_empty() && start.elapsed() < FAREWELL {
             thread::sleep(LOOK);
         }
-        // Closes the connections of threads that still wait for a page.
+        // Close the connections, because their threads may still wait for a page.
         self.open().close();
     }
 
@@ -223,7 +224,7 @@ impl Server {
         }
     }
 
-    /// The `route` of a request with the token, unless there are too many connections.
+    /// The `route` of a request with the token, or a refusal if there are too many connections.
     fn admitted(&self, id: u64, route: Route) -> Result<Route, Refusal> {
         match self.open().admit(id) {
             true => Ok(route),
@@ -273,7 +274,8 @@ enum Route {
     Socket(String),
 }
 
-/// Compares all bytes, so that the time does not depend on the first difference.
+/// Compares `given` with the token. All bytes are compared, so that the time does not depend on the
+/// first difference.
 fn is_same(given: &str, token: &str) -> bool {
     let differs = given.bytes().zip(token.bytes()).fold(0, |all, (a, b)| all | (a ^ b));
     given.len() == token.len() && differs == 0

@@ -1,9 +1,9 @@
 //! WebSocket of a page: sends its commands to the render, and messages and pictures to the page.
 //!
-//! A page reports the pictures that it has shown, and the number of bytes in transit is limited. So
-//! a slow link shows fewer pictures instead of old ones. The transit time gives the speed of the
-//! link, and pictures are packed for slow links. Commands are taken at a limited rate: a page that
-//! sends more must wait, and a page that sends many invalid messages is closed.
+//! A page reports each picture that it has shown, and the number of bytes in transit is limited. So
+//! a slow link shows fewer pictures, but no old pictures. The speed of the link is measured from
+//! the transit time, and pictures are packed for slow links. The rate of commands is limited: a
+//! page that sends more must wait, and a page that sends many invalid messages is closed.
 
 use super::frame::Coding;
 use super::hub::{Hub, Mail, PageId};
@@ -21,8 +21,8 @@ use tungstenite::{Error, Message, WebSocket};
 const LOOK: Duration = Duration::from_millis(5);
 /// Maximum size of a command in bytes.
 const MAX_COMMAND: usize = 64 << 10;
-/// Number of picture bytes in transit at which no further picture is sent: a full-size picture, or
-/// two pictures of a moving camera.
+/// Maximum number of picture bytes in transit. At this number no further picture is sent. It is the
+/// size of a full picture, or of two pictures of a moving camera.
 const MAX_ON_WAY: usize = 192 << 10;
 /// Maximum transit time in seconds of pictures on a slow link.
 const MAX_DELAY: f64 = 0.08;
@@ -31,9 +31,9 @@ const SLOW: f64 = 6.25e6;
 /// Minimum size in bytes of a message to measure the speed of the link. The time of smaller
 /// messages is mostly latency.
 const TELLING: usize = 24 << 10;
-/// Maximum time for a page to show a picture before it gets another one.
+/// Maximum time to wait for the report that a page has shown a picture.
 const SHOWING: Duration = Duration::from_secs(30);
-/// Maximum number of commands per second, and maximum number at once.
+/// Maximum number of commands per second. The second constant is the maximum number at once.
 const RATE: f64 = 400.0;
 const BURST: f64 = 800.0;
 /// Maximum number of consecutive invalid messages before the page is closed.
@@ -49,7 +49,7 @@ pub(super) fn serve(stream: TcpStream, hub: &Hub) {
         .max_message_size(Some(MAX_COMMAND))
         .max_frame_size(Some(MAX_COMMAND));
     let id = hub.join();
-    // A new page also gets a complete picture.
+    // Send a complete picture to the new page.
     let (name, second) = (PICTURE.to_string(), None);
     hub.send(Mail::Command(id, Command::Channel { name, second }));
     hub.tell(Some(id), &serde_json::json!({ "type": "page", "page": id }).to_string());
@@ -76,7 +76,8 @@ struct Page<'a> {
     sent: Vec<(u64, usize, Instant)>,
     /// Speed of the link in bytes per second, if known.
     speed: Option<f64>,
-    /// Number of commands that may arrive at once.
+    /// Number of commands that the page may send at once now. The second field is the time of the
+    /// last update.
     allowance: f64,
     since: Instant,
     /// Number of consecutive invalid messages.
@@ -87,7 +88,7 @@ impl Page<'_> {
     fn run(&mut self) {
         while self.send().is_ok() && self.receive().is_ok() {
             if self.hub.is_over() {
-                // The last messages may contain the reason.
+                // The last messages may contain the reason for the end.
                 let _ = self.send();
                 self.close(CloseCode::Away, "the render has ended");
                 return;
@@ -118,7 +119,7 @@ impl Page<'_> {
         Ok(())
     }
 
-    /// Handles that the page has shown the picture `id`, and took `milliseconds` for it.
+    /// Handles the report that the page has shown the picture `id` and took `milliseconds` for it.
     fn shown(&mut self, id: u64, milliseconds: f64) {
         if let Some(at) = self.sent.iter().position(|(sent, ..)| *sent == id) {
             let (_, bytes, start) = self.sent[at];
@@ -128,7 +129,7 @@ impl Page<'_> {
                 self.speed = Some(self.speed.map_or(speed, |known| 0.7 * known + 0.3 * speed));
             }
         }
-        // Messages keep their order, so older pictures were shown too.
+        // Messages keep their order, so all older pictures were shown too.
         self.sent.retain(|(sent, ..)| *sent > id);
     }
 
@@ -145,7 +146,7 @@ impl Page<'_> {
         let read = match &message {
             Message::Text(text) => Command::read(text.as_str()),
             Message::Binary(_) => Err("binary messages are not supported".into()),
-            // The library answers these.
+            // The WebSocket library answers other messages.
             _ => return Ok(()),
         };
         match read {

@@ -1,9 +1,10 @@
 //! Detects changed files by their times, lengths and inodes.
 //!
 //! A file that changes while it is read may have been read before or after the change. Therefore
-//! the stamps from before the reading count. A file that is read for the first time has no stamp.
-//! It counts as changed if its time is later than the start of the reading. After the viewer has
-//! written a file, the stamp of the written contents counts, not the current stamp.
+//! the stamp (time, length, inode) from before the reading is stored. A file that is read for the
+//! first time has no stamp. It counts as changed if its time is later than the start of the
+//! reading. After the viewer has written a file, the stamp of the written contents is stored, not
+//! the current stamp.
 
 use std::fs::Metadata;
 use std::path::{Path, PathBuf};
@@ -32,13 +33,14 @@ fn stamp(path: &Path) -> Stamp {
 pub(super) struct Watch {
     files: Vec<Watched>,
     looked: Instant,
-    /// Stamps of the last check, if files were changing: editors write in several steps.
+    /// Stamps at the last check, if files were changing then. Editors write a file in several
+    /// steps.
     changing: Option<Vec<Stamp>>,
 }
 
 struct Watched {
     path: PathBuf,
-    /// Stamp of the loaded contents; `None` if they may have another stamp.
+    /// Stamp of the loaded contents; `None` if this stamp is unknown.
     known: Option<Stamp>,
 }
 
@@ -49,14 +51,13 @@ pub(super) struct Reading {
 }
 
 impl Reading {
-    /// First reading of all files, which started after `since`.
+    /// First reading of all files. It started after the time `since`.
     pub fn first(since: SystemTime) -> Self {
         let before = Vec::new();
         Self { since, before }
     }
 
-    /// Stamp of the contents of `path` that were read; `None` if the file may have changed
-    /// meanwhile.
+    /// Stamp of `path` at the time of reading; `None` if the file may have changed since.
     fn stamp_of(&self, path: &Path) -> Option<Stamp> {
         if let Some((_, stamp)) = self.before.iter().find(|(known, _)| known == path) {
             return Some(*stamp);
@@ -68,7 +69,7 @@ impl Reading {
 }
 
 impl Watch {
-    /// Watches no files.
+    /// Watches no files yet.
     pub fn new() -> Self {
         Self {
             files: Vec::new(),
@@ -77,7 +78,7 @@ impl Watch {
         }
     }
 
-    /// Starts another reading of the files. If it fails, the stamps from before it stay valid.
+    /// Starts another reading of the files. If the reading fails, the old stamps stay valid.
     pub fn begin(&self) -> Reading {
         Reading {
             since: SystemTime::now(),
@@ -99,8 +100,8 @@ impl Watch {
         self.changing = None;
     }
 
-    /// Stores that the viewer has written the file `path`. `data` is its metadata from before it
-    /// got that name.
+    /// Stores that the viewer has written the file `path`. `data` is the metadata of the new file,
+    /// read before the file got this name.
     pub fn wrote(&mut self, path: &Path, data: &Metadata) {
         for file in self.files.iter_mut().filter(|file| file.path == path) {
             file.known = Some(stamp_of(data));
@@ -128,7 +129,7 @@ impl Watch {
             self.changing = Some(now);
             return false;
         }
-        // Unreadable files are stored too, so that the error is reported once.
+        // Also store the stamps of unreadable files, so that each error is reported once.
         for (file, now) in self.files.iter_mut().zip(now) {
             file.known = Some(now);
         }
@@ -189,7 +190,8 @@ mod tests {
         assert!(!watch.look(), "nothing has changed since");
     }
 
-    /// An editor saves the scene file right after the viewer, and another file just before it.
+    /// An editor saves the scene file just after the viewer, and another file just before the
+    /// viewer.
     #[test]
     fn only_what_the_viewer_wrote_is_known_after_a_save() {
         let (folder, mtl, mut watch) = watched();

@@ -15,14 +15,14 @@ use serde_json::{Value, json};
 use std::fs;
 use std::time::{Duration, Instant};
 
-/// Maximum time of the search for the brightest samples of a pixel, and maximum number of reported
-/// samples.
+/// Maximum time of the search for the brightest samples of a pixel. The second constant is the
+/// maximum number of samples to report.
 const SEARCH: Duration = Duration::from_secs(2);
 const BRIGHTEST: usize = 8;
 
 impl Engine<'_> {
-    /// Reads mail, and waits up to `patience` for it. Returns the change that the mail needs. If
-    /// the scene must be loaded first, a save and all later mail are held back.
+    /// Reads mail (requests of pages), and waits up to `patience` for it. Returns the change that
+    /// the mail needs. If the scene must be loaded first, a save and all later mail wait in `held`.
     pub(super) fn read_mail(&mut self, patience: Duration) -> Change {
         let mut change = std::mem::replace(&mut self.pending, Change::Nothing);
         if self.held.is_empty() {
@@ -80,7 +80,7 @@ impl Engine<'_> {
             }
             Command::Pause {} => {
                 self.is_paused = true;
-                // A paused picture is sent without loss.
+                // Send the paused picture again, now without loss.
                 self.has_new_channel = true;
             }
             Command::Resume {} => self.is_paused = false,
@@ -134,13 +134,13 @@ impl Engine<'_> {
                 self.has_new_channel = true;
                 return self.follow_pages();
             }
-            // The thread of the page has handled it.
+            // The thread of the page has already handled this command.
             Command::Shown { .. } => {}
         }
         Change::Nothing
     }
 
-    /// Executes the jobs that need the picture.
+    /// Executes the waiting jobs, which need the picture of `state`.
     pub(super) fn do_jobs(&mut self, renderer: &Renderer, state: &RenderState) {
         for job in std::mem::take(&mut self.jobs) {
             match job {
@@ -194,7 +194,7 @@ impl Engine<'_> {
             SaveFormat::Png(of_page) => ("picture.png", Format::Png(of_page.unwrap_or(tone))),
             SaveFormat::Texture(_) => return Err("a texture cannot be saved as a picture of the scene".into()),
         };
-        // Writers need a file that they can replace.
+        // Writers of pictures need a file that they can replace, so use a temporary folder.
         let folder = tempfile::tempdir().map_err(|error| words(&error))?;
         let output = Output::prepare(folder.path().join(name)).map_err(|error| words(&error))?;
         let path = output.path().to_path_buf();
@@ -204,7 +204,7 @@ impl Engine<'_> {
         }
     }
 
-    /// The samples that contribute most light to a pixel, of its samples so far.
+    /// The samples of a pixel that contribute most light, among the samples taken so far.
     fn brightest(&self, renderer: &Renderer, state: &RenderState, pixel: [u32; 2]) -> Result<Value, String> {
         let first = renderer.session().settings().samples().start;
         let Some(tile) = state.film.tile_at(pixel.into()) else {

@@ -1,4 +1,4 @@
-//! Denoising in a separate thread, so that first pixels and camera motion do not wait for it.
+//! Denoising in a separate thread, so that the first pixels and a moving camera do not wait for it.
 
 use super::{Engine, samples_of};
 use crate::film::{Image, metered};
@@ -10,24 +10,24 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Maximum fraction of the time for the denoising of pages.
+/// Maximum fraction of the time that is spent on denoising for pages.
 const SHARE: f64 = 0.25;
 
-/// Denoising in progress, and its last result.
+/// The running denoiser, and the last denoised picture.
 pub(super) struct Denoising {
     /// Number of the current picture.
     picture: u64,
     work: Option<Work>,
-    /// Last result for the current picture; true if it has all samples.
+    /// Last denoised picture of the current picture; true if it includes the last sample.
     shown: Option<(Frame, bool)>,
     /// True if the denoiser has failed with the current picture.
     has_failed: bool,
-    /// End and duration of the last work.
+    /// End and duration of the last run of the denoiser.
     ended: Instant,
     took: Duration,
 }
 
-/// A running denoiser.
+/// A running denoiser with its input.
 struct Work {
     picture: u64,
     size: [u32; 2],
@@ -38,7 +38,7 @@ struct Work {
 }
 
 impl Denoising {
-    /// No work and no result.
+    /// No denoiser runs, and there is no result.
     pub fn new() -> Self {
         Self {
             picture: 0,
@@ -50,14 +50,14 @@ impl Denoising {
         }
     }
 
-    /// Starts a new picture. Results for earlier pictures are not shown.
+    /// Starts a new picture. Results that belong to earlier pictures are dropped.
     pub fn next_picture(&mut self) {
         self.picture += 1;
         self.shown = None;
         self.has_failed = false;
     }
 
-    /// The last result for the current picture.
+    /// The last denoised picture, if it belongs to the current picture.
     pub fn shown(&self) -> Option<&Frame> {
         self.shown.as_ref().map(|(frame, _)| frame)
     }
@@ -67,14 +67,14 @@ impl Denoising {
         self.work.is_some()
     }
 
-    /// Returns true if a denoiser is running for the current picture. Samples then wait for it:
-    /// both together would take far longer than one after the other.
+    /// Returns true if a denoiser is running for the current picture. The render then waits for it,
+    /// because both together take far longer than one after the other.
     pub fn is_awaited(&self) -> bool {
         self.work.as_ref().is_some_and(|work| work.picture == self.picture)
     }
 
-    /// Returns true if a picture may be denoised now: the first picture of a camera at once, later
-    /// pictures if denoising takes a small fraction of the time.
+    /// Returns true if the picture may be denoised now. The first picture of a camera is denoised
+    /// at once. Later pictures are denoised if this takes a small fraction of the time.
     fn is_due(&self, is_last: bool) -> bool {
         let share = self.took.as_secs_f64() / self.ended.elapsed().as_secs_f64().max(1e-9);
         let is_done = self.shown.as_ref().is_some_and(|(_, is_last)| *is_last);
@@ -94,7 +94,7 @@ impl Denoising {
             };
             let _ = sender.send(result.map_err(words));
         };
-        // Without a thread, the picture keeps its noise.
+        // If no thread can be started, the picture keeps its noise.
         if thread::Builder::new().name("denoiser".into()).spawn(work).is_ok() {
             self.work = Some(Work {
                 picture: self.picture,
@@ -107,7 +107,7 @@ impl Denoising {
         }
     }
 
-    /// Finished work with its result.
+    /// The finished run of the denoiser with its result, if any.
     fn take(&mut self) -> Option<(Work, Result<Image, String>)> {
         let result = match self.work.as_ref()?.result.try_recv() {
             Ok(result) => result,
@@ -150,7 +150,7 @@ impl Engine<'_> {
         } = work;
         let tone = renderer.session().settings().tone;
         if tone.exposure.stops().is_none() {
-            // The PNG of `render` has the exposure of the denoised picture.
+            // Meter the denoised picture, as the PNG file of `render` does.
             self.shown.exposure = metered(tone, image).exposure.stops();
             facts["exposure"] = json!(self.shown.exposure);
         }
@@ -166,14 +166,15 @@ impl Engine<'_> {
         self.shown.status = None;
     }
 
-    /// Header data of pictures of `state`.
+    /// Data about `state` for the headers of its pictures.
     pub(super) fn facts(&self, state: &RenderState) -> Value {
         let whole = self.settings.resolution;
         json!({
             "size": [whole.x, whole.y],
             "samples": samples_of(state),
             "moves": self.moves,
-            // A preview has full size if one sample per pixel is fast enough.
+            // True also for a preview at full size, which is possible if one sample per pixel is
+            // fast enough.
             "preview": self.moved.is_some(),
             "exposure": self.shown.exposure,
         })

@@ -1,6 +1,6 @@
-//! Channels that are rendered only while a page shows them: ids, and light groups, which pages
-//! change without a render. If the scene file has no groups, each of its lights and each emitting
-//! material becomes a group. Lights of flags stay in the default group.
+//! Channels that are rendered only while a page shows them: ids, and light groups, whose strength
+//! and colour pages change without a render. If the scene file has no groups, each of its lights
+//! and each emitting material becomes a group. Lights of flags stay in the default group.
 
 use super::{Change, Engine};
 use crate::description::SceneFile;
@@ -15,7 +15,7 @@ use crate::view::frame::LIGHTS;
 use std::collections::BTreeSet;
 
 impl Engine<'_> {
-    /// Renders only the channels that pages show.
+    /// Renders the channels that pages show, and no others.
     pub(super) fn follow_pages(&mut self) -> Change {
         let channels = self.hub.channels();
         let shown = (self.tells_groups, self.tells_ids);
@@ -40,7 +40,8 @@ impl Engine<'_> {
         }
     }
 
-    /// Stores if `file` has its own groups, which were not made here.
+    /// Stores if `file` defines light groups. Does nothing if the groups of `file` come from the
+    /// viewer.
     pub(super) fn note_groups(&mut self, file: &SceneFile) {
         if self.edits.groups.is_empty() {
             self.has_own_groups = file.has_light_groups();
@@ -106,7 +107,7 @@ fn group_keys(lights: &[FileLight], materials: &[String]) -> Vec<String> {
     keys
 }
 
-/// A valid group name for a material, different from all `names`. It is added to them.
+/// A valid group name for a material, different from all `names`. The new name is added to `names`.
 fn group_name(material: &str, names: &mut BTreeSet<String>) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let plain: String = material.chars().filter(|c| is_plain(*c)).take(19).collect();

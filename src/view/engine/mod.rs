@@ -2,11 +2,11 @@
 //!
 //! While the camera moves, it renders a smaller picture of a few samples, at a size that allows
 //! about 25 pictures a second (`preview`). After the camera has rested for a moment, it renders the
-//! picture itself (`still`). It does so in slices of time, and updates the pages between them;
-//! slices do not change any bit. A change of the camera or of a parameter keeps the scene and its
-//! acceleration structure. A changed file, material or light loads the scene again, with the same
-//! structure if the meshes are equal. A second render with other settings may alternate with the
-//! picture (`rival`).
+//! full picture (`still`). It renders in slices of time, and updates the pages between them. The
+//! picture is bit-identical to a picture without slices. A change of the camera or of a parameter
+//! keeps the scene and its acceleration structure. A changed file, material or light loads the
+//! scene again, and keeps the acceleration structure if the meshes are equal. A second render with
+//! other settings may alternate with the picture (`rival`).
 
 mod commands;
 mod denoising;
@@ -40,10 +40,10 @@ use std::time::{Duration, Instant, SystemTime};
 
 /// Time without camera motion before the whole picture is rendered.
 const REST: Duration = Duration::from_millis(150);
-/// Length of the first slice of a picture, and maximum length.
+/// Length of the first slice of a picture, and maximum length of a slice.
 const FIRST_SLICE: Duration = Duration::from_millis(80);
 const LONGEST_SLICE: Duration = Duration::from_millis(320);
-/// Time between two checks for mail if there is nothing to render.
+/// Maximum time to wait for mail if there is nothing to render.
 const IDLE: Duration = Duration::from_millis(100);
 /// Time between two checks for the denoised picture.
 const REFRESH: Duration = Duration::from_millis(15);
@@ -51,8 +51,8 @@ const REFRESH: Duration = Duration::from_millis(15);
 const STATUS: Duration = Duration::from_millis(250);
 /// Minimum time between two measurements of noise and exposure, which read all pixels.
 const MEASURING: Duration = Duration::from_secs(1);
-/// Time without pages before the render ends with its last page: to reload a page, a browser closes
-/// it and opens it again.
+/// Time without open pages after which the program ends, if it ends with its last page. To reload a
+/// page, a browser closes it and opens it again.
 const RELOADING: Duration = Duration::from_secs(3);
 /// Duration of a slice for a small picture.
 const MOMENT: Duration = Duration::from_millis(250);
@@ -63,24 +63,25 @@ enum Next {
     Picture,
     /// More samples of the same picture.
     More(Box<RenderState>),
-    /// The scene from its files. If the files are invalid, the render continues with the old scene.
+    /// The scene is loaded from its files. If the files are invalid, the render continues with the
+    /// old scene.
     Scene(Option<Box<RenderState>>),
-    /// Thumbnails of views, and then more samples of the same picture.
+    /// Thumbnails of views are rendered, and then more samples of the same picture.
     Views(Box<RenderState>),
     End,
 }
 
-/// Change that mail needs, in ascending order of its extent.
+/// Change that mail requires. The variants are in ascending order of their extent.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Change {
     Nothing,
-    /// Other settings. The samples so far may still be valid.
+    /// Other settings. The samples that were taken may still be valid.
     Settings,
     Picture,
     Scene,
 }
 
-/// Job that needs the picture.
+/// Request of a page that needs the picture.
 enum Job {
     Inspect(PageId, [u32; 2], u32),
     Pick(PageId, [u32; 2]),
@@ -89,7 +90,7 @@ enum Job {
     Save(SaveFormat, Sender<Result<Vec<u8>, String>>),
 }
 
-/// The render and its requested state.
+/// The render, and the state that pages have requested.
 pub(super) struct Engine<'a> {
     hub: &'a Hub,
     host: &'a dyn Host,
@@ -106,9 +107,9 @@ pub(super) struct Engine<'a> {
     /// Settings of the picture.
     settings: Settings,
     camera: CameraDescription,
-    /// The first camera.
+    /// The camera of the scene file, or the guessed camera.
     home: CameraDescription,
-    /// State of the last successful render.
+    /// State of the last successful render, used after a failure.
     good: Option<Good>,
     /// Parameters set by pages, which override the scene file.
     changes: BTreeMap<String, Option<String>>,
@@ -116,45 +117,47 @@ pub(super) struct Engine<'a> {
     edits: SceneChanges,
     /// Channels requested by the user.
     asked_aovs: Vec<Aov>,
-    /// True if the light groups are separate channels, and true if ids are rendered.
+    /// True if the light groups are separate channels. The second field is true if ids are
+    /// rendered.
     tells_groups: bool,
     tells_ids: bool,
     /// True if the scene file has its own light groups.
     has_own_groups: bool,
     /// Names of materials that emit.
     emitting: Vec<String>,
-    /// Settings of the second render, and the second render.
+    /// Settings of the second render for a comparison. The second field is the render with its
+    /// scene.
     compare: Option<String>,
     rival: Option<Rival>,
     reference: Option<RgbImage>,
     watch: Watch,
-    /// A time before the first reading of the files.
+    /// A time before the files were read for the first time.
     started: SystemTime,
     is_paused: bool,
     /// Number of camera moves by pages.
     moves: u64,
-    /// Time of the last camera move, while the camera moves.
+    /// Time of the last camera move; `None` if the camera rests.
     moved: Option<Instant>,
     jobs: Vec<Job>,
     /// Views that have no thumbnail yet.
     views: VecDeque<thumbnails::View>,
-    /// True if the picture continues with its samples after thumbnails of views.
+    /// True if the picture must continue with its samples after the thumbnails of views.
     has_paused_for_views: bool,
     denoising: Denoising,
-    /// Change from mail that is not handled yet.
+    /// Change required by mail that was read, but not applied yet.
     pending: Change,
     /// Mail that is not read yet: a save that waits for the scene, and all later mail.
     held: VecDeque<Mail>,
-    /// Number of loads of the scene for the current save.
+    /// Number of times that the scene was loaded for the current save.
     loads_of_save: u32,
     /// Samples per second over all pixels.
     rate: f64,
-    /// True if a page shows another channel than before.
+    /// True if a page has selected another channel since the last picture.
     has_new_channel: bool,
     shown: Shown,
 }
 
-/// State of a successful render, to return to after a failure.
+/// State of a successful render, restored after a failure.
 struct Good {
     options: SceneOptions,
     settings: Settings,
@@ -166,15 +169,16 @@ struct Good {
     compare: Option<String>,
 }
 
-/// Data that pages have received.
+/// Data that pages have already received.
 struct Shown {
     /// Time of the last status message; `None` if a message is due at once.
     status: Option<Instant>,
-    /// Number of samples and time at the measurement of noise and exposure.
+    /// Number of samples and time of the last measurement of noise and exposure.
     measured: Option<(u64, Instant)>,
     noise: Option<f64>,
     exposure: Option<f32>,
-    /// Time of the last error message; true if it included the last samples.
+    /// Time of the last message with errors against the reference. The second field is true if the
+    /// message included the last samples.
     errors: Instant,
     told_last: bool,
 }
@@ -185,8 +189,8 @@ struct Watcher<'a> {
     end: Instant,
     samples: AtomicU64,
     host: &'a dyn Host,
-    /// True if mail may end the slice. A preview needs one sample per pixel, even if the camera
-    /// moves fast.
+    /// True if mail may end the slice. A preview must take one sample per pixel first, even if the
+    /// camera moves fast.
     is_open: AtomicBool,
 }
 
@@ -281,7 +285,8 @@ impl<'a> Engine<'a> {
         Ok(engine)
     }
 
-    /// Renders until the user ends it. Returns true if a denoiser still runs in a separate thread.
+    /// Renders until the user ends the program. Returns true if a denoiser still runs in a separate
+    /// thread.
     ///
     /// # Errors
     ///
@@ -291,13 +296,13 @@ impl<'a> Engine<'a> {
         loading.begin("building the acceleration structure", 1);
         session.keep_accel()?;
         drop(loading);
-        // The first picture is a smaller one.
+        // Begin with the small picture of a moving camera.
         self.moved = Some(Instant::now());
         self.watch.finish(&Reading::first(self.started), self.files(&session));
         self.greet(&session);
         let mut state = None;
         loop {
-            // Also if nothing can be rendered
+            // Check this also if nothing can be rendered
             if self.is_over() {
                 return Ok(self.denoising.is_busy());
             }
@@ -332,11 +337,11 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Sends the error to the pages, and restores the last successful render.
+    /// Sends the error `words` to the pages, and restores the last successful render.
     fn retreat(&mut self, words: &str) {
         self.tell_error(None, words);
         self.refuse_saves(words);
-        // Without a successful render, no edit was shown.
+        // Without a successful render, drop all changes of the pages.
         self.edits = SceneChanges::default();
         if let Some(good) = &self.good {
             (self.options, self.settings, self.camera) = (good.options, good.settings.clone(), good.camera);
@@ -346,7 +351,8 @@ impl<'a> Engine<'a> {
         }
         self.moved = None;
         self.tell_state();
-        // The last good state may fail now, for example if other programs use the memory.
+        // Wait before the next try, because the last good state may fail too, for example if other
+        // programs use the memory.
         self.pending = self.read_mail(REST);
     }
 
@@ -373,16 +379,16 @@ impl<'a> Engine<'a> {
         self.set_aovs(&mut request.settings);
         let mut new = Session::load(&request.file, request.settings, &loading).map_err(|error| error.to_string())?;
         let is_same_shape = new.keep_accel_of(session).map_err(|error| error.to_string())?;
-        // A camera moved by the user is kept. Otherwise the camera follows the file.
+        // A camera moved by the user is kept. Otherwise the camera of the file is used.
         let found = *new.camera_description();
         let has_moved = PageCamera::of(&self.camera) != PageCamera::of(&self.home);
         *session = new;
         self.hub.greet_with(None);
-        // The rival has the old scene.
+        // The second render still has the old scene, so end it.
         self.rival = None;
         self.emitting = groups::emitting(session.scene());
         self.note_groups(&request.file);
-        // Groups made here do not belong to the file.
+        // The viewer's own groups do not belong to the file, so remove them from its lights.
         if !self.edits.groups.is_empty() {
             request.lights.iter_mut().for_each(|light| light.section.group = None);
         }
@@ -399,7 +405,8 @@ impl<'a> Engine<'a> {
         Ok(())
     }
 
-    /// Renders the picture, or continues `old`, together with its rival if there is one.
+    /// Renders the picture, or continues with the samples `old`. A second render alternates with
+    /// it, if there is a comparison.
     fn still(&mut self, session: &mut Session, old: Option<RenderState>) -> Result<Next, Error> {
         if !session.serves(&self.settings) {
             return Ok(Next::Scene(old.map(Box::new)));
@@ -505,8 +512,8 @@ impl<'a> Engine<'a> {
         }
     }
 
-    /// Adds samples for `time`, and measures the rate. Mail may end it early if `is_open`, or after
-    /// a pass is complete.
+    /// Adds samples for the time `time`, and measures the sample rate. Mail may end the slice early
+    /// if `is_open` is true, or after one pass is complete.
     fn take_samples(&mut self, renderer: &Renderer, state: &mut RenderState, time: Duration, is_open: bool) -> Outcome {
         let start = Instant::now();
         let watcher = Watcher {
@@ -529,8 +536,8 @@ impl<'a> Engine<'a> {
         outcome
     }
 
-    /// Returns true if the user has ended the program, or if the last page is closed long enough
-    /// and this ends it.
+    /// Returns true if the user has ended the program. Also returns true if no page was open for
+    /// [`RELOADING`] and the program ends with its last page.
     fn is_over(&mut self) -> bool {
         let (open, ever) = self.hub.pages();
         self.closed_since = match open == 0 && ever > 0 {

@@ -24,7 +24,7 @@ impl Engine<'_> {
             let material = &scene.material(&picked.hit).name;
             answer["object"] = json!(scene.objects().get(scene.object(&picked.hit) as usize));
             answer["material"] = json!(material);
-            // Lamps of `[[light]]` have surfaces with materials that cannot be changed.
+            // Surfaces of `[[light]]` have materials that a page cannot change.
             answer["is_light"] = json!(is_of_light(material));
             answer["position"] = json!(picked.position.to_array());
             answer["outline"] = json!({ "size": cells.to_array(), "runs": renderer.outline(&picked, cells) });

@@ -8,13 +8,14 @@ use crate::render::Outcome;
 use crate::session::{Error, Session, Settings};
 use std::time::Duration;
 
-/// Maximum time in seconds of the first sample per pixel.
+/// Maximum time in seconds for the first sample of every pixel.
 const FIRST_SAMPLE: f64 = 0.035;
 /// Duration of the following slices.
 const SLICE: Duration = Duration::from_millis(40);
-/// Ratio of the sides of the picture and the first preview, while the sample rate is unknown.
+/// Factor by which the first preview is smaller than the picture per side, while the sample rate is
+/// unknown.
 const FIRST_FACTOR: u32 = 6;
-/// Maximum number of samples per pixel.
+/// Maximum number of samples per pixel of a preview.
 const SAMPLES: u32 = 32;
 
 impl Engine<'_> {
@@ -52,7 +53,7 @@ impl Engine<'_> {
         }
     }
 
-    /// Size of a picture that renders fast enough.
+    /// Size of a picture that renders fast enough for a moving camera.
     fn preview_size(&self) -> UVec2 {
         let size = self.settings.resolution;
         let pixels = f64::from(size.x) * f64::from(size.y);
@@ -72,7 +73,7 @@ impl Engine<'_> {
             light_paths: Vec::new(),
             ..self.settings.clone()
         };
-        // The preparation of other methods takes too long.
+        // Replace methods with a slow preparation by path tracing.
         use IntegratorKind::{AmbientOcclusion, Area, Debug, Direct, Light, Naive, OneSample, Path, Whitted};
         let kind = settings.method().kind();
         if !matches!(

@@ -1,5 +1,5 @@
-//! A second render of the same view with other settings. The renders alternate: the one with less
-//! render time is next, so pages see both after equal time.
+//! A second render ("rival") of the same view with other settings. The render that has used less
+//! time continues, so pages see both renders after equal time.
 
 use super::denoising::is_whole;
 use super::{Change, Engine, samples_of};
@@ -20,11 +20,11 @@ const MEASURING: Duration = Duration::from_millis(500);
 /// The scene of the second render.
 pub(super) struct Rival {
     session: Session,
-    /// Its settings, which override the settings of the picture.
+    /// Settings that override the settings of the picture.
     text: String,
 }
 
-/// The second render while the picture is rendered.
+/// State of the second render while it alternates with the picture.
 pub(super) struct Turns<'a> {
     renderer: Renderer<'a>,
     state: RenderState,
@@ -43,8 +43,8 @@ impl<'a> Turns<'a> {
         })
     }
 
-    /// Returns true if the rival must render the next sample: it is not complete, and the main
-    /// picture with `state` is complete or has taken more time.
+    /// Returns true if the second render must take the next samples: it is not complete, and the
+    /// main picture with `state` is complete or has taken more time.
     pub fn is_next(&self, state: &RenderState, is_complete: bool) -> bool {
         !self.is_complete && (is_complete || self.state.seconds < state.seconds)
     }
@@ -70,8 +70,8 @@ fn parts(text: &str) -> Result<Vec<(&str, &str)>, String> {
 }
 
 impl Engine<'_> {
-    /// Applies the settings `first` to the picture, and renders with the settings `second` beside
-    /// it.
+    /// Applies the settings `first` to the picture, and starts a second render with the settings
+    /// `second`.
     ///
     /// # Errors
     ///
@@ -90,7 +90,7 @@ impl Engine<'_> {
         Ok(())
     }
 
-    /// Settings of the picture, overridden by `text`.
+    /// Settings of the second render: the settings of the picture, overridden by `text`.
     ///
     /// # Errors
     ///
@@ -110,12 +110,12 @@ impl Engine<'_> {
         Ok(settings)
     }
 
-    /// The second render beside the render of `session`, with the same camera; `None` without a
+    /// The second render of the scene of `session`, with the same camera; `None` without a
     /// comparison.
     ///
     /// # Errors
     ///
-    /// Invalid settings. The comparison then ends.
+    /// Invalid settings. The comparison is then removed.
     pub(super) fn next_rival(&mut self, session: &Session) -> Result<Option<Rival>, Error> {
         let known = self.rival.take();
         let Some(text) = self.compare.clone() else {
@@ -144,12 +144,12 @@ impl Engine<'_> {
         Ok(rival)
     }
 
-    /// Renders the rival for one `slice` of time.
+    /// Takes samples of the second render for the time `slice`.
     pub(super) fn take_turn(&mut self, turns: &mut Turns, slice: Duration) {
         let rate = self.rate;
         let before = turns.state.film.samples();
         let outcome = self.take_samples(&turns.renderer, &mut turns.state, slice, true);
-        // The rate belongs to the picture.
+        // Restore the sample rate, because `rate` is the rate of the main picture.
         self.rate = rate;
         turns.is_complete = outcome == Outcome::Complete;
         if turns.state.film.samples() > before || turns.is_complete {
@@ -157,7 +157,7 @@ impl Engine<'_> {
         }
     }
 
-    /// Shows the rival on the pages that show its channel.
+    /// Shows the second render on the pages that show its channel.
     pub(super) fn show_rival(&self, turns: &Turns, is_final: bool) {
         if turns.state.is_empty() || !self.hub.channels().contains(RIVAL) {
             return;
@@ -169,8 +169,8 @@ impl Engine<'_> {
         self.hub.show(RIVAL, &frame);
     }
 
-    /// Sends pages the difference of the pictures and their errors against the reference, at
-    /// intervals or if the picture `is_over`.
+    /// Sends pages the difference between the two pictures, and their errors against the reference.
+    /// Messages are sent at intervals, and once more when the picture is complete (`is_over`).
     pub(super) fn tell_errors(&mut self, state: &RenderState, turns: Option<&Turns>, is_over: bool) {
         let is_wanted = turns.is_some() || self.reference.is_some();
         let is_due = self.shown.errors.elapsed() >= MEASURING;
@@ -193,7 +193,7 @@ impl Engine<'_> {
         }));
     }
 
-    /// Starts a comparison with `text`, or ends the comparison.
+    /// Starts a comparison with the settings `text`, or ends the comparison if `None`.
     pub(super) fn change_compare(&mut self, text: Option<String>) -> Result<Change, String> {
         if let Some(text) = &text {
             self.settings_beside(text)?;
@@ -203,7 +203,7 @@ impl Engine<'_> {
     }
 }
 
-/// Light of each pixel.
+/// Picture of the light of `state`.
 fn picture(state: &RenderState) -> RgbImage {
     let size = state.film.crop().size();
     let values = half_picture::light(&state.film);

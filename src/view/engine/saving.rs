@@ -1,9 +1,9 @@
 //! Saves the camera, and changes of materials and lights, in the scene file.
 //!
 //! Only a loaded state is saved. A save after an edit waits until the scene with the edit is
-//! loaded, and is refused if loading fails. The new contents are checked as `render` would read
-//! them. They replace the file under a lock, if it still has the loaded contents. A file changed by
-//! other programs is loaded first.
+//! loaded. If loading fails, the save is refused. The new contents of the file must be valid for
+//! `render`. They replace the file under a lock, if the file still has the loaded contents. If
+//! another program has changed the file, the file is loaded first.
 
 use super::{Change, Engine};
 use crate::files::read_text;
@@ -18,7 +18,7 @@ use serde_json::json;
 const MAX_LOADS: u32 = 3;
 
 impl SavedPart {
-    /// Start of a sentence about the part.
+    /// Name of the part, as the start of a sentence.
     fn subject(self) -> &'static str {
         match self {
             Self::Camera => "The camera is",
@@ -27,7 +27,7 @@ impl SavedPart {
     }
 }
 
-/// Part that mail requests to save, and the page of the request.
+/// Part that `mail` requests to save, and the page that requests it.
 fn saved_by(mail: &Mail) -> Option<(PageId, SavedPart)> {
     match mail {
         Mail::Command(page, Command::SaveCamera {}) => Some((*page, SavedPart::Camera)),
@@ -36,14 +36,14 @@ fn saved_by(mail: &Mail) -> Option<(PageId, SavedPart)> {
     }
 }
 
-/// Returns true if mail requests a save.
+/// Returns true if `mail` requests a save.
 pub(super) fn is_save(mail: &Mail) -> bool {
     saved_by(mail).is_some()
 }
 
 impl Engine<'_> {
-    /// Saves `part`. A file changed by other programs is loaded first, and `command` is executed
-    /// again after that.
+    /// Saves `part`. If another program has changed the file, the file is loaded first, and then
+    /// `command` is executed again.
     pub(super) fn save(&mut self, page: PageId, part: SavedPart, command: Command) -> Change {
         if self.refuses_bare_obj(page, part) {
             return Change::Nothing;
@@ -67,7 +67,8 @@ impl Engine<'_> {
         Change::Nothing
     }
 
-    /// Refuses the saves that wait for a scene. The scene could not be loaded because of `words`.
+    /// Refuses the saves that wait for a scene, because the scene could not be loaded. `words` is
+    /// the reason.
     pub(super) fn refuse_saves(&mut self, words: &str) {
         while let Some((page, part)) = self.held.front().and_then(saved_by) {
             self.held.pop_front();
@@ -98,7 +99,7 @@ impl Engine<'_> {
         Ok(saved)
     }
 
-    /// Error for a file that other programs change repeatedly.
+    /// Error: other programs changed the file again and again during the save.
     fn unsteady(&self) -> FileError {
         let error = FileError::new(&self.path, "the file changes while it is saved");
         error.help("save again when no other program writes it")
@@ -121,19 +122,20 @@ impl Engine<'_> {
         true
     }
 
-    /// Reports to the page that `part` was not saved.
+    /// Reports to the page that `part` was not saved, with the reason `words`.
     fn refuse(&self, page: PageId, part: SavedPart, words: &str) {
         self.tell_error(Some(page), &format!("{} not saved: {words}", part.subject()));
     }
 
-    /// Reports to the page that `part` was saved. It is now part of the scene file.
+    /// Reports to the page that `part` was saved, and treats `part` as contents of the scene file
+    /// from now on.
     fn note_saved(&mut self, page: PageId, part: SavedPart, saved: &Saved) {
         match part {
             SavedPart::Camera => self.home = self.camera,
             SavedPart::Changes => {
                 self.edits.materials.clear();
                 self.edits.lights.clear();
-                // A later edit that fails must not restore them.
+                // If a later edit fails, the saved edits must not be restored.
                 if let Some(good) = &mut self.good {
                     good.edits = self.edits.clone();
                 }

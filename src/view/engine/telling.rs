@@ -19,23 +19,23 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use std::time::Instant;
 
-/// Content of a frame.
+/// Numbers of a frame.
 enum Values {
-    /// Light with the coverage of the background.
+    /// Light, and the coverage of the background if the film has one.
     Light,
     /// Three numbers per pixel.
     Channel(Vec<f32>),
 }
 
 impl Engine<'_> {
-    /// Shows the channels of `state` on the pages. Pages get the noisy picture until the denoiser
-    /// is done.
+    /// Sends the channels of `state` to the pages that show them. Pages of the denoised channel get
+    /// the noisy picture until the denoiser has finished.
     pub(super) fn show(&mut self, renderer: &Renderer, state: &RenderState, is_last: bool) {
         let mut channels = self.hub.channels();
         let size = state.film.crop().size().to_array();
         let is_preview = self.moved.is_some();
         if is_preview {
-            // A new page gets pixels at once.
+            // Always send the picture, so that a new page gets pixels at once.
             channels.insert(half_picture::PICTURE.into());
         }
         let tone = renderer.session().settings().tone;
@@ -66,7 +66,7 @@ impl Engine<'_> {
             let values = match channel.as_str() {
                 frame::RIVAL if !is_preview => None,
                 frame::DENOISED if denoised.is_some() => {
-                    // For pages that were opened since
+                    // Send it again for pages that were opened since
                     if let Some(frame) = denoised.filter(|_| is_last) {
                         self.hub.show(channel, frame);
                     }
@@ -161,7 +161,7 @@ impl Engine<'_> {
         if samples > 0 && !self.shown.measured.is_some_and(is_known) {
             self.shown.measured = Some((samples, Instant::now()));
             self.shown.noise = state.film.relative_error();
-            // The exposure of the denoised picture has priority.
+            // If there is a denoised picture, keep its exposure.
             if self.denoising.shown().is_none() {
                 let tone = settings.tone;
                 let exposure = tone.exposure.stops();
@@ -196,8 +196,8 @@ impl Engine<'_> {
     }
 }
 
-/// Applicable keys of a material with their values, and number, size and mean colour of its
-/// textures.
+/// The applicable keys of a material with their values. Also number, size and mean colour of each
+/// of its textures.
 fn of_material(material: &Material, scene: &Scene) -> Value {
     let textures = material.maps.by_key().into_iter().filter_map(|(key, map)| {
         let id = map?.texture.0;
@@ -218,9 +218,9 @@ fn light(light: &FileLight) -> Value {
     json!({ "index": light.index, "keys": keys_of(&light.section) })
 }
 
-/// Keys of a section that have values.
+/// The keys of a section that have values.
 fn keys_of(section: &impl Serialize) -> Value {
-    // Via text, which writes numbers with the shortest decimals.
+    // Convert through text, because text has the shortest decimals of each number.
     let text = serde_json::to_string(section).unwrap_or_default();
     let mut keys = serde_json::from_str(&text).unwrap_or(Value::Null);
     if let Value::Object(keys) = &mut keys {

@@ -14,7 +14,8 @@ use crate::view::protocol::PageCamera;
 use base64::prelude::{BASE64_STANDARD, Engine as _};
 use serde_json::{Value, json};
 
-/// Longer side in pixels of the picture of a view, and its samples per pixel.
+/// Longer side of the picture of a view in pixels. The second constant is the number of samples per
+/// pixel.
 const VIEW_SIDE: u32 = 224;
 const VIEW_SAMPLES: u32 = 8;
 /// Longer side in pixels of the picture of a texture.
@@ -28,7 +29,7 @@ pub(super) struct View {
 }
 
 impl Engine<'_> {
-    /// Sends candidate cameras to `page`. Their pictures follow.
+    /// Sends the candidate cameras to `page`. The pictures follow later.
     pub(super) fn list_views(&mut self, page: PageId, session: &Session) -> Result<(), Error> {
         let cameras = session.views()?;
         let views = cameras.iter().enumerate().map(|(index, (_, guess))| View {
@@ -49,7 +50,7 @@ impl Engine<'_> {
         Ok(())
     }
 
-    /// Makes thumbnails of views until urgent mail arrives.
+    /// Renders thumbnails of views until urgent mail arrives.
     pub(super) fn picture_views(&mut self, session: &mut Session) -> Result<(), Error> {
         let mut settings = self.preview_settings(VIEW_SAMPLES);
         let size = self.settings.resolution;
@@ -62,11 +63,11 @@ impl Engine<'_> {
             let renderer = session.renderer()?;
             let mut state = renderer.start();
             let rate = self.rate;
-            // A picture with gaps is invalid.
+            // Continue until each pixel has a sample, because a picture with gaps is not shown.
             while !is_whole(&state) && !self.hub.is_urgent() && !self.is_over() {
                 self.take_samples(&renderer, &mut state, MOMENT, false);
             }
-            // The rate belongs to larger pictures.
+            // Restore the sample rate, because `rate` is the rate of larger pictures.
             self.rate = rate;
             if !is_whole(&state) {
                 self.views.push_front(view);

@@ -1,4 +1,5 @@
-// A material as a ball in a small studio, drawn at once from its keys. It approximates the render.
+// Draws a material as a ball in a small studio, from the material's keys and without the render.
+// The ball only approximates the material.
 
 import { ofHex } from "./keys.js";
 
@@ -14,14 +15,15 @@ const smooth = (from, to, x) => {
 };
 const encode = (x) => (x <= 0.0031308 ? 12.92 * Math.max(x, 0) : Math.min(1, 1.055 * x ** (1 / 2.4) - 0.055));
 
-// Lamps: direction, cosine of their edge, radiance
+// Lamps: direction, cosine of the angle of the edge, radiance
 const LAMPS = [
   [unit([-0.55, 0.72, 0.55]), 0.9, 5],
   [unit([0.93, 0.25, 0.2]), 0.93, 2.6],
   [unit([-0.75, -0.1, -0.65]), 0.9, 1.2],
 ];
 
-// Blurred light of the studio from a direction: a dark floor, a bright ceiling, and the lamps.
+// Light of the studio from the direction `way`, blurred by `blur`: a dark floor, a bright ceiling,
+// and the lamps.
 function studio(way, blur) {
   const wide = 0.03 + 0.55 * blur;
   let light = mix(0.1, 0.75, smooth(-0.25 - wide, 0.6 + wide, way[1]));
@@ -32,17 +34,17 @@ function studio(way, blur) {
   return light;
 }
 
-// Irradiance of a matte surface.
+// Irradiance of a matte surface with the normal `n`.
 const irradiance = (n) => 0.42 + 0.22 * n[1] + LAMPS.reduce((sum, [to, , radiance]) => sum + 0.16 * radiance * Math.max(0, dot(n, to)), 0);
 
-// A colour of a scene file as three linear numbers.
+// A colour of a scene file as three linear numbers. A missing colour is `usual`.
 function three(value, usual) {
   if (Array.isArray(value)) return value;
   if (typeof value === "string") return /^#[0-9a-f]{6}$/i.test(value) ? ofHex(value) : [0.5, 0.5, 0.5];
   return Array(3).fill(value ?? usual);
 }
 
-// Parameters of the ball from a material's keys.
+// Parameters for drawing the ball, computed from the material's keys.
 function looks(keys) {
   const diffuse = three(keys.diffuse, 0);
   const specular = three(keys.specular, 0);
@@ -69,7 +71,8 @@ function looks(keys) {
   };
 }
 
-// Studio light seen through a ball of glass: refracted twice, with the image upside down.
+// Light of the studio through a ball of glass at the normal `n`. The light is refracted twice, and
+// the image is upside down.
 function through(n, index, blur) {
   const cos = n[2];
   const sin = Math.sqrt(Math.max(0, 1 - cos * cos)) / index;
@@ -79,7 +82,7 @@ function through(n, index, blur) {
   return studio([(-n[0] / side) * bend, (-n[1] / side) * bend, -Math.cos(turn)], blur);
 }
 
-// Draws the ball into `canvas` at its size on the page.
+// Draws the ball into `canvas`, with a width of `side` CSS pixels.
 export function drawBall(canvas, keys, side = 46) {
   const size = Math.round(side * (window.devicePixelRatio || 1));
   [canvas.width, canvas.height] = [size, size];

@@ -1,4 +1,4 @@
-// The camera of the page: vectors, moves, undo, and its text.
+// The camera of the page: vectors, motion, undo, and the camera as text.
 
 export const add = (a, b) => a.map((x, i) => x + b[i]);
 export const sub = (a, b) => a.map((x, i) => x - b[i]);
@@ -14,14 +14,14 @@ function turned(v, axis, angle) {
   return add(add(mul(v, c), mul(cross(axis, v), s)), mul(axis, dot(axis, v) * (1 - c)));
 }
 
-// Vectors to the right, up and forward.
+// Vectors to the right, up and forward of the camera.
 export function axes(camera) {
   const forward = unit(sub(camera.look_at, camera.position));
   const right = unit(cross(forward, camera.up));
   return [right, cross(right, forward), forward];
 }
 
-// Position of a point in the picture in pixels, and its depth; null behind the camera.
+// Position of `point` in the picture in pixels, and its depth. null if it is behind the camera.
 export function project(camera, [width, height], point) {
   const [right, up, forward] = axes(camera);
   const to = sub(point, camera.position);
@@ -42,7 +42,7 @@ export class Camera extends EventTarget {
   extent = 1;
   #gesture = false;
 
-  // Sets the camera of the render. The page's own moves come back unchanged.
+  // Sets the camera that the render reports. It is not sent back to the render.
   adopt(camera) {
     this.now = camera;
     this.#changed(false);
@@ -90,7 +90,7 @@ export class Camera extends EventTarget {
     return length(sub(this.now.look_at, this.now.position));
   }
 
-  // Rotates around the target, angles in radians.
+  // Rotates the camera around its target. Angles are in radians.
   orbit(right, down) {
     const c = this.now;
     const up = unit(c.up);
@@ -98,12 +98,12 @@ export class Camera extends EventTarget {
     let next = turned(arm, up, -right);
     const side = unit(cross(up, next));
     const tilted = turned(next, side, -down);
-    // Not over the pole
+    // Ignore the tilt if it would move the camera over the pole
     if (length(cross(unit(tilted), up)) > 0.02) next = tilted;
     this.to({ ...c, position: add(c.look_at, next) }, true);
   }
 
-  // Rotates the camera in place, angles in radians.
+  // Turns the camera at its position. Angles are in radians.
   look(right, down) {
     const c = this.now;
     const up = unit(c.up);
@@ -113,7 +113,7 @@ export class Camera extends EventTarget {
     this.to({ ...c, look_at: add(c.position, next) }, true);
   }
 
-  // Moves parallel to the picture, in fractions of its height.
+  // Moves the camera parallel to the picture. Distances are fractions of the picture's height.
   pan(right, down) {
     const c = this.now;
     const size = 2 * Math.tan((c.vertical_fov * Math.PI) / 360) * this.distance;
@@ -127,7 +127,8 @@ export class Camera extends EventTarget {
     this.to({ ...c, position: add(c.position, by), look_at: add(c.look_at, by) }, true);
   }
 
-  // Moves towards the target by a factor of the distance. A focus on the target is kept.
+  // Multiplies the distance to the target by `factor`. If the target was in focus, it stays in
+  // focus.
   dolly(factor) {
     const c = this.now;
     const position = add(c.look_at, mul(sub(c.position, c.look_at), factor));
@@ -135,7 +136,7 @@ export class Camera extends EventTarget {
     this.to({ ...c, position, focus_distance: isFocused ? c.focus_distance * factor : c.focus_distance }, true);
   }
 
-  // Moves along the camera axes, in steps of the walking speed.
+  // Moves the camera along its axes, in steps of the walking speed.
   walk(right, up, forward) {
     const [x, y, z] = axes(this.now);
     const step = this.extent * 0.02 * 10 ** this.speed;
@@ -174,7 +175,8 @@ export class Camera extends EventTarget {
   }
 }
 
-// The shortest digits that give the same 32-bit float, because the render uses 32 bits.
+// The shortest digits that represent the same 32-bit float as `x`, because the render uses 32-bit
+// floats.
 export function short(x) {
   const single = Math.fround(x);
   for (let digits = 1; digits < 10; digits += 1) {

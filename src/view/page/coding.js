@@ -1,11 +1,12 @@
 // Decodes pictures for slow links. The encoder is src/core/io/packed.rs.
 
-// Bits of 16-bit floats. The encoder removed the last `rounding` bits.
+// Returns the bits of the 16-bit floats of a packed picture. The encoder has rounded off the last
+// `rounding` bits.
 export async function unpack(bytes, width, { rounding, values }) {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
   const planes = new Uint8Array(await new Response(stream).arrayBuffer());
   const count = values / 3;
-  // Green, and the differences of red and blue to green, as signed numbers that wrap around
+  // Green channel, then differences of red and blue to green, as signed numbers that wrap around
   const channels = [0, 1, 2].map((c) => {
     const low = planes.subarray(2 * c * count, (2 * c + 1) * count);
     const high = planes.subarray((2 * c + 1) * count, (2 * c + 2) * count);

@@ -26,7 +26,7 @@ export class Compare {
     $("integrator-names").replaceChildren(...integrators.map(({ name }) => element("option", { value: name })));
   }
 
-  // Sets the text of the comparison from the render.
+  // Shows the text of the comparison that the render reports.
   update(text) {
     if (document.activeElement !== $("compare-with")) $("compare-with").value = text ?? "";
     allow("compare-off", text ? "" : "nothing is compared");
@@ -45,11 +45,12 @@ export class Compare {
 
   show({ first, second, between }) {
     const last = this.points.at(-1);
-    // The camera has moved, or a setting has changed.
+    // If the time has gone back, the camera has moved or a setting has changed, so start new
+    // curves.
     if (last && first.seconds < last.first.seconds) this.points = [];
     this.points.push({ first, second, between });
     if (this.points.length > 2000) this.points = this.points.filter((_, i) => i % 2);
-    // The script sets styles, because the page's policy forbids style attributes.
+    // Set the style by script, because the page's security policy forbids style attributes.
     const dot = (colour) => {
       const made = element("span", { class: "dot" });
       made.style.background = colour;
@@ -70,7 +71,8 @@ export class Compare {
     this.draw();
   }
 
-  // Errors over seconds, both logarithmic. Without a reference: the difference between the renders.
+  // Draws errors over seconds, with two logarithmic axes. Without a reference, draws the difference
+  // between the renders.
   draw() {
     const canvas = $("error-chart");
     const { points } = this;

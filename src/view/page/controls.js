@@ -26,7 +26,7 @@ export function tabs(onChoose = () => {}) {
       button.setAttribute("aria-controls", panel.id);
       panel.hidden = !isChosen;
     }
-    // Canvases of panels are drawn when they become visible.
+    // Draw the canvases of the panel, which has become visible.
     window.dispatchEvent(new Event("resize"));
     onChoose(chosen.dataset.tab);
   };
@@ -44,7 +44,7 @@ export function tabs(onChoose = () => {}) {
   return (name) => choose(buttons.find((button) => button.dataset.tab === name));
 }
 
-// A number in short form for users.
+// `x` in short form for users, with `digits` significant digits.
 export function number(x, digits = 3) {
   if (x === null || x === undefined) return "–";
   if (Math.abs(x) >= 1e6) return `${(x / 1e6).toPrecision(digits)} million`;
@@ -58,7 +58,8 @@ export function duration(seconds) {
   return minutes < 60 ? `${minutes} min ${Math.round(seconds % 60)} s` : `${Math.floor(minutes / 60)} h ${minutes % 60} min`;
 }
 
-// Copies text. If the clipboard is unavailable, the text is selected.
+// Copies `text`. If the clipboard is unavailable, the text in `area` is selected, so that the user
+// can copy it.
 export async function copy(area, text) {
   area.value = text;
   area.select();

@@ -1,5 +1,5 @@
-// Fields of panels: names with keys, sliders with numbers, and buttons that explain why they are
-// disabled.
+// Fields of panels: names with keys, sliders with number fields, and buttons that explain why they
+// are disabled.
 
 import { $, element } from "./controls.js";
 import { nameOf, unitOf } from "./names.js";
@@ -9,13 +9,13 @@ export function nameWithKey(key, name = nameOf(key)) {
   return element("span", { class: "name" }, name, element("code", {}, key));
 }
 
-// Sets the filled part of a slider's track.
+// Colours the track of a slider up to its value.
 export function fill(slider) {
   const [min, max, value] = [slider.min, slider.max, slider.value].map(Number);
   slider.style.setProperty("--share", `${max > min ? (100 * (value - min)) / (max - min) : 0}%`);
 }
 
-// Updates the filled part of sliders that a user drags.
+// Update the coloured track while a user drags a slider.
 document.addEventListener("input", ({ target }) => target.type === "range" && fill(target));
 
 // Sets the value of a slider.
@@ -24,16 +24,16 @@ export function setSlider(slider, value) {
   fill(slider);
 }
 
-// Rounds to the number of digits that a field can show.
+// Rounds `x` to the five digits that a field can show.
 export const decimals = (x) => Number(x.toPrecision(5));
 
-// A slider and a number field for one value. `range` goes from `min` to `max`, in factors if
-// `isLogarithmic`. The number may be outside `range`, but not outside `ends`. `isText` also allows
-// names. `send` is called at the end of a drag.
+// A slider and a number field for one value. The slider goes from `min` to `max`, in equal factors
+// if `isLogarithmic`. The number field allows values outside `range`, up to the limits `ends`. With
+// `isText` it also allows names. `send` is called at the end of a drag.
 export function sliderAndNumber({ key, words, value, range: [min, max, isLogarithmic], isInteger = false, isText = false, ends = {}, send, attributes = {} }) {
   const isSet = value !== undefined && value !== "" && Number.isFinite(Number(value));
   const start = isLogarithmic ? Math.max(min, 1e-6) : min;
-  // A slider of factors is logarithmic.
+  // A logarithmic slider moves by equal factors.
   const toPlace = (x) => (isLogarithmic ? Math.log(Math.max(x, start) / start) / Math.log(max / start) : (x - min) / (max - min));
   const toValue = (place) => {
     const x = isLogarithmic ? start * (max / start) ** place : min + place * (max - min);
@@ -59,7 +59,7 @@ export function sliderAndNumber({ key, words, value, range: [min, max, isLogarit
   return { parts: [slider, box], number, show };
 }
 
-// Enables a button, or disables it with a reason.
+// Enables the button `id` if `reason` is empty, else disables it and shows the reason.
 export function allow(id, reason) {
   const button = $(id);
   button.dataset.title ??= button.title;

@@ -1,5 +1,5 @@
-// Light groups: the light of each group is separate, so the page can change its strength and
-// colour.
+// Light groups. The page has the light of each group separately, so it can change strength and
+// colour without a new render.
 
 import { element } from "./controls.js";
 import { fill } from "./fields.js";
@@ -7,7 +7,7 @@ import { HALVES, decode, toHalves } from "./tone.js";
 
 const cache = new WeakMap();
 
-// Frame of a picture with the factors of its groups, by name.
+// The frame of a picture with `weights`: the red, green and blue factors of each light group.
 export function relit(frame, weights) {
   const key = JSON.stringify(frame.groups.map((name) => weights.get(name) ?? [1, 1, 1]));
   const known = cache.get(frame);
@@ -28,7 +28,7 @@ export function relit(frame, weights) {
   return lit;
 }
 
-// Controls of all groups: strength in stops, colour, off, and solo.
+// Controls of each light group: strength in stops, colour, off, and solo (only this group).
 export class Groups {
   names = [];
   settings = new Map();
@@ -37,7 +37,7 @@ export class Groups {
     Object.assign(this, { place, onChange });
   }
 
-  // Makes controls for groups with these names, if the names have changed.
+  // Makes the controls for the light groups `names`, if they differ from the current groups.
   build(names) {
     if (names.length === 0 || names.join("\n") === this.names.join("\n")) return;
     this.names = names;

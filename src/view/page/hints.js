@@ -1,11 +1,11 @@
-// Hints for mouse and keys over the picture. They are shown once per browser, until the first
-// action.
+// Hints about the mouse and the keys, over the picture. A browser shows them only once, until the
+// first action of the user.
 
 import { $ } from "./controls.js";
 
 const SEEN = "embrasure.hints-seen";
 
-// The browser may not allow storage.
+// Value of the browser's storage; null if the browser forbids storage.
 const stored = (key) => {
   try {
     return localStorage.getItem(key);
@@ -17,7 +17,7 @@ export function store(key, value) {
   try {
     localStorage.setItem(key, value);
   } catch {
-    // The hints are then shown again.
+    // Without storage, the hints appear again on the next visit.
   }
 }
 export { stored };

@@ -1,4 +1,5 @@
-// Paths of a pixel: over the picture, in space from another angle, and as numbers.
+// Paths of a pixel: drawn over the picture, drawn in space from another angle, and listed as
+// numbers.
 
 import { $, element, number } from "./controls.js";
 import { add, cross, dot, mul, project, sub, unit } from "./camera.js";
@@ -7,7 +8,7 @@ const BOUNCE = "#ffd166";
 const SHADOW = "#4cc9f0";
 const SHARED = "#f277b6";
 
-// Segments of all paths: start, end and colour.
+// Segments of all paths, each with start, end and colour.
 function segments(facts) {
   const found = [];
   for (const sample of facts.samples) {
@@ -22,7 +23,7 @@ function segments(facts) {
           found.push({ from: vertex.position, to: far, colour: SHADOW, isDashed: true, isFaint: !isLit });
         }
       }
-      // Ends of shared paths
+      // Connections to the ends of shared paths
       for (const { vertex, end } of trace.contributions) {
         if (end && vertex !== null) found.push({ from: trace.vertices[vertex].position, to: end, colour: SHARED });
       }
@@ -31,26 +32,26 @@ function segments(facts) {
   return found;
 }
 
-// Number of a vertex, preceded by the number of its trace if there are several.
+// Label of a vertex: its number, with the number of its trace in front if there are several traces.
 const label = (traces, trace, vertex) => (traces.length > 1 ? `${trace}.${vertex}` : String(vertex));
 
-// Vertex that found the light.
+// Label of the vertex that found the light.
 const vertexOf = (traces, trace, { vertex }) => (vertex === null || vertex === undefined ? "–" : label(traces, trace, vertex));
 
-// Technique that found the light.
+// Name of the technique that found the light, with its MIS weight.
 function technique({ by, s, t, mis_weight, owner }) {
   const weight = mis_weight === undefined ? "" : `, MIS weight ${number(mis_weight)}`;
   if (s !== undefined) return `${by} s = ${s}, t = ${t}${weight}`;
   return owner ? `${by} of pixel ${owner.join(", ")}` : by;
 }
 
-// A light has no name, only a number and possibly a group.
+// Name of a light for users. Lights have no names in the scene, only a number and possibly a group.
 function nameOf(light) {
   const isGroup = light.group && light.group !== "default";
   return `${light.type} light ${light.id}${isGroup ? ` (${light.group})` : ""}`;
 }
 
-// Events at a vertex, one per line.
+// Text of the events at a vertex, one event per line.
 function events({ emission = [], light_samples = [], scattering = [], photons = [], light }) {
   const strength = (radiance) => number(Math.max(...radiance));
   const met = emission.map((e) => `meets ${nameOf(e.light)}: ${strength(e.radiance)}, MIS weight ${number(e.mis_weight)}`);
@@ -61,7 +62,7 @@ function events({ emission = [], light_samples = [], scattering = [], photons = 
   });
   const scattered = scattering.map((way) => {
     const density = way.delta ? `delta, probability ${number(way.pdf)}` : `pdf ${number(way.pdf)}`;
-    // The factor compensates for terminated paths, or for branches.
+    // The factor compensates for terminated paths (roulette), or for branches.
     const roulette = way.roulette > 1 ? `; roulette probability ${number(1 / way.roulette)}` : way.roulette < 1 ? `; factor ${number(way.roulette)}` : "";
     return `scatters: ${way.lobe}, ${density}${roulette}`;
   });
@@ -69,11 +70,12 @@ function events({ emission = [], light_samples = [], scattering = [], photons = 
   return [...(light ? [`starts at ${nameOf(light)}`] : []), ...met, ...sampled, ...scattered, ...found];
 }
 
-// Maximum number of listed contributions, and maximum number of vertices with drawn numbers.
+// Maximum number of contributions in the list. The second constant is the maximum number of
+// vertices with labels.
 const MAX_ADDED = 40;
 const MAX_LABELS = 60;
 
-// Vertices of the first sample with their numbers, except at the camera.
+// Vertices of the first sample with their labels, except vertices at the camera.
 function numbered(facts) {
   const { traces } = facts.samples[0];
   const all = traces.flatMap((trace, t) => trace.vertices.map((vertex, i) => ({ ...vertex, label: label(traces, t, i) })));
@@ -122,7 +124,8 @@ export class Inspector {
     this.drawSpace();
   }
 
-  // Shows the samples that contribute most light to a pixel, with buttons to inspect them.
+  // Shows the samples that contribute most light to a pixel. Each has a button to inspect its
+  // paths.
   showBrightest({ pixel, searched, of, samples }) {
     const rows = samples.map(({ sample, radiance, share }) => {
       const button = element("button", { "aria-label": `Paths of sample ${sample}` }, String(sample));
@@ -143,7 +146,7 @@ export class Inspector {
     );
   }
 
-  // Removes the paths and their text.
+  // Removes the paths from the picture, and their text.
   clear() {
     this.facts = null;
     $("paths-section").hidden = true;
@@ -154,7 +157,7 @@ export class Inspector {
     this.drawSpace();
   }
 
-  // First surface of the pixel's own path.
+  // First surface on the path of the pixel.
   get first() {
     return this.facts?.samples[0].traces[0]?.vertices.find((vertex) => vertex.on === "surface");
   }
@@ -216,7 +219,7 @@ export class Inspector {
     const width = 1.6 / box.scale;
     const forward = unit(sub(this.camera.now.look_at, this.camera.now.position));
     for (const { from, to, colour, isDashed, isFaint } of segments(this.facts)) {
-      // A segment is clipped at the camera.
+      // Clip the segment in front of the camera.
       const near = 1e-3 * this.camera.distance;
       const depth = (p) => dot(sub(p, this.camera.now.position), forward) - near;
       let [a, b] = [from, to];
@@ -242,7 +245,7 @@ export class Inspector {
     svg("rect", { x, y, width: 1, height: 1, fill: "none", stroke: "#fff", "stroke-width": width / 2 });
   }
 
-  // Draws the scene's box, the camera and the paths without perspective.
+  // Draws the scene's bounding box, the camera and the paths in a parallel projection.
   drawSpace() {
     const canvas = $("space");
     const ratio = window.devicePixelRatio || 1;

@@ -1,4 +1,4 @@
-// Controls for keys of materials and lights, made from the schema of scene files.
+// Controls for keys of materials and lights, made from the JSON Schema of scene files.
 
 import { element } from "./controls.js";
 import { decimals, nameWithKey, sliderAndNumber } from "./fields.js";
@@ -13,39 +13,40 @@ const hex = (colour) => `#${colour.map((x) => toCode(Math.max(0, x)).toString(16
 // Linear red, green and blue of `#rrggbb`.
 export const ofHex = (text) => [1, 3, 5].map((i) => Number(toLinear(Number.parseInt(text.slice(i, i + 2), 16)).toPrecision(4)));
 
-// A colour is a non-negative number, or three of them. Optical constants have the same form, but
-// are not colours.
+// A key is a colour if its schema allows a non-negative number or three of them. Optical constants
+// have the same schema, but are not colours.
 const OPTICAL = ["eta", "k"];
 const low = ({ minimum, exclusiveMinimum }) => minimum ?? exclusiveMinimum;
 const isColour = (key, { anyOf }) => anyOf?.length >= 2 && low(anyOf[0]) !== undefined && anyOf[1].type === "array" && !OPTICAL.includes(key);
 // Schema of a single number, if the key allows it.
 const numeric = (holds) => (["number", "integer"].includes(holds.type) ? holds : holds.anyOf?.some(({ type }) => type === "array") ? null : holds.anyOf?.find(({ type }) => type === "number"));
 const short = (x) => (typeof x === "number" ? decimals(x) : x);
-// A list of numbers or a single number as TOML.
+// A list of numbers, or a single number, as TOML.
 const list = (text) => (text.includes(",") ? `[${text}]` : text.trim());
 
-// A colour with three digits per channel; a single number for grey.
+// A colour as text with three digits per channel, or as a single number if it is grey.
 const digits = (colour) => [...new Set(colour.map((x) => Number(x.toPrecision(3))))].length === 1 ? String(Number(colour[0].toPrecision(3))) : colour.map((x) => Number(x.toPrecision(3))).join(", ");
 
-// Range of a slider: the range of the schema, or a usual range.
+// Range of a slider: limits of the schema, or the usual range of the key. null if there is neither.
 export function rangeOf(key, holds) {
   const [from, to] = [low(holds), holds.maximum];
   if (from !== undefined && to !== undefined && to <= 1000 && !usualRange(key)) return [from, to];
   return usualRange(key) ?? null;
 }
 
-// Limits of a typed number.
+// Limits of the number field, from the schema.
 export const endsOf = (holds) =>
   Object.fromEntries([["min", low(holds)], ["max", holds.maximum]].filter(([, end]) => end !== undefined).map(([name, end]) => [name, String(end)]));
 
-// Controls for a key. They call `send` with a TOML value. Without a value they are empty.
+// Controls for a key. They call `send` with the new value as TOML. If `value` is undefined, the
+// controls are empty.
 function inputs({ key, holds }, value, send, attributes) {
   const words = nameOf(key);
   const isSet = value !== undefined;
   const placeholder = "not set";
   if (isColour(key, holds)) {
     const colour = !isSet ? [0, 0, 0] : Array.isArray(value) ? value : [value, value, value];
-    // A colour picker ends at 1. Brighter colours keep their brightness.
+    // A colour picker has a maximum of 1, so a brighter colour is divided by `strength`.
     const strength = Math.max(1, ...colour);
     const picker = element("input", { type: "color", value: hex(colour.map((x) => x / strength)), ...attributes, "aria-label": `${words}, colour` });
     const text = element("input", { type: "text", value: isSet ? digits(colour) : "", placeholder, "aria-label": `${words}, linear` });
@@ -87,8 +88,8 @@ function control(entry, value, send, attributes) {
   return element("div", { class: "field", title: `${holds.description}${range}` }, nameWithKey(key), ...made);
 }
 
-// Controls for all `keys`: first the keys in `values`, then the others under "More", which is open
-// if `isOpen`.
+// Controls for all `keys`. The keys in `values` come first. The other keys are under "More", which
+// is open if `isOpen`.
 export function keyControls(keys, values, send, attributes, { isOpen = false, onToggle = () => {} } = {}) {
   const of = (entry) => control(entry, values[entry.key], send, attributes);
   const set = keys.filter(({ key }) => key in values).map(of);

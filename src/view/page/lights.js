@@ -1,10 +1,10 @@
-// Lights of the scene file as controls.
+// Controls for the lights of the scene file.
 
 import { $, copy, element } from "./controls.js";
 import { keyControls } from "./keys.js";
 
 export class Lights {
-  // Lights with visible controls, and lights with all keys.
+  // Lights whose controls are visible. The second set has the lights that show all keys.
   #shown = null;
   #open = new Set();
 
@@ -15,7 +15,8 @@ export class Lights {
     }
   }
 
-  // Makes controls for the lights of the scene file. `keys` are the valid keys of each type.
+  // Makes controls for `lights` of the scene file. `keys` has the valid keys for each type of
+  // light.
   build(lights, keys) {
     this.#shown ??= new Set(lights.length < 4 ? lights.map(({ index }) => index) : []);
     const made = lights.map(({ index, keys: values }) => {
@@ -32,7 +33,7 @@ export class Lights {
     $("scene-lights").replaceChildren(...(made.length ? made : [none]));
   }
 
-  // Shows changes as flags and as sections of a scene file.
+  // Shows the changes as flags of the command line and as sections of a scene file.
   showEdits(edits, sections) {
     $("light-edits").value = edits.map((edit) => `--set '${edit}'`).join(" \\\n");
     $("light-sections").value = sections;

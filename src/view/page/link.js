@@ -1,5 +1,5 @@
-// The WebSocket to the render: sends commands, receives messages and pictures. It reconnects after
-// a loss.
+// The WebSocket to the render. It sends commands, receives messages and pictures, and reconnects if
+// the connection is lost.
 
 import { unpack } from "./coding.js";
 
@@ -9,7 +9,8 @@ export class Link extends EventTarget {
   #timer = 0;
   bytes = 0;
   frames = 0;
-  // Messages keep their order while they are unpacked.
+  // The last message that is being unpacked. The next message waits for it, so that messages keep
+  // their order.
   #last = Promise.resolve();
 
   open() {
@@ -38,7 +39,7 @@ export class Link extends EventTarget {
           } catch (error) {
             this.#tell("error", { text: `A picture cannot be shown: ${error.message}\nReload the page; if that does not help, use a newer browser.` });
           }
-          // The render waits for pictures in transit.
+          // Confirm the picture, because the render limits the number of unconfirmed pictures.
           if (header.frame) this.send({ do: "shown", frame: header.frame, ms: performance.now() - start });
         };
         this.#last = this.#last.then(show);
@@ -47,7 +48,7 @@ export class Link extends EventTarget {
     socket.onclose = () => {
       if (this.#socket !== socket) return;
       this.#tell("lost");
-      // A restarted render on the same port has another link, so a few attempts are enough.
+      // Stop after a few attempts: a restarted program has another link, even on the same port.
       this.#attempts += 1;
       if (this.#attempts <= 5) this.#timer = setTimeout(() => this.open(), 1000 * this.#attempts);
     };
@@ -59,7 +60,7 @@ export class Link extends EventTarget {
   }
 
   send(command) {
-    // The shown picture is out of date.
+    // Mark the samples of the shown picture as out of date.
     if (["camera", "set", "material", "light", "reset-changes", "compare"].includes(command.do)) document.documentElement.dataset.samples = "waiting";
     if (this.isOpen) this.#socket.send(JSON.stringify(command));
   }
@@ -75,12 +76,12 @@ export class Link extends EventTarget {
 
 const headerLength = (buffer) => new DataView(buffer).getUint32(0, true);
 
-// Header of a picture.
+// Reads the header of a picture.
 function readHeader(buffer) {
   return JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, headerLength(buffer))));
 }
 
-// Bits of its 16-bit floats.
+// Bits of the picture's 16-bit floats.
 async function readHalves(buffer, { packed, width }) {
   const rest = buffer.slice(4 + headerLength(buffer));
   return packed ? await unpack(rest, width, packed) : new Uint16Array(rest);

@@ -1,4 +1,4 @@
-// The page: connects the link to the render, the picture, the camera and the controls.
+// Main script of the page. It connects the WebSocket, the picture, the camera and the controls.
 
 import { Camera } from "./camera.js";
 import { Compare } from "./compare.js";
@@ -29,11 +29,11 @@ const groups = new Groups($("groups"), (weights) => {
   picture.weights = weights;
   picture.repaint();
 });
-// The second render appears beside the picture at once.
+// Show the second render beside the picture as soon as a comparison starts.
 const compare = new Compare(link, (isOn) => setBeside(isOn ? "compared" : ""));
 let tab = "camera";
 const chooseTab = tabs((name) => {
-  // Paths are shown only in their tab.
+  // Remove the paths if the user leaves their tab.
   if (tab === "inspect" && name !== "inspect") inspector.clear();
   tab = document.documentElement.dataset.tab = name;
 });
@@ -42,14 +42,14 @@ const views = new Views(link, camera);
 const hints = new Hints(view);
 let status = { phase: "connecting" };
 let bounds = null;
-// True if the exposure follows the metered exposure of the render.
+// True if the exposure of the page follows the metered exposure of the render.
 let isMetered = false;
 
-// The ring around the picture is for keyboard users.
+// Show the focus ring around the picture only if the user uses the keyboard.
 addEventListener("keydown", () => (document.documentElement.dataset.by = "keys"));
 addEventListener("pointerdown", () => delete document.documentElement.dataset.by, true);
 
-// Theme of the system, until the user selects another.
+// Use the theme of the system until the user selects another theme.
 const theme = (name) => {
   document.documentElement.dataset.theme = name;
   inspector.drawSpace();
@@ -133,14 +133,14 @@ link.addEventListener("state", ({ detail }) => {
   if (document.activeElement !== $("noise")) $("noise").value = detail.values.noise;
   const denoise = detail.values.denoise ?? "off";
   $("denoise").value = denoise;
-  // The channel follows the denoiser.
+  // Show the denoised channel if a denoiser is on, else the noisy picture.
   if ((denoise !== "off") !== (picture.look.channel === "denoised") && ["picture", "denoised"].includes(picture.look.channel)) {
     setChannel(denoise === "off" ? "picture" : "denoised");
   }
 });
 
 link.addEventListener("camera", ({ detail }) => {
-  // The page's own camera is already further.
+  // Ignore the camera that this page sent: the page may have moved it further since.
   if (detail.from !== link.page) camera.adopt(detail.camera);
 });
 link.addEventListener("page", ({ detail }) => (link.page = detail.page));
@@ -190,7 +190,8 @@ link.addEventListener("status", ({ detail }) => {
   if (isMetered && typeof metered === "number") setExposure(metered);
   showExposureOfRender();
 });
-// Exposure that `render` would use, rounded to hundredths of a stop
+// Metered exposure in stops that `render` would use. The page shows and applies it rounded to
+// hundredths of a stop.
 let metered = null;
 const hundredths = (stops) => Number(stops.toFixed(2));
 function setExposure(stops) {
@@ -208,7 +209,7 @@ link.addEventListener("inspect", ({ detail }) => {
 });
 link.addEventListener("pick", ({ detail }) => selection.answer(detail));
 
-// A click opens the material of the surface, or focuses there.
+// After a click, focuses on the surface or opens the controls of its material.
 function showSelected(found) {
   if (!found.material) return;
   if ($("focus-click").checked) camera.focusOn(found.position);
@@ -223,7 +224,7 @@ link.addEventListener("errors", ({ detail }) => compare.show(detail));
 link.addEventListener("views", ({ detail }) => views.build(detail.views, picture.size));
 link.addEventListener("view-picture", ({ detail }) => views.picture(detail));
 
-// Controls of the camera. Moves are sent once per animation frame.
+// Updates the controls of the camera. Moves are sent once per animation frame.
 let isSending = false;
 camera.addEventListener("change", ({ detail }) => {
   const c = camera.now;
@@ -231,8 +232,8 @@ camera.addEventListener("change", ({ detail }) => {
     if (document.activeElement !== $(id)) $(id).value = Number(value.toPrecision(id === "fov-number" ? 4 : 5));
   }
   setSlider($("fov"), c.vertical_fov);
-  // Logarithmic ranges: lens radius up to a tenth of the scene, focus distance up to four times its
-  // size
+  // Positions of sliders. The maximum lens radius is a tenth of the scene's size, the maximum focus
+  // distance is four times the size.
   setSlider($("lens-range"), (c.lens_radius / (0.1 * camera.extent)) ** 0.5);
   setSlider($("focus-range"), Math.log10(c.focus_distance / camera.extent) / 3.6 + 0.83);
   allow("undo", camera.past.length === 0 ? "no move yet" : "");
@@ -267,12 +268,12 @@ $("copy-flags").addEventListener("click", () => copy($("copied"), camera.flags))
 $("copy-toml").addEventListener("click", () => copy($("copied"), camera.toml));
 $("save-camera").addEventListener("click", () => link.send({ do: "save-camera" }));
 
-// The render's controls
+// Buttons that control the render
 $("pause").addEventListener("click", () => link.send({ do: status.phase === "paused" ? "resume" : "pause" }));
 $("restart").addEventListener("click", () => link.send({ do: "restart" }));
 $("noise").addEventListener("change", () => link.set("noise", $("noise").value.trim() || null));
 
-// The page applies looks itself, without a render.
+// Changes exposure, tone curve or channel. The page applies these changes without a render.
 function look(changes) {
   Object.assign(picture.look, changes);
   $("exposure-number").value = picture.look.exposure;
@@ -311,7 +312,7 @@ $("exposure-of-render").addEventListener("click", () => {
   setExposure(metered);
 });
 $("meter").addEventListener("click", () => {
-  // The log-average of the visible light becomes mid-grey.
+  // Set the exposure so that the log-average of the visible light becomes mid-grey.
   const { frame } = picture;
   if (!frame) return;
   let [sum, count] = [0, 0];
@@ -382,7 +383,7 @@ $("divider").addEventListener("pointermove", (event) => {
 });
 $("divider").addEventListener("pointerup", () => (isDividing = false));
 
-// Text below the picture while the pointer is not over it.
+// Text below the picture while the pointer is outside the picture.
 let about = "";
 function hover(at) {
   const values = at && picture.valuesAt(at);
@@ -409,7 +410,7 @@ function key(event) {
   return Boolean(action);
 }
 
-// In the tab of paths, a click requests the paths of the pixel. Elsewhere it selects.
+// A click in the tab of paths requests the paths of the pixel. In other tabs it selects the object.
 const click = (at) => (tab === "inspect" && !$("focus-click").checked ? inspector.ask(at) : selection.ask(at));
 listen({ view, picture, camera, onClick: click, onHover: hover, onKey: key });
 for (const slider of document.querySelectorAll('input[type="range"]')) setSlider(slider, slider.value);
@@ -417,5 +418,5 @@ const nothing = "no group is separate";
 for (const id of ["reset-groups", "save-shown"]) allow(id, nothing);
 link.open();
 
-// For tests and for curious users.
+// Objects for tests, and for users who try the browser console.
 Object.assign(window, { embrasure: { link, camera, picture, inspector, groups, compare, materials, selection, hints } });

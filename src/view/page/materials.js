@@ -1,11 +1,11 @@
-// Materials of the scene as balls, and the keys, textures and presets of the selected material.
+// Materials of the scene as balls. For the selected material also its keys, textures and presets.
 
 import { $, copy, element } from "./controls.js";
 import { drawBall } from "./ball.js";
 import { nameWithKey } from "./fields.js";
 import { keyControls } from "./keys.js";
 
-// Ball of a preset with unknown keys.
+// Keys for the ball of a preset that is not known here.
 const UNKNOWN = { diffuse: 0.5, metallic: 0, roughness: 0.4 };
 
 export class Materials {
@@ -19,7 +19,7 @@ export class Materials {
     for (const id of ["reset-materials", "reset-lights"]) $(id).addEventListener("click", () => link.send({ do: "reset-changes" }));
     for (const id of ["save-materials", "save-lights"]) $(id).addEventListener("click", () => link.send({ do: "save-changes" }));
     $("copy-patch").addEventListener("click", () => copy($("patch"), $("patch").value));
-    // Arrow keys move between balls.
+    // Arrow keys select the next or previous ball.
     $("materials").addEventListener("keydown", (event) => {
       const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
       if (!step) return;
@@ -31,7 +31,7 @@ export class Materials {
     });
   }
 
-  // Sets the materials of the scene, all valid keys of a material, and the presets.
+  // Sets the materials `list` of the scene, all valid `keys` of a material, and `presets`.
   build(list, keys, presets) {
     Object.assign(this, { list, keys, presets });
     if (!list.some(({ name }) => name === this.chosen)) this.chosen = list[0]?.name ?? null;
@@ -54,7 +54,8 @@ export class Materials {
     return button;
   }
 
-  // Keys for the ball of a material. Its base colour includes the mean colour of its texture.
+  // Keys for drawing the ball of a material. The base colour is multiplied by the mean colour of
+  // its texture.
   keysOf(name) {
     const { keys = {}, textures = [] } = this.list.find((material) => material.name === name) ?? {};
     const mean = textures.find(({ key }) => key === "diffuse_map")?.mean;
@@ -79,7 +80,7 @@ export class Materials {
     $("material-name").textContent = material?.name ?? "Properties";
     const send = (key, value) => this.link.send({ do: "material", name: material.name, key, value });
     const more = { isOpen: this.#isOpen, onToggle: (isOpen) => (this.#isOpen = isOpen) };
-    // Presets have balls instead.
+    // Leave out the key `preset`, because presets are shown as balls.
     const keys = this.keys.filter(({ key }) => key !== "preset");
     const controls = material ? keyControls(keys, material.keys, send, { "data-material": material.name }, more) : [];
     $("material-keys").replaceChildren(...controls);
@@ -87,7 +88,8 @@ export class Materials {
   }
 }
 
-// A texture as a small picture. Its file can be changed only in the scene file.
+// Element with a small picture of a texture. The file of the texture can be changed only in the
+// scene file.
 function texture({ key, id, size }) {
   const name = nameWithKey(key);
   name.append(element("span", { class: "hint" }, `${size[0]} × ${size[1]}`));

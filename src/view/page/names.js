@@ -1,4 +1,4 @@
-// Names of keys and parameters for users, and slider ranges of numbers without a maximum.
+// Names of keys and parameters for users, and slider ranges for numbers without a maximum.
 
 const NAMES = {
   // Parameters of a render
@@ -29,7 +29,7 @@ const NAMES = {
   sun: "Sun", turbidity: "Haze", up: "Up", front: "Front", size: "Size", radius: "Radius",
 };
 
-// Minimum, maximum, and true for logarithmic steps.
+// Range of a slider: minimum, maximum, and true for logarithmic steps.
 const RANGES = {
   samples: [1, 4096, true], max_depth: [0, 64, true], roulette_depth: [0, 32], width: [16, 4096, true], height: [16, 4096, true],
   denoise_radius: [1, 10], branching: [1, 16], tree_depth: [1, 16], light_samples: [1, 64, true], photons: [1000, 1e7, true], photon_count: [2, 1024, true],
@@ -40,7 +40,8 @@ const RANGES = {
 
 const UNITS = { anisotropy_rotation: "°", falloff: "°", angle: "°", front: "°", width: "px", height: "px" };
 
-// Name of a key; by default the key with spaces.
+// Name of a key for users. If the table has no name, it is the key with spaces in place of
+// underscores.
 export const nameOf = (key) => NAMES[key] ?? key.charAt(0).toUpperCase() + key.slice(1).replaceAll("_", " ");
 export const isNamed = (key) => key in NAMES;
 export const usualRange = (key) => RANGES[key];

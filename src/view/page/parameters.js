@@ -5,10 +5,10 @@ import { nameWithKey, sliderAndNumber } from "./fields.js";
 import { endsOf, rangeOf } from "./keys.js";
 import { nameOf } from "./names.js";
 
-// Parameters with a control elsewhere on the page.
+// Parameters whose control is elsewhere on the page.
 const ELSEWHERE = ["denoise"];
 
-// Makes the controls of all parameters defined by the render.
+// Makes the controls of all parameters that the render lists.
 export class Parameters {
   controls = new Map();
 
@@ -42,7 +42,7 @@ export class Parameters {
     if (ofSlider) {
       const made = sliderAndNumber({ key, words: nameOf(key), range: ofSlider, isInteger: holds.type === "integer", isText: Boolean(schema.anyOf), ends: endsOf(holds), send, attributes: { id } });
       [input, parts] = [made.number, made.parts];
-      // An empty field resets to the default.
+      // Reset the parameter to its default if the field is emptied.
       input.addEventListener("change", () => input.value === "" && send(""));
       show = (value) => {
         input.value = value;
@@ -54,7 +54,7 @@ export class Parameters {
     } else {
       input = element("input", { id, type: "text", placeholder: usual });
       if (names.length > 0) {
-        // Numbers and names are both valid, so it is a text field with suggestions.
+        // Use a text field with suggestions, because numbers and names are both valid.
         const list = element("datalist", { id: `names-${key}` }, ...names.map((name) => element("option", { value: name })));
         input.setAttribute("list", list.id);
         document.getElementById(list.id)?.remove();
@@ -72,7 +72,7 @@ export class Parameters {
     return label;
   }
 
-  // Shows values, and hides parameters that the integrator does not use.
+  // Shows `values` in the controls, and hides parameters that the integrator does not use.
   update(values) {
     const integrator = this.tables?.integrators.find(({ name }) => name === values.integrator);
     const ofMethods = new Set(this.tables.integrators.flatMap(({ reads }) => reads));

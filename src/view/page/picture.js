@@ -1,11 +1,11 @@
-// The picture on the page: frames are shaded onto canvases, and the canvases are scaled to the
-// view.
+// The picture on the page. Frames are converted to display colours on canvases, and the canvases
+// are scaled to the view.
 
 import { relit } from "./groups.js";
 import { HALVES, shade } from "./tone.js";
 
-// Pixels of `image` with NaN light in `frame` get the codes of `canvas`, scaled to the size of
-// `image`.
+// Pixels of `frame` without samples are NaN. They get the colours that `canvas` shows now, scaled
+// to the size of `image`.
 function keepUnknown(frame, image, canvas) {
   const { width, height } = image;
   const pixels = new Uint32Array(image.data.buffer);
@@ -26,7 +26,8 @@ function keepUnknown(frame, image, canvas) {
 export class Picture {
   look = { exposure: 0, tone: "srgb", falseColour: "", channel: "picture" };
   frame = null;
-  // Content to the left of the divider: nothing, "kept", "file", or a channel
+  // Content to the left of the divider: nothing (""), "kept" picture, "file", or the name of a
+  // channel
   beside = "";
   kept = null;
   file = null;
@@ -44,7 +45,8 @@ export class Picture {
     new ResizeObserver(() => this.place()).observe(view);
   }
 
-  // Channel to the left of the divider, if it is a channel of the render.
+  // Channel to the left of the divider. null if the content there is not a separate channel of the
+  // render.
   get secondChannel() {
     return ["", "kept", "file", this.look.channel].includes(this.beside) ? null : this.beside;
   }
@@ -67,7 +69,7 @@ export class Picture {
     this.repaint();
   }
 
-  // Shades again, after a change of exposure, curve, channel or light groups.
+  // Converts the frames again, after a change of exposure, curve, channel or light groups.
   repaint() {
     if (this.frame) this.paint(this.canvas, this.frame);
     this.repaintSecond();
@@ -81,19 +83,20 @@ export class Picture {
     if (!isShown) return;
     if (frame) this.paint(this.second, frame);
     else {
-      // The file is already encoded for display.
+      // A picture from a file is already encoded for display.
       [this.second.width, this.second.height] = [this.file.width, this.file.height];
       this.second.getContext("2d").drawImage(this.file, 0, 0);
     }
     this.place();
   }
 
-  // The frame with the weights of its light groups.
+  // The frame with its light groups multiplied by their weights.
   lit(frame) {
     return frame.groups?.length ? relit(frame, this.weights) : frame;
   }
 
-  // Pixels without samples keep the pixels below them, scaled to the new size.
+  // Draws a frame on `canvas`. Pixels without samples keep their old colours, scaled to the new
+  // size.
   paint(canvas, whole) {
     const frame = this.lit(whole);
     const { width, height } = frame;
@@ -130,7 +133,7 @@ export class Picture {
     this.onPlace();
   }
 
-  // Pixel at a position in the window; null outside the picture.
+  // The pixel at a position in the window; null if the position is outside the picture.
   pixelAt(clientX, clientY) {
     const { left, top } = this.canvas.getBoundingClientRect();
     const { scale } = this.box;
@@ -138,7 +141,7 @@ export class Picture {
     return x >= 0 && y >= 0 && x < this.size[0] && y < this.size[1] ? [x, y] : null;
   }
 
-  // Values of the frame at a pixel of the whole picture.
+  // Values of the frame at the pixel `x`, `y` of the whole picture.
   valuesAt([x, y]) {
     if (!this.frame) return null;
     const frame = this.lit(this.frame);

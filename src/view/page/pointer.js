@@ -1,14 +1,14 @@
-// Mouse, touch and keys over the picture.
+// Events of mouse, touch and keys over the picture.
 
-// Maximum motion of a click in pixels.
+// Maximum motion of the pointer during a click, in pixels.
 const CLICK = 4;
 
 export function listen({ view, picture, camera, onClick, onHover, onKey }) {
   const pointers = new Map();
   let moved = 0;
   let pinch = null;
-  // True if a part of the picture is outside the view. Two fingers then move the picture instead of
-  // the camera.
+  // True if a part of the picture is outside the view. In this case two fingers move the picture,
+  // not the camera.
   const isLarger = () => picture.box.w > view.clientWidth + 1 || picture.box.h > view.clientHeight + 1;
   const mode = () => document.querySelector('input[name="mode"]:checked').value;
 
@@ -44,7 +44,7 @@ export function listen({ view, picture, camera, onClick, onHover, onKey }) {
     const before = moved;
     moved += Math.abs(dx) + Math.abs(dy);
     if (moved <= CLICK) return;
-    // The first pixels of a drag also count.
+    // Include the first pixels of a drag, which looked like a click.
     const [x, y] = before <= CLICK ? [Math.sign(dx) * moved, dy && Math.sign(dy) * Math.abs(dy)] : [dx, dy];
     const { h } = picture.box;
     const isPan = event.shiftKey || event.buttons & 4 || event.buttons & 2 || mode() === "pan";
@@ -83,7 +83,7 @@ export function listen({ view, picture, camera, onClick, onHover, onKey }) {
     { passive: false },
   );
 
-  // Walking keys move the camera on every animation frame while they are held down.
+  // The camera moves on each animation frame while a walking key is held down.
   const WALK = {
     KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0],
   };
@@ -105,7 +105,7 @@ export function listen({ view, picture, camera, onClick, onHover, onKey }) {
     const seconds = Math.min(0.1, (time - walking) / 1000);
     const by = [0, 0, 0];
     for (const key of held) WALK[key].forEach((x, i) => (by[i] += x));
-    // Thirty steps per second
+    // Walk thirty steps per second
     camera.walk(...by.map((x) => x * 30 * seconds));
     walking = time;
     requestAnimationFrame(step);
@@ -116,7 +116,7 @@ export function listen({ view, picture, camera, onClick, onHover, onKey }) {
       const wasWalking = held.size > 0;
       held.add(event.code);
       if (!wasWalking) {
-        // A short press is one step.
+        // Walk one step at once, so that a short press is one step.
         camera.walk(...WALK[event.code]);
         walking = performance.now();
         requestAnimationFrame(step);

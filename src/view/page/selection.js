@@ -1,10 +1,10 @@
-// The selected object: its name, and its outline over the picture.
+// The selected object: its name, and its outline drawn over the picture.
 
 import { $, element } from "./controls.js";
 import { project } from "./camera.js";
 import { drawBall } from "./ball.js";
 
-// A canvas that is opaque in the cells of an outline.
+// A canvas that is opaque in the cells that show the selected object.
 function maskOf({ size: [width, height], runs }) {
   const mask = document.createElement("canvas");
   [mask.width, mask.height] = [width, height];
@@ -22,7 +22,7 @@ function maskOf({ size: [width, height], runs }) {
 export class Selection {
   picked = null;
   #mask = null;
-  // True if the reply only updates the outline of the selected object.
+  // True if the next reply of the render only updates the outline of the selected object.
   #isOutline = false;
 
   constructor({ link, picture, camera, materials, onSelect }) {
@@ -37,7 +37,7 @@ export class Selection {
     this.link.send({ do: "pick", x: Math.floor(x), y: Math.floor(y) });
   }
 
-  // Handles the reply of the render.
+  // Handles the reply of the render to a request for the object at a pixel.
   answer(found) {
     const isSame = this.picked && found.object === this.picked.object && found.material === this.picked.material;
     if (this.#isOutline) {
@@ -57,13 +57,13 @@ export class Selection {
     this.onSelect(found);
   }
 
-  // The camera has moved, so the outline is invalid.
+  // Removes the outline, which is invalid after the camera has moved.
   moved() {
     this.#mask = null;
     this.draw();
   }
 
-  // The camera rests: request the outline at the current position of the selected point.
+  // After the camera has come to rest, requests the outline at the selected point.
   rests() {
     if (!this.picked || this.#mask || !this.camera.now) return;
     const at = project(this.camera.now, this.picture.size, this.picked.position);

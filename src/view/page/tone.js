@@ -1,6 +1,6 @@
-// Converts linear light to sRGB display codes, with the curves of src/core/color/tone.rs.
+// Converts linear light to sRGB display codes, with the tone curves of src/core/color/tone.rs.
 
-// Values of all 16-bit floats.
+// Table of the values of all 16-bit floats.
 export const HALVES = (() => {
   const values = new Float32Array(65536);
   for (let bits = 0; bits < 65536; bits += 1) {
@@ -18,7 +18,7 @@ export const HALVES = (() => {
   return values;
 })();
 
-// The nearest 16-bit float to each non-negative number. Larger numbers become the maximum.
+// Rounds non-negative numbers to the nearest 16-bit floats. Larger numbers become the maximum.
 export function toHalves(numbers) {
   const bits = new Uint32Array(numbers.buffer, numbers.byteOffset, numbers.length);
   const halves = new Uint16Array(numbers.length);
@@ -26,7 +26,7 @@ export function toHalves(numbers) {
     const x = numbers[i];
     if (x !== x) halves[i] = 0x7e00;
     else if (x >= 65504) halves[i] = 0x7bff;
-    // Subnormal numbers, in steps of 2^-24
+    // Numbers below the normal range of 16-bit floats, in steps of 2^-24
     else if (x < 2 ** -14) halves[i] = Math.round(Math.max(x, 0) * 2 ** 24);
     else halves[i] = (bits[i] - 0x38000000 + 0xfff + ((bits[i] >> 13) & 1)) >> 13;
   }
@@ -48,13 +48,13 @@ function agxCurve(linear) {
   return 0.5 + (2 * distance) / (1 + bend * (Math.abs(distance) / length) ** power) ** (1 / power);
 }
 
-// Curves per channel, with encoded results.
+// Tone curves that treat each channel separately. They return encoded values.
 const SEPARATE = {
   srgb: encode,
   "aces-narkowicz": (x) => encode(narkowicz(x)),
 };
 
-// Curves that mix channels. They write three encoded values to `out`.
+// Tone curves that mix channels. They write three encoded values to `out`.
 const MIXING = {
   reinhard(r, g, b, out) {
     const scale = 1 / (1 + luminance(r, g, b));
@@ -85,7 +85,7 @@ const MIXING = {
 
 export const CURVES = ["srgb", "reinhard", "aces-narkowicz", "aces-hill", "agx"];
 
-// Blue, green, yellow and red for 0 to 1.
+// False colour of `x` from 0 to 1: blue, green, yellow, red.
 function falseColour(x, out) {
   out[0] = Math.min(1, Math.max(0, 4 * x - 2, 0));
   out[1] = Math.min(1, Math.max(0, 2 - Math.abs(4 * x - 2)));
@@ -95,9 +95,9 @@ function falseColour(x, out) {
 // Id of an object: its low eleven bits are in red, its high bits in green.
 export const idOf = ([low, high]) => low + 2048 * high;
 
-// Colours of channels other than light.
+// Colours of channels that are not light.
 const CHANNELS = {
-  // Hues of neighbouring ids differ strongly. The background is black.
+  // The hues of neighbouring ids differ strongly. The background is black.
   id: (r, g, b, out) => {
     const id = idOf([r, g]);
     const hue = (id * 0.61803398875) % 1;
@@ -114,12 +114,12 @@ const CHANNELS = {
   },
 };
 
-// Channels of light, to which exposure and curve apply.
+// Channels of light. Exposure and tone curve apply only to these.
 const LIGHT = ["picture", "denoised", "lights", "compared"];
 
-// Writes the encoded light `rgb` of a pixel over its background: `display_bytes` of
-// src/core/io/png.rs. `a` is the coverage per channel. `backing` is a linear colour that no curve
-// changes, or "transparent". Returns alpha.
+// Writes the encoded light `rgb` of a pixel over its background to `out`, and returns alpha, like
+// `display_bytes` of src/core/io/png.rs. `a` is the coverage per channel. `backing` is
+// "transparent", or a linear colour that the tone curve does not change.
 function over(backing, rgb, a, shown, out) {
   if (a[0] === 1 && a[1] === 1 && a[2] === 1) {
     shown(...rgb.map((x) => Math.max(x, 0)), out);
@@ -133,14 +133,15 @@ function over(backing, rgb, a, shown, out) {
     for (let c = 0; c < 3; c += 1) out[c] = encode(behind[c] + mean * decode(out[c]));
   } else for (let c = 0; c < 3; c += 1) out[c] = encode(behind[c]);
   if (isColour) return 1;
-  // Browsers blend codes. This alpha approximates a blend of light, over black and over white.
+  // Browsers blend encoded values. This alpha approximates a blend of linear light, over black and
+  // over white.
   const alphas = [0, 1, 2].map((c) => 1 + out[c] - encode(decode(out[c]) + 1 - mean));
   const alpha = (Math.min(1, ...alphas) + Math.max(...alphas)) / 2;
   for (let c = 0; c < 3; c += 1) out[c] = alpha > 0 ? Math.min(1, out[c] / alpha) : 0;
   return alpha;
 }
 
-// Pixels of `frame` as RGBA bytes. A pixel without samples is transparent.
+// Converts `frame` to RGBA bytes. A pixel without samples is transparent.
 export function shade(frame, { exposure, tone, falseColour: isFalse, channel }) {
   const { halves, backing } = frame;
   const count = frame.width * frame.height;
@@ -150,11 +151,11 @@ export function shade(frame, { exposure, tone, falseColour: isFalse, channel }) 
   const gain = 2 ** Math.min(64, Math.max(-64, exposure));
   const light = (bits) => Math.max(HALVES[bits] * gain, 0);
   const curve = MIXING[tone] ?? ((r, g, b, out) => [r, g, b].forEach((x, c) => (out[c] = SEPARATE[tone](x))));
-  // Curves of the light, without the background.
+  // Exposure and tone curve of the light, without the background.
   const exposed = (r, g, b, out) => curve(r * gain, g * gain, b * gain, out);
   const isCovered = isLight && !isFalse && backing !== undefined;
   if (isLight && !isFalse && !isCovered && SEPARATE[tone]) {
-    // A table lookup per channel
+    // Use a table of all 16-bit floats per channel
     const table = new Uint8ClampedArray(65536);
     for (let bits = 0; bits < 65536; bits += 1) table[bits] = Math.round(255 * (SEPARATE[tone](light(bits)) || 0));
     for (let i = 0, j = 0; i < 3 * count; i += 3, j += 4) {
@@ -178,7 +179,7 @@ export function shade(frame, { exposure, tone, falseColour: isFalse, channel }) 
     } else if (CHANNELS[channel]) {
       CHANNELS[channel](r, g, b, out);
     } else if (isFalse) {
-      // Ten stops around mid-grey
+      // Show a range of ten stops around mid-grey
       falseColour((Math.log2((luminance(r, g, b) * gain) / 0.18) + 5) / 10 || 0, out);
     } else if (isCovered) {
       const at = 3 * count + i;
@@ -195,7 +196,7 @@ export function shade(frame, { exposure, tone, falseColour: isFalse, channel }) 
   return pixels;
 }
 
-// Minimum and maximum of the existing values.
+// Minimum and maximum of the finite values.
 function range(halves) {
   let [low, high] = [Infinity, -Infinity];
   for (let i = 0; i < halves.length; i += 3) {

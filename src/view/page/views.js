@@ -1,9 +1,9 @@
-// Candidate cameras as pictures.
+// Candidate cameras, each with a picture.
 
 import { $, element } from "./controls.js";
 
-// Name for the flags of a view: "--view iso" is "Iso", and "--orbit=-30,18" is "Orbit −30°, 18°".
-// Positions get numbers.
+// Name of a view for users, from its flags. "--view iso" is "Iso", and "--orbit=-30,18" is "Orbit
+// −30°, 18°". Cameras with a position are numbered.
 function nameOfView(flags, i) {
   if (flags.startsWith("--position")) return `Place ${i + 1}`;
   const orbit = flags.match(/^--orbit[ =]([-\d.]+),([-\d.]+)/);
@@ -23,7 +23,7 @@ export class Views {
     });
   }
 
-  // Shows the list; pictures follow.
+  // Shows the list of `views` without pictures. The pictures arrive later.
   build(views, size) {
     this.shots = views.map(() => element("span", { class: "shot" }));
     const buttons = views.map(({ flags, words, camera: found }, i) => {

@@ -1,6 +1,6 @@
 "use strict";
-// The page of a comparison. `data` has the estimators with their snapshots. All pictures have the
-// same size.
+// The page of a comparison. `data` has the estimators with their snapshots (pictures after some
+// samples). All pictures have the same size.
 const data = JSON.parse(document.getElementById("data").textContent);
 const byId = (id) => document.getElementById(id);
 const make = (name, properties, ...children) => {
@@ -17,7 +17,7 @@ const state = { view: "picture", measure: data.measure, at: 0, zoom: 1, left: 0,
 
 // Figures
 
-/** A picture with its error map, in a view that all views move with. */
+/** Adds a figure with the picture and the error map of `estimator`. All figures zoom and pan together. */
 function figure(estimator, index) {
   const view = make("div", { className: "view", tabIndex: 0 });
   view.setAttribute("role", "img");
@@ -44,7 +44,7 @@ function figure(estimator, index) {
   return { estimator, view, missing, figures, images: new Map() };
 }
 
-/** Shows a picture or map of a figure, which is made when it is first asked for. */
+/** Shows the picture or the error map `key` of a figure. Its image element is made at the first call. */
 function show(shown, key, source, label, isMap) {
   for (const [other, image] of shown.images) image.hidden = other !== key;
   if (source && !shown.images.has(key)) {
@@ -69,10 +69,10 @@ if (data.reference) {
   show(shown, "picture", picture, "reference", false);
 }
 
-/** Times are equal within a tenth: budgets are met to a sample or a pass. */
+/** Factor within which samples or times count as equal. Times differ by up to a tenth, because a render ends with a sample or a pass. */
 const TOLERANCE = { samples: 1, seconds: 1.1 };
 
-/** The last snapshot of an estimator that the chosen number of samples, or seconds, allows. */
+/** The last snapshot of an estimator within the selected number of samples or seconds. */
 const snapshot = (estimator) => estimator.points.filter((point) => point[state.measure] <= state.at * TOLERANCE[state.measure]).pop();
 
 function update() {
@@ -103,7 +103,7 @@ function update() {
 const counts = [...new Set(rendered.flatMap((estimator) => estimator.points.map((point) => point.samples)))].sort((a, b) => a - b);
 const times = rendered.flatMap((estimator) => estimator.points.map((point) => point.seconds));
 const [shortest, longest] = [Math.min(...times), Math.max(...times)];
-// Time up to which all estimators have rendered
+// Longest time for which every estimator has a picture
 const common = Math.min(...rendered.map((estimator) => estimator.points[estimator.points.length - 1].seconds));
 const STEPS = 400;
 
@@ -128,7 +128,7 @@ function slide() {
   update();
 }
 
-// Zoom and pan, equal in all views
+// Zoom and pan, which are equal in all views
 
 function place() {
   state.zoom = Math.min(Math.max(state.zoom, 1), 32);
@@ -142,7 +142,7 @@ function place() {
   byId("zoom-value").textContent = `${Math.round(10 * state.zoom) / 10} ×`;
 }
 
-/** Zooms by a factor about a point of the view, in shares of its width and height. */
+/** Zooms by `factor` around the point `x`, `y` of the view, in fractions of the view's width and height. */
 function zoom(factor, x = 0.5, y = 0.5) {
   const before = state.zoom;
   state.zoom = Math.min(Math.max(before * factor, 1), 32);
@@ -171,7 +171,7 @@ function move(view) {
   });
   for (const end of ["pointerup", "pointercancel"]) view.addEventListener(end, () => (last = null));
   view.addEventListener("dblclick", (event) => zoom(2, ...share(event)));
-  // The page scrolls unless the view is selected.
+  // The wheel scrolls the page, unless the view is selected or Ctrl is held.
   const wheel = (event) => {
     if (!event.ctrlKey && document.activeElement !== view) return;
     event.preventDefault();
@@ -196,7 +196,7 @@ function move(view) {
   });
 }
 
-// Error maps: grey pictures. A filter assigns a colour to each code.
+// Error maps are grey pictures. An SVG filter replaces each grey value by a colour.
 
 function filters() {
   const svg = (name, attributes) => {
@@ -216,7 +216,7 @@ function filters() {
   }
 }
 
-/** The colours of the error map that is shown. */
+/** Shows the colour scale of the error map that is visible. */
 function scale() {
   const element = byId("scale");
   element.hidden = state.view === "picture";

@@ -1,5 +1,6 @@
-//! Scripts of the render farm, with a stand-in program and scheduler that only log their arguments;
-//! `make test-farm` runs them with real ones.
+//! Tests of the scripts of the render farm. Stand-ins that only log their arguments replace the
+//! program and the scheduler. `make test-farm` runs the scripts with the real program and
+//! scheduler.
 #![cfg(unix)]
 
 mod support;
@@ -27,7 +28,8 @@ impl Farm {
             "sbatch",
             "printf '[%s]' \"$@\" >>sbatch.log; echo >>sbatch.log; echo $((99 + $(wc -l <sbatch.log)))",
         );
-        // Prints files of the test: parts in the queue, the merge in the queue, the state of a job.
+        // Prints files that the test writes: parts in the queue, the merge in the queue, the state
+        // of a job.
         farm.program(
             "squeue",
             "case \"$*\" in *%F_%K) cat queued ;; *%i) cat merges ;; *) cat state ;; esac 2>/dev/null || true",
@@ -93,7 +95,8 @@ const RENDER: [&str; 9] = [
     "--size=32x32",
 ];
 
-/// Ranges are contiguous from 0 to the end, start at passes, and differ by at most one pass.
+/// Sample ranges are contiguous from 0 to the end, start at passes, and differ in length by at most
+/// one pass.
 #[test]
 fn samples_are_cut_evenly() {
     let script = "source scripts/farm/plan
@@ -143,7 +146,7 @@ fn slurm_gets_the_missing_parts() {
     let work = farm.path("a b.exr.farm").canonicalize();
     assert!(work.is_err());
 
-    // All parts, with the merge
+    // Submit all parts, and the merge
     let (_, jobs) = submit(&[&["--sbatch=--time=1:00:00", "--cpus", "2"], RENDER.as_slice()].concat());
     let work = farm.path("a b.exr.farm").canonicalize().unwrap();
     let work = work.to_str().unwrap();
@@ -182,11 +185,11 @@ fn slurm_gets_the_missing_parts() {
     assert!(farm.read("scancel.log").contains("-merge"), "the old merge stays");
     assert!(!farm.path("a b.exr.farm/parts/3.failures").exists());
 
-    // All missing parts are in the queue, and the merge too.
+    // If all missing parts and the merge are in the queue, nothing is submitted.
     farm.write("queued", "100_1\n102_3\n");
     assert!(submit(&again).1.is_empty());
 
-    // All parts are complete: only the merge is left; then nothing is.
+    // If all parts are complete, only the merge is submitted. After the merge nothing is submitted.
     farm.write("queued", "");
     farm.write("merges", "");
     for name in ["1.done", "3.done"] {
@@ -202,7 +205,7 @@ fn slurm_gets_the_missing_parts() {
     let (said, jobs) = submit(&again);
     assert!(jobs.is_empty() && said.contains("nothing is left to do"), "{said}");
 
-    // The folder belongs to this render only.
+    // The folder can be used by this render only.
     let other = again
         .iter()
         .map(|a| if *a == "1000" { "2000" } else { a })
@@ -221,7 +224,8 @@ fn slurm_gets_the_missing_parts() {
     }
 }
 
-/// A failed part is tried again, a terminated part is not, and its program gets the signal once.
+/// A failed part is tried again. A terminated part is not tried again, and its program gets the
+/// signal once.
 #[test]
 fn failed_part_is_tried_again() {
     let farm = Farm::new();
@@ -258,14 +262,14 @@ fn failed_part_is_tried_again() {
     ] {
         assert!(said.contains(word), "no {word} in {said}");
     }
-    // No attempt succeeds: the first one and three more.
+    // If no attempt succeeds, there are four: the first one and three more.
     farm.program("embrasure", &format!("{calls}; exit 1"));
     assert_eq!((run("2", false), whole("2")), ((Some(1), 4), false));
     // A usage error is not retried.
     farm.program("embrasure", &format!("{calls}; exit 2"));
     assert_eq!(run("3", false), (Some(2), 1));
 
-    // Slurm requeues the job on another node, unless the job is to end.
+    // Slurm requeues the job on another node, unless the job is being ended.
     for (code, state, requeued) in [(1, "RUNNING", true), (130, "RUNNING", true), (130, "COMPLETING", false)] {
         let _ = fs::remove_file(farm.path("scontrol.log"));
         farm.write("state", state);
@@ -275,7 +279,8 @@ fn failed_part_is_tried_again() {
     }
     assert_eq!(farm.read("a b.exr.farm/parts/0.failures").lines().count(), 1);
 
-    // A signal to the script reaches the program once; the program then ends by itself.
+    // A signal to the script reaches the program once. The program then ends without a second
+    // signal.
     farm.write("state", "COMPLETING");
     farm.program(
         "embrasure",
@@ -325,7 +330,7 @@ fn a_merge_takes_all_parts_in_order() {
     );
 }
 
-/// The specification is XML. Its commands are the lines that bash runs for a part and for the
+/// The job specification is XML. bash runs the commands of the specification for a part and for the
 /// merge.
 #[test]
 fn an_opencue_job_has_the_same_parts() {
@@ -340,7 +345,7 @@ fn an_opencue_job_has_the_same_parts() {
         "{xml}"
     );
 
-    // Every element ends, in the right order.
+    // Every XML element is closed, in the right order.
     let mut open = Vec::new();
     for tag in xml.split('<').skip(1).filter_map(|t| t.split(['>', ' ']).next()) {
         if let Some(name) = tag.strip_prefix('/') {

@@ -31,7 +31,7 @@ fn build_and_drop() {
 
 #[test]
 fn memory_after_1000_scenes_is_unchanged() {
-    // First, caches and thread pools grow to their full size.
+    // Let caches and thread pools grow to their full size first.
     (0..100).for_each(|_| build_and_drop());
     let before = resident();
     (0..1000).for_each(|_| build_and_drop());

@@ -1,4 +1,5 @@
-//! Renders of random products of scenes, materials, flags and integrators, with the real program.
+//! Renders of random combinations of scenes, materials, flags and integrators, with the real
+//! program.
 //!
 //! Run k makes a small scene from the number k, and renders it. It must end with a documented exit
 //! code and without a panic. No image may contain NaN or infinity. Negative light is allowed only
@@ -20,10 +21,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 use support::program::{INTEGRATORS, PROGRAM, read_json, refused, write_grey_png};
 
-/// Runs of `make test`.
+/// Range of runs in `make test`.
 const USUAL: Range<u64> = 0..if cfg!(long) { 100 } else { 30 };
-/// Time after which a run counts as hanging. All runs are limited to `LIMIT` of rendering; a busy
-/// machine needs more for the rest.
+/// Time after which a run counts as hanging. Each run renders for at most `LIMIT`; a busy machine
+/// needs more time for the rest.
 const PATIENCE: Duration = Duration::from_secs(90);
 const LIMIT: &str = "3s";
 
@@ -51,12 +52,12 @@ impl Random {
         items[self.below(items.len())]
     }
 
-    /// Uniform in [0, 1).
+    /// Uniform number in [0, 1).
     fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Uniform in [-1, 1).
+    /// Uniform number in [-1, 1).
     fn signed(&mut self) -> f64 {
         2.0 * self.unit() - 1.0
     }
@@ -88,7 +89,7 @@ fn backends() -> &'static [&'static str] {
     }
 }
 
-/// Materials as exporters write them, and others.
+/// Materials as exporters write them, and unusual materials.
 fn library(random: &mut Random) -> String {
     let mut text = String::new();
     for i in 0..MATERIALS {
@@ -123,8 +124,8 @@ fn library(random: &mut Random) -> String {
     text
 }
 
-/// Triangles of size `scale`: a soup, cards around a crown with normals that point away from it, a
-/// closed box seen from inside, needles and slivers, panels behind each other.
+/// Triangles of size `scale`: random triangles, cards around a crown with normals that point away
+/// from it, a closed box seen from inside, needles and slivers, or panels behind each other.
 fn mesh(random: &mut Random, scale: f64) -> String {
     let mut text = String::from("mtllib s.mtl\n");
     let mut vertices = 0;
@@ -246,7 +247,7 @@ fn scene(random: &mut Random, scale: f64) -> String {
     text
 }
 
-/// Arguments of `render`; values come from the help of the flag.
+/// Arguments of `render`. Values come from the help text of the flag.
 fn flags(random: &mut Random) -> Vec<String> {
     let mut flags = vec![];
     let mut flag = |name: &str, value: String| flags.push(format!("--{name}={value}"));
@@ -384,7 +385,7 @@ fn flags(random: &mut Random) -> Vec<String> {
     flags
 }
 
-/// Renders the product `k`: the exit code, or the fault.
+/// Renders the combination `k`. Returns the exit code, or a text about the fault.
 fn fault(k: u64, folder: &Path) -> Result<i32, String> {
     let random = &mut Random(k);
     let scale = 10f64.powi([0, 0, 0, -3, 3, 6, -6][random.below(7)]);
@@ -402,9 +403,10 @@ fn fault(k: u64, folder: &Path) -> Result<i32, String> {
     outcome(folder, &args.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
-/// Runs the program: the exit code, or the fault of the exit code or of the image `x.exr`.
+/// Runs the program. Returns the exit code, or a text about a wrong exit code or a fault of the
+/// image `x.exr`.
 fn outcome(folder: &Path, args: &[&str]) -> Result<i32, String> {
-    // Output goes to files: a full pipe would hang the test.
+    // Write output to files, because a full pipe would hang the test.
     let program = std::env::var_os("EMBRASURE_PROGRAM").unwrap_or_else(|| PROGRAM.into());
     let mut command = Command::new(program);
     command.current_dir(folder).args(args).stdin(Stdio::null());
@@ -440,7 +442,7 @@ fn outcome(folder: &Path, args: &[&str]) -> Result<i32, String> {
     }
 }
 
-/// First NaN of an image, or first infinity in a channel that may have none.
+/// First NaN of an image, or first infinity in a channel that must be finite.
 fn unsound(path: &Path) -> Option<String> {
     let image = match read_all_flat_layers_from_file(path) {
         Ok(image) => image,
@@ -448,7 +450,8 @@ fn unsound(path: &Path) -> Option<String> {
     };
     for layer in image.layer_data {
         for channel in layer.channel_data.list {
-            // Infinite for misses, and if few samples give no variance
+            // These channels may be infinite: for rays that miss, and if few samples give no
+            // variance
             let name = channel.name.to_string();
             let may_be_infinite = name == "Z" || name == "error" || name.starts_with("variance.");
             let is_sound = |x: f32| x.is_finite() || (may_be_infinite && x == f32::INFINITY);
@@ -465,8 +468,8 @@ fn unsound(path: &Path) -> Option<String> {
     None
 }
 
-/// Returns true if negative light is documented for this command: with the filter, a debug view, or
-/// the ground in `words` of the program.
+/// Returns true if negative light is documented for this command: with the filter, with a debug
+/// view, or with a ground that `words` of the program mention.
 fn explains_negative_light(args: &[&str], words: &str) -> bool {
     let by_flag = |arg: &&str| *arg == "--filter=mitchell" || arg.starts_with("--debug-view");
     args.iter().any(by_flag) || words.contains("catches shadows")
@@ -534,7 +537,7 @@ fn random_products_end_well() {
         faults.len(),
         faults.join("\n")
     );
-    // Refused products test little.
+    // Combinations that are refused test little.
     println!("{rendered} of {count} runs rendered");
     assert!(
         count < 100 || 2 * rendered > count,
@@ -542,8 +545,8 @@ fn random_products_end_well() {
     );
 }
 
-/// Regression: cards with holes and unrelated normals passed rays to each other without end, in
-/// every integrator.
+/// Regression: cards with opacity maps and unrelated normals scattered rays to each other without
+/// end, in every integrator.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn foliage_ends_by_every_integrator() {
@@ -567,8 +570,7 @@ fn foliage_ends_by_every_integrator() {
     }
 }
 
-/// Checks of this test itself: a command that does not exist is a fault, and so is an image with a
-/// NaN.
+/// Checks this test itself: an unknown command is a fault, and so is an image with a NaN.
 #[test]
 fn faults_of_images_are_detected() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,6 @@
-//! Checks that hold for any bytes of a file. It is read or refused, without a panic. A read file is
-//! valid and can be rendered. The error of a refused file has a line that exists. The fuzz targets
-//! and `tests/it/files/fuzz_corpus.rs` share these checks.
+//! Checks that hold for any bytes of a file. The file is read or refused, without a panic. If it is
+//! read, its content is valid and can be rendered. If it is refused, the error names a line that
+//! exists. The fuzz targets and `tests/it/files/fuzz_corpus.rs` share these checks.
 
 use embrasure::accel::brute::BruteForce;
 use embrasure::camera::{Camera, CameraMotion, CameraParameters, Pose};
@@ -24,7 +24,7 @@ use std::path::Path;
 
 /// A kind of input file.
 pub struct Door {
-    /// Name of its fuzz target and of its folders.
+    /// Name of the fuzz target and of its folders.
     pub name: &'static str,
     /// Writes files that this kind may refer to.
     pub furnish: fn(&Path),
@@ -95,7 +95,8 @@ fn check_obj(folder: &Path, bytes: &[u8]) {
 
 fn check_mtl(folder: &Path, bytes: &[u8]) {
     write(&folder.join("t.mtl"), bytes);
-    // In the detected dialect, and in one other, which depends on the length of the file
+    // Read the file in the detected dialect, and in a second dialect, which the length of the file
+    // selects
     let others = &MtlDialect::NAMES[1..];
     for (_, dialect) in [MtlDialect::NAMES[0], others[bytes.len() % others.len()]] {
         let mut file = SceneFile::of_obj(folder.join("t.obj"));
@@ -120,8 +121,9 @@ fn check_scene_file(folder: &Path, bytes: &[u8]) {
     }
 }
 
-/// Images of all formats have one name: the format is detected by its first bytes, and TGA, which
-/// has none, by the name. The last byte, which decoders ignore, selects the kind of texture.
+/// Images of all formats have the same file name. The format is detected from the first bytes. TGA
+/// has no typical first bytes, and is detected from the name. The last byte, which decoders ignore,
+/// selects the kind of texture.
 fn check_texture(folder: &Path, bytes: &[u8]) {
     let path = folder.join("t.tga");
     write(&path, bytes);
@@ -149,7 +151,7 @@ fn check_environment(folder: &Path, bytes: &[u8]) {
     }
 }
 
-/// Files written by the program: checkpoints, parts, and images to compare.
+/// Checks files that the program itself writes: checkpoints, parts, and images to compare.
 fn check_rendering(folder: &Path, bytes: &[u8]) {
     let path = folder.join("t.exr");
     write(&path, bytes);
@@ -193,7 +195,7 @@ fn furnish_mtl(folder: &Path) {
     furnish_pictures(folder);
 }
 
-/// Also for OBJ files, whose name is `t.obj`.
+/// Writes the files that a scene file or an OBJ file (`t.obj`) may refer to.
 fn furnish_scene(folder: &Path) {
     write(&folder.join("a.obj"), OBJ.as_bytes());
     write(&folder.join("b.obj"), OBJ.replace("1 0 0", "1 0.5 0").as_bytes());
@@ -306,7 +308,8 @@ fn check_place(words: &str, folder: &Path) {
 fn check_texels(texture: &Texture, file_bytes: usize) {
     let (width, height) = texture.size();
     assert!(width > 0 && height > 0);
-    // A byte of a file gives at most 1032 pixels: four floats each, and the mip levels.
+    // One byte of a file decodes to at most 1032 pixels. Each pixel has four floats, and there are
+    // mip levels.
     assert!(
         texture.bytes() <= 32 * 1032 * file_bytes,
         "{} bytes for {file_bytes}",
@@ -401,7 +404,7 @@ fn triangles(loaded: &Loaded) -> u64 {
 /// Sum of corners − 2 over all faces, by the words of the statements. `None` if words are separated
 /// by Unicode blanks.
 fn count_triangles(bytes: &[u8]) -> Option<u64> {
-    // Only the reader decodes UTF-16.
+    // This function cannot decode UTF-16, unlike the reader, so it does not count.
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.iter().take(4).any(|&b| b == 0) {
         return None;
     }

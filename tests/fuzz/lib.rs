@@ -12,7 +12,7 @@ static FOLDER: OnceLock<TempDir> = OnceLock::new();
 pub fn init() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread();
     pool.build_global().expect("the first pool");
-    // libFuzzer's hook ends the process at any panic; panics that the reader catches are not
+    // libFuzzer's panic hook ends the process at any panic. Panics that the reader catches are not
     // faults.
     let fatal = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {

@@ -1,9 +1,9 @@
 //! Tests of the whole library and of the program, in one test program, which links once. Each
 //! subject has a folder, each part of it a module. `cargo test --test it bsdf::` runs one module.
 //!
-//! Some tests have a program of their own beside this folder, for one of three reasons: they
-//! measure the memory of their process; they start scripts that they have just written, which fails
-//! while another thread starts a process; or they run by the thousand in release builds.
+//! Some tests are separate programs beside this folder, for one of three reasons. They measure the
+//! memory of their process. Or they start scripts that they have just written, which fails while
+//! another thread starts a process. Or they run by the thousand in release builds.
 
 #[path = "../support/chi_square.rs"]
 mod chi_square;

@@ -1,5 +1,5 @@
-//! Renders that are stopped, killed, split into parts and merged have the bits of one render,
-//! and written data is never lost.
+//! Renders that are stopped, killed, split into parts and merged have the bits of one uninterrupted
+//! render. Written data is never lost.
 
 use crate::support::program::{
     assert_same_bits, code, command, done, folder, joined, limited, read_json, refused, run, signal, split,
@@ -44,7 +44,8 @@ fn assert_same(folder: &TempDir, one: &str, other: &str) {
     assert_same_bits(&folder.path().join(one), &folder.path().join(other));
 }
 
-/// Threads, interruptions and parts change no bit, nor does the order in which parts are merged.
+/// Threads, interruptions and parts change no bit. The order in which parts are merged changes no
+/// bit either.
 #[test]
 fn threads_stops_and_parts_change_no_bit() {
     let folder = scene();
@@ -72,7 +73,7 @@ fn threads_stops_and_parts_change_no_bit() {
                     args.extend(["--samples", &range]);
                 }
                 if interrupted {
-                    // Increasing limits, so that it ends
+                    // Increase the time limit, so that the loop ends
                     let mut limit = 0.01;
                     while run_for(folder.path(), &args, limit) {
                         limit *= 1.5;
@@ -146,7 +147,7 @@ fn crops_and_ranges_are_merged() {
     let said = merge(&["one.exr"]);
     assert!(said.contains("but not its sums"), "{said}");
     assert!(!folder.path().join("no.exr").exists());
-    // Existing parts only, if requested
+    // If requested, only the existing parts are merged
     done(
         folder.path(),
         &split("merge -q --allow-gaps -o some.exr left.exr first.exr"),
@@ -177,7 +178,7 @@ fn parts_are_merged_step_by_step() {
     merged(&["d.exr", "c.exr", "--checkpoint", "cd.exr"]);
     merged(&["cd.exr", "ab.exr", "-o", "all.exr"]);
     assert_same(&folder, "all.exr", "one.exr");
-    // A gap is still an error, and an image needs all parts.
+    // A gap between parts is still an error, and an image needs all parts.
     let said = refused(folder.path(), &["merge", "a.exr", "c.exr", "--checkpoint", "no.exr"], 1);
     assert!(said.contains("samples 64..128"), "{said}");
     let said = refused(folder.path(), &["merge", "cd.exr", "-o", "no.exr"], 1);
@@ -248,8 +249,8 @@ fn parts_of_other_renders_are_refused() {
     assert_eq!(fs::read(folder.path().join("c.exr")).unwrap(), before);
 }
 
-/// More samples later give the same bits as all samples at once, also if the first render ended
-/// within a block.
+/// Samples that are added later give the same bits as all samples at once. This also holds if the
+/// first render ended within a block.
 #[test]
 fn later_samples_give_the_same_bits() {
     let folder = scene();
@@ -279,8 +280,8 @@ fn later_samples_give_the_same_bits() {
     }
 }
 
-/// A render to a noise level decides at the end of rounds; after an interruption it decides the
-/// same.
+/// With a noise level, a render decides at the end of each round if it stops. After an
+/// interruption, it stops at the same round.
 #[test]
 fn noise_level_resumes_to_the_same_bits() {
     let folder = scene();
@@ -322,11 +323,12 @@ fn killed_renders_resume_to_the_same_bits() {
     let (mut killed, mut runs) = (0, 0);
     while killed < kills {
         let mut child = command(folder.path(), &args).spawn().unwrap();
-        // At irregular moments in the first half of the time of a render on this machine
+        // Kill the program at irregular moments, in the first half of the time that a render takes
+        // on this machine
         std::thread::sleep(whole * (2 + 37 * runs % 97) / 200);
         child.kill().unwrap();
         let status = child.wait().unwrap();
-        // Existing files are complete.
+        // Files that exist are complete.
         if folder.path().join("c.exr").exists() {
             let look = ["merge", "-q", "--allow-gaps", "c.exr", "-o", "look.exr"];
             done(folder.path(), &look);
@@ -334,8 +336,8 @@ fn killed_renders_resume_to_the_same_bits() {
         if status.code().is_none() {
             killed += 1;
         } else {
-            // A render that completed in spite of the kills has the same bits, and the next one
-            // starts from zero.
+            // If a render completed before it was killed, its image has the same bits, and the next
+            // run starts from zero.
             assert!(status.success(), "{status}");
             assert_same(&folder, "later.exr", "one.exr");
             fs::remove_file(folder.path().join("c.exr")).unwrap();
@@ -347,7 +349,8 @@ fn killed_renders_resume_to_the_same_bits() {
     assert_same(&folder, "later.exr", "one.exr");
 }
 
-/// A termination signal is an interrupt: the samples so far are written, and resumed.
+/// A termination signal counts as an interrupt: the samples so far are written, and the render can
+/// be resumed.
 #[cfg(unix)]
 #[test]
 fn terminated_renders_resume_to_the_same_bits() {
@@ -358,7 +361,7 @@ fn terminated_renders_resume_to_the_same_bits() {
     wait_for_work(&child, Duration::from_millis(300));
     signal(&child, "TERM");
     let out = child.wait_with_output().unwrap();
-    // A fast machine has finished, and a slow one has not started.
+    // On a fast machine the render may be complete, and on a slow machine it may not have started.
     if out.status.code() == Some(130) && folder.path().join("c.exr").exists() {
         assert!(words(&out).contains("interrupted"), "{}", words(&out));
     }
@@ -366,8 +369,8 @@ fn terminated_renders_resume_to_the_same_bits() {
     assert_same(&folder, "later.exr", "one.exr");
 }
 
-/// Signals ignored at start stay ignored: `nohup` and `trap '' INT` work. Other signals still end
-/// the program.
+/// Signals that are ignored at the start stay ignored, so `nohup` and `trap '' INT` work. Other
+/// signals still end the program.
 #[cfg(unix)]
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
@@ -386,7 +389,7 @@ fn ignored_signals_stay_ignored() {
         wait_for_work(&child, Duration::from_millis(1000));
         let ended = child.try_wait().unwrap();
         assert!(ended.is_none(), "{ignored}: {ended:?}");
-        // Another signal is an interrupt.
+        // A signal that is not ignored counts as an interrupt.
         signal(&child, if ignored == "TERM" { "INT" } else { "TERM" });
         assert_eq!(child.wait().unwrap().code(), Some(130), "{ignored}");
     }
@@ -414,8 +417,8 @@ fn furnace(material: &str) -> TempDir {
 /// All values of `--integrator`.
 const INTEGRATORS: &str = "path naive one-sample area whitted distributed direct ao debug light bdpt pssmlt sppm photon-map vcm mlt irradiance-cache";
 
-/// A single sample may take seconds, and a path without roulette may be endless: the time limit
-/// ends both.
+/// The time limit ends a render even if a single sample takes seconds, or a path without roulette
+/// is endless.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn every_integrator_ends_by_its_time_limit() {
@@ -471,8 +474,8 @@ fn every_integrator_ends_by_an_interrupt() {
     }
 }
 
-/// Between mirrors without absorption a branch has no natural end: the program limits it, and the
-/// stack suffices.
+/// Between mirrors without absorption, a branch of a ray tree never ends by itself. The program
+/// limits its length, and the stack is large enough.
 #[test]
 fn branches_between_mirrors_end() {
     let mirrors = furnace("Kd 0 0 0\nKs 1 1 1\nillum 3");
@@ -491,7 +494,7 @@ fn branches_between_mirrors_end() {
     );
 }
 
-/// Commands without images end at once, with the exit code of an interrupt, also during
+/// Commands without images end at once after an interrupt, with its exit code, even during
 /// measurements.
 #[cfg(unix)]
 #[test]
@@ -511,7 +514,8 @@ fn commands_without_pictures_end_at_once() {
     }
 }
 
-/// Truncated at every KiB, and with a flipped bit: the error has words, and the file stays.
+/// Checkpoints are truncated at every KiB, or have a flipped bit. The error is readable, and the
+/// file is kept.
 #[test]
 fn damaged_checkpoints_are_refused() {
     let folder = scene();
@@ -570,7 +574,7 @@ fn unwritable_outputs_are_reported() {
         "{said}"
     );
     assert!(folder.path().join("kept.exr").exists());
-    // Earlier checkpoints can be resumed at their new place.
+    // Earlier checkpoints can be resumed from the folder to which they were moved.
     let args = split("render s.toml -q --spp 4096 --checkpoint moved/c.exr --resume -o later.exr");
     done(folder.path(), &args);
     assert_same(&folder, "later.exr", "kept.exr");
@@ -591,7 +595,7 @@ fn usage_of_parts_is_checked() {
         let said = refused(folder.path(), &[&["render", "s.toml"], args].concat(), 2);
         assert!(said.contains(word), "{args:?}: {said}");
     }
-    // The last part may end at the end of the image.
+    // The end of the last range may be the end of the image's samples.
     let usual = ["render", "s.toml", "-q", "--spp", "100"];
     for more in [
         &["--samples", "64..100", "-o", "b.exr"][..],
@@ -604,8 +608,8 @@ fn usage_of_parts_is_checked() {
     assert_same(&folder, "all.exr", "one.exr");
 }
 
-/// A full disk loses neither the previous checkpoint nor the image on another disk.
-/// Needs root. In a container root may lack the right to mount; then the test ends at once.
+/// A full disk loses neither the previous checkpoint nor the image on another disk. This test needs
+/// root. In a container, root may not be allowed to mount; then the test ends at once.
 #[cfg(target_os = "linux")]
 #[test]
 #[cfg_attr(not(root), ignore = "needs root")]
@@ -624,7 +628,7 @@ fn full_disks_lose_nothing() {
         let args = [&args[..], &["-o", "disk/o.exr", "-o", "kept.exr"]].concat();
         done(folder.path(), &joined(&args, &["-q", "--spp", "64"]));
         let before = fs::read(disk.join("c.exr")).unwrap();
-        // Space for the existing file, but not for a second one
+        // The disk has space for the existing file, but not for a second file
         fs::write(disk.join("rest"), vec![0; 1 << 20]).unwrap_err();
         let said = refused(folder.path(), &joined(&args, &["--resume", "--spp", "1024"]), 1);
         assert!(
@@ -635,12 +639,12 @@ fn full_disks_lose_nothing() {
         assert_eq!(fs::read(disk.join("c.exr")).unwrap(), before);
         let samples = read_channel(&folder.path().join("kept.exr"), "samples");
         assert!(samples.iter().all(|&n| n == 1024.0));
-        // With free space again, the render resumes.
+        // With free space again, the render can be resumed.
         fs::remove_file(disk.join("rest")).unwrap();
         done(folder.path(), &joined(&args, &["-q", "--resume", "--spp", "1024"]));
         assert_same(&folder, "disk/o.exr", "kept.exr");
 
-        // A read-only disk is reported before any work.
+        // A read-only disk is reported before the render starts.
         let remount = ["-o", "remount,ro", "disk"];
         let remounted = Command::new("mount").current_dir(folder.path()).args(remount).status();
         assert!(remounted.is_ok_and(|status| status.success()));

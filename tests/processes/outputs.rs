@@ -44,8 +44,8 @@ fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     files
 }
 
-/// Names beyond Latin-1, in Latin-1, and beyond 16 bits, in all places of an EXR file that have
-/// names.
+/// Names that have characters beyond Latin-1, in Latin-1, and beyond 16 bits are used for
+/// everything that has a name in an EXR file.
 #[test]
 fn exr_files_store_names_of_all_scripts() {
     use exr::prelude::*;
@@ -86,7 +86,8 @@ fn exr_files_store_names_of_all_scripts() {
     }
 }
 
-/// Input files stay unchanged under any name given as an output, and no ray is traced.
+/// Input files stay unchanged if an output names them in any way. The error comes before any ray is
+/// traced.
 #[test]
 fn outputs_never_overwrite_input_files() {
     let folder = scene();
@@ -162,7 +163,8 @@ fn outputs_never_overwrite_each_other() {
     assert!(!path("a.exr").exists() && !path("new.exr").exists());
 }
 
-/// Names that cannot be written are refused before the scene is read; here it does not exist.
+/// Names that cannot be written are refused before the scene is read: the scene of this test does
+/// not exist.
 #[test]
 fn unwritable_names_are_refused_first() {
     let folder = scene();
@@ -203,8 +205,8 @@ fn links_to_missing_files_are_followed() {
     }
 }
 
-/// One render writes a checkpoint. A second one is refused while the first runs, but not after it
-/// was killed.
+/// One render writes a checkpoint. A second render is refused while the first one runs, but not
+/// after the first one was killed.
 #[test]
 fn a_checkpoint_has_one_writer() {
     let folder = scene();
@@ -224,7 +226,7 @@ fn a_checkpoint_has_one_writer() {
     let merged = run(folder.path(), &split("merge c.exr --allow-gaps --checkpoint d.exr"));
     assert_eq!(code(&merged), 0, "{}", words(&merged));
 
-    // The next run removes the leftovers of the killed one.
+    // The next run removes temporary files of the killed run.
     let args = joined(&args, &["--time-limit", "0.01s"]);
     done(folder.path(), &args);
     let left: Vec<_> = contents(folder.path())
@@ -315,8 +317,8 @@ fn statistics_can_go_to_standard_output() {
     );
 }
 
-/// Names of files, materials and objects with terminal escapes that would move the cursor, set
-/// colours, or set the window title
+/// Names of files, materials and objects contain terminal escapes that would move the cursor, set
+/// colours, or set the window title. The program does not print the escapes
 #[test]
 fn names_send_no_escapes_to_the_terminal() {
     let evil = "\u{1b}[31mred\u{7f}\u{9b}2J\u{1b}]0;title\u{7}";
@@ -385,7 +387,8 @@ fn names_send_no_escapes_to_the_terminal() {
     }
 }
 
-/// An image that cannot be written affects no other file, and its sums are saved.
+/// If an image cannot be written, the other files are written, and the sums of the image are saved
+/// in a rescue file.
 #[test]
 #[cfg_attr(not(target_os = "linux"), ignore = "needs LD_PRELOAD")]
 fn unwritable_image_affects_no_other_file() {
@@ -406,13 +409,13 @@ fn unwritable_image_affects_no_other_file() {
     assert_eq!(read_json(&path("x.json"))["complete"], true);
     assert_eq!(fs::read(path("x.rescue.exr")).unwrap(), b"mine");
 
-    // The rescued sums are complete: they give the image.
+    // The rescue file has all sums, so the image can be made from it.
     done(
         faulty.folder.path(),
         &split("render s.toml -q --checkpoint x.rescue-2.exr --resume -o y.exr"),
     );
     assert_same_bits(&path("y.exr"), &faulty.right[0].1);
-    // If a checkpoint has the sums, they are not rescued.
+    // If a checkpoint has the sums, no rescue file is written.
     let line = "render s.toml -q --threads 1 --checkpoint c.exr -o z.exr";
     let faulty = FaultyCommand::new(scene(), line, &["z.exr"]);
     faulty.restore();
@@ -421,16 +424,16 @@ fn unwritable_image_affects_no_other_file() {
     assert!(!faulty.folder.path().join("z.exr").exists() && faulty.folder.path().join("c.exr").exists());
 }
 
-/// System calls that can be made to fail.
+/// System calls that the test can make fail.
 const CALLS: [&str; 6] = ["open", "read", "write", "fsync", "rename", "mmap"];
 
 /// A command in a folder of files, with failing system calls.
 struct FaultyCommand {
     folder: TempDir,
-    /// Library that makes calls fail.
+    /// Library that makes the calls fail.
     library: PathBuf,
     args: Vec<&'static str>,
-    /// Outputs of a run without faults.
+    /// Outputs of a run without failing calls.
     right: Vec<(&'static str, PathBuf)>,
     /// All files before each run.
     before: Vec<(PathBuf, Vec<u8>)>,
@@ -471,7 +474,7 @@ impl FaultyCommand {
         }
     }
 
-    /// Restores the files before the first run, and deletes all others.
+    /// Restores the files that existed before the first run, and deletes all others.
     fn restore(&self) {
         for (path, _) in contents(self.folder.path()) {
             fs::remove_file(path).unwrap();
@@ -481,7 +484,8 @@ impl FaultyCommand {
         }
     }
 
-    /// Runs with a failure of call number `nth`. Returns `None` if there is no such call.
+    /// Runs the command with a failure of the call number `nth`. Returns `None` if there is no such
+    /// call.
     fn run(&self, call: &str, nth: u32) -> Option<Output> {
         let mark = self.right_folder.path().join("mark");
         let _ = fs::remove_file(&mark);
@@ -522,8 +526,8 @@ impl FaultyCommand {
         }
     }
 
-    /// Lets each call of each kind fail in turn: no false success, no partial file, no loss, no
-    /// panic, no hang.
+    /// Lets each call of each kind fail in turn. A run must not report success falsely, write
+    /// partial files, lose files, panic or hang.
     fn check(&self) {
         for call in CALLS {
             let mut failed = 0;
@@ -548,7 +552,7 @@ impl FaultyCommand {
                     );
                     has_floats |= is_right && name.ends_with(".exr");
                 }
-                // Input files exist, and only rescued files are left over.
+                // Input files still exist, and only rescue files are left over.
                 for (path, content) in &self.before {
                     let is_output = self.right.iter().any(|(name, _)| path.ends_with(name));
                     assert!(
@@ -565,7 +569,8 @@ impl FaultyCommand {
                     assert!(is_known, "{what}: {name} is left over");
                 }
             }
-            // Failures of some calls have no effect, such as the search for files of killed runs.
+            // Failures of some calls have no effect, for example in the search for files of killed
+            // runs.
             assert!(failed > 0 || call == "mmap", "no failing {call} made the run fail");
         }
     }
@@ -592,7 +597,7 @@ fn checkpoints_survive_faults_of_the_system() {
     FaultyCommand::new(folder, line, &["c.exr", "x.png"]).check();
 }
 
-/// Regression: if the file system fails to answer, the file must not count as missing; an older
+/// Regression: if the file system failed to answer, the file counted as missing, and an older
 /// checkpoint was replaced.
 #[test]
 #[cfg_attr(not(target_os = "linux"), ignore = "needs LD_PRELOAD")]

@@ -1,4 +1,4 @@
-//! The program outside its build folder: installed below a prefix, moved, and as a Python wheel.
+//! The program outside of its build folder: installed below a prefix, moved, and in a Python wheel.
 #![cfg(all(feature = "embree", target_os = "linux"))]
 
 use crate::support::program::{PROGRAM, folder, printed};
@@ -39,7 +39,7 @@ fn installed_program_can_be_moved_and_removed() {
     let folder = folder(&[("a.txt", "")]);
     let [first, second] = ["first", "second place"].map(|name| folder.path().join(name));
     script("install", &[Path::new("--self-contained"), Path::new(PROGRAM), &first]);
-    // A self-contained program has each library that other machines may lack.
+    // A self-contained installation has each library that other machines may lack.
     let brought = libraries(&first.join("bin/embrasure"));
     assert_eq!(brought.len(), libraries(Path::new(PROGRAM)).len(), "{brought:?}");
     let place = fs::canonicalize(&first).unwrap();
@@ -57,7 +57,7 @@ fn installed_program_can_be_moved_and_removed() {
     }
     fs::rename(&first, &second).unwrap();
 
-    // Project libraries, if any, are moved along; system libraries stay.
+    // If there are project libraries, they are moved with the program. System libraries stay.
     let is_own = |path: &String| !["/usr/", "/lib"].iter().any(|system| path.starts_with(system));
     let own: Vec<String> = libraries(Path::new(PROGRAM)).into_iter().filter(is_own).collect();
     let found: Vec<String> = libraries(&second.join("bin/embrasure"))
@@ -89,12 +89,12 @@ fn wheel_content_matches_its_record() {
     let folder = folder(&[("a.txt", "")]);
     let prefix = folder.path().join("prefix");
     script("install", &[Path::new(PROGRAM), &prefix]);
-    // The program replaces the extension module, which these tests lack.
+    // In this test, the program takes the place of the extension module, which is not built here.
     let modules = folder.path().join("modules");
     script("python-package", &[Path::new(PROGRAM), &modules]);
     let package = modules.join("embrasure");
     script("wheel", &[&prefix, Path::new("1.2.3"), &package, folder.path()]);
-    // Python's own reader of archives, and the digests that pip checks
+    // Check the wheel with Python's reader of archives, and with the digests that pip checks
     let check = r#"
 import base64, csv, glob, hashlib, io, sys, zipfile
 [path] = glob.glob(sys.argv[1] + "/embrasure-1.2.3-cp39-abi3-manylinux_2_*.whl")

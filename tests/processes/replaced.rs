@@ -1,4 +1,5 @@
-//! Files replaced by outputs: their permissions, hard links and locks, and names taken by others.
+//! Outputs that replace existing files: permissions, hard links and locks, and names that another
+//! process takes.
 #![cfg(unix)]
 
 use crate::support::program::{command, done, lit_floor, refused, run, signal, split, words};
@@ -9,7 +10,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// Maximum time of a command that must not wait; test machines are busy.
+/// Maximum time of a command that must not wait. The time is long, because test machines are busy.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 fn mode(path: &Path) -> u32 {
@@ -62,7 +63,8 @@ fn hard_links_of_a_replaced_file_are_reported() {
     assert!(!said.contains("hard links"), "{said}");
 }
 
-/// A pipe with the name of a temporary file, of the lock, and of an input.
+/// Pipes have the names of a temporary file, of the lock, and of an input. The program does not
+/// wait for them.
 #[test]
 fn pipes_are_not_waited_for() {
     let folder = lit_floor();
@@ -93,8 +95,8 @@ fn pipes_are_not_waited_for() {
     }
 }
 
-/// A link of another user in a folder like `/tmp` that leads to a file of the user. The test needs
-/// root to make such a link.
+/// A link of another user, in a folder like `/tmp`, points to a file of this user. An output
+/// through this link is refused. Only root can make such a link for the test.
 #[test]
 #[cfg_attr(not(root), ignore = "needs root")]
 fn links_of_others_in_sticky_folders_are_refused() {
@@ -149,13 +151,14 @@ fn locked_checkpoint_is_not_replaced() {
     for (line, said) in said {
         assert!(said.contains(&owner) && said.contains("help:"), "{line}: {said}");
     }
-    // It is still a checkpoint, and no longer locked.
+    // The file is still a checkpoint, and no longer locked.
     done(folder.path(), &split("render s.toml -q --spp 1 -o z.exr"));
     done(folder.path(), &split("merge c.exr --allow-gaps -q -o merged.exr"));
     done(folder.path(), &split("render s.toml -q -o c.exr"));
 }
 
-/// A render starts before another one makes its output a checkpoint.
+/// A render starts before a second render writes a checkpoint with the same name. It must not
+/// replace the checkpoint.
 #[test]
 fn checkpoint_of_a_later_render_is_not_replaced() {
     let folder = lit_floor();

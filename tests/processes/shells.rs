@@ -17,7 +17,8 @@ fn embrasure(args: &[&str]) -> Output {
     command.output().unwrap()
 }
 
-/// Returns true if a program is on this machine; otherwise prints a message about the skipped test.
+/// Returns true if the program `program` is on this machine. Otherwise prints that the test is
+/// skipped.
 fn there_is(program: &str) -> bool {
     let found = Command::new("sh")
         .args(["-c", "command -v \"$1\"", "sh", program])
@@ -56,7 +57,8 @@ fn every_help_has_examples() {
     }
 }
 
-/// Bash completes itself; the other shells read their scripts if they are installed.
+/// Bash executes its completion script. The other shells only parse their scripts, if they are
+/// installed.
 #[test]
 fn shells_complete() {
     let folder = tempfile::tempdir().unwrap();
@@ -135,7 +137,7 @@ fn manual_pages_are_complete() {
             "{page} has no examples, line by line"
         );
         if there_is("mandoc") {
-            // Lines may be long, and this program has no date.
+            // Ignore warnings about long lines and about the missing date.
             let out = Command::new("mandoc")
                 .args(["-T", "lint", "-W", "error"])
                 .arg(&path)
@@ -169,14 +171,14 @@ fn triangle() -> TempDir {
     folder(&[("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")])
 }
 
-/// Colours are for terminals that support them, unless the user sets otherwise. NO_COLOR takes
-/// precedence.
+/// Output has colours on terminals that support them, unless the user decides otherwise. NO_COLOR
+/// takes precedence.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn colours_are_for_terminals() {
     let folder = triangle();
     let render = "render t.obj --size 64x64 --spp 64 --threads 1";
-    // An error of this program, an error of clap, help, a render with its progress bar
+    // Test an error of this program, an error of clap, help, and a render with its progress bar
     let cases = ["render gone.obj", "bogus", "--help", render];
     let run = |on_terminal: bool, args: &str, variables: &[(&str, &str)]| {
         let line = format!("'{PROGRAM}' {args}");
@@ -192,7 +194,7 @@ fn colours_are_for_terminals() {
         let out = command.envs(variables.iter().copied()).output().unwrap();
         printed(&out) + &words(&out)
     };
-    // Escapes for colours end in m. Those of the progress bar move the cursor.
+    // Escapes for colours end in m. Escapes of the progress bar move the cursor.
     let coloured = |said: &str| {
         said.split("\x1b[").skip(1).any(|rest| {
             let end = rest.trim_start_matches(|c: char| c.is_ascii_digit() || c == ';');
@@ -227,8 +229,8 @@ fn colours_are_for_terminals() {
     }
 }
 
-/// Schedulers signal the script of a job and the program, and the script forwards the signal: two
-/// simultaneous signals count as one. A later one counts separately.
+/// Schedulers signal the script of a job and the program, and the script forwards the signal. Two
+/// simultaneous signals therefore count as one, but a later signal counts separately.
 #[cfg(unix)]
 #[test]
 fn signals_at_once_are_one() {
@@ -239,7 +241,7 @@ fn signals_at_once_are_one() {
             .split(' ')
             .collect();
         let child = command(folder.path(), &args).spawn().unwrap();
-        // It renders once the image exists.
+        // The render is running as soon as the image exists.
         for _ in 0..1500 {
             if folder.path().join("t.exr").exists() {
                 break;

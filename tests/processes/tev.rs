@@ -1,7 +1,7 @@
-//! `render --tev`: a stand-in for the viewer receives the packets, and rebuilds the image.
+//! `render --tev`: a stand-in for the viewer receives the packets, and assembles the image.
 //!
-//! Protocol by tev's README and `IpcPacket`: packets of [length in bytes including itself:
-//! u32][kind: u8][payload], little-endian, strings ended by a zero.
+//! Protocol according to tev's README and `IpcPacket`. A packet is [length in bytes, including the
+//! length field: u32][kind: u8][payload], little-endian. Strings end with a zero.
 
 use crate::support::program::{CHANNELS, code, folder, run, words};
 use crate::support::read_channel;
@@ -28,14 +28,15 @@ fn render(folder: &Path, address: &str, args: &str) -> Output {
     run(folder, &args.concat())
 }
 
-/// Starts a stand-in that handles its first client with `serve`; returns its address and thread.
+/// Starts a stand-in for the viewer that handles its first client with `serve`. Returns the address
+/// and the thread.
 fn viewer<T: Send + 'static>(serve: impl FnOnce(TcpStream) -> T + Send + 'static) -> (String, thread::JoinHandle<T>) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
     (address, thread::spawn(move || serve(listener.accept().unwrap().0)))
 }
 
-/// Rest of a packet.
+/// Rest of a packet, from which fields are read.
 struct Fields<'a>(&'a [u8]);
 
 impl<'a> Fields<'a> {
@@ -67,7 +68,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// The image as the viewer has it.
+/// The image that the viewer has assembled.
 struct ViewerImage {
     name: String,
     size: [usize; 2],
@@ -135,7 +136,8 @@ fn watch(mut client: TcpStream) -> (ViewerImage, Vec<usize>) {
     (shown, lengths)
 }
 
-/// The crop has the bits of the file at the end, and was displayed before.
+/// At the end, the viewer has the bits of the file for the crop. It displayed the image before the
+/// end.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn the_viewer_has_the_picture() {
@@ -179,7 +181,7 @@ fn the_viewer_has_the_picture() {
     assert!(f32::from_bits(middle) > 0.0, "{middle}");
 }
 
-/// A viewer that closes during transfer causes a warning, and the render continues.
+/// A viewer that closes during a transfer causes one warning, and the render continues.
 #[test]
 fn lost_viewer_is_reported_once() {
     let folder = folder(&[]);
@@ -208,7 +210,7 @@ fn missing_viewer_is_an_error_before_rendering() {
         .local_addr()
         .unwrap()
         .to_string();
-    // A render of this size would take hours.
+    // A complete render of this size would take hours.
     let out = render(folder.path(), &address, "--spp 65536 --size 4096x4096 -o a.exr");
     let said = words(&out);
     assert_eq!(code(&out), 1, "{said}");
@@ -241,13 +243,14 @@ fn viewer_that_never_reads_does_not_block() {
     served.join().unwrap();
     let said = words(&out);
     assert_eq!(code(&out), 0, "{said}");
-    // On a slow machine it has read nothing for too long first.
+    // On a slow machine, the viewer may be dropped earlier, because it has read nothing for too
+    // long.
     assert_eq!(said.matches("lost the viewer: it ").count(), 1, "{said}");
     assert!(folder.path().join("a.png").exists());
 }
 
-/// A viewer that reads a byte now and then never finishes: it delays neither the render nor its
-/// end.
+/// A viewer reads single bytes with pauses, so it never finishes. It delays neither the render nor
+/// the end of the program.
 #[test]
 fn viewer_that_reads_slowly_does_not_block() {
     let folder = folder(&[]);

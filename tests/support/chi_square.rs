@@ -6,15 +6,15 @@ use embrasure::math::Vec3;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::f64::consts::PI;
 
-/// Bins in θ and φ over the whole sphere.
+/// Number of bins in θ and φ over the whole sphere.
 const BINS: [usize; 2] = [40, 80];
-/// Bins with a smaller expectation are pooled.
+/// Bins with a smaller expected count are merged.
 const MIN_EXPECTED: f64 = 5.0;
 
-/// Result of the test.
+/// Result of the χ² test.
 #[derive(Clone, Copy, Debug)]
 pub struct Outcome {
-    /// Probability of a fit this bad or worse, if the density is right.
+    /// Probability of a fit that is this bad or worse, if the density is right.
     pub p_value: f64,
     /// ∫ pdf over the sphere.
     pub integral: f64,
@@ -23,15 +23,15 @@ pub struct Outcome {
 }
 
 /// Draws `n` samples and compares their directions with `pdf`, a density per solid angle. `sample`
-/// returns `None` if it has no direction. `edges` is true if the density also jumps elsewhere than
-/// at the horizon.
+/// returns `None` if it has no direction. `edges` is true if the density has jumps that are not at
+/// the horizon.
 pub fn chi_square(
     n: u32,
     mut sample: impl FnMut(u32) -> Option<Vec3>,
     pdf: impl Fn(Vec3) -> f64,
     edges: bool,
 ) -> Outcome {
-    // Observed counts; the last bin is for samples without a direction.
+    // Observed counts. The last bin counts samples without a direction.
     let mut observed = vec![0.0; BINS[0] * BINS[1] + 1];
     for i in 0..n {
         observed[sample(i).map_or(BINS[0] * BINS[1], bin)] += 1.0;
@@ -44,7 +44,7 @@ pub fn chi_square(
         pdf(w) * sin
     };
     let step = [PI / BINS[0] as f64, 2.0 * PI / BINS[1] as f64];
-    // 3 % of one sample
+    // The tolerance is 3 % of one sample
     let tolerance = 0.03 / n as f64;
     let mut expected = Vec::with_capacity(observed.len());
     for t in 0..BINS[0] {
@@ -65,7 +65,7 @@ pub fn chi_square(
     }
 }
 
-/// Significance level of each of `tests` tests that all pass with probability 1 − `alpha`.
+/// Significance level for each of `tests` tests, if all pass with probability 1 − `alpha`.
 pub fn sidak(alpha: f64, tests: usize) -> f64 {
     1.0 - (1.0 - alpha).powf(1.0 / tests as f64)
 }
@@ -91,7 +91,7 @@ fn gauss(f: &impl Fn(f64, f64) -> f64, [t, p, dt, dp]: [f64; 4]) -> f64 {
     rows.iter().sum::<f64>() * dt * dp
 }
 
-/// Halves a cell both ways until its parts sum to `whole` within `tolerance`.
+/// Halves a cell in both directions until its parts sum to `whole` within `tolerance`.
 fn integrate(
     f: &impl Fn(f64, f64) -> f64,
     edges: bool,
@@ -99,8 +99,8 @@ fn integrate(
     tolerance: f64,
     depth: u32,
 ) -> f64 {
-    // A density with edges is split three times before the comparison: an edge may lie between the
-    // nodes.
+    // Split a density with edges three times before the comparison, because an edge may lie between
+    // the nodes.
     let min_depth = if edges { 3 } else { 0 };
     let (ht, hp) = (0.5 * dt, 0.5 * dp);
     let cells = [
@@ -121,7 +121,8 @@ fn integrate(
         .sum()
 }
 
-/// Pools bins of small expectation, smallest first, and returns the p-value of the χ² distribution.
+/// Merges bins of small expected count, smallest first, and returns the p-value of the χ²
+/// distribution.
 fn p_value(observed: &[f64], expected: &[f64]) -> f64 {
     let mut order: Vec<usize> = (0..expected.len()).collect();
     order.sort_by(|&a, &b| expected[a].total_cmp(&expected[b]));
@@ -137,7 +138,7 @@ fn p_value(observed: &[f64], expected: &[f64]) -> f64 {
             (pooled_observed, pooled_expected) = (0.0, 0.0);
         }
     }
-    // Samples in bins that expect hardly any
+    // Count the samples in bins that expect hardly any samples
     if pooled_observed > 10.0 * MIN_EXPECTED {
         return 0.0;
     }

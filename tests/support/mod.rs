@@ -33,20 +33,20 @@ pub fn agree_within_rounding(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(is_near)
 }
 
-/// Part of `n` samples, iterations or rays that a statistical test takes: all in `make test-long`,
-/// which sets `EMBRASURE_ALL_SAMPLES`, a quarter in `make test-all`, an eighth in `make test`. A
-/// bound in standard errors holds for each part. Multiply a bound that was set for all samples by
-/// [`slack`].
+/// Part of `n` samples, iterations or rays that a statistical test uses. It is all of them in `make
+/// test-long`, which sets `EMBRASURE_ALL_SAMPLES`, a quarter in `make test-all`, and an eighth in
+/// `make test`. A bound in standard errors is valid for each part. A bound that was set for all
+/// samples must be multiplied by [`slack`].
 pub fn budget(n: u32) -> u32 {
     n / share()
 }
 
-/// Standard error with the samples of [`budget`], relative to the error with all samples.
+/// Ratio of the standard error with the samples of [`budget`] to the error with all samples.
 pub fn slack() -> f64 {
     f64::from(share()).sqrt()
 }
 
-/// Number of all samples divided by the number taken.
+/// Ratio of the number of all samples to the number of samples used.
 fn share() -> u32 {
     match std::env::var_os("EMBRASURE_ALL_SAMPLES") {
         Some(_) => 1,
@@ -55,7 +55,7 @@ fn share() -> u32 {
     }
 }
 
-/// Backend of this build, or the brute-force oracle.
+/// Backend of this build, or brute force if there is no other.
 #[cfg(feature = "embree")]
 type BuildBackend<'a> = embrasure::accel::embree::EmbreeAccel<'a>;
 #[cfg(all(feature = "obvhs", not(feature = "embree")))]
@@ -63,7 +63,7 @@ type BuildBackend<'a> = embrasure::accel::bvh::BvhAccel;
 #[cfg(not(any(feature = "embree", feature = "obvhs")))]
 type BuildBackend<'a> = embrasure::accel::brute::BruteForce<'a>;
 
-/// A backend behind dynamic dispatch. The renderer has compiled all integrators for it.
+/// A backend behind dynamic dispatch. The integrators are compiled for this type.
 pub type Backend<'a> = &'a dyn Accel;
 
 /// The acceleration structure of `scene`.
@@ -74,7 +74,7 @@ pub fn backend(scene: &Scene) -> BuildBackend<'_> {
     return BuildBackend::new(scene);
 }
 
-/// A scene with a choice of its lights.
+/// A scene with a light selection for tests.
 pub struct Lit<'a> {
     scene: &'a Scene,
     choice: LightChoice,
@@ -102,7 +102,7 @@ impl<'a> From<(&'a Scene, LightChoice)> for Lit<'a> {
     }
 }
 
-/// Calls `look` with `scene` and a camera of `camera`.
+/// Calls `look` with the world of `scene`, seen by `camera`.
 pub fn with_world<'a, T>(
     scene: impl Into<Lit<'a>>,
     camera: CameraParameters,
@@ -112,7 +112,7 @@ pub fn with_world<'a, T>(
     with_camera(scene, Camera::new(camera, resolution).unwrap(), look)
 }
 
-/// Calls `look` with `scene` and `camera`.
+/// Calls `look` with the world of `scene`, seen by `camera`.
 pub fn with_camera<'a, T>(scene: impl Into<Lit<'a>>, camera: Camera, look: impl FnOnce(World<Backend>) -> T) -> T {
     let Lit { scene, choice } = scene.into();
     let accel = backend(scene);
@@ -133,7 +133,7 @@ pub fn path_tracer<A>(world: World<A>, max_depth: Option<u32>) -> PathIntegrator
     }
 }
 
-/// The path tracer, with path reuse between pixels or without.
+/// The path tracer, with or without path reuse between pixels.
 pub struct MaybeReusing<'a> {
     pub path: PathIntegrator<'a, Backend<'a>>,
     pub reuse: bool,
@@ -216,7 +216,8 @@ pub fn film_by(sampler: &RenderSampler, integrator: &dyn CompiledIntegrator, res
     film
 }
 
-/// Renders with an integrator of iterations. Separates the light by strategy if the world does.
+/// Renders with an integrator that has iterations. Separates the light by strategy if the world
+/// does.
 pub fn film_of_iterations(
     integrator: &(impl CompiledIntegrator + IterationIntegrator),
     resolution: UVec2,
@@ -288,10 +289,10 @@ pub fn panel(z: f32, half: f32) -> Mesh {
     ])
 }
 
-/// Floor lit only through a mirror, and a camera above it. The mirror is level; its normals are
+/// Floor that only a mirror lights, and a camera above it. The mirror is level, and its normals are
 /// tilted by `tilt` degrees.
 pub fn floor_lit_by_a_mirror(tilt: f32) -> (Scene, CameraParameters) {
-    // Square that faces up if `is_up`, down if not
+    // Square that faces up if `is_up`, otherwise down
     let square = |[x, y]: [f32; 2], half: f32, is_up: bool| {
         let corner = |u: f32, v: f32| Vec3::new(x + half * u, y, half * v);
         let mut corners = [(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)].map(|(u, v)| corner(u, v));
@@ -419,15 +420,15 @@ pub fn z_scores(film: &Film, expected: f64) -> Vec<f64> {
         [0, 1, 2].map(|c| {
             let (error, variance) = (a.mean(c) - expected, a.variance_of_mean(c));
             assert!(error.is_finite() && variance >= 0.0, "{error} ± √{variance}");
-            // A pixel without variance must be exact.
+            // A pixel without variance must have the exact value.
             if error == 0.0 { 0.0 } else { error / variance.sqrt() }
         })
     });
     z.collect()
 }
 
-/// Fails unless at most 0.4 % of the z-scores are beyond 3.5 and the mean is within 0.1 % of
-/// `expected`, or within three standard errors if that is more. A factor wrong by twice as much is
+/// Fails unless at most 0.4 % of the z-scores are beyond 3.5, and the mean is within 0.1 % of
+/// `expected`, or within three standard errors if these are larger. An error of twice this size is
 /// nearly always found.
 pub fn assert_unbiased(what: &str, film: &Film, expected: f64) {
     let z = z_scores(film, expected);
@@ -525,16 +526,17 @@ pub fn rel_mse(image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3]) -> f64 {
     Errors::new(&joined(image), &joined(reference)).unwrap().rel_mse
 }
 
-/// Path of a file or folder below `../shared`: scenes outside the project. Tests that call this
-/// have `#[cfg_attr(not(shared), ignore = "needs ../shared")]`; build.rs sets that configuration.
+/// Path of a file or folder below `../shared`, which has scenes outside of the project. Tests that
+/// call this function have `#[cfg_attr(not(shared), ignore = "needs ../shared")]`; build.rs sets
+/// that configuration.
 pub fn shared(relative: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(relative);
     assert!(path.exists(), "{} is required here and missing", path.display());
     path
 }
 
-/// Path of the browser. Tests that call this have `#[cfg_attr(not(chromium), ignore = "needs
-/// chromium")]`; build.rs sets that configuration.
+/// Path of the browser. Tests that call this function have `#[cfg_attr(not(chromium), ignore =
+/// "needs chromium")]`; build.rs sets that configuration.
 pub fn chromium() -> &'static Path {
     let Some(program) = option_env!("EMBRASURE_CHROMIUM") else {
         panic!(
@@ -580,7 +582,7 @@ pub fn room_below_a_pane() -> SceneBuilder {
 }
 
 /// Room lit by a lamp behind a coloured pane, with thin glass, a filter, a mirror and a block.
-/// Light passes some of them by every kind of path.
+/// Every kind of path passes some of these.
 pub fn glazed_room() -> Scene {
     use embrasure::material::Gloss;
     let mut b = room_below_a_pane();
@@ -607,7 +609,7 @@ pub fn glazed_room() -> Scene {
     scene
 }
 
-/// Camera inside [`glazed_room`] that faces its sheets.
+/// Camera inside [`glazed_room`] that faces its panes and filters.
 pub fn in_glazed_room() -> CameraParameters {
     pinhole(Vec3::new(0.0, 0.0, 0.95), Vec3::new(0.1, -0.1, -1.0), 80.0)
 }

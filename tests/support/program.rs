@@ -35,7 +35,7 @@ pub const INTEGRATORS: &[&str] = &[
     "irradiance-cache",
 ];
 
-/// Channels of an EXR image by default.
+/// Default channels of an EXR image.
 pub const CHANNELS: [&str; 15] = [
     "R",
     "G",
@@ -116,8 +116,8 @@ pub fn done(folder: &Path, args: &[&str]) -> Output {
     out
 }
 
-/// Runs with a time limit in seconds, which may end before the first sample. Asserts that no other
-/// error occurs.
+/// Runs with a time limit in seconds, which may end the render before the first sample. Asserts
+/// that no other error occurs.
 pub fn limited(folder: &Path, args: &[&str], limit: f64) -> Output {
     let limit = format!("{limit}s");
     let args = joined(args, &["--time-limit", &limit]);
@@ -134,7 +134,7 @@ pub fn refused(folder: &Path, args: &[&str], expected: i32) -> String {
     words(&out)
 }
 
-/// Exit code.
+/// Exit code of a program that has ended.
 pub fn code(output: &Output) -> i32 {
     output.status.code().expect("the program was killed")
 }
@@ -166,7 +166,7 @@ pub fn signal(child: &Child, name: &str) {
     assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
 }
 
-/// Waits until `child` has used `work` of processor time: then it is at work, also on a loaded
+/// Waits until `child` has used the processor time `work`. Then it is working, even on a loaded
 /// machine.
 #[cfg(target_os = "linux")]
 pub fn wait_for_work(child: &Child, work: Duration) {
@@ -189,7 +189,8 @@ fn processor_time(child: &Child) -> Duration {
     /// Ticks per second (`man 5 proc`).
     const TICKS: u64 = 100;
     let stat = fs::read_to_string(format!("/proc/{}/stat", child.id())).unwrap();
-    // The name is in parentheses and may contain blanks. State is the first field behind it.
+    // The name is in parentheses and may contain blanks. The state is the first field behind the
+    // name.
     let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
     if fields[0] == "Z" {
         return Duration::MAX;

@@ -1,9 +1,9 @@
-//! Comparison of means, with one rate of false alarms.
+//! Comparison of means, with the same rate of false alarms in each comparison.
 //!
 //! All tests together compare fewer than 10,000 pairs of means. Each comparison fails by chance
-//! with a probability of [`FALSE_ALARM`]. By the union bound at most one run of all tests in 10,000
-//! fails by chance. Seeds are fixed: a test gives the same result in each run until the code draws
-//! other numbers.
+//! with a probability of [`FALSE_ALARM`]. By the union bound, at most one in 10,000 runs of all
+//! tests fails by chance. Seeds are fixed, so a test gives the same result in each run until the
+//! code uses other random numbers.
 //!
 //! The statistic is Welch's t: the difference of two means over its standard error. Its degrees of
 //! freedom are those of Welch and Satterthwaite (Welch 1947, "The generalization of 'Student's'
@@ -39,7 +39,7 @@ impl fmt::Display for Mean {
 }
 
 impl Mean {
-    /// Exact value of a closed form.
+    /// Mean with an exactly known value, without variance.
     pub fn exact(value: f64) -> Self {
         Self::new(value, 0.0)
     }
@@ -108,7 +108,7 @@ impl Mean {
         )
     }
 
-    /// This mean, moved towards `other` by at most `allowed`.
+    /// This mean, moved towards `other` by up to `allowed`.
     fn towards(self, other: Self, allowed: f64) -> Self {
         let difference = self.value - other.value;
         Self {
@@ -117,7 +117,7 @@ impl Mean {
         }
     }
 
-    /// Probability of a difference at least as large, if both means estimate one value.
+    /// Probability of a difference at least as large, if both means estimate the same value.
     pub fn p(self, other: Self) -> f64 {
         let (t, degrees) = self.t(other);
         if degrees < 1e4 {
@@ -166,7 +166,7 @@ pub fn assert_all_means_within(what: impl fmt::Display, pairs: &[(Mean, Mean)], 
 fn significant_differences_have_tabulated_p_values() {
     let (a, b) = (Mean::new(1.0, 0.03), Mean::new(1.0 + 5.0 * 0.05, 0.04));
     assert!((a.t(b).0 + 5.0).abs() < 1e-4 && a.t(b).1 == f64::INFINITY);
-    // Tables of the normal distribution
+    // Values from tables of the normal distribution
     assert!((a.p(b) / 5.733e-7 - 1.0).abs() < 2e-3);
     assert!(a.p(Mean::new(1.0 + 5.73 * 0.05, 0.04)) > FALSE_ALARM);
     assert!(a.p(Mean::new(1.0 + 5.74 * 0.05, 0.04)) < FALSE_ALARM);

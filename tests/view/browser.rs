@@ -10,13 +10,13 @@ use std::fs;
 use std::thread;
 use std::time::Duration;
 
-/// Expression for the displayed pixels of the image, as numbers.
+/// Script expression for the pixels that the page displays, as numbers.
 const CODES: &str = "[...document.getElementById('picture').getContext('2d').getImageData(0, 0, embrasure.picture.canvas.width, embrasure.picture.canvas.height).data]";
 const CAMERA: &str = "JSON.stringify(embrasure.camera.now)";
 
 const FLAGS: &str = "cornell-box.toml --size 128x128 --spp 16";
 
-/// Names from files are text in the page, for any content.
+/// Names from files are shown as text on the page, even if they contain markup.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -70,8 +70,8 @@ fn names_with_markup_are_text_in_the_page() {
     assert_ne!(browser.value(&tab, "document.title"), "1");
 }
 
-/// Actions of a user: view, orbit, walk, undo, inspect, change display and materials, save the
-/// camera; also with a second page, and until the end of the render.
+/// The page handles the actions of a user: view, orbit, walk, undo, inspect, change display and
+/// materials, save the camera. It does so with a second page, and until the render ends.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -86,7 +86,7 @@ fn the_page_shows_and_steers_a_render() {
         "cornell-box.toml"
     );
 
-    // The page displays light like the program.
+    // The page converts light to display colours like the program.
     let codes = browser.value(&tab, CODES);
     let (_, png) = viewer.get("picture.png?exposure=0&tone=srgb");
     let expected = image::load_from_memory(&png).unwrap().to_rgb8();
@@ -110,7 +110,7 @@ fn the_page_shows_and_steers_a_render() {
     }
     browser.value(&tab, "document.getElementById('tone').value = 'srgb', document.getElementById('tone').dispatchEvent(new Event('change'))");
 
-    // Exposure changes only the display, and restarts nothing.
+    // Exposure changes only the display, and does not restart the render.
     let dark = browser.value(&tab, CODES);
     browser.value(&tab, "document.getElementById('exposure').value = 1, document.getElementById('exposure').dispatchEvent(new Event('input'))");
     assert_ne!(browser.value(&tab, CODES), dark);
@@ -139,7 +139,7 @@ fn the_page_shows_and_steers_a_render() {
     done(folder.path(), &split(&format!("render {FLAGS} -q -o r.exr")));
     assert_same_bits(&folder.path().join("r.exr"), &saved);
 
-    // A click selects the object and opens its material; paths are drawn only in their tab.
+    // A click selects the object and opens its material. Paths are drawn only in their tab.
     let floor = [middle[0], middle[1] + 0.45 * size[1]];
     browser.click(&tab, floor);
     browser.wait(
@@ -186,10 +186,10 @@ fn the_page_shows_and_steers_a_render() {
     let facts = browser.value(&tab, "embrasure.inspector.first.material");
     assert!(facts.as_str().is_some_and(|name| !name.is_empty()), "{facts}");
 
-    // Two pages: the second one follows.
+    // Two pages are open, and the second page follows the first.
     let other = browser.open(&viewer.link(), [1024, 768]);
     browser.wait(&other, COMPLETE);
-    // Pages behind others are not drawn, and send no moves.
+    // Pages behind other pages are not drawn, and send no moves.
     browser.call(Some(&tab.0), "Page.bringToFront", json!({}));
     browser.value(&tab, "embrasure.camera.dolly(0.5)");
     browser.wait(
@@ -198,7 +198,7 @@ fn the_page_shows_and_steers_a_render() {
     );
     browser.wait(&other, COMPLETE);
 
-    // The camera is saved, and comments of the file stay.
+    // The camera is saved, and comments of the file are kept.
     let before = browser.value(&tab, CAMERA);
     browser.value(&tab, "document.getElementById('save-camera').click()");
     browser.wait(&tab, "document.getElementById('message').textContent.includes('saved')");
@@ -223,7 +223,7 @@ fn the_page_shows_and_steers_a_render() {
     let wait = format!("{COMPLETE} && JSON.stringify({CODES}) !== {:?}", before.to_string());
     browser.wait(&tab, &wait);
 
-    // Keys that the material lacks have controls too, except keys of files.
+    // Keys that the material does not set also have controls, except keys of files.
     let change = "(() => { const text = document.querySelector('details [data-key=\"emission\"]').nextElementSibling; text.value = '0.1'; text.dispatchEvent(new Event('change')); })()";
     browser.value(&tab, change);
     browser.wait(
@@ -239,7 +239,7 @@ fn the_page_shows_and_steers_a_render() {
     assert_eq!(browser.value(&tab, &count("details [data-key=\"roughness\"]")), 1);
     browser.wait(&tab, COMPLETE);
 
-    // Objects have colours.
+    // In the channel of ids, objects have different colours.
     set(&mut browser, &tab, "#channel", "{ value: 'id' }");
     browser.wait(
         &tab,
@@ -260,7 +260,7 @@ fn the_page_shows_and_steers_a_render() {
         &format!("{COMPLETE} && embrasure.picture.frame.channel === 'picture'"),
     );
 
-    // An edited file is reloaded; an error in it is reported with its place.
+    // An edited file is reloaded. An error in it is reported with file and line.
     let obj = folder.path().join("cornell-box.obj");
     let text = fs::read_to_string(&obj).unwrap();
     fs::write(&obj, format!("{text}\nv 1e11 0 0\nf 1 2 -1\n")).unwrap();
@@ -282,7 +282,8 @@ fn the_page_shows_and_steers_a_render() {
     browser.wait(&other, "!document.getElementById('lost').hidden");
 }
 
-/// A page of another origin cannot reach the render, and neither can a page with another token.
+/// A page of another origin cannot reach the render. A page with a wrong token cannot reach it
+/// either.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -350,14 +351,14 @@ fn controls_have_names() {
         }
     }
     assert!(count > 120, "{count} controls");
-    // Nothing is wider than the window.
+    // No element is wider than the window.
     assert_eq!(
         browser.value(&tab, "document.documentElement.scrollWidth <= innerWidth"),
         true
     );
 }
 
-/// Over a slow link, the page unpacks images to the light of the render.
+/// On a slow link, the page unpacks images, and shows the light of the render.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -391,8 +392,8 @@ fn the_page_unpacks_pictures() {
     assert_eq!(browser.value(&tab, "JSON.stringify(faults)"), "[]");
 }
 
-/// The page relights light groups without a render. Lights of the scene file have controls, and
-/// changes are saved.
+/// The page changes the light of light groups without a render. Lights of the scene file have
+/// controls, and changes are saved.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -436,7 +437,7 @@ fn lights_are_changed_in_the_page() {
             "{both:?} {alone:?}"
         );
     }
-    // A stop is a factor of two, a colour a factor for each channel.
+    // A stop is a factor of two, and a colour is a factor for each channel.
     set(&mut browser, &tab, "[aria-label=\"light1, stops\"]", "{ value: '1' }");
     set(
         &mut browser,
@@ -481,7 +482,8 @@ fn lights_are_changed_in_the_page() {
     assert_eq!(browser.value(&tab, "JSON.stringify(faults)"), "[]");
 }
 
-/// The image beside another channel, a file, and another method with its errors.
+/// The page shows the image beside another channel, beside a file, and beside another method with
+/// its errors.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -529,7 +531,7 @@ fn pictures_stand_side_by_side() {
     let far = expected.as_raw().iter().zip(codes.as_array().unwrap());
     assert_eq!(far.filter(|(code, shown)| **shown != u64::from(**code)).count(), 0);
 
-    // A method beside the image
+    // Show another method beside the image
     set(&mut browser, &tab, "#compare-with", "{ value: 'path+reuse=none' }");
     click_on(&mut browser, &tab, "compare");
     browser.value(&tab, "document.querySelector('[data-tab=\"render\"]').click()");
@@ -553,7 +555,7 @@ fn pictures_stand_side_by_side() {
         "embrasure.picture.beside === '' && document.getElementById('second').hidden",
     );
 
-    // The brightest samples of a pixel
+    // Show the brightest samples of a pixel
     browser.wait(&tab, COMPLETE);
     click_on(&mut browser, &tab, "find-brightest");
     browser.wait(&tab, "document.querySelectorAll('#brightest button').length === 8");

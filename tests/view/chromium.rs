@@ -16,7 +16,7 @@ use tungstenite::{Message, WebSocket, connect};
 pub const COMPLETE: &str =
     "document.documentElement.dataset.phase === 'complete' && document.documentElement.dataset.samples === '16'";
 
-/// A browser with pages.
+/// A browser with open pages.
 pub struct Browser {
     child: Child,
     socket: WebSocket<MaybeTlsStream<TcpStream>>,
@@ -55,7 +55,7 @@ impl Browser {
         let address = lines
             .find_map(|line| Some(line.ok()?.strip_prefix("DevTools listening on ")?.to_string()))
             .expect("Chromium does not say where it listens");
-        // Later output is read, so that the browser never blocks.
+        // Read later output, so that the browser never blocks.
         thread::spawn(move || lines.for_each(drop));
         let (socket, _) = connect(address.trim()).unwrap();
         if let MaybeTlsStream::Plain(stream) = socket.get_ref() {
@@ -96,7 +96,7 @@ impl Browser {
         let tab = Tab(session.as_str().unwrap().into());
         let size = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
         self.call(Some(&tab.0), "Emulation.setDeviceMetricsOverride", size);
-        // Script errors are recorded for the tests.
+        // Record script errors for the tests.
         let note = "window.faults = []; addEventListener('error', e => faults.push(e.message)); addEventListener('unhandledrejection', e => faults.push(String(e.reason)));";
         self.call(Some(&tab.0), "Page.enable", json!({}));
         self.call(

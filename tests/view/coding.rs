@@ -1,5 +1,5 @@
-//! Unpacking of images as in the page (`page/coding.js`), written independently from its
-//! description in `src/core/io/packed.rs`.
+//! Unpacks images like the page (`page/coding.js`). The code is independent of the page: it follows
+//! the description in `src/core/io/packed.rs`.
 
 use flate2::read::DeflateDecoder;
 use serde_json::Value;

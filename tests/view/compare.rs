@@ -4,8 +4,8 @@ use super::Viewer;
 use crate::support::program::{assert_same_bits, code, done, lit_floor, run, split, words};
 use std::fs;
 
-/// Both sides complete, take about the same time until then, and have the light of separate
-/// renders. Errors against a reference fall.
+/// Both renders complete, take about the same time until then, and have the light of separate
+/// renders. Errors against a reference decrease.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn two_settings_are_compared() {
@@ -28,11 +28,11 @@ fn two_settings_are_compared() {
     let both = |said: &serde_json::Value| said["second"].is_object();
     let early = page.message_where("errors", both);
     let [one, other] = ["first", "second"].map(|side| early[side]["seconds"].as_f64().unwrap());
-    // At most a slice apart; on a busy machine slices are longer
+    // The times differ by at most a slice. On a busy machine slices are longer
     assert!((one - other).abs() < 2.0, "{early}");
     assert_eq!(early["first"]["settings"], "path");
-    // The channel is requested only here: the last image of a fast render may arrive before the
-    // errors, and `message_where` drops images.
+    // Request the channel only now. The last image of a fast render may arrive before the errors,
+    // and `message_where` drops images.
     page.send(r#"{"do":"channel","name":"picture","second":"compared"}"#);
     let second = page.frame_where(|h| h["channel"] == "compared" && h["final"] == true && h["samples"] == 256.0);
     page.wait_for_all();
@@ -48,7 +48,7 @@ fn two_settings_are_compared() {
     assert!(late["between"].as_f64().unwrap() > 0.0, "{late}");
     page.wait_for_all();
 
-    // Both equal `render` with these settings.
+    // Both images equal `render` with these settings.
     fs::write(folder.join("v.exr"), viewer.get("picture.exr").1).unwrap();
     done(folder, &split(&format!("render {flags} -q -o r.exr")));
     assert_same_bits(&folder.join("r.exr"), &folder.join("v.exr"));
@@ -58,7 +58,7 @@ fn two_settings_are_compared() {
     );
     assert!(second.halves().eq(super::halves_of(&folder.join("r.exr"))));
 
-    // A moved camera applies to both.
+    // A moved camera applies to both renders.
     let mut camera = state["camera"].clone();
     camera["position"][0] = 0.5.into();
     page.look(&camera);
@@ -74,14 +74,14 @@ fn two_settings_are_compared() {
     page.wait_for_all();
 }
 
-/// A method of another kind, which needs another scene.
+/// The second method is of another kind, and needs another scene.
 #[test]
 fn photons_are_compared() {
     let folder = lit_floor();
     let viewer = Viewer::start(folder.path(), &split("s.toml --spp 16 --compare path,sppm+photons=500"));
     let mut page = viewer.page();
     page.send(r#"{"do":"channel","name":"picture","second":"compared"}"#);
-    // If a page changes its channel, it gets the samples so far as a final image.
+    // A page that changes its channel gets the samples so far as a final image.
     let second = page.frame_where(|h| h["channel"] == "compared" && h["final"] == true && h["samples"] == 16.0);
     done(
         folder.path(),

@@ -1,4 +1,4 @@
-//! The viewer opens a browser, and works without one.
+//! The viewer opens a browser if there is a desktop, and works without a desktop.
 
 use crate::support::program::{PROGRAM, lit_floor, signal};
 use std::fs;

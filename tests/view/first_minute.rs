@@ -1,5 +1,5 @@
-//! First minute with a bare OBJ: pixels at once, the exposure of `render`, selection by click, and
-//! views as images.
+//! First minute of a user with a bare OBJ: pixels at once, the exposure of `render`, selection by
+//! click, and views as images.
 
 use super::chromium::{Browser, click_on};
 use super::viewer::{Page, Viewer, cornell_box};
@@ -14,10 +14,10 @@ use tempfile::TempDir;
 use tungstenite::Message;
 
 const FLAGS: &str = "pawns.obj --size 96x72 --spp 16";
-/// Page expression: true if the denoised image of all samples is shown.
+/// Script expression that is true if the page shows the denoised image of all samples.
 const DENOISED: &str = "document.documentElement.dataset.phase === 'complete' && document.documentElement.dataset.samples === '16' && document.documentElement.dataset.denoised === 'true' && embrasure.picture.frame.final";
 
-/// A copy of the pawns, a bare OBJ.
+/// A folder with a copy of the pawns, a bare OBJ.
 fn pawns() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
@@ -53,8 +53,8 @@ fn headers_until(page: &mut Page, is_last: impl Fn(&Value) -> bool) -> Vec<Value
     panic!("no such picture: {headers:?}");
 }
 
-/// A page gets pixels before the denoiser is done, first of a smaller image, and denoised ones
-/// later.
+/// A page gets pixels before the denoiser is done. The first pixels are a smaller image, and
+/// denoised pixels come later.
 #[test]
 fn pixels_come_before_the_denoiser() {
     let folder = pawns();
@@ -71,10 +71,10 @@ fn pixels_come_before_the_denoiser() {
     let noisy = of_channel.iter().position(|h| h["denoised"] == false).unwrap();
     let clean = of_channel.iter().position(|h| h["denoised"] == true).unwrap();
     assert!(noisy < clean, "{of_channel:?}");
-    // Noise does not return.
+    // After the first denoised image, no noisy image follows.
     let after = of_channel[clean..].iter().filter(|h| h["denoised"] == false);
     assert_eq!(after.count(), 0, "{of_channel:?}");
-    // A page opened later gets a denoised image too.
+    // A page that is opened later also gets a denoised image.
     let mut late = viewer.page();
     late.send(r#"{"do":"channel","name":"denoised"}"#);
     late.frame_where(|h| h["denoised"] == true && h["final"] == true);
@@ -106,7 +106,7 @@ fn loading_progress_is_shown() {
     assert!(does("finding camera and light") && does("building"), "{told:?}");
     let shares = told.iter().map(|status| status["share"].as_f64().unwrap());
     assert!(shares.clone().all(|share| (0.0..=1.0).contains(&share)), "{told:?}");
-    // For pages opened later, nothing is loading.
+    // A page that is opened later gets no message about loading.
     page.message_where("status", |status| status["phase"] == "complete");
     let status = viewer.page().message("status");
     assert_ne!(status["phase"], "loading");
@@ -160,7 +160,7 @@ fn the_page_shows_the_png_of_render() {
         0,
         "pixels that the page shows otherwise at {exposure} stops"
     );
-    // Metering by the user, and back
+    // The user changes the exposure by metering, and changes it back
     browser.value(&tab, "document.querySelector('[data-tab=\"look\"]').click()");
     assert_eq!(
         browser.value(&tab, "document.getElementById('exposure-of-render').innerText"),
@@ -219,7 +219,8 @@ fn page_backgrounds_match_the_png() {
     }
 }
 
-/// A pixel has an object, a material and an outline; the background has none.
+/// A pixel with a surface has an object, a material and an outline. The background has none of
+/// these.
 #[test]
 fn pixels_are_picked() {
     let folder = cornell_box();
@@ -309,7 +310,7 @@ fn views_are_pictures() {
     crate::support::program::assert_same_bits(&folder.path().join("r.exr"), &saved);
 }
 
-/// Images of views do not bring noise back into the image.
+/// While pictures of views are rendered, the denoised image stays.
 #[test]
 fn views_do_not_bring_noise_back() {
     let folder = pawns();
@@ -396,8 +397,8 @@ fn hints_are_shown_once() {
     assert_eq!(browser.value(&again, shown), true);
 }
 
-/// A disabled button has its reason in its text and title; fields have names, keys and sliders;
-/// presets of the program have preview balls.
+/// A disabled button has the reason in its text and title. Fields have names, keys and sliders.
+/// Presets of the program have preview balls.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
@@ -424,13 +425,13 @@ fn disabled_controls_have_a_reason() {
         "document.querySelectorAll('#material-keys code, #parameters code').length",
     );
     assert!(keys.as_u64().unwrap() > 50, "{keys}");
-    // Ranges are sliders with a number.
+    // Keys with a range have a slider and a number.
     for key in ["roughness", "metallic", "clearcoat", "opacity"] {
         let field = format!("document.querySelector('[data-key=\"{key}\"]').closest('.field')");
         let inputs = format!("[...{field}.querySelectorAll('input')].map((input) => input.type)");
         assert_eq!(browser.value(&tab, &inputs), json!(["range", "number"]), "{key}");
     }
-    // A slider sends the displayed number.
+    // A slider sends the number that is displayed.
     browser.value(
         &tab,
         "document.querySelector('[data-tab=\"materials\"]').click(), embrasure.materials.choose('red')",
@@ -449,7 +450,7 @@ fn disabled_controls_have_a_reason() {
         "document.getElementById('save-materials').textContent.includes('bare OBJ')",
     );
 
-    // Presets as sent by the program
+    // Presets in the form that the program sends
     let presets = "[{ name: 'gold', keys: { model: 'mirror', eta: [0.143, 0.375, 1.442], k: [3.983, 2.386, 1.603] } }, { name: 'frosted-glass' }, { name: 'plastic', about: 'glossy blue plastic', keys: { diffuse: '#2f6fb4', metallic: 0 } }]";
     browser.value(
         &tab,

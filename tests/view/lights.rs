@@ -28,8 +28,8 @@ fn is_whole(header: &Value) -> bool {
     header["preview"] == false && header["samples"] == 4.0
 }
 
-/// A page with light groups gets each group separately. Their sum is the image, and the image
-/// equals a render with the same groups.
+/// A page that shows light groups gets each group separately. The sum of the groups is the image,
+/// and the image equals a render with the same groups.
 #[test]
 fn light_groups_sum_to_the_image() {
     let folder = two_lights();
@@ -82,7 +82,7 @@ fn light_groups_sum_to_the_image() {
     done(folder.path(), &args);
     assert_same_bits(&folder.path().join("r.exr"), &path);
 
-    // Without groups the image is as before.
+    // Without groups, the image is the same as before.
     page.send(r#"{"do":"channel","name":"picture"}"#);
     page.message("note");
     page.wait_for_all();
@@ -90,8 +90,8 @@ fn light_groups_sum_to_the_image() {
     assert_same_bits(&folder.path().join("r.exr"), &saved(&viewer, folder.path()));
 }
 
-/// A light is changed like with `--set`, keeps the acceleration structure, and is saved in the
-/// scene file with materials.
+/// A page changes a light like `--set` does. The change keeps the acceleration structure, and is
+/// saved in the scene file with changes of materials.
 #[test]
 fn lights_are_changed_and_saved() {
     let folder = two_lights();
@@ -150,7 +150,7 @@ fn lights_are_changed_and_saved() {
     assert_same_bits(&folder.path().join("r.exr"), &changed);
 }
 
-/// A page must not choose which files are read. Keys of files are refused, also if other fields of
+/// A page must not select files to read. Keys that name files are refused, also if other fields of
 /// a command hide them.
 #[test]
 fn keys_of_files_are_refused() {
@@ -176,7 +176,7 @@ fn keys_of_files_are_refused() {
     }
     page.send(&serde_json::json!({ "do": "light", "index": 1, "key": "image", "value": file }).to_string());
     page.message("error");
-    // A material name is not parsed as a key: it is a missing material.
+    // A material name is not parsed as a key: the name below belongs to no material.
     let name = format!("floor.diffuse_map={file} #");
     page.send(&serde_json::json!({ "do": "material", "name": name, "key": "opacity", "value": "1" }).to_string());
     page.message("note");
@@ -186,8 +186,8 @@ fn keys_of_files_are_refused() {
     assert_same_bits(&path, &saved(&viewer, folder.path()));
 }
 
-/// Lights of flags are added to those of the file, or replace them. A page has the lights of the
-/// file, and changes only these.
+/// Lights of flags are added to the lights of the file, or replace them. A page gets only the
+/// lights of the file, and can change only these.
 #[test]
 fn page_changes_only_lights_of_the_file() {
     let folder = two_lights();
@@ -195,7 +195,7 @@ fn page_changes_only_lights_of_the_file() {
     let text = fs::read_to_string(&path).unwrap();
     let point = text.find("[[light]]\ntype = \"point\"").unwrap();
     let constant = text.find("[[light]]\ntype = \"constant\"").unwrap();
-    // The environment first, so the point light has another index without it
+    // Put the environment first, so that the index of the point light changes without it
     let swapped = [&text[..point], &text[constant..], &text[point..constant]].concat();
     fs::write(&path, swapped).unwrap();
     let flags = ["s.toml", "--env", "0.05,0.1,0.2", "--sun", "30,40,2"];
@@ -223,7 +223,7 @@ fn page_changes_only_lights_of_the_file() {
         ));
         page.message("error");
     }
-    // Groups also contain lights of the file only.
+    // Groups also contain only lights of the file.
     page.send(r#"{"do":"channel","name":"lights"}"#);
     let groups = page.frame_where(|h| h["channel"] == "lights" && is_whole(h) && h["groups"][0].is_string());
     let names: Vec<&str> = groups.header["groups"]
@@ -260,7 +260,7 @@ fn changed_meshes_get_a_new_structure() {
     assert_same_bits(&folder.path().join("r.exr"), &saved(&viewer, folder.path()));
 }
 
-/// The brightest samples of a pixel are samples of `--pixel --sample`, sorted by their
+/// The brightest samples of a pixel are the same samples as in `--pixel --sample`, sorted by their
 /// contribution.
 #[test]
 fn brightest_samples_are_found() {

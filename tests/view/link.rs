@@ -1,4 +1,4 @@
-//! A slow link, like an ssh tunnel.
+//! A slow connection to the server, like an ssh tunnel.
 
 use super::viewer::Viewer;
 use std::io::{Read, Write};
@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 /// Rate in bytes per second: 10 Mbit/s.
 pub const SLOW: f64 = 1.25e6;
 
-/// Address of a proxy to the server of `viewer`. Answers take `rate` bytes per second. It is open
-/// until the test program ends.
+/// Address of a proxy to the server of `viewer`, which forwards answers at `rate` bytes per second.
+/// The proxy runs until the test program ends.
 pub fn slow_link(viewer: &Viewer, rate: f64) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
@@ -29,7 +29,7 @@ pub fn slow_link(viewer: &Viewer, rate: f64) -> String {
     address
 }
 
-/// Forwards bytes at a rate.
+/// Forwards bytes with `rate` bytes per second.
 fn forward(mut from: TcpStream, mut to: TcpStream, rate: f64) {
     let mut buffer = [0; 4096];
     let (mut start, mut passed) = (Instant::now(), 0.0);
@@ -38,7 +38,7 @@ fn forward(mut from: TcpStream, mut to: TcpStream, rate: f64) {
         if late > 0.0 {
             thread::sleep(Duration::from_secs_f64(late));
         } else {
-            // Unused rate is lost.
+            // Rate that was not used is not saved for later.
             (start, passed) = (Instant::now(), 0.0);
         }
         passed += n as f64;

@@ -1,4 +1,5 @@
-//! The server of `embrasure view` without a browser: images, bits, refusals, files, shutdown.
+//! The server of `embrasure view`, tested without a browser: images, bits, refusals, files,
+//! shutdown.
 
 use super::{PATIENCE, Page, Viewer};
 use crate::support::program::{assert_same_bits, code, done, folder, json, lit_floor, run, split, words};
@@ -22,8 +23,8 @@ fn save(viewer: &Viewer, path: &Path) {
     fs::write(path, bytes).unwrap();
 }
 
-/// The image of N samples equals `render --spp N`, also after the camera moved away and back, and
-/// after samples were added.
+/// The image of N samples equals `render --spp N`. This also holds after the camera moved away and
+/// back, and after samples were added.
 #[test]
 fn pictures_have_the_bits_of_a_render() {
     let folder = lit_floor();
@@ -52,7 +53,7 @@ fn pictures_have_the_bits_of_a_render() {
         assert_same_bits(&rendered, &folder.join("v.exr"));
     }
 
-    // Existing samples count
+    // Samples that exist already are kept
     let viewer = Viewer::start(folder, &split("s.toml --spp 20"));
     let mut page = viewer.page();
     page.wait_for_all();
@@ -62,7 +63,7 @@ fn pictures_have_the_bits_of_a_render() {
     done(folder, &split("render s.toml -q --spp 64 -o r.exr"));
     assert_same_bits(&folder.join("r.exr"), &folder.join("v.exr"));
 
-    // Another integrator and another size
+    // Use another integrator and another size
     page.send(r#"{"do":"set","key":"integrator","value":"naive"}"#);
     page.send(r#"{"do":"set","key":"max_depth","value":"3"}"#);
     page.send(r#"{"do":"set","key":"width","value":"30"}"#);
@@ -75,7 +76,7 @@ fn pictures_have_the_bits_of_a_render() {
     );
     assert_same_bits(&folder.join("r.exr"), &folder.join("v.exr"));
 
-    // Other light sampling, which needs no new scene
+    // Use another light selection, which needs no new scene
     let flags = "s.toml --spp 16 --light-selection all";
     let viewer = Viewer::start(folder, &split(flags));
     let mut page = viewer.page();
@@ -114,8 +115,8 @@ fn pages_get_the_light_of_the_render() {
     assert!(status == 200 && png.starts_with(b"\x89PNG"));
 }
 
-/// `--aov` adds channels to the saved image, as in `render`. Ids are rendered for pages that show
-/// them, and only while they do.
+/// `--aov` adds channels to the saved image, as in `render`. Ids are rendered only while a page
+/// shows them.
 #[test]
 fn additional_channels_equal_a_render() {
     let folder = lit_floor();
@@ -136,7 +137,7 @@ fn additional_channels_equal_a_render() {
     assert!(expected.contains(&1.0) && expected.contains(&0.0), "{expected:?}");
     let found: Vec<f32> = ids.halves().step_by(3).map(|id| id.to_f32()).collect();
     assert_eq!(found, expected);
-    // It follows the moving camera.
+    // The channel of ids follows the moving camera.
     camera["position"][0] = 0.5.into();
     camera["do"] = "camera".into();
     page.send(&camera.to_string());
@@ -158,7 +159,7 @@ fn additional_channels_equal_a_render() {
     );
 }
 
-/// Requests without the link, and from other pages, are refused.
+/// Requests without the token of the link, and requests from other pages, are refused.
 #[test]
 fn strangers_are_refused() {
     let folder = lit_floor();
@@ -208,7 +209,7 @@ fn strangers_are_refused() {
     assert_eq!(viewer.get("main.js").0, 200);
 }
 
-/// Connections without the token cannot block a page: the oldest of them are closed.
+/// Connections without the token cannot block a page, because the oldest of them are closed.
 #[test]
 fn half_open_connections_block_no_page() {
     let folder = lit_floor();
@@ -218,7 +219,7 @@ fn half_open_connections_block_no_page() {
     let mut idle: Vec<TcpStream> = (0..40).map(|_| connect()).collect();
     assert_eq!(viewer.get("").0, 200);
     let mut other = viewer.page();
-    // A request without its end
+    // Send requests without their end
     for stream in &mut idle {
         let _ = stream.write_all(b"GET / HTTP/1.1\r\n");
     }
@@ -228,7 +229,7 @@ fn half_open_connections_block_no_page() {
     let read = idle[0].read_to_end(&mut Vec::new());
     let is_open = read.is_err_and(|error| [ErrorKind::WouldBlock, ErrorKind::TimedOut].contains(&error.kind()));
     assert!(!is_open, "the oldest connection is open");
-    // Open pages stay open.
+    // Pages that are open stay open.
     for page in [&mut page, &mut other] {
         page.send(r#"{"do":"restart"}"#);
         page.wait_for_all();
@@ -239,7 +240,7 @@ fn half_open_connections_block_no_page() {
     drop((pages, idle));
 }
 
-/// The link has the port that was chosen.
+/// With port 0, the link has the port that the system selected.
 #[test]
 fn port_0_selects_a_free_port() {
     let folder = lit_floor();
@@ -249,7 +250,8 @@ fn port_0_selects_a_free_port() {
     assert_eq!(viewers[0].get("").0, 200);
 }
 
-/// Ten thousand invalid messages: each is answered or its page closed, and the render continues.
+/// Sends ten thousand invalid messages. Each is answered, or its page is closed, and the render
+/// continues.
 #[test]
 fn invalid_messages_are_survived() {
     let folder = lit_floor();
@@ -274,7 +276,7 @@ fn invalid_messages_are_survived() {
             }
             sent += 1;
         }
-        // Bytes that are not frames
+        // Send bytes that are not WebSocket frames
         let stream = page.socket.get_mut();
         let _ = std::io::Write::write_all(stream, &seed.to_le_bytes().repeat(20));
         pages += 1;
@@ -307,7 +309,7 @@ fn pixels_are_inspected() {
     );
 }
 
-/// Actions of one page are sent to the other; both show the same image.
+/// Actions of one page are sent to the other page, and both show the same image.
 #[test]
 fn two_pages_share_one_render() {
     let folder = lit_floor();
@@ -318,7 +320,7 @@ fn two_pages_share_one_render() {
     camera["position"][1] = 2.5.into();
     one.look(&camera);
     assert_eq!(other.message("camera")["camera"], camera);
-    // An image of the first camera may still be in transit to one of them.
+    // An image of the first camera may still be in transit to one of the pages.
     let is_whole = |header: &Value| header["moves"] != 0 && header["preview"] == false && header["samples"] == 4.0;
     let [a, b] = [&mut one, &mut other].map(|page: &mut Page| page.frame_where(is_whole));
     assert_eq!(a.pixels, b.pixels);
@@ -334,7 +336,8 @@ fn two_pages_share_one_render() {
     other.wait_for_all();
 }
 
-/// A changed file is reloaded; an error in it is reported with its place, and the old image stays.
+/// A changed file is reloaded. An error in the file is reported with file and line, and the old
+/// image stays.
 #[test]
 fn files_are_watched() {
     let folder = lit_floor();
@@ -364,7 +367,7 @@ fn files_are_watched() {
     assert_ne!(rgb(&before), crate::support::read_rgb(&folder.path().join("v.exr")));
 }
 
-/// A material is changed like with `--material`, and changed back.
+/// A material is changed like with `--material`, and then changed back.
 #[test]
 fn materials_are_changed() {
     let folder = lit_floor();
@@ -410,7 +413,7 @@ fn materials_are_changed() {
     assert_same_bits(&folder.path().join("r.exr"), &folder.path().join("v.exr"));
 }
 
-/// The camera is saved in the scene file, which then renders the displayed image.
+/// The camera is saved in the scene file. A render of this file equals the displayed image.
 #[test]
 fn cameras_are_saved() {
     let folder = lit_floor();
@@ -438,7 +441,7 @@ fn cameras_are_saved() {
     assert!(cameras.len() > 3, "{views}");
     drop(viewer);
 
-    // A bare OBJ cannot store it.
+    // A bare OBJ cannot store a camera.
     let viewer = Viewer::start(folder.path(), &["a.obj", "--size", "20x20", "--spp", "1"]);
     let mut page = viewer.page();
     page.send(r#"{"do":"save-camera"}"#);
@@ -450,8 +453,8 @@ fn cameras_are_saved() {
     );
 }
 
-/// An interrupt ends the viewer at once. With `--exit-when-closed` the last closed page ends it
-/// too. Then the port is closed.
+/// An interrupt ends the viewer at once. With `--exit-when-closed`, the viewer also ends when the
+/// last page is closed. The port is closed after that.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn interrupt_or_closed_page_ends_the_viewer() {
@@ -465,7 +468,7 @@ fn interrupt_or_closed_page_ends_the_viewer() {
     assert!(time < END, "{time:?}");
     assert!(TcpStream::connect(&address).is_err());
 
-    // A reloaded page is closed for a moment.
+    // While a page is reloaded, it is closed for a moment.
     let mut viewer = Viewer::start(folder.path(), &split("s.toml --exit-when-closed"));
     let close = |mut page: Page| {
         page.message("status");
@@ -492,7 +495,7 @@ fn idle_pages_do_not_delay_the_shutdown() {
     let mut deaf = viewer.page();
     deaf.send(r#"{"do":"channel","name":"picture","second":"variance"}"#);
     reader.wait_for_all();
-    // The image is in transit to the page that does not read.
+    // At this time the image is in transit to the page that does not read.
     thread::sleep(Duration::from_millis(500));
     let (code_of, time) = viewer.interrupt();
     assert_eq!(code_of, Some(130));

@@ -1,4 +1,4 @@
-//! Saving to the scene file, and simultaneous changes of files by other programs.
+//! Saving to the scene file, while other programs change files at the same time.
 
 use super::{PATIENCE, Page, Viewer};
 use crate::support::program::{assert_same_bits, done, lit_floor, split};
@@ -15,7 +15,7 @@ fn material(name: &str, key: &str, value: &str) -> Value {
     json!({ "do": "material", "name": name, "key": key, "value": value })
 }
 
-/// Sends commands in one packet, so the viewer reads most of them as one batch.
+/// Sends commands in one packet, so that the viewer reads most of them together.
 fn send_at_once(page: &mut Page, commands: &[Value]) {
     for command in commands {
         page.socket.write(Message::text(command.to_string())).unwrap();
@@ -46,7 +46,7 @@ fn scene_text(folder: &Path) -> String {
     fs::read_to_string(folder.join("s.toml")).unwrap()
 }
 
-/// Asserts that the page shows the same image as `render` of the files.
+/// Asserts that the page shows the same image as a `render` of the files.
 fn assert_shows_files(viewer: &Viewer, page: &mut Page, folder: &Path) {
     page.wait_for_all();
     fs::write(folder.join("v.exr"), viewer.get("picture.exr").1).unwrap();
@@ -74,7 +74,7 @@ fn unloaded_edit_is_not_saved() {
         assert!(said.starts_with("The changes are not saved: "), "{value}: {said}");
         assert_eq!(scene_text(folder.path()), before, "{value}");
     }
-    // Edits that load are saved, without those that came after the save.
+    // Edits that can be loaded are saved, except edits that came after the save.
     let edits = [
         material("floor", "diffuse", "[0.1, 0.7, 0.2]"),
         json!({ "do": "save-changes" }),
@@ -89,8 +89,8 @@ fn unloaded_edit_is_not_saved() {
     assert_shows_files(&viewer, &mut page, folder.path());
 }
 
-/// The flag hides the error of the file from the viewer. A save does not write a scene that
-/// `render` refuses, unless the scene needed the flag before.
+/// A flag of the viewer hides an error of the file. A save does not write a scene that `render`
+/// would refuse, unless the old scene also needed the flag.
 #[test]
 fn saved_scene_is_checked_as_render_reads_it() {
     let folder = lit_floor();
@@ -108,7 +108,7 @@ fn saved_scene_is_checked_as_render_reads_it() {
     let viewer = Viewer::start(folder.path(), &flags);
     let mut page = viewer.page();
     page.wait_for_all();
-    // A key of spot lights only
+    // Only spot lights have this key
     page.send(r#"{"do":"light","index":0,"key":"angle","value":"20"}"#);
     page.message("note");
     page.send(r#"{"do":"save-changes"}"#);
@@ -160,8 +160,8 @@ fn simultaneous_saves_keep_all_changes() {
     }
 }
 
-/// A change by an editor that the viewer has not noticed is kept, and a broken file of an editor
-/// stays.
+/// A change by an editor that the viewer has not noticed yet is kept. A broken file of an editor is
+/// also kept.
 #[test]
 fn save_keeps_changes_of_an_editor() {
     let folder = lit_floor();
@@ -189,7 +189,7 @@ fn save_keeps_changes_of_an_editor() {
     assert_eq!(scene_text(folder.path()), broken);
 }
 
-/// Files saved by an editor directly before and after a save of the viewer are loaded.
+/// The viewer loads files that an editor saved directly before and after a save of the viewer.
 #[test]
 fn changes_beside_a_save_are_loaded() {
     let folder = lit_floor();
@@ -210,8 +210,8 @@ fn changes_beside_a_save_are_loaded() {
     assert_shows_files(&viewer, &mut page, folder.path());
 }
 
-/// A file that changes during loading is loaded again. Triangles without area make the loading
-/// slow.
+/// A file that changes during loading is loaded again. The scene has many triangles without area,
+/// which make the loading slow.
 #[test]
 fn changes_while_the_scene_loads_are_loaded() {
     let folder = lit_floor();
@@ -225,7 +225,7 @@ fn changes_while_the_scene_loads_are_loaded() {
     page.wait_for_all();
     fs::write(&obj, fs::read_to_string(&obj).unwrap() + "# changed\n").unwrap();
     page.message_where("status", |status| status["phase"] == "loading");
-    // The file may be read before or after this
+    // The program may read the file before or after this time
     std::thread::sleep(std::time::Duration::from_millis(100));
     fs::write(&mtl, library.replace("0.5 0.4 0.3", "0.05 0.4 0.3")).unwrap();
     for _ in 0..2 {
@@ -264,7 +264,7 @@ fn saved_scene_keeps_permissions_and_line_breaks() {
     assert_shows_files(&viewer, &mut page, folder.path());
 }
 
-/// A pipe in place of the scene file is refused, and the viewer continues.
+/// If the scene file is replaced by a pipe, the save is refused, and the viewer continues.
 #[cfg(unix)]
 #[test]
 fn pipe_as_scene_file_is_refused() {
@@ -288,7 +288,7 @@ fn pipe_as_scene_file_is_refused() {
     assert_eq!(viewer.interrupt().0, Some(130));
 }
 
-/// The link stays a link.
+/// If the scene file is a symbolic link, a save keeps the link.
 #[cfg(unix)]
 #[test]
 fn save_of_a_linked_scene_keeps_the_link() {

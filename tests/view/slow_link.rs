@@ -1,11 +1,11 @@
-//! Pages over a slow link.
+//! Pages that are connected by a slow link.
 
 use super::link::{SLOW, slow_link};
 use super::{Page, Viewer};
 use crate::support::program::{done, lit_floor, split};
 use std::time::Instant;
 
-/// Over a slow link images are compressed: they are frequent while the camera moves, and the
+/// Images are compressed for a slow link. They are frequent while the camera moves, and the
 /// complete image has the light of the render without loss.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
@@ -15,7 +15,7 @@ fn slow_links_are_served() {
     let mut page = Page::open_at(&viewer, &slow_link(&viewer, SLOW)).unwrap();
     let home = page.message("state")["camera"].clone();
     let is_rounded = |header: &serde_json::Value| header["packed"]["rounding"] == 4;
-    // In a fast render the complete image may come without a preview.
+    // If the render is fast, the complete image may come without a preview.
     let is_of_move = |header: &serde_json::Value| header["preview"] == true || header["final"] == true;
     let moved = |page: &mut Page, x: f64| {
         let mut camera = home.clone();
@@ -24,8 +24,8 @@ fn slow_links_are_served() {
         page.send(&camera.to_string());
         page.frame_where(is_of_move)
     };
-    // The first images measure the link. A fast render may be complete before that; moves make more
-    // images.
+    // The speed of the link is measured with the first images. A fast render may be complete before
+    // that, so move the camera to get more images.
     let measuring = (1..=60).find(|step| is_rounded(&moved(&mut page, f64::from(*step) / 60.0).header));
     let (start, timed) = (Instant::now(), 30);
     for step in 1..=timed {

@@ -15,7 +15,7 @@ use tempfile::TempDir;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
-/// Timeout of any step; test machines are busy.
+/// Timeout of any step. It is long, because test machines are busy.
 pub const PATIENCE: Duration = Duration::from_secs(120);
 
 /// A viewer that runs until the value is dropped.
@@ -54,7 +54,7 @@ impl Viewer {
         format!("http://{}/{}/", self.address, self.token)
     }
 
-    /// Sends a raw request; returns the status and the body of the answer.
+    /// Sends a raw request. Returns the status and the body of the answer.
     pub fn request(&self, text: &str) -> (u16, Vec<u8>) {
         let mut stream = TcpStream::connect(&self.address).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
@@ -84,7 +84,7 @@ impl Viewer {
         Page::open(self).unwrap()
     }
 
-    /// Interrupts the viewer; returns its exit code and the time it took.
+    /// Interrupts the viewer. Returns its exit code and the time that it took.
     pub fn interrupt(mut self) -> (Option<i32>, Duration) {
         let start = Instant::now();
         signal(&self.child, "INT");
@@ -100,12 +100,12 @@ impl Drop for Viewer {
     }
 }
 
-/// A page without a browser.
+/// A page that is simulated without a browser.
 pub struct Page {
     pub socket: WebSocket<TcpStream>,
 }
 
-/// An image sent to a page.
+/// An image that the server sent to a page.
 pub struct Frame {
     pub header: Value,
     /// Samples as 16-bit floats.

@@ -18,7 +18,7 @@ fn findings(report: &Value) -> &Vec<Value> {
     report["findings"].as_array().unwrap()
 }
 
-/// `severity code file:line:column`; an unknown line or column is 0.
+/// Text of a finding, `severity code file:line:column`. An unknown line or column is 0.
 fn key(finding: &Value) -> String {
     let number = |key: &str| finding[key].as_u64().unwrap_or(0);
     let text = |key: &str| finding[key].as_str().unwrap().to_string();
@@ -69,8 +69,8 @@ fn assert_found(what: &str, obj: &str, mtl: &str, expected: &[&str]) {
     assert_eq!(code, i32::from(is_wrong), "{what}");
 }
 
-/// Faces on the back of others are not a mistake if the reader separates them, or if both look the
-/// same.
+/// A face on the back of another face is a note, not a mistake, if the reader separates the two
+/// faces or if both look the same.
 #[test]
 fn faces_on_the_back_of_others_are_a_note() {
     let library = "newmtl m\nKd 0.5\nnewmtl n\nKd 0.2\nnewmtl lamp\nKe 1 1 1\n";
@@ -155,7 +155,7 @@ fn face_mistakes_have_their_line() {
         (
             "a bow",
             "v 0.2 3 0\nf 1 2 3 4\nf 1 2 5 3\n",
-            // Both faces have a triangle of the corners 1, 2 and 3.
+            // Both faces have a triangle with the corners 1, 2 and 3.
             &[
                 "warning crossing-face a.obj:9:0",
                 "warning repeated-triangles s.toml:0:0",
@@ -217,7 +217,7 @@ fn face_mistakes_have_their_line() {
     }
     let far = SQUARE.replace("v 0", "v 1e7").replace("v 1 ", "v 10000001 ") + "f 1 2 3 4\n";
     assert_found("far away", &far, plain, &["warning far-from-origin s.toml:0:0"]);
-    // A render reports it too, unless the file is moved to the origin.
+    // `render` also reports the lost digits, unless the file is moved to the origin.
     let folder = folder_of(&far, plain);
     let render = "render a.obj --size 8x8 --spp 1 -q -o x.png --denoise=off";
     let said = |line: &str| words(&done(folder.path(), &split(line)));
@@ -225,8 +225,8 @@ fn face_mistakes_have_their_line() {
     assert!(!said(render).contains("[far-from-origin]"));
 }
 
-/// Far from the origin, an instance loses digits in the transform to its own space, also in a scene
-/// as wide as the distance.
+/// Far from the origin, the transform of an instance to its local space loses digits. This is
+/// reported even if the scene is as wide as the distance.
 #[test]
 fn instances_that_are_far_away_are_found() {
     let scene = |x: &str, size: &str| {
@@ -413,7 +413,7 @@ fn faulty_glass_and_lamp_meshes_are_reported() {
     let glass = "newmtl m\nNi 1.5\nTf 1 1 1\nillum 7\n";
     let lamp = "newmtl m\nKe 1 1 1\n";
     let matte = "newmtl m\nKd 0.5\n";
-    // Faces begin on line 11.
+    // Line numbers of faces start at 11.
     let head = corners(0.0, 1.0) + "mtllib a.mtl\nusemtl m\n";
     let outwards = cube_faces(1);
     let inwards: Vec<String> = outwards.iter().map(|face| turned(face)).collect();
@@ -494,7 +494,7 @@ fn all_mistakes_of_a_scene_file_are_listed() {
     ];
     assert_eq!(found, expected, "{report:#}");
     assert_eq!(code, 1);
-    // The first error of `render` is one of them.
+    // The first error of `render` is one of the errors that `check` reports.
     let out = run(folder.path(), &["render", "s.toml", "--spp", "1"]);
     assert!(words(&out).contains("s.toml:11:2: unknown key `rendr`"));
 }
@@ -663,7 +663,7 @@ fn awkward_files_are_checked_without_harm() {
     }
 }
 
-/// The forecast against the largest resident size of a render.
+/// Compares the memory forecast of `check` with the largest resident size of a render.
 // Brute force would take minutes.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
@@ -701,7 +701,7 @@ fn memory_is_forecast() {
         report["memory"]["peak"].as_f64().unwrap(),
     );
     println!("forecast {forecast}, measured {peak}");
-    // An estimate that does not depend on the allocator
+    // The measured size depends on the allocator, so the forecast is only an estimate.
     assert!(
         (0.7..1.5).contains(&(forecast / peak)),
         "forecast {forecast}, measured {peak}"
@@ -756,7 +756,7 @@ fn explain_lists_lobes_and_renders_a_sphere() {
         let share = lobe["albedo"]["normal"][0].as_f64().unwrap();
         assert!((share / albedo - 1.0).abs() < 0.06, "{lobe}");
     }
-    // Twice in the world
+    // Place the same OBJ twice in the scene
     let twice = format!("{SCENE}[[object]]\nobj = \"a.obj\"\ntransform = {{ translate = [3, 0, 0], scale = 2 }}\n");
     fs::write(folder.path().join("s.toml"), twice).unwrap();
     let out = run(folder.path(), &["explain", "s.toml", "m", "--json"]);
@@ -780,7 +780,7 @@ fn explain_lists_lobes_and_renders_a_sphere() {
     assert_eq!(pixels, crate::support::read_rgb(&folder.path().join("y.exr")));
 }
 
-/// Numbers are short, a roughness is listed for lobes that have one, and albedos below a coat add
+/// Numbers are short. A roughness is listed only for lobes that have one. Albedos below a coat add
 /// up.
 #[test]
 fn explain_prints_short_numbers() {

@@ -120,7 +120,8 @@ fn bits_depend_only_on_the_seed() {
     assert_ne!(read_rgb(&one), read_rgb(&render("seed.exr", &["--seed", "1"])));
 }
 
-/// Stops at the noise level, reports the error, and has the same bits with any number of threads.
+/// A render stops at the noise level and reports the error. Its image has the same bits with any
+/// number of threads.
 #[test]
 fn noise_level_ends_the_render() {
     let folder = lit_floor();
@@ -138,7 +139,8 @@ fn noise_level_ends_the_render() {
     assert!(noise["min_spp"].as_u64().unwrap() >= 128, "{noise}");
     let [one, two] = ["1.exr", "2.exr"].map(|name| folder.path().join(name));
     assert_eq!(read_rgb(&one), read_rgb(&two));
-    // The `error` channel: errors of tiles. Their mean square is the squared error of the image.
+    // The channel `error` has the errors of tiles. Their mean square is the squared error of the
+    // image.
     let map = read_channel(&one, "error");
     let square = map.iter().map(|e| (*e as f64).powi(2)).sum::<f64>() / map.len() as f64;
     assert!((square.sqrt() / error - 1.0).abs() < 1e-4, "{} {error}", square.sqrt());
@@ -172,7 +174,8 @@ fn a_bare_obj_is_framed_and_lit() {
     assert!(border.into_iter().all(|(x, y)| albedo[y * 32 + x] == 0.0));
 }
 
-/// Mistakes: arguments, change of the scene folder, exit code, and words of the message.
+/// Each mistake has arguments, a change of the scene folder, an exit code, and words of the
+/// message.
 #[test]
 fn mistakes_are_named_and_leave_no_files() {
     type Change = fn(&Path);
@@ -547,8 +550,8 @@ fn a_missing_library_is_a_warning() {
     assert!(read_channel(&folder.path().join("s.exr"), "albedo.R").contains(&0.8));
 }
 
-/// Missing files of scene files are reported with their place. Images, mappings and layers change
-/// the scene hash.
+/// Missing files of scene files are reported with line and column. Images, mappings and layers
+/// change the scene hash.
 #[test]
 fn scene_file_textures_are_part_of_the_hash() {
     let folder = lit_floor();
@@ -588,7 +591,7 @@ fn scene_file_textures_are_part_of_the_hash() {
     assert_eq!(distinct.len(), hashes.len() - 1, "{hashes:?}");
 }
 
-/// Missing files are reported with their line; existing ones change the scene hash.
+/// Missing files are reported with their line. Existing files change the scene hash.
 #[test]
 fn library_textures_are_part_of_the_hash() {
     let folder = lit_floor();
@@ -675,7 +678,7 @@ fn a_scene_file_overrides_materials() {
     );
     let out = done(folder.path(), &["render", "s.toml"]);
     assert!(words(&out).contains("no face uses the material `unused`"));
-    // 0.75 + 0.5 is more than 1: both lobes are scaled.
+    // Kd + Ks is 0.75 + 0.5, more than 1, so both lobes are scaled.
     assert!(
         words(&out).contains("material `floor` reflects more light than it receives: 1.25 times"),
         "{}",
@@ -756,10 +759,10 @@ fn lights_that_no_ray_hits_are_reported() {
         "s.toml",
         "[[light]]\ntype = \"spot\"\nposition = [0, 3, 0]\ndirection = [0, -1, 0]\nintensity = [1, 1, 1]\nangle = 40\n",
     );
-    // With a lamp in the scene: a warning
+    // If the scene also has a lamp, a spot light that no ray can hit is a warning.
     let out = done(folder.path(), &["render", "s.toml", "--direct", "none"]);
     assert!(words(&out).contains("no ray can hit a spot light"), "{}", words(&out));
-    // Without other lights: an error
+    // Without other lights, the spot light is an error.
     append(folder.path(), "s.toml", "[material.lamp]\ndiffuse = [0, 0, 0]\n");
     for flags in [["--direct", "none"], ["--integrator", "naive"]] {
         let said = refused(folder.path(), &[&["render", "s.toml"], &flags[..]].concat(), 2);
@@ -787,7 +790,7 @@ fn one_sample_can_be_explained() {
     }
     assert!(!folder.path().join("s.exr").exists());
 
-    // The forecast equals the forecast of a render, also with path reuse.
+    // The radiance that `--pixel` prints equals the pixel of a render, also with path reuse.
     for reuse in ["pixels", "none"] {
         let args = ["render", "s.toml", "--reuse", reuse];
         let told = run(folder.path(), &joined(&args, &["--pixel", "20,14"]));
@@ -863,7 +866,7 @@ fn keys_of_a_scene_file_can_be_set() {
     let bare =
         "a.obj --set camera.position=[0,1,4] --set camera.look_at=[0,0.3,0] --set image.width=8 --set render.samples=1";
     assert_eq!(size(bare), [8, 512]);
-    // Images are equal by `--set`, by a flag, and by the file
+    // A key has the same effect if it is set by `--set`, by a flag, or in the file
     let bits = |line: &str| {
         done(at, &split(&format!("render {line} -q -o a.png")));
         fs::read(at.join("a.png")).unwrap()
@@ -906,7 +909,7 @@ fn keys_of_a_scene_file_can_be_set() {
             assert!(said.contains(words), "{line}: {said}");
         }
     }
-    // Errors of the file keep their place.
+    // Errors of the file keep their line and column.
     append(at, "s.toml", "[render2]\n");
     let said = refused(at, &split("render s.toml --set image.width=9"), 1);
     assert!(said.contains("s.toml:12:2: unknown key `render2`"), "{said}");
@@ -958,8 +961,8 @@ fn lab_interrupt_at_reference_writes_renders() {
     assert!(folder.path().join("cut.png").exists());
 }
 
-/// An audited render traces the same packets as any render: of coincident triangles it hits the
-/// same ones.
+/// A render with an audit traces the same packets as a render without. If triangles coincide, both
+/// renders hit the same triangle.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 fn audits_change_no_bit() {
@@ -1032,7 +1035,7 @@ fn audits_report_and_replay() {
         (Some(1), Some(0))
     );
 
-    // A fraction of the rays of a render
+    // Audit a fraction of the rays of a render
     let args = ["render", "s.toml", "-q", "--audit-rays", "0.5", "--stats", "s.json"];
     done(folder.path(), &args);
     let stats = read_json(&folder.path().join("s.json"));
@@ -1046,7 +1049,7 @@ fn audits_report_and_replay() {
         .sum();
     assert!((checked as f64 / rays as f64 - 0.5).abs() < 0.05, "{checked} of {rays}");
 
-    // Errors
+    // Invalid arguments and invalid reports
     for (args, what) in [
         (
             &["audit", "s.toml", "--backend", "brute", "--against", "brute"][..],
@@ -1099,7 +1102,7 @@ fn benches_print_tables_and_json() {
             for kind in ["camera", "first_bounce", "shadow"] {
                 assert!(run["mrays_per_s"][kind].as_f64().unwrap() > 0.0, "{report}");
             }
-            // A render includes the work of the replay.
+            // The render traces more than one ray per pixel, and tracing the rays again takes time.
             assert!(run["rays"].as_u64().unwrap() > 40 * 24 && run["replay_s"].as_f64().unwrap() > 0.0);
         }
     }
@@ -1253,12 +1256,12 @@ fn checkpoint_of_a_range_is_resumed_and_merged() {
 #[test]
 fn interrupt_writes_the_image_so_far() {
     let folder = lit_floor();
-    // The limit is for a shell whose children ignore interrupts.
+    // The time limit ends the render if the shell makes its child processes ignore interrupts.
     let args = split("render s.toml --spp 100000000 --time-limit 60s --stats x.json");
     let child = command(folder.path(), &args).stderr(Stdio::null()).spawn().unwrap();
     let mut child = KilledOnDrop(child);
-    // Long enough for the first pass of 960 pixels on any machine; the whole render would take
-    // hours.
+    // Wait until the first pass of 960 pixels is complete on any machine. The whole render would
+    // take hours.
     wait_for_work(&child.0, std::time::Duration::from_secs(2));
     signal(&child.0, "INT");
     assert_eq!(child.0.wait().unwrap().code(), Some(130));
@@ -1268,8 +1271,8 @@ fn interrupt_writes_the_image_so_far() {
     assert_eq!(stats["complete"], false);
 }
 
-/// A flag without effect in the integrator is reported. Keys of a scene file are not: they may be
-/// for another integrator.
+/// A flag without effect in the integrator is reported. Keys of a scene file without effect are not
+/// reported, because they may be meant for another integrator.
 #[test]
 fn idle_flags_are_warnings() {
     let folder = lit_floor();

@@ -1,5 +1,5 @@
-//! Defaults of a render of a bare OBJ: files, exposure, tone curve and quality; and their flags and
-//! keys.
+//! Defaults of a render of a bare OBJ: files, exposure, tone curve and quality. Also the flags and
+//! keys that change the defaults.
 
 use crate::support::program::{assert_same_bits, done, folder, json, printed, read_json, refused, run, split, words};
 use crate::support::{read_channel, read_rgb, rel_mse};
@@ -94,11 +94,11 @@ fn bare_obj_gives_png_and_exr_with_exposure() {
     let raw = ["raw.R", "raw.G", "raw.B"].map(|name| read_channel(&at.join("a.exr"), name));
     assert!(raw == read_rgb(&at.join("b.exr")));
 
-    // The metered exposure given as a number: the bytes are the same.
+    // If the metered exposure is given as a number, the PNG has the same bytes.
     let bytes = fs::read(at.join("a.png")).unwrap();
     render(at, &format!("{BARE} --exposure {stops} -o c.png"));
     assert!(fs::read(at.join("c.png")).unwrap() == bytes);
-    // They are also the same with one thread, in a second run.
+    // The bytes are also the same with one thread, in a second run.
     render(at, &format!("{BARE} --threads 1 -o d.png"));
     assert!(fs::read(at.join("d.png")).unwrap() == bytes);
 }
@@ -115,7 +115,7 @@ fn flags_and_keys_override_each_guess() {
     assert!(text("--tone srgb --exposure 0").contains("tone=srgb exposure=0\n"));
     assert!(text("--set image.exposure=-2").contains("tone=agx exposure=-2\n"));
     assert!(text("--set image.tone=reinhard").contains("tone=reinhard exposure="));
-    // Colours of debug views represent numbers.
+    // Debug views show numbers as colours, so they keep the neutral tone curve and exposure.
     assert!(text("--integrator debug").contains("tone=srgb exposure=0\n"));
 
     let stats = render(at, &format!("{BARE} --spp 3 --denoise=off -o x.exr"));
@@ -145,7 +145,7 @@ fn metered_exposure_is_equal_for_resume_and_merge() {
     let stats = render(at, "s.toml --spp 128 --exposure auto -o whole.png -o whole.exr");
     let stops = &stats["exposure"];
     assert!(stops.as_f64().is_some_and(|stops| stops != 0.0), "{stats}");
-    // The median of the pixels with a surface has a middle brightness.
+    // The metered exposure gives pixels with a surface a medium median brightness.
     let depth = read_channel(&at.join("whole.exr"), "Z");
     let (codes, _) = png_of(&at.join("whole.png"));
     let met = codes.chunks_exact(3).zip(&depth).filter(|(_, z)| **z < 1e10);
@@ -158,7 +158,7 @@ fn metered_exposure_is_equal_for_resume_and_merge() {
         *stops
     );
 
-    // Resumed, and merged from samples and from crops
+    // Resume the render, and merge it from ranges of samples and from crops
     render(at, "s.toml --spp 64 --checkpoint c.exr -o x.exr");
     render(
         at,
@@ -189,8 +189,8 @@ fn metered_exposure_is_equal_for_resume_and_merge() {
     );
 }
 
-/// Parts and checkpoints of a bare OBJ contain its exposure, tone curve and denoiser. `merge` and
-/// `develop` turn them into the image of a single render, byte by byte.
+/// Parts and checkpoints of a bare OBJ store exposure, tone curve and denoiser. `merge` and
+/// `develop` use them, and make the image of a single render, byte by byte.
 #[test]
 fn merged_parts_of_a_bare_obj_equal_one_render() {
     let folder = scene();
@@ -212,7 +212,7 @@ fn merged_parts_of_a_bare_obj_equal_one_render() {
     }
     let finish = format!("{:?}", attribute(&at.join("a.exr"), "embrasure.finish"));
     assert!(finish.contains("tone=agx exposure="), "{finish}");
-    // Flags override them.
+    // Flags override the stored settings.
     run("merge -q a.exr b.exr --denoise=off --tone srgb --exposure 0 -o raw.png");
     run("develop -q whole.exr --channel raw --tone srgb --exposure 0 -o raw-whole.png");
     assert!(png_of(&at.join("raw.png")) == png_of(&at.join("raw-whole.png")));
@@ -273,7 +273,7 @@ fn default_output_names_keep_other_files() {
     let folder = scene();
     let at = folder.path();
     let line = format!("render {BARE} --spp 1 --denoise=off");
-    // A file of another program
+    // A file that another program wrote has the default name
     fs::write(at.join("a.exr"), "no picture").unwrap();
     let said = words(&done(at, &split(&line)));
     assert!(
@@ -286,7 +286,7 @@ fn default_output_names_keep_other_files() {
     assert!(at.join("a.render.png").exists() && !at.join("a.png").exists());
     fs::remove_file(at.join("a.exr")).unwrap();
 
-    // A texture of that name that this program rendered. Own images are replaced.
+    // An image that this program wrote is replaced, but not if the scene uses it as a texture.
     done(at, &split("render s.toml -q --spp 1 -o a.png"));
     let texture = fs::read(at.join("a.png")).unwrap();
     done(at, &split(&format!("{line} -q")));
@@ -308,11 +308,11 @@ fn default_output_names_keep_other_files() {
             .contains("a.render.png")
     );
     assert!(fs::read(at.join("a.png")).unwrap() == texture);
-    // Named outputs are still refused.
+    // If `-o` names the texture, the render is still refused.
     let said = refused(at, &split(&format!("{line} -o a.png")), 2);
     assert!(said.contains("would overwrite"), "{said}");
 
-    // Dots of a stem stay. A part of the samples writes no PNG.
+    // Dots in the stem of a name are kept. A range of samples writes no PNG.
     fs::copy(at.join("s.toml"), at.join("x.y.toml")).unwrap();
     done(at, &split("render x.y.toml -q --spp 1"));
     assert!(at.join("x.y.exr").exists() && !at.join("x.exr").exists());
@@ -403,7 +403,7 @@ fn clamp_limits_indirect_light_only() {
     );
     assert!(attribute(&at.join("plain.exr"), "embrasure.bias").is_none());
 
-    // Comparisons report the bias, and states of other renders do not fit.
+    // `compare` reports the bias. A checkpoint cannot be resumed with other settings.
     let out = run(at, &split("compare plain.exr low.exr"));
     assert!(
         printed(&out).contains("low.exr is biased by clamp_indirect=0.01"),
@@ -431,7 +431,7 @@ fn clamp_limits_indirect_light_only() {
     render(at, "s.toml --spp 128 --set render.clamp_indirect=0.5 -o whole.exr");
     assert_same_bits(&at.join("whole.exr"), &at.join("merged.exr"));
     assert!(attribute(&at.join("merged.exr"), "embrasure.bias").is_some());
-    // Integrators without the clamp report it.
+    // Integrators that do not use the clamp report it.
     let out = done(
         at,
         &split("render s.toml --spp 1 --integrator direct --clamp-indirect 5 -o x.exr"),
@@ -443,7 +443,7 @@ fn clamp_limits_indirect_light_only() {
     );
 }
 
-/// A black image has a reason, and no advice to raise the exposure.
+/// The message about a black image has the reason, and no advice to raise the exposure.
 #[test]
 fn black_image_has_a_reason() {
     let cube = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n";
@@ -497,7 +497,7 @@ fn black_image_has_a_reason() {
         assert!(said.contains("`embrasure check s.toml`"), "{name}: {said}");
         assert!(!said.contains("is brighter"), "{name}: {said}");
     }
-    // A little other light does not hide the message about the lamps.
+    // A little light from another source does not hide the message about the lamps.
     let faint = "[[light]]\ntype = \"constant\"\nradiance = [1e-6, 1e-6, 1e-6]\n";
     let said = scene("bulb", far, faint);
     assert!(

@@ -4,8 +4,8 @@ use super::guess::{Boxes, camera, turned, vector};
 use crate::support::program::folder;
 use std::fmt::Write;
 
-/// Azimuth of the camera around its target, in degrees from +z towards +x, and the text of the
-/// guess; +y is up.
+/// Azimuth of the camera around its target, in degrees from +z towards +x, and the message of the
+/// guess. +y is up.
 fn seen(text: &str) -> (f64, String) {
     let folder = folder(&[("a.obj", text)]);
     let camera = camera(folder.path(), "a.obj");
@@ -101,7 +101,7 @@ fn sheets_of_grass_lie() {
 /// A fish along z is horizontal; a tower of the same shape on a wide base is vertical.
 #[test]
 fn slender_bodies_do_not_stand_on_a_tip() {
-    // Off centre in height and along z, as fish are.
+    // The fish is not symmetric in height and along z, like real fish.
     let fish = rings(
         &[
             (0.0, -15.0),
@@ -150,7 +150,7 @@ fn programs_have_a_front() {
     assert!(words.contains("; its front is at azimuth 180°;"), "{words}");
 }
 
-/// A ground much wider than the object does not set the frame.
+/// A ground that is much wider than the object does not set the frame of the image.
 #[test]
 fn wide_grounds_do_not_frame_the_object() {
     let mut text = String::new();

@@ -182,7 +182,7 @@ fn plates_are_not_seen_from_their_edges() {
     assert!((45.0..135.0).contains(&azimuth.abs()), "{azimuth}");
 }
 
-/// An up axis, and the transform of a model with +y up to this axis.
+/// An up axis, and the transform that turns a model with +y up to this axis.
 type Turn = ([f64; 3], fn([f32; 3]) -> [f32; 3]);
 
 const TURNS: [Turn; 4] = [
@@ -192,7 +192,8 @@ const TURNS: [Turn; 4] = [
     ([0.0, 0.0, -1.0], |[x, y, z]| [x, z, -y]),
 ];
 
-/// A room is upright in each of four orientations; a statue on a plinth with +y or +z up.
+/// A room is upright in each of four orientations. A statue on a plinth is upright with +y up and
+/// with +z up.
 #[test]
 fn rooms_and_objects_are_upright() {
     for (name, text, turns) in [("room", room(&[]), &TURNS[..]), ("statue", statue().text, &TURNS[..2])] {
@@ -248,7 +249,7 @@ fn bodies_of_revolution_stand_on_their_axis() {
     }
 }
 
-/// A cube has the up axis of other files in its folder by the same program.
+/// The up axis of a cube follows the other files in its folder, if the same program wrote them.
 #[test]
 fn other_files_of_the_folder_raise_an_axis() {
     let blank = [[0.5, 0.5]; 4];
@@ -277,7 +278,7 @@ fn other_files_of_the_folder_raise_an_axis() {
         let camera = camera(folder.path(), "cube.obj");
         assert_eq!(vector(&camera["up"]), up, "{}", camera["guess"]);
         assert!(camera["guess"].as_str().unwrap().contains(words), "{}", camera["guess"]);
-        // Other views of the scene have the same axis.
+        // Other views of the scene have the same up axis.
         let views = json(&done(folder.path(), &["views", "cube.obj", "--json"]));
         let is_turned = views[0]["camera"].as_str().unwrap().contains("--up 0,0,1");
         assert_eq!(is_turned, up[2] == 1.0, "{views}");
@@ -327,8 +328,9 @@ fn hollow_objects_are_seen_from_outside() {
     );
 }
 
-/// A stair in metres of a national grid keeps its steps: its image equals the image of the stair at
-/// the origin with +z up, by guesses and by flags, and `info` has its place.
+/// A stair with coordinates of a national grid, in metres, keeps its steps. Its image equals the
+/// image of the stair at the origin with +z up, both with guessed settings and with flags. `info`
+/// prints the position of the stair.
 #[test]
 fn files_far_from_the_origin_are_moved() {
     let place = [512_300.0, 5_412_300.0, 430.0];
@@ -365,7 +367,8 @@ fn files_far_from_the_origin_are_moved() {
     let (far, said) = picture("far.obj");
     assert!(said.contains("origin: 512300,5412300,430 is subtracted"), "{said}");
     assert!(!said.contains("far-from-origin"), "{said}");
-    // Heights are small in a national grid; the stair alone could also rise along y.
+    // In a national grid, heights are small compared with the other coordinates. The stair at the
+    // origin could also rise along y.
     assert_eq!(far, picture("near.obj --up 0,0,1").0);
     let camera = "--position {} --look-at {} --up 0,0,1 --fov 40";
     let flags = |places: [&str; 2]| {
@@ -406,7 +409,7 @@ fn files_far_from_the_origin_are_moved() {
         at.join("x.exr")
     });
     assert!(!plain.unwrap().windows(16).any(|part| part == b"embrasure.origin"));
-    // A scene file has positions near its origin.
+    // A dumped scene file has the origin of the OBJ file, and renders the same image.
     done(
         at,
         &split("render far.obj --size 8x8 --spp 1 -q -o a.exr --dump-scene d.toml"),
@@ -415,7 +418,7 @@ fn files_far_from_the_origin_are_moved() {
     assert!(text.contains("origin = \"512300,5412300,430\""), "{text}");
     done(at, &split("render d.toml -q -o b.exr"));
     assert_same_bits(&at.join("a.exr"), &at.join("b.exr"));
-    // Without the origin, the steps are lost, with a warning.
+    // Without the origin, the steps are lost in the rounding, and a warning reports this.
     let said = picture("far.obj --origin off").1;
     assert!(said.contains("far-from-origin"), "{said}");
 }
@@ -452,8 +455,8 @@ fn few_distant_faces_do_not_set_the_camera() {
     assert!(error < 0.01, "{error}");
 }
 
-/// Light flags are relative to the guessed camera and the up axis of the scene: the model with +y
-/// up and the model with +z up give one image.
+/// Light flags refer to the guessed camera and to the up axis of the scene. The model with +y up
+/// and the model with +z up therefore give the same image.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn light_flags_use_the_guessed_up_axis() {
@@ -498,8 +501,8 @@ fn light_flags_use_the_guessed_up_axis() {
         done(at, &split(&line));
         std::fs::read_to_string(at.join("d.toml")).unwrap()
     };
-    // The `up` of a guessed camera may roll; up in the scene is the nearest axis. So it is for a
-    // fully given camera.
+    // The `up` of a guessed camera may be tilted. The up direction of the scene is the nearest
+    // axis. The same holds for a camera that flags define completely.
     for camera in ["--up 0.1,0,1", "--position 0,-9,2 --look-at 0,0,1 --up 0,0,1"] {
         let scene = dump(&format!("z.obj {camera} --env map.exr --sun 20,30 --ground"));
         assert!(scene.contains("rotate = [90.0, 0.0, 0.0]"), "{scene}");
@@ -508,7 +511,8 @@ fn light_flags_use_the_guessed_up_axis() {
     // Keys of the ground are kept.
     let scene = dump("z.obj --env white --ground --set ground.albedo=0.2");
     assert!(scene.contains("albedo = [0.2, 0.2, 0.2]"), "{scene}");
-    // A ground supports few finite lights, and an interior has its own floor.
+    // No ground is added for an object with an emitting surface, or for an interior, which has a
+    // floor.
     std::fs::write(at.join("lamp.mtl"), "newmtl lamp\nKe 5 5 5\n").unwrap();
     let lamp = format!("mtllib lamp.mtl\nusemtl lamp\n{}", statue().text);
     std::fs::write(at.join("lamp.obj"), lamp).unwrap();
@@ -530,7 +534,7 @@ fn rooms_are_seen_from_inside_and_level() {
     assert!(guess.contains("+y is up (--up 0,0,1 changes that)"), "{guess}");
 }
 
-/// No listed camera is at crawling height.
+/// No listed camera is near the floor.
 #[test]
 fn views_of_a_room_are_at_eye_height() {
     let text = Boxes::default()
@@ -583,7 +587,8 @@ fn guessed(folder: &Path, scene: &str, more: &[&str]) -> Vec<String> {
     said.lines().filter(is_guess).map(String::from).collect()
 }
 
-/// Equal words and bits in another run, with other thread counts, and from another folder.
+/// Messages and image are the same in another run, with other thread counts, and from another
+/// folder.
 #[test]
 fn threads_and_folders_change_no_guess() {
     let files = [("statue.obj", statue().text), ("room.obj", room(&[]))];
@@ -875,7 +880,7 @@ fn info_has_the_guessed_light() {
         let text = printed(&done(folder, &["info", scene]));
         assert!(text.contains(&format!("guessed: {light}\n")), "{text}");
     }
-    // Given light is not guessed.
+    // If flags define the light, no light is guessed.
     let info = json(&done(folder, &split("info statue.obj --json --env white")));
     assert_eq!(
         (&info["light_guess"], &info["lights"]["constant"]),
@@ -894,7 +899,8 @@ fn views_are_listed_and_drawn() {
         let sheet = std::fs::read(folder.path().join("sheet.png")).unwrap();
         assert!(sheet.starts_with(b"\x89PNG"));
         std::fs::remove_file(folder.path().join("sheet.png")).unwrap();
-        // Each line can be pasted; the second scene has the same flags.
+        // Each printed line of flags can be pasted after `render`. For the second scene, two lines
+        // are tested.
         let pasted = if scene == "statue.obj" { usize::MAX } else { 2 };
         for line in listed.lines().take(pasted) {
             let flags: Vec<&str> = line.split_whitespace().skip(1).collect();
@@ -983,7 +989,7 @@ fn light_is_guessed_for_unlit_scenes() {
     assert!(of(&["eye.obj"]).unwrap().starts_with("a studio, and a ground"));
     assert!(of(&["dark.obj"]).unwrap().starts_with("a lamp below the ceiling"));
     assert!(of(&["glow.obj"]).unwrap().starts_with("sky and sun"));
-    // An integrator without support for a ground gets none.
+    // An integrator that does not support a ground gets none.
     assert!(
         of(&["statue.obj", "--integrator", "bdpt"])
             .unwrap()

@@ -72,7 +72,7 @@ fn view_inside_shows_a_room_of_the_house() {
         );
         assert!(words.contains("an interior, from inside"), "{words}");
         assert!(words.contains("sky and sun through the openings"), "{words}");
-        // A camera at this position by numbers has the same light.
+        // If numbers define the same camera position, the light is the same.
         let words = said(at, &format!("{scene} --position {x},{y},{z} --look-at 0,1,0"));
         assert!(words.contains("sky and sun through the openings"), "{words}");
     }
@@ -221,7 +221,7 @@ fn stand_puts_the_camera_at_eye_height() {
             "(1.6 m; the unit is the metre",
         ),
         ("m.obj --stand 0.5,1.5,0.9", [0.5, 0.9, 1.5], "eyes 0.9 above it"),
-        // Behind a box of table height, the height is above the floor.
+        // Behind a box of table height, the camera height is still measured from the floor.
         ("m.obj --stand 0,-1.1", [0.0, 1.6, -1.1], "metre"),
         (
             "cm.obj --stand 50,150",
@@ -244,7 +244,7 @@ fn stand_puts_the_camera_at_eye_height() {
             "{words}"
         );
     }
-    // It faces the long way, or along the flags.
+    // The camera faces the longest direction, unless flags set the direction.
     let at = folder.path();
     let target = |args: &str| numbers(&said(at, &format!("m.obj --stand 0.5,2 {args}")), "--look-at ");
     let [_, y, z] = target("");
@@ -303,7 +303,7 @@ fn places_without_a_floor_are_refused() {
         "{words}"
     );
     assert!(words.contains("x from -2 to 2, z from -3 to 3"), "{words}");
-    // Below the eaves of a room there is no floor. The roof is not a floor.
+    // Outside of the room, below the eaves, there is no floor. The roof is not a floor.
     let eaves = Boxes::default()
         .room([-4.0, 0.0, -3.0], [4.0, 2.7, 3.0], &[])
         .add([-4.4, 2.7, -3.4], [4.4, 3.0, 3.4])
@@ -363,7 +363,7 @@ fn stand_is_a_key_of_scene_files() {
         "{dumped}"
     );
     assert_near(position(&said(at, "b.toml")), [0.5, 1.2, 1.5]);
-    // A flag replaces the place of the file.
+    // The flag overrides the position in the scene file.
     assert_near(position(&said(at, "b.toml --stand 1,0 --yaw 0")), [1.0, 1.6, 0.0]);
     for (scene, expected) in [
         ("both.toml", "both `view` and `stand`"),

@@ -69,10 +69,10 @@ fn the_lab_compares_the_ladder() {
             .unwrap()
             .starts_with(b"\x89PNG")
     );
-    // Equal time, against an existing reference
+    // Compare at equal time with an existing reference
     let reference = ["render", "s.toml", "--spp", "64", "-o", "r.exr"];
     done(folder.path(), &reference);
-    // Integrators by their names
+    // Select integrators by their names
     done(
         folder.path(),
         &split("lab s.toml --methods path,bdpt,light --spp 2 --reference r.exr -q -o methods"),
@@ -123,8 +123,8 @@ fn trees_with_too_many_rays_are_refused() {
     );
 }
 
-/// Points of a curve are rows of the CSV file, also in the page and the plot; slopes are fits to
-/// these rows.
+/// The page and the plot have the same points of curves as the CSV file. The slopes are fitted to
+/// these points.
 #[test]
 fn curves_have_the_figures_of_the_table() {
     let folder = lit_floor();
@@ -164,7 +164,7 @@ fn curves_have_the_figures_of_the_table() {
     });
     assert_eq!(points.collect::<Vec<_>>(), curves);
 
-    // The plot, read back by its axes
+    // Read the points back from the plot, by its axes
     let svg = fs::read_to_string(path("c-curves.svg")).unwrap();
     let mut plotted = Vec::new();
     let plot = svg.split("<g class=\"plot\" data-measure=\"samples\"").nth(1).unwrap();
@@ -188,7 +188,7 @@ fn curves_have_the_figures_of_the_table() {
         "{plotted:?}"
     );
 
-    // Slopes: a fit to the rows of the file
+    // Fit slopes to the rows of the file
     let mut of_name: BTreeMap<&str, Vec<[f64; 2]>> = BTreeMap::new();
     for (name, numbers) in &curves {
         let [n, error] = [0, 2].map(|i| numbers[i].parse::<f64>().unwrap().ln());
@@ -205,8 +205,8 @@ fn curves_have_the_figures_of_the_table() {
     }
 }
 
-/// A snapshot has the bits of a render with the same number of samples, within or between passes,
-/// also for samplers that depend on the number.
+/// A snapshot has the bits of a render with the same number of samples. This holds within and
+/// between passes, and for samplers that depend on the number of samples.
 #[test]
 fn snapshots_equal_renders() {
     let folder = lit_floor();
@@ -436,7 +436,7 @@ fn a_browser_shows_the_page() {
         folder.path(),
         &split("lab s.toml -q --methods path,naive --spp 1,16 --html page.html -o p"),
     );
-    // This script acts as a reader, and records the results.
+    // This script acts like a user of the page, and records the results.
     let page = fs::read_to_string(folder.path().join("page.html")).unwrap();
     let acts = "<script>
         const seen = [];

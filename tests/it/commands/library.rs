@@ -100,7 +100,7 @@ fn guessed_light_reads_files_once() {
     assert!(lit.light_guess().unwrap().starts_with("a studio"));
     let once = ["a.obj", "reading textures", "building the scene", "building the scene"];
     assert_eq!(work, once);
-    // It equals the scene loaded from its own file.
+    // The scene equals the scene loaded from its written scene file.
     let text = lit.lit_file().unwrap().to_toml(&at("lit.toml")).unwrap();
     std::fs::write(at("lit.toml"), text).unwrap();
     let (again, work) = load("lit.toml", false);
@@ -174,7 +174,7 @@ fn external_integrator_has_the_same_bits() {
     let renderer = session.renderer().unwrap();
     let (mut own, mut brought) = (renderer.start(), renderer.start());
     assert_eq!(renderer.render(&mut own, &()), Outcome::Complete);
-    // Also if it is stopped and resumed
+    // The bits are also the same if the render is stopped and resumed
     let patience = StopAfter(AtomicU64::new(20_000));
     assert_eq!(
         renderer.render_with(&mut brought, &Openness, &patience),
@@ -191,7 +191,7 @@ fn external_integrator_has_the_same_bits() {
     );
 }
 
-/// A render that is stopped many times, checkpointed, and resumed by the program
+/// A render that is stopped, written to a checkpoint and resumed many times has the same bits
 #[test]
 fn stopped_render_resumes_to_the_same_bits() {
     let folder = scene();
@@ -212,7 +212,7 @@ fn stopped_render_resumes_to_the_same_bits() {
     assert_eq!(sums(&whole.film), sums(&state.film));
     assert_eq!(state.statistics.samples, 128 * 24 * 16);
 
-    // By the program, and for another image
+    // The program can also resume the checkpoint. A render with another seed cannot.
     let usual = split("render s.toml -q --checkpoint c.exr --resume -o program.exr");
     done(folder.path(), &joined(&usual, &[]));
     done(folder.path(), &split("render s.toml -q -o one.exr"));
@@ -262,7 +262,7 @@ fn invalid_settings_are_errors_before_rendering() {
     }
 }
 
-/// Radiance of an unoccluded sky
+/// A scene made in code shows the radiance of an unoccluded sky
 #[test]
 fn scenes_need_no_file() {
     let mut builder = SceneBuilder::new();

@@ -57,7 +57,7 @@ fn points_of_all_samplers_are_shown() {
         assert_eq!(facts["convergence"].as_array().unwrap().len(), 4);
         assert_svg(&folder.path().join("p.svg"));
     }
-    // Both halves of the sphere are the whole sphere.
+    // The values of both halves of the sphere are the value of the whole sphere.
     let facts = json(&run(folder.path(), &split("points fibonacci -n 128 --json")));
     let count = |name: &str| {
         let projections = facts["projections"].as_array().unwrap().iter();
@@ -176,7 +176,8 @@ fn debug_views_show_their_quantity() {
     assert_eq!(material[0][at(3, 4)], material[0][at(28, 20)]);
     let ids = view("ids");
     assert_ne!(ids[0][at(4, 10)], ids[0][at(28, 20)]);
-    // One of the two lights shines on the visible side: ln 2 / ln 3 of magma. A miss costs one ray.
+    // Of the two lights, one shines on the visible side, which gives ln 2 / ln 3 of the colour map
+    // magma. A ray that hits nothing costs one ray.
     let lights = view("light-count");
     assert!(
         lights[0][at(9, 9)] > 0.3 && near(lights[0][at(9, 9)], lights[0][at(20, 25)]),

@@ -52,7 +52,7 @@ fn load_without_libraries(path: &Path) -> Result<Loaded, FileError> {
     let folder = tempfile::tempdir().unwrap();
     let copy = folder.path().join("t.obj");
     let mut bytes = fs::read(path).unwrap();
-    // The line stays, so line numbers of errors are right.
+    // Overwrite the keyword and keep the line, so that line numbers of errors stay right.
     while let Some(at) = bytes.windows(6).position(|word| word == b"mtllib") {
         bytes[at] = b'#';
     }

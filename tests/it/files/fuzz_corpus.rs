@@ -60,7 +60,8 @@ fn renderings() {
     run("rendering");
 }
 
-/// Files larger than those of a fuzzer. Quadratic time would be minutes.
+/// Reads files that are larger than the inputs of a fuzzer. A reader with quadratic time would take
+/// minutes.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn long_files_take_linear_time() {

@@ -1,4 +1,4 @@
-//! Files and sizes that would hang the program, take all memory or lose data: each is an error with
+//! Files and sizes that would hang the program, use all memory or lose data. Each is an error with
 //! help.
 
 use crate::support::program::{assert_same_bits, code, command, done, folder, printed, run, split, words};
@@ -149,7 +149,7 @@ fn folders_and_empty_files_are_errors() {
 }
 
 /// A missing texture is a warning. An unreadable texture is an error, because its content is
-/// unknown. With `--strict` both are errors, and damaged ones too.
+/// unknown. With `--strict`, missing, unreadable and damaged textures are errors.
 #[test]
 fn textures_that_cannot_be_read_are_errors() {
     let folder = scene();
@@ -219,7 +219,7 @@ fn pictures_larger_than_memory_are_refused() {
     );
 }
 
-/// Memory of pixels is known before any work: sums, channels and images.
+/// The memory of pixels (sums, channels, images) is checked before any work.
 #[test]
 fn pixels_beyond_memory_are_refused() {
     let folder = scene();
@@ -234,7 +234,7 @@ fn pixels_beyond_memory_are_refused() {
     refused(at, &format!("{render} --aov P,uv,motion,id,cryptomatte"), &["99.0 MB"]);
 }
 
-/// Memory refused by the system (`ulimit -v`) is an error at any stage.
+/// If the system refuses memory (`ulimit -v`), the program reports an error at any stage.
 #[cfg(target_os = "linux")]
 #[test]
 fn exhausted_memory_is_an_error() {
@@ -279,13 +279,13 @@ fn exhausted_memory_is_an_error() {
         }
     }
     assert!(failed > 0);
-    // 13 GB of sums
+    // The sums of this image need 13 GB
     let out = limited(4000, "render s.toml --size 8192x8192 --spp 1 -q -o o.exr");
     assert_eq!(code(&out), 1, "{}", words(&out));
     assert!(words(&out).contains("8192x8192 pixels"), "{}", words(&out));
 }
 
-/// Quadratic time would be minutes.
+/// A reader with quadratic time would take minutes.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn long_scene_files_are_read_in_time() {
@@ -322,7 +322,7 @@ fn long_scene_files_are_read_in_time() {
     refused(at, "render g.toml --spp 1 --size 8x8 -o o.exr", &["light groups"]);
 }
 
-/// Bytes behind the image of a part or checkpoint may be a second file in one.
+/// Bytes after the image of a part or checkpoint may be a second file that was appended.
 #[test]
 fn bytes_behind_sums_are_refused() {
     let folder = scene();
@@ -352,7 +352,7 @@ fn bytes_behind_sums_are_refused() {
     }
     assert!(!at.join("m.exr").exists());
 
-    // The help of the error
+    // Check the help of the error
     let cut = fs::read(at.join("1.exr")).unwrap();
     fs::write(at.join("1.exr"), &cut[..first.len()]).unwrap();
     done(at, &split("merge 1.exr 2.exr -q -o m.exr"));
@@ -365,7 +365,7 @@ fn guess_with_brute_force_uses_a_fast_backend() {
     use embrasure::Backend;
     let fast = Backend::Brute.for_guesses();
     if fast == Backend::Brute {
-        // No other backend in this build.
+        // Without another backend in this build there is nothing to test.
         return;
     }
     let folder = tempfile::tempdir().unwrap();
@@ -459,7 +459,8 @@ fn odd_values_are_reported_exactly() {
         assert!(said.contains(word), "no `{word}` in {said}");
     }
 
-    // A material of the scene file used by faces replaces the library material: both count as used.
+    // A material of the scene file replaces the library material that faces use. Both count as
+    // used.
     fs::write(
         at.join("over.toml"),
         "version = 1\n[[object]]\nobj = \"a.obj\"\n[material.wall]\ndiffuse = [0.5, 0.5, 0.5]\n",

@@ -165,7 +165,7 @@ fn part_mattes_and_background_sum_to_one() {
     assert!(read_channel(&path, "id.object").iter().all(|id| *id <= 1.0));
 }
 
-/// A rule for a part equals a file whose faces have that material.
+/// A `[part]` rule with a material gives the same image as a file whose faces have that material.
 #[test]
 fn part_rules_set_materials() {
     let library = "newmtl grey\nKd 0.5 0.5 0.5\nnewmtl red\nKd 0.8 0.1 0.1\nnewmtl shiny\nKd 0.5 0.5 0.5\nKs 0.4 0.4 0.4\nNs 50\n";
@@ -206,7 +206,7 @@ fn part_rules_set_materials() {
         assert!(picture(&grey(), "") != expected, "{flags} {shiny}");
         assert!(picture(&grey(), flags) == expected, "{flags}");
         assert!(picture(&with(["grey"; 4], sections), "") == expected, "{sections}");
-        // A dumped scene has the flags as sections.
+        // In a dumped scene, the flags are sections.
         let folder = grey();
         picture(&folder, &format!("{flags} --dump-scene d.toml"));
         fs::copy(folder.path().join("d.toml"), folder.path().join("s.toml")).unwrap();

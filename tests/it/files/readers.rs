@@ -241,8 +241,8 @@ fn tobj_survives_the_fuzz_corpus() {
     assert!(count > 300, "{count} inputs");
 }
 
-/// A plain scene has one hash with both readers, and the error for a file that tobj refuses
-/// contains the other reader.
+/// A plain scene has the same hash with both readers. If tobj refuses a file, the error names the
+/// other reader.
 #[test]
 fn both_readers_give_the_same_scene_hash() {
     let obj =

@@ -610,7 +610,7 @@ fn changed(section: &str, line: &str) -> String {
     format!("{before}{first}{line}\n{}\n{after}", others.join("\n"))
 }
 
-/// Scene files with and without errors are refused by the schema and the program, or by neither.
+/// The schema and the program accept or refuse the same scene files, with and without errors.
 #[test]
 fn the_schema_and_the_program_agree() {
     let schema = schema();
@@ -650,7 +650,7 @@ fn the_schema_and_the_program_agree() {
     for section in SECTIONS {
         check(&format!("{before}{section}\n{after}"), section);
     }
-    // Two sections whose keys exclude each other, and a camera by angles
+    // Two sections whose keys exclude each other, and a camera defined by angles
     let orbit = |angles: &str| {
         let text = changed("[camera]", &format!("orbit = {angles}"));
         text.lines()
@@ -724,7 +724,7 @@ fn reference_page_has_every_schema_key() {
         ("light_group", &properties["light_group"]["items"]),
     ] {
         let keys = table["properties"].as_object().unwrap().keys();
-        // Another name of a flag is a key without a row.
+        // `fov` is another name of a key, and needs no row.
         for key in keys.filter(|key| *key != "fov") {
             assert!(rows.contains(&format!("{section}.{key}")), "{section}.{key} has no row");
             count += 1;

@@ -3,7 +3,8 @@
 use crate::support::program::*;
 use serde_json::Value;
 
-/// Statements of the OBJ format (Wavefront, version 3.0) with arguments; true if they are read.
+/// Statements of the OBJ format (Wavefront, version 3.0) with arguments. True if the reader uses
+/// the statement.
 const OBJ: [(&str, bool); 43] = [
     ("v 0 0 0", true),
     ("vt 0 0", true),
@@ -50,7 +51,7 @@ const OBJ: [(&str, bool); 43] = [
     ("res 4 4", false),
 ];
 
-/// Statements of the MTL format; true if they are read.
+/// Statements of the MTL format. True if the reader uses the statement.
 const MTL: [(&str, bool); 23] = [
     ("newmtl m", true),
     ("Ka 0.1 0.1 0.1", true),
@@ -153,7 +154,7 @@ fn the_list_has_lines_and_counts() {
         "{printed}"
     );
     assert!(printed.contains("a.obj:7: note: `lod` has no effect:"), "{printed}");
-    // A render does not list them.
+    // `render` does not list the statements, unlike `check`.
     let said = words(&done(folder.path(), &split("render a.obj --size 8x8 --spp 1 -o t.png")));
     assert!(!said.contains("bevel"), "{said}");
 }

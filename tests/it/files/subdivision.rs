@@ -70,7 +70,7 @@ fn no_ray_escapes_a_closed_mesh() {
     });
 }
 
-/// Keys, flags, and their precedence; hidden parts are deleted faces.
+/// Flags override keys. Faces of hidden parts do not count.
 #[test]
 fn flags_win_over_keys() {
     let triangles = |scene: &str, flags: &str| {
@@ -89,7 +89,7 @@ fn flags_win_over_keys() {
     assert_eq!(triangles(SCENE, "--subdivide 1"), 12 * 4);
     assert_eq!(triangles(SCENE, "--subdivide 1 --hide top"), 10 * 4);
 
-    // One file in two objects
+    // Two objects use the same file with different steps
     let both =
         SCENE.to_string() + "[[object]]\nobj = \"a.obj\"\nsubdivision = 2\ntransform = { translate = [3, 0, 0] }\n";
     assert_eq!(triangles(&both, ""), 12 + 12 * 16);
@@ -132,7 +132,8 @@ fn subdivision_keeps_materials_and_parts() {
     }
 }
 
-/// Memory is refused before allocation, with the amount and a number of steps that fits.
+/// If the steps need more memory than allowed, an error comes before any allocation. It names the
+/// needed memory and a number of steps that fits.
 #[test]
 fn too_many_steps_suggest_a_fitting_number() {
     let with = cube(SCENE);
@@ -188,7 +189,7 @@ fn subdivision_keeps_moving_vertices() {
     assert_eq!(meshes.iter().filter(moves).count(), 2);
 }
 
-/// Edges of three faces are counted, and stay sharp.
+/// Edges with three faces are counted, and stay sharp.
 #[test]
 fn non_manifold_edges_are_reported() {
     let fin = CUBE.replace("usemtl blue\n", "v 0 3 0\nv 0 3 1\nf 3 4 9 10\nusemtl blue\n");

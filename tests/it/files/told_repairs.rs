@@ -313,7 +313,7 @@ fn filter_with_negative_lobes_is_noted() {
     assert!(!said("gaussian").contains("negative lobes"));
 }
 
-/// Exporters write invalid numbers. Each is a warning, and the render goes on.
+/// Exporters write invalid numbers. Each is a warning, and the render continues.
 #[test]
 fn wrong_material_values_are_warnings() {
     let square = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl red\nf 1 2 3 4\n";
@@ -509,7 +509,7 @@ fn normal_and_height_maps_are_detected() {
         assert!(!scene(map).contains("heights-or-normals"), "{map}");
     }
 
-    // Many of one library are one note.
+    // Many normal maps of one library cause a single note.
     let mtl = "newmtl m\nmap_Bump normals.png\nnewmtl n\nmap_Bump -bm 1 other.png\n";
     fs::copy(at.join("normals.png"), at.join("other.png")).unwrap();
     fs::write(at.join("a.mtl"), mtl).unwrap();
@@ -537,7 +537,7 @@ fn fully_invisible_scene_is_made_opaque() {
     let told = "a.mtl:3: nothing could be seen: the opacity of material `m` and another one, all of the scene, is 0";
     assert!(said.contains(told) && said.contains("[invisible-scene]"), "{said}");
     assert!(!said.contains("the picture shows nothing"), "{said}");
-    // Settings of the user, and the literal reading, stay.
+    // Settings of the user are kept, and so is the literal reading of the file.
     for flags in ["--strict", "--mtl-dialect spec", "--material '*.opacity=0'"] {
         let flags = flags.replace('\'', "");
         let (invisible, said) = picture(&flags);
@@ -595,7 +595,7 @@ fn material_messages_are_grouped() {
         "{said}"
     );
     assert!(!said.contains("[no-effect]") && !said.contains("[illum]"), "{said}");
-    // If the glass is used, its index causes a warning; and errors list all materials.
+    // If faces use the glass, its index of refraction causes a warning. Errors list all materials.
     fs::write(
         at.join("a.obj"),
         format!("mtllib a.mtl\n{TRIANGLE}{faces}usemtl glass\nf 1 2 3\n"),

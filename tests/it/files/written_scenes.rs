@@ -5,8 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
-/// Renders with the arguments, and with the scene file that this dumps into another folder. Asserts
-/// that both have the same bits, and returns the text of the scene file.
+/// Renders with the arguments, and then with the scene file that the first render dumps into
+/// another folder. Asserts that both images have the same bits, and returns the text of the scene
+/// file.
 fn dumped(at: &Path, args: &[&str], of_run: &[&str]) -> String {
     fs::create_dir_all(at.join("other/place")).unwrap();
     let line = [
@@ -200,7 +201,7 @@ fn dump_does_not_overwrite_input_files() {
     }
     let said = refused(at, &split(&format!("{line} t.toml --stats t.toml")), 2);
     assert!(said.contains("same file"), "{said}");
-    // The file exists although the render ends early.
+    // The scene file is complete even if the render ends early.
     run(
         at,
         &split("render s.toml -q --size 4x4 --pixel 1,1 --dump-scene p.toml"),
@@ -263,7 +264,7 @@ fn init_scene_renders_the_same_bits() {
     ));
     assert!(!said.contains("no face uses"), "{said}");
 
-    // It replaces its own file only with `--force`, and other files never.
+    // `init` replaces its own scene file only with `--force`, and never replaces other files.
     let said = refused(at, &split("init models/a.obj -o scenes/a.toml"), 2);
     assert!(
         said.contains("scenes/a.toml already exists") && said.contains("--force"),

@@ -106,7 +106,7 @@ fn transparent_over_a_color_is_the_opaque_image() {
         if !has_background || way.ends_with("lights") {
             continue;
         }
-        // Emission and one scattering: no light arrives twice at the ground
+        // Integrators that do not support a shadow-catching ground render without it
         let has_ground = !["ao", "debug", "sppm", "photon-map", "irradiance-cache"]
             .iter()
             .any(|name| way.ends_with(name));
@@ -212,7 +212,8 @@ fn tone_mapping_keeps_the_background_color() {
     }
 }
 
-/// `--noise` measures the noise of a shadow in a transparent image as over white.
+/// In a transparent image, `--noise` measures the noise of a shadow as if the background were
+/// white.
 #[test]
 fn noise_of_shadows_counts_without_background() {
     let folder = stage("[ground]\npoint = [0, -0.3, 0]");
@@ -315,8 +316,8 @@ fn background_is_visible_to_the_camera_only() {
         sixth[0] == 1.0 && (sixth[1] - 0.215_86).abs() < 1e-4 && sixth[2] == 0.0,
         "{sixth:?}"
     );
-    // The glass, a sheet that reflects and refracts, shows the light of 0.6 in front of each of
-    // them.
+    // The glass is a sheet that reflects and refracts. It shows the light of 0.6 in front of each
+    // background.
     let path = folder.path().join("o.exr");
     let glass = at(&path, "R", 8, 8);
     shown("--background white");

@@ -223,7 +223,7 @@ fn part(case: &Case, e: &Emission) -> Option<usize> {
         let turn = ((disk.to_angle() as f64 / (2.0 * PI) + 0.5) * 4.0) as usize;
         return Some(ring.min(3) * 4 + turn.min(3));
     }
-    // A point light is a single point.
+    // All samples of a point light are at a single point.
     let position = match &case.light {
         Light::Point(light) => light.position,
         Light::Spot(light) => light.position,
@@ -338,7 +338,7 @@ fn emission_samples_have_the_queried_densities() {
                 "{}: {e:?}",
                 case.name
             );
-            // Rounding may give the neighbouring texel of an environment.
+            // Rounding may select the neighbouring texel of an environment.
             other += u32::from((asked[1] / e.pdf_direction - 1.0).abs() > 1e-3);
             // Off the light, on its front
             if let Some(corners) = case.corners {
@@ -495,7 +495,7 @@ fn traced_light_matches_sampled_light_on_a_floor() {
     }
 }
 
-/// Light traced from a lamp to a floor and then to a moving lens gives each pixel the same as
+/// Light traced from a lamp to a floor and then to a moving lens gives each pixel the same light as
 /// camera rays.
 #[test]
 fn splats_match_camera_rays() {

@@ -115,7 +115,8 @@ fn ground_without_objects_is_the_background() {
         }),
     ];
     for (name, light) in lights {
-        // `Auto` counts missing light; `All`, which samples all lights, counts arriving light.
+        // The mode `Auto` computes the light that the scene blocks. The mode `All` samples all
+        // lights, and computes the light that arrives.
         for selection in [SelectionMode::Auto, SelectionMode::All] {
             let scene = empty_stage(light);
             for (i, camera) in cameras().into_iter().enumerate() {
@@ -134,7 +135,7 @@ fn ground_without_objects_is_the_background() {
                         true => assert!((mean - 0.75).abs() < 1e-5, "{what}: {mean}"),
                         false => assert_unbiased(&what, &film, 0.75),
                     }
-                    // Without objects nearby no light is missing, so there is no noise.
+                    // Without objects nearby no light is blocked, so there is no noise.
                     let is_exact = selection == SelectionMode::Auto && name != "lamp";
                     assert!(!is_exact || noise == 0.0, "{what}: {noise}");
                 }
@@ -190,7 +191,7 @@ fn missing_and_arriving_light_agree_on_ground() {
             let [missing, arriving] = [SelectionMode::Auto, SelectionMode::All]
                 .map(|selection| film_over((&scene, selection), camera, background, reuse, 512));
             if background == Background::Transparent {
-                // Ratios before clamping
+                // Ratios of the ground's light with and without the scene, before clamping
                 let mean = |film: &Film| {
                     let sums = film.tiles().iter().flat_map(|tile| {
                         let pixels = tile.bounds().pixels();
@@ -248,7 +249,7 @@ fn a_hard_shadow_is_all_or_nothing() {
     let scene = ball_and_sun();
     let blue = Spectrum::rgb(0.1, 0.2, 0.9);
     for (x, expected) in [(0.0, 0.0), (0.9, 0.0), (1.1, 1.0), (3.0, 1.0)] {
-        // From the side, so the ball does not hide the ground
+        // View the ground from the side, so that the ball does not hide it
         let camera = pinhole(Vec3::new(x, 0.5, 4.0), Vec3::new(x, 0.0, 0.0), 0.5);
         with_world(&scene, camera, SIZE, |world| {
             for background in [Background::Color(blue), Background::Transparent] {
@@ -354,7 +355,7 @@ fn keys_place_the_ground() {
         (ground.point(), ground.normal(), ground.radius())
     };
     assert!(of("", &[]).ground().is_none());
-    // Below the lowest corner of the scene, at y = -2
+    // The ground is below the lowest corner of the scene, at y = -2
     let (point, normal, radius) = plane("[ground]");
     assert!(
         point.y < -2.0 && point.y > -2.002 && normal == Vec3::Y,
@@ -385,7 +386,7 @@ fn ground_does_not_change_the_bounds() {
     run(&format!("{plain} -o a.exr"));
     run(&format!("{plain} --ground -o b.exr"));
     let [a, b] = ["a.exr", "b.exr"].map(|name| folder.path().join(name));
-    // The camera and the surfaces of the scene stay: the ground is not a surface of the scene.
+    // Ids of objects do not change, because the ground is not a surface of the scene.
     let [before, after] = [a, b].map(|path| read_channel(&path, "id.object"));
     assert!(before.contains(&1.0));
     assert_eq!(before, after);

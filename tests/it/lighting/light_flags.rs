@@ -173,10 +173,10 @@ fn a_rectangle_lights_one_side() {
     };
     let flags = "--spp 256 --max-depth 1 --position 0,0.5,0 --fov 1 --aov lights";
     assert_close("rectangle", means(down.path(), flags), [expected; 3], 0.02);
-    // All light is in the group of the lamp.
+    // All light belongs to the group of the lamp.
     let [grouped, whole] = ["light_lamp.R", "R"].map(|name| read_channel(&down.path().join("x.exr"), name));
     assert_eq!(grouped, whole);
-    // It hides objects behind it, and emits to one side only.
+    // The lamp hides objects behind it, and emits to one side only.
     let up = lamp("[0, 1, 0]");
     assert_eq!(means(up.path(), "--spp 16 --max-depth 1 --position 0,0.5,0"), [0.0; 3]);
     let info = json(&done(down.path(), &split("info s.toml --json")));
@@ -365,7 +365,7 @@ fn suns_and_key_lights_are_added() {
     let sky = luminance(means(moved.path(), flags));
     let sun = 0.5 * 2.0 * 0.5 / PI;
     assert!((both - sky - sun).abs() < 0.01 * both, "{both} {sky} {sun}");
-    // The sun without the sky, with a colour by its elevation
+    // The sun without the sky has a colour that depends on its elevation
     let dark = floor("");
     let alone = means(dark.path(), &format!("--sun 120,30 {flags}"));
     assert!(
@@ -384,7 +384,7 @@ fn suns_and_key_lights_are_added() {
         );
         assert_eq!(key[0], key[1]);
     }
-    // If the camera has +z up, the sky has too.
+    // If the camera has +z up, the sky has +z up too.
     let z_up = |env: &str| luminance(means(dark.path(), &format!("{env} --up 0,0.1,1 {flags}")));
     let said = floor("[[light]]\ntype = 'sky'\nup = [0, 0, 1]\n");
     assert_eq!(

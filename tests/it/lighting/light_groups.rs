@@ -212,7 +212,7 @@ fn group_equals_a_render_with_its_lights_only() {
     }
 }
 
-/// If they depend on other lights, means are equal.
+/// If light selection or sample counts depend on other lights, only the means are equal.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn group_means_equal_renders_of_single_groups() {
@@ -263,11 +263,11 @@ fn group_means_equal_renders_of_single_groups() {
             });
         });
     }
-    // All except the point light for `naive`
+    // All groups are compared, except the point light with `naive`
     assert_eq!(compared, (4 * 5 - 1) * 12);
 }
 
-/// Integrator that gives 1 and 2 from two lights, with sample weight 0.5. Every third sample of the
+/// Integrator that adds 1 and 2 from two lights, with sample weight 0.5. Every third sample of the
 /// first light is NaN.
 struct NanIntegrator<'a>(&'a Scene);
 
@@ -403,7 +403,7 @@ fn threads_and_parts_change_no_bit_of_groups() {
         assert!(channel == one[&name], "{name}");
     }
 
-    // Parts, crops, threads, and resuming within a block
+    // Render parts and crops, use several threads, and resume within a block
     render(&["-o", "three.exr", "--threads", "3"]);
     render(&["-o", "a.exr", "--samples", "0..64", "--threads", "3"]);
     render(&["-o", "b.exr", "--samples", "64..160", "--crop", "0,0,20,26"]);
@@ -579,7 +579,7 @@ fn idle_group_materials_are_warnings() {
     );
     let dark = line(5) + "material `stone` is in a light group, but emits nothing";
     assert!(warnings[1].text.contains(&dark), "{warnings:?}");
-    // Its channels exist anyway.
+    // The channels of such a group exist anyway.
     let scene = found.scene.unwrap();
     assert_eq!(
         scene.light_groups().names(),

@@ -46,7 +46,7 @@ fn directions_follow_their_densities() {
         let outcome = chi_square(SAMPLES, sample, pdf, true);
         println!("{what}: {outcome:?}");
         assert!(outcome.p_value > level, "{what}: {outcome:?}");
-        // Samples of the square around a near disk may miss the disk.
+        // Samples are taken in the square around a near disk, so they may miss the disk.
         assert!((outcome.integral - outcome.share).abs() < 2e-3, "{what}: {outcome:?}");
         let is_near_disk = what.contains("disk") && outcome.share > 0.78;
         assert!(outcome.share > 0.998 || is_near_disk, "{what}: {outcome:?}");
@@ -57,7 +57,7 @@ fn directions_follow_their_densities() {
         let radius = share * center.length();
         let light = Light::Sphere(SphereLight::new(center, radius, Spectrum::ONE));
         let depth = 1.0 - (1.0 - f64::from(share).powi(2)).sqrt();
-        // Half the squared distance of unit vectors is 1 − cosine.
+        // For unit vectors, half the squared distance is 1 − cosine.
         let is_met = |w: Vec3| 0.5 * f64::from(w.distance_squared(center.normalize())) < depth;
         check(&format!("sphere {share}"), &light, &|w| is_met(w).then_some(w));
     }

@@ -99,8 +99,8 @@ fn tiny_lamp_lights_a_floor_in_every_integrator() {
     }
 }
 
-/// Rays that hit the lamp by chance find the same light as light samples: 0.02 is 300 spacings of
-/// floats at 1000.
+/// Rays that hit the lamp by chance find the same light as light samples. The radius 0.02 is 300
+/// times the spacing of floats at 1000.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn lamp_far_from_the_origin_is_unbiased() {
@@ -126,8 +126,8 @@ fn lamp_far_from_the_origin_is_unbiased() {
     }
 }
 
-/// The hull of a sphere has corners 1.8 % of the radius above it. The cover is between corner and
-/// sphere.
+/// The hull of a sphere light has corners that are 1.8 % of the radius above the sphere. The cover
+/// is between such a corner and the sphere.
 #[test]
 fn cover_inside_the_lamp_hull_hides_the_lamp() {
     let golden = 0.5 * (1.0 + 5f64.sqrt());
@@ -185,7 +185,7 @@ fn scene_with_black_lights_stays_dark() {
             assert_eq!(found, 0.0, "{light} {integrator}");
         }
     }
-    // Without lights: the default light.
+    // A scene without lights gets the default light.
     let check = printed(&done(floor_at(0.0, "").path(), &split("check s.toml")));
     assert!(
         check.contains("[default-light]") && !check.contains("[no-light]"),

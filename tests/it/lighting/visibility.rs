@@ -77,7 +77,7 @@ fn for_each_context(check: impl Fn(&str, &dyn Fn(u32) -> Option<LightSample>, &d
         for (p, n) in [
             (Vec3::X, Vec3::X),
             (Vec3::new(-0.6, 0.64, 0.48), Vec3::ZERO),
-            // The middle is unknown.
+            // In the middle, no visibility was learned.
             (Vec3::splat(0.01), Vec3::Y),
         ] {
             let context = LightSampleContext { p, n };
@@ -114,7 +114,8 @@ fn samples_by_visibility_have_mis_densities() {
     });
 }
 
-/// Most directions point to visible sky; lights have the frequencies of their probabilities.
+/// Most directions point to the visible part of the sky. The frequencies of lights follow their
+/// probabilities.
 #[test]
 fn choices_follow_visibility() {
     let lights = [constant()];

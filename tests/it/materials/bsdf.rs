@@ -14,9 +14,9 @@ use embrasure::sampling::warp::{
     UNIFORM_HEMISPHERE_PDF, cosine_hemisphere_of_sphere, cosine_hemisphere_pdf, uniform_hemisphere_of_sphere,
 };
 
-/// Samples for each lobe and angle of incidence. [`wrong_densities_fail_the_test`] has the wrong
-/// densities that this number reveals. A density of the wrong scale fails by its integral, to 0.4
-/// %.
+/// Number of samples for each lobe and angle of incidence. [`wrong_densities_fail_the_test`] has
+/// the wrong densities that this number reveals. A density with a wrong scale is found from its
+/// integral, to 0.4 %.
 const SAMPLES: u32 = 300_000;
 const INCIDENCES: [f32; 4] = [0.0, 30.0, 60.0, 80.0];
 const EXPONENTS: [f32; 4] = [1.0, 10.0, 100.0, 1000.0];
@@ -238,7 +238,7 @@ fn compare_samples_with_densities(bsdfs: &[(String, Bsdf)], incidences: &[f32]) 
     for (seed, named) in bsdfs.iter().enumerate() {
         let (name, bsdf) = named;
         for &degrees in incidences {
-            // From behind, too: lobes are equal on both sides.
+            // Also sample from behind, because lobes are equal on both sides.
             let side = if seed % 3 == 2 { -1.0 } else { 1.0 };
             let wo = incident(degrees) * Vec3::new(1.0, 1.0, side);
             let sample = |i| {
@@ -277,8 +277,8 @@ fn compare_samples_with_densities(bsdfs: &[(String, Bsdf)], incidences: &[f32]) 
     }
 }
 
-/// Directions mapped through the sphere have the cosine density individually: each one here is from
-/// another set, at any index in it.
+/// Directions mapped through the sphere have the cosine density individually. Each direction in
+/// this test comes from a different set of points, with any index in the set.
 #[test]
 fn sphere_points_follow_the_density_of_their_warp() {
     fn check(what: &str, mut sampler: impl Sampler) {
@@ -343,7 +343,7 @@ fn wrong_densities_fail_the_test() {
     assert!(p(&|u| lossy(u).filter(|_| u.x > 0.01), &|wi| lambert.pdf(wo, wi)) < 1e-6);
 }
 
-/// Radiance over the square of the index is the same both ways (Veach 1997, eq. 5.14).
+/// Radiance divided by the squared index is the same in both directions (Veach 1997, eq. 5.14).
 #[test]
 fn lobes_are_reciprocal() {
     for (name, bsdf) in bsdfs().into_iter().chain(rough_bsdfs()).chain(layered_bsdfs()) {
@@ -1093,8 +1093,9 @@ fn rough_lobes_stay_finite_for_any_input() {
     }
 }
 
-/// Objects that conserve energy are invisible in a furnace. This also tests both sides, the index
-/// and the choice of lobes in the integrator.
+/// Objects that conserve energy are invisible in a furnace (a closed room of uniform light). This
+/// test also covers both sides of a surface, the index of refraction, and the choice of lobes in
+/// the integrator.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
@@ -1139,8 +1140,8 @@ fn rough_objects_vanish_in_a_furnace() {
     }
 }
 
-/// The number that selects a lobe selects smooth lobes first. Directions that do not follow the
-/// BSDF use only the smooth lobes of it.
+/// The random number that selects a lobe selects smooth lobes below a limit. Directions that do not
+/// follow the BSDF use only the smooth lobes of the BSDF.
 #[test]
 fn smooth_lobes_are_chosen_first() {
     let mirror_and_rough_glass = Material {
@@ -1168,7 +1169,7 @@ fn smooth_lobes_are_chosen_first() {
     }
 }
 
-/// Light samples, also through glass, and scattered rays that hit lights agree.
+/// Light samples, also light samples through glass, agree with scattered rays that hit lights.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
@@ -1230,7 +1231,7 @@ fn strategies_agree_on_light_through_rough_glass() {
     }
 }
 
-/// The path tracer draws the number that selects a part only for mixtures.
+/// The path tracer uses a random number to select a lobe only for mixtures.
 #[test]
 fn lobes_with_parts_are_mixtures() {
     let metal = |roughness| Material::metallic_roughness(grey(0.9), 1.0, roughness).bsdf();
@@ -1253,7 +1254,7 @@ fn lobes_with_parts_are_mixtures() {
 
 #[test]
 fn lobes_are_small() {
-    // Every mixture copies three of them.
+    // A mixture stores copies of three lobes, so lobes must be small.
     assert!(size_of::<RoughConductor>() <= 60 && size_of::<RoughDielectric>() <= 60);
     assert_eq!(size_of::<Lobe>(), 64);
     assert!(size_of::<Bsdf>() <= 336);

@@ -38,8 +38,8 @@ fn refract(d: Plane, n: Plane, eta: f64) -> (Plane, f64) {
     ([d[0] / eta + along * n[0], d[1] / eta + along * n[1]], 1.0 - reflected)
 }
 
-/// A narrow sun behind a prism. A camera ray sees the sun in those wavelengths that Snell's law
-/// refracts into its disc.
+/// A narrow sun behind a prism. A camera ray sees the sun only at wavelengths that Snell's law
+/// refracts towards the disc of the sun.
 #[test]
 fn prism_deflects_wavelengths_by_snells_law() {
     let half_apex = 20f64.to_radians();
@@ -118,7 +118,7 @@ fn prism_deflects_wavelengths_by_snells_law() {
             }
         }
         for (c, expected) in expected.into_iter().enumerate() {
-            // The width of the disc is exact to f32 of the cosine of its rim.
+            // The error of the disc's width is the rounding of an f32, the cosine of the rim.
             let allowed = 3e-3 * expected.max(0.02);
             let what = format!("{middle} nm, channel {c}");
             assert_means_within(what, Mean::of_film(&film, c), Mean::exact(expected), allowed);
@@ -143,8 +143,8 @@ fn glass_room(ior: f32, abbe: Option<f32>) -> Scene {
     b.build().unwrap().0
 }
 
-/// Paths of one wavelength have the mean of renders with single indices, each weighted by its
-/// contribution to a channel.
+/// Paths of one wavelength have the same mean as renders with a single index. Each of these renders
+/// is weighted by the contribution of its wavelength to a channel.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn dispersed_light_is_mean_over_wavelengths() {
@@ -228,8 +228,8 @@ fn dispersed_light_is_mean_over_wavelengths() {
     println!("without dispersion: {farthest:.1} standard errors at most");
 }
 
-/// An integrator without dispersion is refused, with a list of integrators that support it. Path
-/// reuse is off.
+/// An integrator without dispersion is refused, and the error lists the integrators that support
+/// it. Path reuse is switched off.
 #[test]
 fn integrators_without_dispersion_are_errors() {
     let toml = "version = 1\n[camera]\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\n[image]\nwidth = 8\nheight = 8\n[render]\nsamples = 2\n[[object]]\nobj = 'a.obj'\n[material.g]\ntransmission = 1.0\nior = 1.6\nabbe = 30.0\n[[light]]\ntype = 'constant'\nradiance = [1, 1, 1]\n";

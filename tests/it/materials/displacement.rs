@@ -84,7 +84,8 @@ fn keys_scale_heights() {
     assert!(off.iter().all(|&h| h == 0.0));
 }
 
-/// A height map on a plane equals the OBJ mesh with these heights: the same image, with flat faces.
+/// A height map on a plane gives the same image as an OBJ mesh with these heights. Both have flat
+/// faces.
 #[test]
 fn height_map_equals_the_mesh() {
     let n = 16u32;
@@ -110,7 +111,7 @@ fn height_map_equals_the_mesh() {
     let obj = |vertices: &str| format!("mtllib a.mtl\n{vertices}usemtl wall\n{faces}");
     let (one, _) = wall(&obj(&flat), LIBRARY, &displaced);
     let (other, _) = wall(&obj(&bumpy), LIBRARY, &scene.replace("samples = 4", keys));
-    // Rows of an image go down.
+    // Rows of an image run from top to bottom.
     let codes: Vec<u8> = (0..n)
         .rev()
         .flat_map(|y| (0..n).map(move |x| (x, y)))
@@ -134,7 +135,8 @@ fn write_square(path: &Path, width: u32, codes: &[u8]) {
     crate::support::write_png(path, width, &texels);
 }
 
-/// `disp` of a library applies if the object is subdivided or a flag sets it; `-mm` scales it.
+/// `disp` of a library displaces an object if the object is subdivided or a flag requests it. `-mm`
+/// scales the displacement.
 #[test]
 fn libraries_displace_subdivided_objects() {
     let library = LIBRARY.to_string() + "disp -mm 0.1 0.5 h.png\n";
@@ -163,8 +165,8 @@ fn libraries_displace_subdivided_objects() {
     assert!(warnings("").contains("missing-texture"), "{}", warnings(""));
 }
 
-/// A closed box stays closed under displacement, across seams of texture coordinates, materials and
-/// sharp edges.
+/// A closed box stays closed under displacement. This includes seams of texture coordinates,
+/// borders of materials, and sharp edges.
 #[test]
 fn no_ray_escapes_a_displaced_box() {
     let scene = SCENE.replace("subdivision = 3", "subdivision = 5\ncrease_angle = 30")

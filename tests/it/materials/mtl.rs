@@ -1,4 +1,4 @@
-//! Dialects of material libraries, and textures in other places than their paths, through the
+//! Dialects of material libraries, and textures that are not at their paths, tested with the
 //! program.
 
 use crate::support::program::{done, folder, json, read_json, refused, run, split, words, write_grey_png};
@@ -32,7 +32,7 @@ fn dialect_is_detected_from_the_header() {
     let letter = material(at, &["--mtl-dialect", "spec"]);
     assert_eq!(letter["gloss"], "Phong, exponent 490");
 
-    // The detected dialect is reported once, and not if the user set one.
+    // A note names the detected dialect once. There is no note if the user set the dialect.
     let render = |flags: &[&str]| {
         let flags = [
             flags,
@@ -56,7 +56,7 @@ fn dialect_is_detected_from_the_header() {
     let (said, letter) = render(&["a.obj", "--mtl-dialect", "spec"]);
     assert!(!said.contains("written by") && letter != meant, "{said}");
 
-    // The key of the scene file, and the flag, which overrides it
+    // The key of the scene file sets the dialect, and the flag overrides the key
     let letter = render(&["s.toml"]).1;
     let meant = render(&["s.toml", "--mtl-dialect", "auto"]).1;
     assert_ne!(meant, letter);
@@ -111,8 +111,8 @@ fn each_dialect_maps_to_its_material() {
     }
 }
 
-/// A texture path of another machine is found by its base name. It is reported once for all
-/// materials, and given folders are searched first.
+/// A texture path of another machine is found by its base name. One message reports it for all
+/// materials. Folders of `--texture-dir` are searched first.
 #[test]
 fn textures_are_found_elsewhere() {
     let mtl = "newmtl m\nKd 1 1 1\nmap_Kd C:\\Users\\bob\\Textures\\Wall.PNG\nnewmtl n\nmap_Kd C:\\Users\\bob\\Textures\\Wall.PNG\n";
@@ -153,7 +153,8 @@ fn textures_are_found_elsewhere() {
     let said = refused(at, &["render", "a.obj", "--strict"], 1);
     assert!(said.contains("is missing"), "{said}");
 
-    // Beside the OBJ file, beside the library, in the given folder. Later places take precedence.
+    // The texture is beside the OBJ file, beside the library, or in the given folder. Later places
+    // take precedence.
     for (file, flags, found) in [
         ("maps/wall.png", &["a.obj"][..], "maps/wall.png is used"),
         ("lib/textures/Wall.PNG", &["a.obj"], "lib/textures/Wall.PNG is used"),
@@ -207,8 +208,8 @@ fn textures_are_found_elsewhere() {
     assert!(said.contains("texture_dir"), "{said}");
 }
 
-/// The layout of most downloads: `source/x.obj` beside `textures`. The textures are reported once
-/// for each folder.
+/// Most downloads have `source/x.obj` beside a folder `textures`. One message reports the textures
+/// of each folder.
 #[test]
 fn textures_beside_the_source_folder_are_found() {
     let mtl =
@@ -242,7 +243,7 @@ fn textures_beside_the_source_folder_are_found() {
         assert!(said.contains("c_d.png is used [found-elsewhere]"), "{said}");
         assert!(!said.contains("missing-texture"), "{said}");
     }
-    // The scene file of `init` has their real paths.
+    // The scene file of `init` has the real paths of the textures.
     done(at, &split("init source/x.obj -o x.toml"));
     let text = fs::read_to_string(at.join("x.toml")).unwrap();
     assert!(

@@ -81,9 +81,9 @@ fn texture_set_is_used_if_it_is_unambiguous() {
     assert!(of_file != plain);
     let alone = picture(&scene(PLAIN, &["textures/model_diffuse_2k.png"]), "").0;
     assert!(alone == of_file);
-    // The set with the name of the file takes precedence.
+    // The texture set with the name of the OBJ file takes precedence.
     assert!(picture(&scene(PLAIN, &["a_albedo.png", "textures/model_diffuse.png"]), "").0 == of_file);
-    // Two other sets are ambiguous, and a set without a colour is not used.
+    // Two texture sets with other names are ambiguous. A texture set without a colour is not used.
     for pictures in [
         &["b_albedo.png", "c_albedo.png"][..],
         &["a_roughness.png"],
@@ -91,7 +91,7 @@ fn texture_set_is_used_if_it_is_unambiguous() {
     ] {
         assert!(picture(&scene(PLAIN, pictures), "").0 == plain, "{pictures:?}");
     }
-    // The set may belong to another OBJ file.
+    // The texture set may belong to another OBJ file.
     let other = scene(PLAIN, &["model_albedo.png"]);
     fs::write(other.path().join("b.obj"), OBJ).unwrap();
     assert!(picture(&other, "").0 == plain);
@@ -136,7 +136,7 @@ fn image_named_after_the_obj_is_its_color() {
     let render = || words(&done(folder.path(), &line));
     assert_eq!(render(), render());
     assert!(picture(&folder, "").0 == grey);
-    // Sizes in the file name are ignored, as in image names.
+    // The name of a texture set may contain a size, which is ignored.
     let folder = pictures(&["textures/a_001_dif_2k.png", "textures/c_albedo.png"], None);
     for name in ["a_001_30k", "a_001_100k"] {
         fs::rename(folder.path().join("a.obj"), folder.path().join(format!("{name}.obj"))).unwrap();
@@ -164,7 +164,7 @@ fn normals_of_directx_are_flipped() {
     normals(&wrong, "wood_normalgl.png", 67);
     assert!(picture(&up, "").0 == picture(&down, "").0);
     assert!(picture(&up, "").0 != picture(&wrong, "").0);
-    // A scene file of `init` keeps the flip.
+    // The scene file of `init` keeps the flipped texture.
     done(down.path(), &split("init a.obj -o i.toml"));
     let written = fs::read_to_string(down.path().join("i.toml")).unwrap();
     assert!(written.contains("flip_green = true"), "{written}");
@@ -199,7 +199,7 @@ fn single_fitting_image_is_used_without_library() {
         after.split_whitespace().next().map(str::to_string)
     };
     let one = |name: &str| Some(name.to_string());
-    // The image name starts with the file name; the first of several numbers.
+    // The image name starts with the file name. Of several numbered images, the first is used.
     assert_eq!(
         used(&[], &["CarRed_skin2.png", "CarRed_skin1.png", "x.png"]),
         one("CarRed_skin1.png")
@@ -208,7 +208,7 @@ fn single_fitting_image_is_used_without_library() {
     assert_eq!(used(&["car_red_big.obj"], &["car_red_big_tex.png", "x.png"]), None);
     assert_eq!(used(&[], &["car_red_preview.png", "x.png"]), None);
     assert_eq!(used(&[], &["car_red_normal.png", "x.png"]), None);
-    // First word of the file name, and a word for textures.
+    // The image name has the first word of the file name, and a word for textures.
     assert_eq!(used(&["bus.obj"], &["car_tex.png", "bus_tex.png"]), one("car_tex.png"));
     assert_eq!(used(&["car.obj"], &["car_tex.png", "bus_tex.png"]), None);
     // The only image of the folder.
@@ -283,7 +283,7 @@ fn unused_images_are_listed_in_a_warning() {
     assert!(!words.contains("[unused-pictures]"), "{words}");
 }
 
-/// The alpha of colours is the opacity if it is a cut-out.
+/// The alpha of a colour image is used as opacity if the image is a cut-out.
 #[test]
 fn cut_out_alpha_of_a_color_map_is_opacity() {
     let with_alpha = |alphas: &[u8; 16]| {
@@ -312,14 +312,15 @@ fn cut_out_alpha_of_a_color_map_is_opacity() {
     for flags in ["--material wood.opacity_map=false", "--strict"] {
         assert!(picture(&folder, flags).0 == opaque, "{flags}");
     }
-    // Gradual alpha is gloss, and an image with alpha 0 everywhere is an error of the author.
+    // Gradual alpha means gloss. Alpha 0 in the whole image is an error of the author.
     for alphas in [std::array::from_fn(|i| 16 * i as u8), [0; 16]] {
         let folder = with_alpha(&alphas);
         let (got, words) = picture(&folder, "");
         assert!(!words.contains("[cut-out]"), "{words}");
         assert!(picture(&folder, "--mtl-dialect spec").0 == got, "{alphas:?}");
     }
-    // A mask has colours below its transparent texels; so has paper.
+    // If transparent texels have different colours, alpha is a mask for another purpose, not
+    // opacity.
     let mut encoder = png::Encoder::new(fs::File::create(folder.path().join("x.png")).unwrap(), 4, 4);
     encoder.set_color(png::ColorType::Rgba);
     let texels: Vec<u8> = (0..16u8)

@@ -39,7 +39,7 @@ fn patch_keeps_other_keys() {
     let folder = scene();
     let at = folder.path();
     let plain = picture(at, "", &[]);
-    // Repeating values changes nothing, and the texture stays.
+    // Patches that repeat the existing values change nothing, and the texture stays.
     let same = "[patch.\"Floor.001\"]\nspecular = [0.5, 0.5, 0.5]\nexponent = 200\n";
     assert_eq!(picture(at, same, &[]), plain);
     let rough = picture(at, "[patch.\"Floor.001\"]\nroughness = 0.2\n", &[]);
@@ -47,24 +47,24 @@ fn patch_keeps_other_keys() {
     for same in [
         "[material.\"Floor.001\"]\npatch = true\nroughness = 0.2\n",
         "[material.\"Floor.001\"]\nmodel = \"ggx\"\nroughness = 0.2\ndiffuse = 0.4\nspecular = 0.5\ndiffuse_map = \"a.png\"\n",
-        // Patches apply in the order of the file: the second takes precedence.
+        // Patches apply in the order of the file, so the second patch takes precedence.
         "[patch.\"Z*\"]\n[patch.\"F*1\"]\nroughness = 0.9\n[patch.\"?loor.001\"]\nroughness = 0.2\n",
         "[patch.\"F*1\"]\nroughness = 0.9\n[patch.\"A\"]\n[material.\"Floor.001\"]\npatch = true\nroughness = 0.2\n",
     ] {
         assert_eq!(picture(at, same, &[]), rough, "{same}");
     }
-    // Without `patch` a section replaces the material.
+    // A section without `patch` replaces the material.
     let replaced = picture(at, "[material.\"Floor.001\"]\nroughness = 0.2\n", &[]);
     assert!(replaced != rough && replaced != plain);
     assert_eq!(
         picture(at, "[material.\"Floor.001\"]\npatch = false\nroughness = 0.2\n", &[]),
         replaced
     );
-    // Another texture, and no texture.
+    // Replace the texture by another one, and by none.
     let other = picture(at, "[patch.\"Floor.001\"]\ndiffuse_map = \"b.png\"\n", &[]);
     let none = picture(at, "[patch.\"Floor.001\"]\ndiffuse_map = false\n", &[]);
     assert!(other != plain && none != plain && other != none);
-    // A colour as one number
+    // A single number is a grey colour
     let grey = picture(at, "[patch.Metal]\ndiffuse = 0.5\n", &[]);
     assert_eq!(picture(at, "[patch.Metal]\ndiffuse = [0.5, 0.5, 0.5]\n", &[]), grey);
     assert_ne!(grey, plain);
@@ -93,14 +93,15 @@ fn flags_patch_after_the_file() {
     }
     let file = "[patch.\"Floor.001\"]\nroughness = 0.7\n";
     assert_eq!(picture(at, file, &["--material", "Floor.001.roughness=0.2"]), rough);
-    // The last value of one glob and key is used. Keys of one glob are one patch, in either order.
+    // The last value for one glob and key is used. Keys of one glob form one patch, in either
+    // order.
     let last = ["--material", "F*1.roughness=0.7", "--material", "F*1.roughness=0.2"];
     assert_eq!(picture(at, "", &last), rough);
     let gold = |first, second| picture(at, "", &["--material", first, "--material", second]);
     let (metallic, specular) = ("Floor.001.metallic=1", "Floor.001.specular=0.5");
     assert_eq!(gold(metallic, specular), gold(specular, metallic));
 
-    // A bare OBJ, with and without a library; textures are in its folder.
+    // Patch a bare OBJ, with and without a library. Textures are in its folder.
     let bare = |flags: &[&str]| {
         let line = ["render", "a.obj", "-q", "-o", "o.png", "--size", "24x12", "--spp", "2"];
         let out = done(at, &joined(&line, flags));
@@ -118,7 +119,7 @@ fn flags_patch_after_the_file() {
     done(at, &joined(&split(line), &["--material", "default.diffuse=0.1"]));
     assert_ne!(fs::read(at.join("n.png")).unwrap(), plain);
 
-    // Other commands have the flag too.
+    // Other commands accept the flag too.
     let explained = printed(&done(
         at,
         &["explain", "s.toml", "Metal", "--material", "Metal.roughness=0.125"],
@@ -239,7 +240,8 @@ fn unused_material_warning_has_the_nearest_name() {
         );
         assert!(said.contains(expected), "{text}: {said}");
     }
-    // A roughness without effect causes a warning, and a missing texture of a patch too.
+    // A roughness without effect causes a warning. A missing texture of a patch causes a warning
+    // too.
     let said = words(&done(
         at,
         &[
@@ -310,8 +312,8 @@ fn warnings_of_one_kind_are_one_line() {
     );
 }
 
-/// A flag whose pattern matches nothing is an error that lists the materials; in a scene file it is
-/// a warning.
+/// A flag whose pattern matches no material is an error that lists the materials. In a scene file
+/// it is a warning.
 #[test]
 fn a_pattern_without_materials_is_an_error() {
     let folder = scene();

@@ -68,8 +68,8 @@ fn canopy() -> Scene {
     b.build().unwrap().0
 }
 
-/// Estimators that pass surfaces by chance, by transmittance, and by both, have one mean. Over
-/// seeds, because pixels with path reuse share errors.
+/// Estimators pass surfaces by chance, by transmittance, or by both. They have the same mean. Means
+/// are taken over seeds, because pixels with path reuse share errors.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn estimators_agree_on_opacity() {
@@ -160,7 +160,7 @@ fn texture_options_place_texels() {
             "{got:?}, not {expected:?}"
         );
     };
-    // 188 of sRGB is half of the light.
+    // The sRGB code 188 is half of the light.
     let (r, g, b, w) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.5029; 3]);
     near(
         quarters(&textured("newmtl m\nmap_Kd -clamp on four.png\n", "")),
@@ -172,11 +172,12 @@ fn texture_options_place_texels() {
         [[0.5, 0.0, 0.0], g, b, [0.25145, w[1], w[2]]],
         2e-3,
     );
-    // Shifted right by half the image, and flipped
+    // The texture is shifted right by half of its width, and flipped
     let shifted = textured("newmtl m\nmap_Kd -o 0.5 -s 1 -1 four.png\n", "");
-    // At the borders of repetition, a neighbour covers an eighth of the pixel in each direction.
+    // Where the texture repeats, a neighbouring texel covers an eighth of the pixel in each
+    // direction.
     near(quarters(&shifted), [w, b, g, r], 0.25);
-    // A missing texture leaves the constant.
+    // If a texture is missing, the constant is used.
     near(
         quarters(&textured("newmtl m\nKd 0.25\nmap_Kd five.png\n", "")),
         [[0.25; 3]; 4],
@@ -190,7 +191,7 @@ fn opacity_map_cuts_out_black_texels() {
     let film = textured("newmtl m\nKd 0\nmap_d -imfchan b -clamp on four.png\n", "");
     let [red, green, blue, white] = quarters(&film).map(|c| c[0]);
     assert!((red, green, blue) == (1.0, 1.0, 0.0), "{red} {green} {blue}");
-    // 188/255 of the data is the opacity.
+    // The opacity is 188/255, because opacities are linear data.
     assert!((white - (1.0 - 188.0 / 255.0)).abs() < 0.3, "{white}");
 }
 
@@ -231,8 +232,8 @@ fn interpolated_normals_match_the_sphere() {
             continue;
         };
         let got = Vec3::from_array([0, 1, 2].map(|c| 2.0 * sums.mean(c) as f32 - 1.0));
-        // Facets are 22° wide: their own normals differ by up to 0.2, and the camera sees another
-        // point of a facet than of the sphere.
+        // Facets are 22° wide, so facet normals differ by up to 0.2. The camera also sees slightly
+        // different points on a facet and on the sphere.
         assert!(got.distance(n) < 0.13, "{pixel}: {got} instead of {n}");
         seen += 1;
     }

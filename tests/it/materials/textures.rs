@@ -1,4 +1,5 @@
-//! Textures from files of every format, drawn here and from real scenes.
+//! Textures from files of every format. Some images are made in this test, others come from real
+//! scenes.
 
 use crate::support::{add, film_by, from_front, material, panel, path_tracer, shared, sobol, with_world};
 use ::exr::prelude::{self as exr, WritableImage, f16};
@@ -28,7 +29,7 @@ const COLORS: [[u8; 3]; 6] = [
 ];
 const ALPHAS: [u8; 6] = [255, 0, 51, 102, 153, 204];
 
-/// The image with `channels` samples per texel; grey values are the reds.
+/// The image with `channels` samples per texel. Grey values are the red values of the colours.
 fn picture(channels: usize) -> Vec<u8> {
     let texel = |i: usize| {
         let ([r, g, b], a) = (COLORS[i], ALPHAS[i]);
@@ -61,7 +62,7 @@ fn encoded(encoder: impl ImageEncoder, data: &[u8], size: (u32, u32), color: Ext
     encoder.write_image(data, size.0, size.1, color).unwrap();
 }
 
-/// Uncompressed TGA from the bottom up, blue first, as most programs write it.
+/// An uncompressed TGA file with rows from bottom to top and blue first, as most programs write it.
 fn tga_file(channels: usize) -> Vec<u8> {
     let mut file = vec![
         0,
@@ -92,7 +93,7 @@ fn tga_file(channels: usize) -> Vec<u8> {
     file
 }
 
-/// A DDS file with a pixel format of these flags, this name, and these bit counts and masks
+/// A DDS file whose pixel format has `flags`, `name`, and the bit counts and masks of `masks`
 /// (Microsoft, "Programming Guide for DDS").
 fn dds_file(size: [u32; 2], flags: u32, name: &[u8; 4], masks: [u32; 5], data: &[u8]) -> Vec<u8> {
     let mut file = b"DDS ".to_vec();
@@ -111,7 +112,7 @@ fn dds_file(size: [u32; 2], flags: u32, name: &[u8; 4], masks: [u32; 5], data: &
 struct ImageContent {
     channels: usize,
     is_linear: bool,
-    /// Maximum error of samples, relative to 1.
+    /// Maximum error of samples, relative to the value 1.
     tolerance: f64,
 }
 
@@ -346,7 +347,7 @@ fn every_format_keeps_orientation_and_channels() {
             let alpha = if has_alpha { ALPHAS[i] as f64 / 255.0 } else { 1.0 };
             let uv = middle(i);
             for (got, share) in texture.color(uv, 0.0).to_array().into_iter().zip(shares) {
-                // The maximum slope of the curve is 2.3.
+                // A step of 8 bits grows by up to 2.3, the maximum slope of the sRGB curve.
                 if sort.is_linear {
                     near("colour", got, share, 1.0);
                 } else {
@@ -395,7 +396,7 @@ fn textures_use_the_smallest_texel_size() {
             .bytes()
     };
     files(&folder);
-    // 3 × 2 texels and one of the next level
+    // A texture has 3 × 2 texels, and one texel in the next mip level
     for (name, texel) in [
         ("8-1.png", 1),
         ("8-3.png", 3),
@@ -407,7 +408,7 @@ fn textures_use_the_smallest_texel_size() {
     }
     assert_eq!(bytes("8-4.png", TextureKind::Value(Channel::Matte)), 7);
     assert_eq!(bytes("8-4.png", TextureKind::Normal), 7 * 3);
-    // Opaque alpha is dropped.
+    // Alpha is not stored if all texels are opaque.
     let opaque: Vec<u8> = COLORS.iter().flat_map(|&[r, g, b]| [r, g, b, 255]).collect();
     let file = png_file(ColorType::Rgba, BitDepth::Eight, &opaque, &[], &[]);
     std::fs::write(folder.path().join("opaque.png"), file).unwrap();
@@ -459,7 +460,8 @@ fn depth_is_a_channel_of_exr() {
     assert!(load("8-3.png").unwrap_err().message.contains("no depth"));
 }
 
-/// EXR files with several values per pixel have another error than damaged files.
+/// The error for an EXR file with several values per pixel (deep data) differs from the error for a
+/// damaged file.
 #[test]
 fn deep_exr_is_an_error_with_its_remedy() {
     use ::exr::prelude::{Encoding, Image, SpecificChannels, Vec2, WritableImage};
@@ -530,7 +532,8 @@ fn texture_errors_state_the_cause() {
     assert!(error("r.exr", None, color).contains("its channels are R"));
 }
 
-/// A true-colour image with a palette of another depth than its pixels made the image crate panic.
+/// Regression: a true-colour image with a palette of another depth than its pixels made the image
+/// crate panic.
 #[test]
 fn tga_with_an_unused_palette_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
@@ -591,7 +594,7 @@ fn textures_are_read_once_with_any_thread_count() {
         },
     );
     let distinct = requests.len();
-    // The first texture again: by another name, and with another border
+    // Use the first texture again, by another path and with another border
     let again = folder.path().join(".").join(all[0].0.file_name().unwrap());
     requests.push(TextureRequest {
         path: again,
@@ -622,8 +625,8 @@ fn textures_are_read_once_with_any_thread_count() {
     assert!(ids.iter().copied().eq(0..ids.len() as u32));
 }
 
-/// Blocks of GPU formats: BC1 with two colours and interpolated ones, BC5 as a normal map, and BC7
-/// in mode 6.
+/// Blocks of GPU formats are decoded: BC1 with its two colours and the colours between them, BC5 as
+/// a normal map, and BC7 in mode 6.
 #[test]
 fn blocks_of_dds_files_are_decoded() {
     let folder = tempfile::tempdir().unwrap();
@@ -777,7 +780,7 @@ fn drawn_pictures(folder: &TempDir) -> [PathBuf; 4] {
     paths
 }
 
-/// Texels and means of a texture equal those decoded by the image crate.
+/// Asserts that texels and means of a texture equal those of the image crate.
 fn assert_decoded(path: &Path) {
     let picture = image::open(path).unwrap().to_rgba8();
     let texture = load_texture(path, TextureKind::Color, Wrap::Repeat).unwrap();
@@ -818,7 +821,7 @@ fn assert_decoded(path: &Path) {
     println!("{}: mean {mean:.4?}, {third:.2} bytes a texel", path.display());
 }
 
-/// An opacity map is the alpha of its image.
+/// Asserts that an opacity map has the alpha of its image.
 fn assert_opacity_is_alpha(path: &Path) {
     let kind = TextureKind::Value(Channel::Opacity);
     let texture = load_texture(path, kind, Wrap::Repeat).unwrap();
@@ -831,7 +834,7 @@ fn assert_opacity_is_alpha(path: &Path) {
     assert!(mean > 0.05 && mean < 0.95, "{mean}");
 }
 
-/// An image of half floats has its maximum and its means, also above 1.
+/// Asserts that an image of half floats keeps its maximum and its means, also above 1.
 fn assert_unbounded(path: &Path) {
     let picture = embrasure::io::read_exr(path).unwrap();
     let texture = load_texture(path, TextureKind::Color, Wrap::Repeat).unwrap();
@@ -880,7 +883,7 @@ fn real_textures_match_the_image_crate() {
     assert_opacity_is_alpha(&shared("scenes/living-room/textures/leaf.png"));
 }
 
-/// Pixels along a side of a panel, and texels along a side of a pixel.
+/// Number of pixels along a side of a panel, and number of texels along a side of a pixel.
 const PIXELS: usize = 16;
 const ACROSS: usize = 16;
 
@@ -929,9 +932,9 @@ fn albedos(scene: &Scene, spp: u32) -> Vec<f64> {
     })
 }
 
-/// Mip levels reduce noise at few samples, and keep detail at many: a sample covers its share of a
-/// pixel, not the whole pixel. Errors are against the closed-form integral of the bilinear texture
-/// over each pixel.
+/// With few samples, mip levels reduce noise. With many samples, they keep detail, because a sample
+/// covers only its share of a pixel. Errors are measured against the closed-form integral of the
+/// bilinear texture over each pixel.
 #[test]
 fn mip_levels_reduce_noise_and_keep_detail() {
     let n = PIXELS * ACROSS;

@@ -40,7 +40,7 @@ fn render(folder: &TempDir) -> String {
     words(&done(folder.path(), &split("render s.toml -o t.exr")))
 }
 
-/// For every spelling, four tiles equal one image of four times the size.
+/// For every spelling of the tile number, four tiles equal one image of four times the size.
 #[test]
 fn tiles_are_one_picture() {
     let whole = square(2.0, "map_Kd -s 0.5 0.5 1 -clamp on big.png");
@@ -80,11 +80,11 @@ fn missing_tiles_are_named() {
     assert!(said.contains("[missing-tile]"), "{said}");
     let strict = refused(tiled.path(), &split("render s.toml -o t.exr --strict"), 1);
     assert!(strict.contains("1002, 1011"), "{strict}");
-    // No tiles
+    // Without any tile file, the texture is missing
     let none = square(2.0, "map_Kd skin.<UDIM>.png");
     let said = render(&none);
     assert!(said.contains("`skin.<UDIM>.png` is missing"), "{said}");
-    // Tiles of different sizes
+    // Tiles of different sizes are reported
     let uneven = square(2.0, "map_Kd skin.<UDIM>.png");
     write_tiles(&uneven, "skin.", &[1001]);
     write_png(&uneven.path().join("skin.1002.png"), 4, &[[9; 3]; 16]);

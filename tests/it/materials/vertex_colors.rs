@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// A triangle that fills the image, with these numbers behind its vertices.
+/// A triangle that fills the image. Each vertex has its numbers of `colors` after its position.
 fn triangle(colors: [&str; 3]) -> String {
     let [a, b, c] = colors;
     format!("v -6 -4 0 {a}\nv 6 -4 0 {b}\nv 0 8 0 {c}\nf 1 2 3\n")
@@ -42,7 +42,7 @@ fn radiance_in_a_white_sky_interpolates_colors() {
     let size = UVec2::new(16, 12);
     let camera = pinhole([0.0, 0.0, 2.0].into(), [0.0; 3].into(), 60.0);
     let film = with_world(&load(&folder.path().join("s.toml")), camera, size, |world| {
-        // Directions follow the cosine, so each sample is the albedo.
+        // Directions follow the cosine, so the value of each sample is the albedo.
         let path = PathIntegrator {
             strategy: Strategy {
                 direct: DirectLight::None,
@@ -121,7 +121,7 @@ fn default_grey_of_exporters_is_ignored() {
     assert!(!words.contains("colour"), "{words}");
     assert!(default == picture(&triangle([""; 3]), "").0);
     assert!(default != picture(&triangle([grey; 3]), "--vertex-colors on").0);
-    // Other greys beside it are painted, so all colours are used.
+    // If there are other greys, the colours are painted, so all colours are used.
     let painted = triangle([grey, grey, "0.2 0.2 0.2"]);
     assert!(default != picture(&painted, "").0);
 }

@@ -98,7 +98,7 @@ fn channels_have_position_uv_motion_and_id() {
         (1.0, 1.0)
     );
 
-    // The moving card: at distance 9 it moves by 0.5 and 0.25, with 0.9 / 16 per pixel.
+    // The moving card at distance 9 moves by 0.5 and 0.25. Its pixels are 0.9 / 16 wide.
     let (x, y) = (24 + 13, 20);
     near(at(&path, "motion.X", x, y) / (0.5 * 16.0 / 0.9), 1.0);
     near(at(&path, "motion.Y", x, y) / (0.25 * 16.0 / 0.9), 1.0);
@@ -130,8 +130,8 @@ fn mattes_are_read_back() {
     for ((w, m), s) in wall.iter().zip(&moving).zip(&standing) {
         assert!((w + m + s - 1.0).abs() < 1e-5, "{w} + {m} + {s}");
     }
-    // Each card is 0.9 wide and covers all rows. The still card: at distance 9.5 pixels are 0.95 /
-    // 16, and its left edge is at -24.6 pixels.
+    // Each card is 0.9 wide and covers all rows. At the distance 9.5 of the still card, pixels are
+    // 0.95 / 16 wide, and the left edge is at -24.6 pixels.
     let (left, right): (f32, f32) = (-1.4 * 16.0 / 0.95, -0.5 * 16.0 / 0.95);
     let expected = HEIGHT as f32 * (right - left);
     assert!(
@@ -139,8 +139,8 @@ fn mattes_are_read_back() {
         "{} {expected}",
         area(&standing)
     );
-    // The moving card is 16 pixels wide. It moves from 0..16 to 8.9..24.9; the image has 24 of
-    // these pixels. Average over time:
+    // The moving card is 16 pixels wide and moves from 0..16 to 8.9..24.9 in pixels. The image has
+    // 24 of these pixels. The expected coverage is the average over time:
     let expected = HEIGHT as f32 * 0.9 * 16.0 / 0.9;
     assert!(
         (area(&moving) / expected - 1.0).abs() < 0.02,
@@ -149,7 +149,7 @@ fn mattes_are_read_back() {
     );
     let row = &moving[10 * WIDTH + 24..11 * WIDTH];
     assert!(row[0] < 0.2 && row[12] > 0.99 && row[23] < 0.2, "{row:?}");
-    // By material both cards are one.
+    // The two cards have the same material, so the layer of materials has both.
     let paper = matte(&path, "CryptoMaterial", "\"paper\"");
     for ((p, m), s) in paper.iter().zip(&moving).zip(&standing) {
         assert!((p - m - s).abs() < 1e-5);
@@ -168,7 +168,7 @@ fn aovs_and_parts_change_no_bit() {
     render(&["-o", "a.exr", "--aov", "all", "--samples", "0..64"]);
     render(&split("-o b.exr --aov all --samples 64..160 --threads 3"));
     done(folder.path(), &["merge", "-q", "b.exr", "a.exr", "-o", "merged.exr"]);
-    // Resumed within a block
+    // Resume within a block
     let state = ["--aov", "all", "--checkpoint", "c.exr", "--resume", "-o", "resumed.exr"];
     done(
         folder.path(),
@@ -180,8 +180,8 @@ fn aovs_and_parts_change_no_bit() {
     }
 }
 
-/// Dots are at photons: the covered fraction of a pixel follows the local photon density, for
-/// photons at random. Records make dots, too; paths make none.
+/// There is a dot for each photon. The fraction of a pixel that dots cover follows the local photon
+/// density. Records of the irradiance cache also have dots, and paths have none.
 #[test]
 fn points_are_as_dense_as_photons() {
     let folder = folder(&[("a.txt", "")]);
@@ -213,8 +213,8 @@ fn points_are_as_dense_as_photons() {
     );
     assert!(caustics.iter().all(|light| *light == 0.0));
 
-    // A ring casts its caustic on the floor around it: that light is in the map, and the far edge
-    // has none.
+    // A ring casts its caustic on the floor around it. The photon map has this light near the ring,
+    // and no light at the far edge.
     let ring = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/ring-caustic.toml");
     let more = "--integrator photon-map --photons 20000 --spp 4 --size 64x48 --aov points -q -o r.exr";
     done(at, &split(&format!("render {} {more}", ring.display())));
@@ -224,7 +224,8 @@ fn points_are_as_dense_as_photons() {
     assert!(caustics[..64].iter().all(|light| *light == 0.0));
 
     let [dots, radii, counts, _] = render("--integrator irradiance-cache --spp 16");
-    // Irradiance of a room varies everywhere, and across the room by about its own size.
+    // The irradiance in a room varies everywhere. Its change across the room is about as large as
+    // the irradiance itself.
     let gradient = read_channel(&path, "points.gradient");
     let known: Vec<f32> = gradient
         .into_iter()

@@ -17,7 +17,7 @@ fn compare(folder: &Path, args: &[&str]) -> (i32, serde_json::Value) {
     (code(&out), json(&out))
 }
 
-/// A folder with a room; the lamp in `brighter.toml` is 2 % brighter than in `s.toml`.
+/// A folder with a room. The lamp in `brighter.toml` is 2 % brighter than the lamp in `s.toml`.
 fn scenes() -> TempDir {
     let scene = |lamp: f64| {
         format!(
@@ -68,7 +68,7 @@ fn brighter_lamp_differs_and_noise_does_not() {
     assert!((percent - 2.0).abs() < 0.6, "{found:#}");
     let (code, text, _) = said(folder, &["compare", "1.exr", "brighter.exr"]);
     assert!(code == 1 && text.contains("result: differs by +"), "{text}");
-    // A limit replaces the significance test.
+    // If a limit is given, only the limit decides the exit code, not the significance test.
     let within = ["compare", "1.exr", "brighter.exr", "--max-relmse", "0.5"];
     let beyond = ["compare", "1.exr", "2.exr", "--max-flip", "1e-4"];
     assert_eq!((said(folder, &within).0, said(folder, &beyond).0), (0, 1));
@@ -92,7 +92,7 @@ fn brighter_lamp_differs_and_noise_does_not() {
     }
 }
 
-/// `%` is the difference of the two values beside it, and not NaN if both are 0.
+/// `%` is the difference of the two values beside it. It is not NaN if both values are 0.
 #[test]
 fn bias_percentages_match_the_values() {
     let folder = scenes();
@@ -126,7 +126,8 @@ fn bias_percentages_match_the_values() {
     assert!(found["relative_bias"][1].is_null(), "{found:#}");
 }
 
-/// Asserts that seeds of these integrators do not differ, and that half of the light differs.
+/// Asserts that renders with different seeds do not differ, and that a render with half of the
+/// light differs.
 fn seeds_agree(methods: &[&str], common: &str, scales: &[&str]) {
     let folder = scenes();
     let folder = folder.path();
@@ -212,9 +213,9 @@ fn phong(exponent: u32) -> TempDir {
     ])
 }
 
-/// Uniform directions hit a sharp lobe once in ten thousand samples: most tiles have no such
-/// sample, and their noise does not include it. The result must be no difference. A difference of
-/// the whole image beyond that noise is one.
+/// Uniform directions hit a sharp lobe once in ten thousand samples. Most tiles have no such
+/// sample, so their noise estimate is too small. `compare` must report no difference between two
+/// seeds. A difference of the whole image beyond the noise must still be reported.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn rare_samples_are_no_difference() {
@@ -234,7 +235,8 @@ fn rare_samples_are_no_difference() {
             assert_eq!((code, found["outcome"].as_str()), (0, Some(outcome)), "{found:#}");
             let words = found["significance_test"]["left_out"].as_str().unwrap_or_default();
             assert!(words.contains("heavy tails"), "{found:#}");
-            // Two images of the same kind have symmetric differences, and are compared as usual.
+            // Two images with the same kind of noise have symmetric differences, and are compared
+            // as usual.
             render(folder, "s.toml", &joined(&naive[..4], &["--seed", "9"]), "other.exr");
             let (code, found) = compare(folder, &["other.exr", "naive.exr"]);
             assert_eq!(
@@ -319,7 +321,7 @@ fn images_of_other_programs_are_not_tested() {
     let (code, found) = compare(folder, &["a.exr", "b.exr"]);
     assert_eq!((code, found["outcome"].as_str()), (0, Some("not tested")));
     assert!(found["significance_test"].is_null());
-    // Means of 0 … 23 and 0 … 19 sixteenths; all are a quarter more.
+    // The means are those of 0 … 23 and 0 … 19 sixteenths. All values are increased by a quarter.
     assert_eq!(
         found["reference_mean"],
         serde_json::json!([11.5 / 16.0, 9.5 / 16.0, 0.25])

@@ -19,8 +19,8 @@ fn render(folder: &TempDir, out: &str, flags: &[&str]) -> PathBuf {
     folder.path().join(out)
 }
 
-/// Cornell box with 4 samples per pixel. Remaining error: at most a fifth for Open Image Denoise,
-/// half for the wavelets, which are better in larger images.
+/// Denoises the Cornell box with 4 samples per pixel. The remaining error is at most a fifth with
+/// Open Image Denoise, and at most half with the wavelets, which are better in larger images.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn denoising_reduces_the_error() {
@@ -61,7 +61,7 @@ fn wavelets_lose_no_light() {
     }
 }
 
-/// A radius widens the Gaussian, and is refused with other filters.
+/// A radius widens the filter of `gaussian`, and is refused with other denoisers.
 #[test]
 fn radius_applies_to_the_gaussian_only() {
     let folder = folder(&[]);
@@ -127,8 +127,8 @@ fn ball(material: &str, image: &str) -> TempDir {
     folder(&[("o.obj", &obj), ("s.toml", &scene)])
 }
 
-/// A matte ball of albedo 0.8 over a transparent background: every pixel has the colour of the
-/// ball, up to noise of pixels with few samples.
+/// A matte ball of albedo 0.8 in front of a transparent background. Every pixel has the colour of
+/// the ball, up to the noise of pixels with few samples.
 #[test]
 fn denoised_rims_keep_their_color() {
     let folder = ball("diffuse = 0.8", "background = \"transparent\"");
@@ -158,7 +158,7 @@ fn denoised_rims_keep_their_color() {
         let sum = |values: &[f32]| values.iter().map(|&v| f64::from(v)).sum::<f64>();
         let left = sum(&alpha) / sum(&raw);
         assert!((left - 1.0).abs() < 0.01, "{denoiser}: {left} of the coverage");
-        // The file can be denoised again, from its raw image and coverage.
+        // The file can be denoised again, from the noisy image and the coverage that it contains.
         done(
             folder.path(),
             &split(&format!("develop -q a.exr --denoise={denoiser} -o b.exr")),
@@ -168,7 +168,7 @@ fn denoised_rims_keep_their_color() {
     }
 }
 
-/// A ball with emission from 1 to 10⁸, in a sky of radiance 1.
+/// A ball emits from 1 to 10⁸ in a sky of radiance 1.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn denoised_lamps_keep_their_light() {
@@ -200,7 +200,8 @@ fn denoised_lamps_keep_their_light() {
     }
 }
 
-/// Open Image Denoise pads sides up to 16 pixels; the other filters need no padding.
+/// Open Image Denoise pads a side of up to 16 pixels, which is slow. The other denoisers need no
+/// padding.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn narrow_images_warn_of_slow_denoising() {
@@ -257,7 +258,7 @@ fn missing_denoiser_is_an_error_at_once() {
         assert!(words.contains("off, oidn, oidn-fast, atrous, gaussian"), "{words}");
     }
     if cfg!(not(feature = "oidn")) {
-        // Bare `--denoise` is oidn, also directly before the scene.
+        // `--denoise` without a name selects oidn, also directly before the scene.
         let words = said("--denoise");
         assert!(
             words.contains("--denoise=atrous") && words.contains("scripts/setup oidn"),

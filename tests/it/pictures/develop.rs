@@ -46,11 +46,11 @@ fn develop_gives_the_bytes_of_the_render() {
             "{a} and {b}"
         )
     };
-    // The file has the chosen exposure and tone.
+    // The EXR file stores the guessed exposure and tone curve, so `develop` makes the same PNG.
     done(at, &split("render a.obj -q --size 48x40 --spp 4 -o a.exr -o a.png"));
     done(at, &split("develop -q a.exr -o again.png"));
     same("a.png", "again.png");
-    // Other values are flags.
+    // With the same flags, `develop` makes the PNG of the render.
     done(
         at,
         &split("render s.toml -q --exposure -1 --tone aces-hill -o s.exr -o s.png"),
@@ -63,7 +63,7 @@ fn develop_gives_the_bytes_of_the_render() {
     done(at, &split("render s.toml -q --exposure auto --tone agx -o auto.png"));
     done(at, &split("develop -q s.exr --exposure auto --tone agx -o again.png"));
     same("auto.png", "again.png");
-    // Denoised in the render or later
+    // The pixels are the same if the render or `develop` denoises
     done(at, &split("render s.toml -q --denoise=atrous -o then.exr -o then.png"));
     done(
         at,
@@ -71,7 +71,8 @@ fn develop_gives_the_bytes_of_the_render() {
     );
     same("then.png", "now.png");
     assert!(read_rgb(&at.join("then.exr")) == read_rgb(&at.join("now.exr")));
-    // The file has the settings of the render. Without a name: the best available denoiser.
+    // The file stores the tone of the render. `--denoise` without a name selects the best available
+    // denoiser.
     let said = words(&done(at, &split("develop s.exr --denoise -o best.png")));
     assert!(said.contains("best.png: tone=aces-hill exposure=-1"), "{said}");
 }
@@ -137,14 +138,14 @@ fn channels_are_listed_and_shown() {
         ([0; 3], [0; 3], [0; 3])
     );
     assert_ne!(pixel("id.material", 20, 14), pixel("id.material", 20, 10));
-    // Near is brighter than far.
+    // Near pixels are brighter than far pixels.
     let depth = read_channel(&at.join("s.exr"), "Z");
     let met = || (0..depth.len()).filter(|&i| depth[i] < 1e9);
     let near = met().min_by(|&a, &b| depth[a].total_cmp(&depth[b])).unwrap();
     let far = met().max_by(|&a, &b| depth[a].total_cmp(&depth[b])).unwrap();
     let brightness = |i: usize| pixel("Z", i % 40, i / 40).iter().map(|&c| u32::from(c)).sum::<u32>();
     assert!(brightness(near) > brightness(far) + 100);
-    // Data keep their values and names in EXR files.
+    // In EXR files, data keep their values and channel names.
     done(at, &split("develop -q s.exr --channel N -o n.exr"));
     assert!(read_channel(&at.join("n.exr"), "N.Y") == read_channel(&at.join("s.exr"), "N.Y"));
     done(at, &split("develop -q s.exr --channel Z -o z.exr"));
@@ -162,7 +163,7 @@ fn crops_and_scales_use_full_image_pixels() {
     done(at, &split("develop -q s.exr --crop 10,4,30,20 -o c.exr -o c.png"));
     assert!(read_rgb(&at.join("c.exr")) == read_rgb(&at.join("crop.exr")));
     assert_eq!(png_of(&at.join("c.png")).0, [20, 16]);
-    // Crop of a cropped file, by coordinates of the full image
+    // Crop a cropped file, by coordinates of the full image
     done(at, &split("develop -q crop.exr --crop 12,6,14,9 -o d.exr"));
     assert_eq!(read_channel(&at.join("d.exr"), "R").len(), 6);
     let value = |path: &str, i: usize| read_channel(&at.join(path), "G")[i];
@@ -190,7 +191,7 @@ fn crops_and_scales_use_full_image_pixels() {
             mean("s.exr")
         );
     }
-    // Reduced by area averages
+    // Pixels of a reduced image are averages over areas
     done(at, &split("develop -q s.exr --scale 0.5 -o x.exr"));
     let (all, half) = (
         read_channel(&at.join("s.exr"), "R"),
@@ -200,10 +201,10 @@ fn crops_and_scales_use_full_image_pixels() {
     assert!((half[10 * 20 + 4] - expected).abs() < 1e-5);
 }
 
-/// Value of a channel at column and row.
+/// Function that returns the value of a channel at a column and a row.
 type Values = fn(usize, usize) -> f32;
 
-/// Writes a file like another renderer: a named part, its own layers, half floats, different
+/// Writes a file like another renderer: a named part, separate layers, half floats, different
 /// windows.
 fn write_foreign(path: &Path, channels: &[(&str, Values)]) {
     let (width, height) = (6, 4);
@@ -252,7 +253,7 @@ fn files_of_other_renderers_are_developed() {
     );
     done(at, &split("develop -q cycles.exr -o c.png -o c.exr"));
     let (size, samples, codes) = png_of(&at.join("c.png"));
-    // Straight alpha in the PNG, premultiplied colours in the EXR
+    // The PNG has straight alpha, the EXR has premultiplied colours
     assert_eq!((size, samples), ([6, 4], 4));
     assert_eq!(&codes[4..8], [255, 0, 255, 128]);
     assert_eq!(read_channel(&at.join("c.exr"), "B")[0], 0.5);
@@ -271,7 +272,7 @@ fn files_of_other_renderers_are_developed() {
         "{said}"
     );
 
-    // Only luminance; no colours at all
+    // A file with luminance only, and a file without colours
     write_foreign(&at.join("grey.exr"), &[("Y", |x, _| x as f32 / 8.0)]);
     done(at, &split("develop -q grey.exr -o y.png"));
     let (_, samples, codes) = png_of(&at.join("y.png"));

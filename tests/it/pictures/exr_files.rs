@@ -61,7 +61,8 @@ fn half_floats_are_in_the_requested_channels() {
             let is_right = match is_half {
                 // Values too bright for a half float become the largest half float
                 true if *float > 65504.0 => *half == 65504.0,
-                // Half a unit of the last of 11 bits, or of the smallest number
+                // The allowed error is half a unit of the last of 11 bits, or of the smallest
+                // number
                 true => (float - half).abs() <= float.abs() * 2f32.powi(-11) + 2f32.powi(-25),
                 false => half == float,
             };
@@ -70,7 +71,7 @@ fn half_floats_are_in_the_requested_channels() {
     }
     assert!(float["G"].1.iter().any(|v| *v > 65504.0));
 
-    // Channels of integers, or beyond the range, stay floats.
+    // Channels with integers, or with values beyond the range of half floats, stay floats.
     render(folder.path(), "--half all", "all.exr");
     let all = channels(&path("all.exr"));
     let floats: Vec<&str> = all
@@ -94,7 +95,7 @@ fn half_floats_are_in_the_requested_channels() {
     }
 }
 
-/// Sums beside the image are exact for any format of the image.
+/// The sums of a part are exact in any format of its image.
 #[test]
 fn half_float_parts_merge_without_loss() {
     let folder = scene();

@@ -1,5 +1,5 @@
-//! Parts of the image by light path expressions: their sum is bit-identical, each matches its
-//! expression, and threads and parts change no bit.
+//! Parts of the image by light path expressions. The sum of the parts is bit-identical to the
+//! image, each part matches its expression, and threads and ranges change no bit.
 
 use crate::support::agree_within_rounding;
 use crate::support::statistics::{Mean, assert_same_mean};
@@ -53,7 +53,7 @@ fn parts(names: &str) -> Vec<PathPart> {
     parts
 }
 
-/// Sets of parts; each set has all light.
+/// Sets of parts. The parts of each set contain all light.
 const WHOLES: [&str; 3] = [
     "emission direct indirect",
     "emission diffuse_direct diffuse_indirect specular_direct specular_indirect transmission_direct transmission_indirect",
@@ -103,15 +103,15 @@ fn means(film: &Film, part: Option<usize>) -> Vec<f64> {
     pixels.flat_map(|pixel| [0, 1, 2].map(|c| mean(pixel, c))).collect()
 }
 
-/// If parts contain all light, their exact sums are bit-identical to the image, and the image
-/// equals a render without parts.
+/// If parts contain all light, their exact sums are bit-identical to the image. The image equals a
+/// render without parts.
 #[test]
 fn parts_sum_to_the_image_bit_by_bit() {
     let folder = files();
     let wanted = parts(&WHOLES.join(" "));
     let layers: Vec<&str> = wanted.iter().map(PathPart::layer).collect();
     for method in METHODS {
-        // Light groups come before the parts.
+        // Light groups come before the parts in the film.
         for lights in [false, true] {
             let render = |light_paths: Vec<PathPart>| {
                 film(&folder.path().join("s.toml"), |s| {
@@ -151,7 +151,7 @@ fn parts_sum_to_the_image_bit_by_bit() {
                     }
                 }
             }
-            // All parts have light, except parts that one scattering cannot reach.
+            // All parts have light, except the parts that light scattered once cannot reach.
             for (i, layer) in layers.iter().enumerate() {
                 let sum: f64 = means(&film, Some(groups + i)).iter().sum();
                 let is_far = layer.contains("indirect") || ["bounce.2", "bounce.3", "bounce.rest"].contains(layer);
@@ -162,8 +162,8 @@ fn parts_sum_to_the_image_bit_by_bit() {
     }
 }
 
-/// The light of k bounces is the difference of the maximum depths k and k − 1 if paths are the
-/// same.
+/// If the paths are the same, the light of k bounces is the difference between renders with the
+/// maximum depths k and k − 1.
 #[test]
 fn bounces_are_differences_of_depths() {
     let folder = files();
@@ -219,7 +219,7 @@ fn furnace_bounces_are_powers_of_its_albedo() {
         });
         for k in 0..=4 {
             let pixels = means(&film, Some(k));
-            // Path reuse has the same mean, and noise.
+            // With path reuse the mean is the same, with some noise.
             for c in 0..3 {
                 let expected = [0.5f64, 0.25, 0.8][c].powi(k as i32);
                 let values: Vec<f64> = pixels.iter().skip(c).step_by(3).copied().collect();
@@ -276,7 +276,7 @@ fn mixtures_are_split_by_their_lobes() {
 #[cfg_attr(not(long), ignore = "long")]
 fn parts_have_equal_means_by_all_integrators() {
     let folder = files();
-    // All parts at once would be too many classes.
+    // All parts together would need too many classes, so test them in groups.
     for names in [
         "emission direct diffuse_direct diffuse_indirect specular_direct specular_indirect transmission_direct transmission_indirect \
          bounce.1 bounce.2 bounce.3",
@@ -401,7 +401,7 @@ fn threads_and_parts_change_no_bit() {
             assert_eq!(value("emission.R", i), value("bounce.0.R", i));
         }
 
-        // Threads, parts, crops, and resuming within a block
+        // Use several threads, render ranges and crops, and resume within a block
         render("-o three.exr --threads 3");
         render("-o a.exr --samples 0..64 --threads 3");
         render("-o b.exr --samples 64..160 --crop 0,0,10,18");
@@ -417,7 +417,7 @@ fn threads_and_parts_change_no_bit() {
         for name in ["three.exr", "merged.exr", "resumed.exr"] {
             assert!(file(name) == one, "{method}, {name}");
         }
-        // Other parts are another render.
+        // A render with other parts is another render, and cannot resume the checkpoint.
         let other = common.replace("LS+DE", "LS+DDE");
         let args: Vec<&str> = other.split(' ').chain(["--checkpoint", "d.exr", "--resume"]).collect();
         let (is_done, said) = run(at, &args);
@@ -462,7 +462,7 @@ fn unsupported_light_paths_are_errors() {
             "{args}: {said}"
         );
     }
-    // Channels that `--aov all` lacks
+    // Channels that `--aov all` leaves out
     done(folder.path(), "render s.toml -q --spp 1 --aov all -o all.exr", &[]);
     assert!(!bits(folder.path().join("all.exr")).contains_key("direct.R"));
 }

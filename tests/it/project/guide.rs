@@ -79,7 +79,7 @@ impl Page {
         format!("{}:{line}", self.name)
     }
 
-    /// The page with empty lines in place of its code blocks; and these blocks.
+    /// The page with empty lines in place of its code blocks, and the blocks.
     fn parts(&self) -> (String, Vec<Block>) {
         let (mut prose, mut blocks) = (String::new(), Vec::new());
         let mut open: Option<(String, Block)> = None;
@@ -131,7 +131,7 @@ impl Page {
         links
     }
 
-    /// Anchors that mdBook makes of the headings.
+    /// Anchors that mdBook creates for the headings.
     fn anchors(&self) -> BTreeSet<String> {
         let (prose, mut seen) = (self.parts().0, HashMap::new());
         let headings = prose.lines().filter(|line| line.starts_with('#'));
@@ -171,7 +171,7 @@ impl Page {
     }
 }
 
-/// Text with blanks in place of its code spans, and the spans.
+/// The text with blanks in place of its code spans, and the code spans.
 fn without_code(text: &str) -> (String, Vec<String>) {
     let (mut prose, mut spans, mut rest) = (String::new(), Vec::new(), text);
     while let Some(start) = rest.find('`') {
@@ -194,12 +194,12 @@ fn without_code(text: &str) -> (String, Vec<String>) {
     (prose + rest, spans)
 }
 
-/// Panics with all findings, so that a page can be fixed in one pass.
+/// Panics with a list of all faults, so that a page can be corrected at once.
 fn assert_none(found: Vec<String>) {
     assert!(found.is_empty(), "\n{}", found.join("\n"));
 }
 
-/// mdBook does not build a page that is missing in the table of contents.
+/// Every page is in the table of contents. mdBook does not build other pages.
 #[test]
 fn every_page_is_in_the_table_of_contents() {
     let summary = fs::read_to_string(root().join("docs/SUMMARY.md")).unwrap();
@@ -330,7 +330,7 @@ fn pictures_have_their_commands() {
     assert_none(wrong);
 }
 
-/// Blocks of TOML are scene files, or parts of them.
+/// TOML blocks are scene files, or parts of scene files.
 #[test]
 fn scene_file_snippets_are_read() {
     let (folder, mut wrong) = (tempfile::tempdir().unwrap(), Vec::new());
@@ -353,9 +353,9 @@ fn scene_file_snippets_are_read() {
     assert_none(wrong);
 }
 
-/// Shell code before a block whose commands are only parsed. The program gets `--help` as its last
-/// flag, so it only parses the other flags; errors go to the file `refused`. Other programs do
-/// nothing.
+/// Shell code that comes before a block whose commands are only parsed. The program gets `--help`
+/// as its last flag, so it only parses the other flags. Errors go to the file `refused`. Other
+/// programs do nothing.
 const READ_ONLY: &str = r#"
 mkdir -p textures/wood
 embrasure() { "$PROGRAM" "$@" --help >help 2>said || echo "embrasure $*: $(cat said)" >>refused; echo >>count; }
@@ -393,7 +393,7 @@ fn commands_are_understood() {
     assert!(count > 50, "{count} commands");
 }
 
-/// Renders without a size or pixels are small.
+/// Makes renders small that have neither a size nor single pixels.
 const SMALL: &str = r#"embrasure() {
     case "$*" in
         *--size*|*--scale*|*--crop*|*--pixel*) command embrasure "$@" ;;
@@ -403,7 +403,7 @@ const SMALL: &str = r#"embrasure() {
 }
 "#;
 
-/// Page of all methods: each command is valid, and each test exists. With `EMBRASURE_GUIDE=all` the
+/// The page of all methods has valid commands and existing tests. With `EMBRASURE_GUIDE=all` the
 /// commands run.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
@@ -461,7 +461,7 @@ fn file_of(module: &str) -> String {
         .unwrap_or_default()
 }
 
-/// Returns true if commands run that take more than some seconds.
+/// Returns true if commands run that take more than a few seconds.
 fn takes_slow() -> bool {
     var_os("EMBRASURE_GUIDE").is_some_and(|value| value == "all")
 }

@@ -1,4 +1,4 @@
-//! Imports run one way: a module may use only modules below it (docs/architecture.md).
+//! Imports have one direction: a module may use only modules below it (docs/architecture.md).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -174,7 +174,7 @@ impl<'ast> Visit<'ast> for Reader {
         let mut leaves = Vec::new();
         Self::leaves(&item.tree, Name::new(), &mut leaves);
         for (short, path) in leaves {
-            // `use part::Item` without a prefix is a module below, or another crate.
+            // A path `part::Item` without a prefix is a submodule or another crate.
             let full = self.resolve(&path).unwrap_or([&self.module[..], &path].concat());
             self.mention(&path);
             self.aliases.insert(short, full);
@@ -187,7 +187,7 @@ impl<'ast> Visit<'ast> for Reader {
         visit::visit_path(self, path);
     }
 
-    /// Arguments of macros are not a syntax tree: paths are searched in their text.
+    /// Arguments of macros are not parsed into a syntax tree, so paths are searched in their text.
     fn visit_macro(&mut self, call: &'ast Macro) {
         visit::visit_macro(self, call);
         let text = call.tokens.to_string().replace(' ', "");
@@ -280,7 +280,7 @@ fn imports_run_downwards() {
     assert!(checked > 500, "only {checked} imports were seen");
 }
 
-/// Code behind the first `#[cfg(test)]` of a file is read too.
+/// Imports after the first `#[cfg(test)]` of a file are also found.
 #[test]
 fn imports_behind_tests_are_seen() {
     let mut reader = Reader {
@@ -297,7 +297,7 @@ fn imports_behind_tests_are_seen() {
 }
 
 /// Modules of one folder do not import each other in a cycle, directly or indirectly. A module and
-/// its submodules may.
+/// its submodules may import each other.
 #[test]
 fn sibling_modules_have_no_import_cycles() {
     let imports = Imports::read();
@@ -370,15 +370,16 @@ fn reachable<'a>(edges: &'a BTreeMap<String, BTreeSet<String>>, from: &str) -> B
     reached
 }
 
-/// Files, hashes and users get no Debug text of Rust: it changes with the names of types.
+/// Files, hashes and users get no Debug text of Rust, because this text changes with the names of
+/// types.
 #[test]
 fn debug_text_is_only_in_failures() {
     let writers = Imports::read().debug_writers;
     assert!(writers.is_empty(), "{writers:?}");
 }
 
-/// The render commands use the library only: commands outside the laboratory do not import modules
-/// below it.
+/// The render commands use only the interface of the library. Commands outside of `lab` do not
+/// import lower modules.
 #[test]
 fn command_line_uses_the_library_only() {
     let imports = Imports::read();

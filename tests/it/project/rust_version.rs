@@ -1,5 +1,5 @@
-//! The oldest supported Rust is the version of Debian 13. Later compilers accept newer syntax
-//! without a warning: clippy finds functions that are too new, but not syntax.
+//! The oldest supported Rust is the version in Debian 13. Later compilers accept newer syntax
+//! without a warning. clippy reports functions that are too new, but not syntax that is too new.
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -31,9 +31,9 @@ fn assert_means(what: &str, image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3], to
 }
 
 /// Fails unless renders of `toml` with increasing numbers of independent samples have the mean of
-/// the reference (4096 samples), and converge to it as 1/spp. Stratified samples and path reuse
-/// must have the same mean and less error, by `factors`. Means agree within `tolerance`. `flags`
-/// are added to each render.
+/// the reference (4096 samples), and converge to the reference as 1/spp. Stratified samples and
+/// path reuse must have the same mean and a smaller error, by `factors`. Means agree within
+/// `tolerance`. `flags` are added to each render.
 fn assert_converges(toml: &Path, flags: &[&str], reference: &[Vec<f32>; 3], (tolerance, factors): (f64, [f64; 2])) {
     let counts = [8, 32, 128].map(budget);
     let plain = [flags, &["--sampler", "independent", "--reuse", "none"]].concat();
@@ -90,8 +90,8 @@ fn own_cornell_box_converges() {
 #[cfg_attr(all(shared, not(long)), ignore = "long")]
 fn cornell_converges_to_the_reference() {
     let folder = shared("suite/cornell");
-    // Rows between the lamp and the front of the floor: the other half adds no information about
-    // errors.
+    // Use only rows between the lamp and the front of the floor. The other half adds no information
+    // about errors.
     const ROWS: Range<usize> = 128..384;
     let crop = format!("0,{},{WIDTH},{}", ROWS.start, ROWS.end);
     let reference = read_rgb(&folder.join("reference.exr"));
@@ -112,8 +112,8 @@ fn hall_and_sponza_have_the_reference_means() {
         let folder = shared(&format!("suite/{name}"));
         let reference = read_rgb(&folder.join("reference.exr"));
         let image = render(&folder.join(format!("{name}.toml")), budget(16), &[]);
-        // Fireflies of many small lights: the mean of 16 samples has an error of some 0.15 %, of 4
-        // samples 0.3 %.
+        // Many small lights cause fireflies: the mean of 16 samples has an error of about 0.15 %,
+        // of 4 samples 0.3 %.
         assert_means(name, &image, &reference, 0.006);
     }
 }

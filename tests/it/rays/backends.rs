@@ -13,7 +13,7 @@ use embrasure::scene::{Scene, SceneBuilder};
 use std::collections::HashMap;
 use std::sync::Mutex;
 
-/// All backends of this build except the oracle.
+/// All backends of this build except brute force.
 fn backends(scene: &Scene) -> Vec<Box<dyn Accel + '_>> {
     vec![
         #[cfg(feature = "embree")]
@@ -94,7 +94,8 @@ fn soup(n: u32, size: f32) -> Mesh {
     }
 }
 
-/// Brute force with a cache of results: it is slow, and each backend is compared with it.
+/// Brute force with a cache of results, because brute force is slow and each backend is compared
+/// with it.
 struct Oracle<'a> {
     brute: BruteForce<'a>,
     hits: Mutex<HashMap<[u32; 9], Option<Hit>>>,
@@ -122,7 +123,7 @@ impl Accel for Oracle<'_> {
 }
 
 /// Compares each pair of backends, including brute force. A disagreement beyond rounding is a
-/// failure; each pair may have `budget` others. Each disagreement is printed as bits for
+/// failure, except for `budget` disagreements per pair. Each disagreement is printed as bits for
 /// `Ray::from_bits`.
 fn assert_agree(what: &str, scene: &Scene, rays: &[Ray], budget: usize) {
     let mut accels = backends(scene);
@@ -139,11 +140,11 @@ fn assert_agree(what: &str, scene: &Scene, rays: &[Ray], budget: usize) {
                 for kind in [QueryKind::Closest, QueryKind::Occlusion] {
                     let accels = [first.as_ref(), second.as_ref()];
                     let differs = compare(scene, accels, &Query { ray: *ray, kind });
-                    // Of two coincident surfaces, either hit is right.
+                    // If two surfaces coincide, a hit on either is right.
                     found.extend(differs.filter(|d| d.cause != Cause::Coincident));
                 }
                 count += usize::from(found.len() > before);
-                // Used fraction of the bounds on distances and barycentrics
+                // Compute how much of the error bounds on distances and barycentrics is used
                 if let Some(hit) = first.intersect(ray) {
                     let crossing = Crossing::new(scene, ray, &hit);
                     let (t, b) = crossing.errors();
@@ -212,7 +213,7 @@ fn rays_at(scene: &Scene, n: u32) -> [(&'static str, Vec<Ray>); 5] {
     ]
 }
 
-/// First corner of each triangle in the world, as a hit.
+/// First corner of each triangle in the world, in the form of a hit.
 fn all_triangles(scene: &Scene) -> Vec<Hit> {
     let standing = scene.standing().map(|geom| (geom, InstanceId::NONE));
     let instances = scene.instances().iter().enumerate().flat_map(|(id, instance)| {
@@ -242,8 +243,8 @@ fn askew(i: u32, center: Vec3) -> Affine3A {
     turn * affine_from_trs(Vec3::ZERO, Vec3::new(0.0, 0.0, 40.0), Vec3::new(1.0, 1.5, 1.0))
 }
 
-/// Askew copies of two prototypes beside a mesh in the world, within some 3 units of `center`.
-/// Copies may move, and all meshes may deform.
+/// Rotated and distorted copies of two prototypes beside a mesh in the world, within about 3 units
+/// of `center`. Copies may move, and all meshes may deform.
 fn copies(center: Vec3, is_moving: bool, deforms: bool) -> Scene {
     let mut b = SceneBuilder::new();
     let m = b.add_material(material(0.5, 0.0)).unwrap();
@@ -271,7 +272,7 @@ fn copies(center: Vec3, is_moving: bool, deforms: bool) -> Scene {
         let place = |k: u32| center + 2.0 * at(i, 53 + k).x.sqrt() * uniform_sphere(at(i, 55 + k));
         let placement = match is_moving && i != 3 {
             false => Placement::Still(askew(i, place(0))),
-            // Some move straight, some around a corner.
+            // Some copies move along a straight line, some along a corner.
             true => Placement::Moving((0..2 + i % 3).map(|k| askew(i, place(k))).collect()),
         };
         b.add_instance(prototypes[i as usize % 2], placement).unwrap();
@@ -279,8 +280,8 @@ fn copies(center: Vec3, is_moving: bool, deforms: bool) -> Scene {
     b.build().unwrap().0
 }
 
-/// A fan of `n` triangles around the origin, on a cone: neighbours share an edge, all share a
-/// corner.
+/// A fan of `n` triangles around the origin, on a cone. Neighbours share an edge, and all triangles
+/// share a corner.
 fn fan(n: u32) -> Mesh {
     let rim = |i: u32| {
         let angle = std::f32::consts::TAU * i as f32 / n as f32;
@@ -293,7 +294,7 @@ fn fan(n: u32) -> Mesh {
     }
 }
 
-/// Duplicate triangles, and coplanar ones that overlap them.
+/// Duplicate triangles, and coplanar triangles that overlap them.
 fn coplanar() -> Mesh {
     let square = polygon(&[Vec3::ZERO, Vec3::X, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
     let again = square.positions.iter().copied();
@@ -307,7 +308,7 @@ fn coplanar() -> Mesh {
     }
 }
 
-/// Triangles whose width is 10⁻¹ to 10⁻⁶ of their length, in all directions.
+/// Triangles whose width is 10⁻¹ to 10⁻⁶ times their length, in all directions.
 fn slivers(n: u32) -> Mesh {
     let triangle = |i: u32| {
         let (p, d, e) = (
@@ -324,7 +325,7 @@ fn slivers(n: u32) -> Mesh {
     }
 }
 
-/// Triangles without area (points or lines) among normal ones.
+/// Triangles without area (points or lines) among normal triangles.
 fn degenerate() -> Mesh {
     let mut mesh = soup(60, 0.4);
     for (i, t) in (0..).zip(&mut mesh.triangles) {
@@ -369,8 +370,8 @@ fn backends_agree_with_brute_force() {
     for (name, meshes) in scenes {
         let scene = scene_of(meshes);
         for (kind, rays) in rays_at(&scene, rays) {
-            // Rays at the outer edges of a surface hit or miss by their last bit. One of the 10⁵
-            // random rays, or of the 10⁴ along axes, may disagree.
+            // At the outer edges of a surface, the last bit decides if a ray hits. One of the 10⁵
+            // random rays, or of the 10⁴ rays along axes, may disagree.
             let budget = if matches!(kind, "random" | "along axes") {
                 1
             } else {
@@ -398,7 +399,8 @@ fn backends_agree_on_instances_and_motion() {
             "{name}"
         );
         for (kind, rays) in rays_at(&scene, budget(4_000).min(1_000)) {
-            // Far away, rays transformed into the space of a copy keep few digits.
+            // Far from the origin, rays that are transformed into the space of a copy keep few
+            // digits.
             let budget = match kind {
                 "random" | "along axes" if name.ends_with("away") => 10,
                 "random" | "along axes" => 1,
@@ -409,8 +411,8 @@ fn backends_agree_on_instances_and_motion() {
     }
 }
 
-/// An instance is hit at the same points as its triangles placed in the world, with equal surface
-/// data.
+/// An instance is hit at the same points as its triangles placed in the world. The surface data of
+/// the hits are equal.
 #[test]
 fn instances_match_meshes_in_the_world() {
     let scene = copies(Vec3::ZERO, false, false);
@@ -506,7 +508,7 @@ fn rays_do_not_hit_the_instance_they_left() {
     }
 }
 
-/// Rays from inside at corners and edges of a closed sphere: each hits one of the triangles.
+/// Rays from inside a closed sphere at its corners and edges. Each ray hits one of the triangles.
 #[test]
 fn nothing_leaks_at_edges_and_corners() {
     for (scale, place) in [
@@ -541,7 +543,7 @@ fn nothing_leaks_at_edges_and_corners() {
     }
 }
 
-/// A million random directions from inside a closed sphere.
+/// A closed sphere is hit from inside in a million random directions.
 #[test]
 fn a_closed_sphere_is_closed() {
     let scene = scene_of(vec![sphere(2.0, Vec3::ZERO, 4)]);
@@ -660,8 +662,8 @@ fn placed(mesh: &Mesh, m: Affine3A, is_instance: bool) -> Scene {
     b.build().unwrap().0
 }
 
-/// Number of rays that leak from a closed surface, of `rays`: first from `center`, then from each
-/// hit on, as in paths. Each hit must lie on its triangle.
+/// Number of rays that leak from a closed surface, of `rays` rays. Rays start first at `center`,
+/// then at each hit, as in paths. Each hit must lie on its triangle.
 fn leaks(what: &str, scene: &Scene, accel: &dyn Accel, center: Vec3, rays: u32) -> u32 {
     let mut leaks = 0;
     let mut next: Vec<Ray> = Vec::new();
@@ -675,7 +677,7 @@ fn leaks(what: &str, scene: &Scene, accel: &dyn Accel, center: Vec3, rays: u32) 
         let mut hits = vec![None; batch.len()];
         accel.intersect_coherent(&batch, &mut hits);
         for (k, (ray, hit)) in (0..).zip(batch.iter().zip(hits)) {
-            // Packets and single rays in turns
+            // Alternate packets and single rays
             let hit = if i % 2 == 0 { hit } else { accel.intersect(ray) };
             let is_occluded = accel.occluded(ray);
             let Some(hit) = hit.filter(|_| is_occluded) else {
@@ -698,7 +700,7 @@ fn leaks(what: &str, scene: &Scene, accel: &dyn Accel, center: Vec3, rays: u32) 
 }
 
 /// Closed surfaces are closed from inside at every scale, and every hit is right, on every
-/// instruction set; also if an instance scales, rotates or moves them far away.
+/// instruction set. This also holds if an instance scales, rotates or moves the surfaces far away.
 #[test]
 fn closed_shells_are_closed() {
     const RAYS: u32 = 4096;
@@ -716,7 +718,7 @@ fn closed_shells_are_closed() {
                     assert_eq!(leaks(&what, &scene, accel.as_ref(), Vec3::ZERO, RAYS), 0, "{what}");
                 }
             }
-            // Only the object is small or large; its instance has size 1.
+            // Only the mesh is small or large. Its instance has the size 1.
             let own = moved(shell.clone(), scale, Vec3::ZERO);
             let scene = placed(&own, turned(1.0 / scale, Vec3::ZERO), true);
             for (name, accel) in backends_by_isa(&scene) {
@@ -730,15 +732,15 @@ fn closed_shells_are_closed() {
                 let what = format!("{shape}, an instance {distance:e} away, {name}");
                 let count = leaks(&what, &scene, accel.as_ref(), far(distance), 4 * RAYS);
                 println!("{what}: {count} of {} rays leak", 4 * RAYS);
-                // One in 10⁴
+                // At most one ray in 10⁴ leaks
                 assert!(count <= 1, "{what}: {count}");
             }
         }
     }
 }
 
-/// The interval of a ray is open at both ends, for single rays and packets, for any surface: a ray
-/// that continues from a hit has the `t` of the hit as `t_min`.
+/// The interval of a ray is open at both ends, for single rays and packets, and for any surface. A
+/// ray that continues from a hit uses the `t` of the hit as its `t_min`.
 #[test]
 fn intervals_are_open() {
     let triangle = polygon(&[
@@ -792,7 +794,8 @@ fn intervals_are_open() {
                         panic!("{what}: nothing is hit")
                     };
                     let next = |t: f32, steps: i32| f32::from_bits((t.to_bits() as i32 + steps) as u32);
-                    // Occlusion may use other code than the closest hit, with other last digits.
+                    // Code for occlusion may differ from code for the closest hit, so last digits
+                    // may differ.
                     const DIGITS: i32 = 16;
                     for (near, far, is_met) in [
                         (Some((hit.t, 0)), None, false),
@@ -822,7 +825,7 @@ fn intervals_are_open() {
     }
 }
 
-/// Scenes beyond the range are errors that contain the number.
+/// A scene beyond the range of floats is an error that contains the number.
 #[test]
 fn scenes_beyond_the_range_are_refused() {
     let added = |scale: f32| {
@@ -843,7 +846,7 @@ fn scenes_beyond_the_range_are_refused() {
         let error = added(scale).unwrap_err().to_string();
         assert!(error.contains(number), "{scale}: {error}");
     }
-    // The range applies to an instance in the world and in its own space.
+    // The range applies to an instance in the world and in its local space.
     let instance = |own: f32, scale: f32| {
         let mut b = SceneBuilder::new();
         let m = b.add_material(material(0.5, 0.0)).unwrap();
@@ -869,21 +872,21 @@ fn an_empty_scene_has_no_hits() {
     }
 }
 
-/// Triangles of every size and position: rays that leave them must not hit them again, on either
-/// side.
+/// Rays that leave a triangle do not hit it again on either side, for triangles of every size and
+/// position.
 #[test]
 fn rays_do_not_hit_the_surface_they_left() {
     for i in 0..1000 {
         let scale = 10f32.powi((i as i32 % 17 - 8).min(7));
         let place = [Vec3::ZERO, Vec3::ONE, Vec3::new(100.0, -3.0, 20.0)][i as usize % 3];
         let mut corners = [0, 1, 2].map(|k| scale * (uniform_sphere(at(i, 10 + k)) + place));
-        // Slivers too, 10 to 1000 times as long as wide. Narrower triangles have larger errors of
-        // f32 hit points.
+        // Also test slivers, which are 10 to 1000 times as long as wide. Narrower triangles have
+        // larger f32 errors of hit points.
         if i % 5 == 0 {
             corners[2] =
                 corners[0].lerp(corners[1], 0.4) + 10f32.powi(-(1 + i as i32 / 5 % 3)) * (corners[2] - corners[0]);
         }
-        // Axis-aligned triangles too, through the origin or beside it.
+        // Also test axis-aligned triangles, through the origin or beside it.
         if i % 4 == 0 {
             corners = corners.map(|p| p.with_y(if i % 8 == 0 { 0.0 } else { scale }));
         }
@@ -907,7 +910,7 @@ fn rays_do_not_hit_the_surface_they_left() {
     }
 }
 
-/// Segments between points of two facing surfaces are free, at every scale.
+/// Segments between points of two facing surfaces are not occluded, at every scale.
 #[test]
 fn shadow_rays_hit_neither_end() {
     for exponent in -6..=6 {
@@ -950,8 +953,8 @@ fn backends_free_their_memory() {
     }
 }
 
-/// Rays through real rooms and meshes, and rays of their renders: Embree against obvhs. Brute force
-/// would take too long here.
+/// Compares Embree with obvhs, for rays through real rooms and meshes, and for the rays of their
+/// renders. Brute force would take too long.
 #[cfg(all(feature = "embree", feature = "obvhs"))]
 mod together {
     use super::*;
@@ -987,7 +990,7 @@ mod together {
             let (center, radius) = (scene.bounds().center(), scene.bounds().radius());
             let mut hits = 0;
             for i in 0..count {
-                // From inside the bounding sphere, and from outside towards a point inside
+                // Rays start inside the bounding sphere, or outside of it towards a point inside
                 let inner = center + 0.7 * radius * at(i, 30).x * uniform_sphere(at(i, 31));
                 let ray = if i % 2 == 0 {
                     Ray::new(inner, uniform_sphere(at(i, 32)))
@@ -1003,13 +1006,14 @@ mod together {
         }
     }
 
-    /// Two rays in 10⁵ may pass an edge closer than rounding error; their number depends on the
-    /// instruction set of Embree. Otherwise only the choice between coincident surfaces may differ.
+    /// Two rays in 10⁵ may pass an edge at a distance below the rounding error. Their number
+    /// depends on the instruction set of Embree. All other disagreements must be choices between
+    /// coincident surfaces.
     fn check(name: &str, scene: &Scene, auditor: &Auditor) {
         let findings = auditor.findings();
-        // Sponza has coincident surfaces. Walks through alpha continue from the exact parameter of
-        // a hit, which differs by rounding between backends: one of them hits that surface again,
-        // and the walk passes it.
+        // Sponza has coincident surfaces. A ray that passes a surface by alpha continues from the
+        // exact parameter of the hit. The parameter differs by rounding between backends, so one of
+        // them may hit this surface again, and pass it again.
         let walks = match scene.has_alpha() {
             true => findings.caused_by(Cause::Interval),
             false => 0,
@@ -1041,8 +1045,8 @@ mod together {
         assert_pictures_agree(&names.map(|name| project.join(name).with_extension("toml")));
     }
 
-    /// Scenes of the suite, and real ones with textures, an environment, and leaves cut out by an
-    /// opacity map.
+    /// Scenes of the suite, and real scenes with textures, an environment, and leaves that an
+    /// opacity map cuts out.
     #[test]
     #[cfg_attr(not(shared), ignore = "needs ../shared")]
     #[cfg_attr(all(shared, not(long)), ignore = "long")]
@@ -1056,8 +1060,8 @@ mod together {
     /// Renders with both backends and checks the images, and every ray of the first render.
     ///
     /// Barycentrics differ in their last bits, so no pixel needs to be bit-identical. A larger
-    /// difference is a path that took another way, because an edge or a random choice was closer
-    /// than those bits.
+    /// difference is a path with another direction, because an edge or a random choice was closer
+    /// than these bits.
     fn assert_pictures_agree(files: &[PathBuf]) {
         for path in files {
             let file = SceneFile::load(path).unwrap();

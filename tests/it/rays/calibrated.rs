@@ -1,5 +1,5 @@
-//! Calibrated cameras against independent code of the models of OpenCV: the point seen by a pixel
-//! is projected to the centre of the pixel.
+//! Calibrated cameras, compared with independent code for the camera models of OpenCV. The point
+//! seen by a pixel is projected to the centre of the pixel.
 
 use crate::support::program::*;
 use crate::support::read_channel;
@@ -27,7 +27,7 @@ pub(super) fn room() -> TempDir {
     ])
 }
 
-/// World to camera: x right, y down, z forward.
+/// Transform from world to camera space: x right, y down, z forward.
 #[derive(Clone, Copy)]
 struct Extrinsics {
     rotation: [[f64; 3]; 3],
@@ -55,7 +55,7 @@ impl Extrinsics {
         [0, 1, 2].map(along)
     }
 
-    /// Value of `--pose` in each convention.
+    /// Value of `--pose` in each of the conventions.
     fn poses(&self) -> [String; 3] {
         let [a, b, c] = self.rotation;
         let [x, y, z] = self.translation;

@@ -78,7 +78,7 @@ fn lens_attributes_survive_a_merge() {
     let [a, c] = ["a.exr", "c.exr"].map(|name| attributes(&folder.path().join(name)));
     assert_eq!(a.world_to_camera, c.world_to_camera);
     assert_eq!(a.world_to_normalized_device, c.world_to_normalized_device);
-    // Left-handed: z is the depth.
+    // The space is left-handed: z is the depth.
     let [x, y, z] = times([2.0, 4.0, -7.0], c.world_to_camera.unwrap());
     assert!((x - 1.0).abs() + (y - 2.0).abs() + (z - 10.0).abs() < 1e-5);
     let focal = 12.0 / 25f32.to_radians().tan();
@@ -87,28 +87,7 @@ fn lens_attributes_survive_a_merge() {
     assert!((c.focus.unwrap() - 5.0).abs() < 1e-5);
 }
 
-/// Developed files have the camera of their input, except scaled parts.
-#[test]
-fn developed_files_keep_the_camera() {
-    let folder = room();
-    let camera = "--position 1,2,3 --look-at 1,2,-4 --fov 50";
-    done(
-        folder.path(),
-        &split(&format!("render s.toml -q -o a.exr {CENTERS} {camera}")),
-    );
-    let of = |flags: &str| {
-        done(folder.path(), &split(&format!("develop a.exr -q -o b.exr {flags}")));
-        attributes(&folder.path().join("b.exr")).world_to_normalized_device
-    };
-    let own = attributes(&folder.path().join("a.exr")).world_to_normalized_device;
-    assert!(own.is_some());
-    for flags in ["--channel albedo", "--crop 8,8,40,40", "--scale 0.5"] {
-        assert_eq!(of(flags), own, "{flags}");
-    }
-    assert_eq!(of("--crop 8,8,40,40 --scale 2"), None);
-}
-
-/// A panorama has no projection matrix. Its position and axes have one.
+/// A panorama has no projection matrix, but the attributes for position and axes.
 #[test]
 fn panoramas_have_no_projection_matrix() {
     let folder = room();

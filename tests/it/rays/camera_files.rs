@@ -1,11 +1,11 @@
-//! `--cameras` and `--write-cameras`: renders by a written camera see the same points.
+//! `--cameras` and `--write-cameras`: renders with a written camera see the same points.
 
 use super::calibrated::room;
 use crate::support::program::*;
 use crate::support::read_channel;
 use std::path::Path;
 
-/// Largest distance of the two points of a pixel.
+/// Maximum distance between the two points that a pixel sees.
 const TOLERANCE: f32 = 1e-3;
 
 fn points(file: &Path) -> Vec<f32> {

@@ -1,4 +1,4 @@
-//! Sections: planes that cut the scene, and surfaces hidden from the camera.
+//! Cuts: planes that cut the scene, and surfaces that the camera does not see.
 
 use crate::support::program::*;
 use crate::support::read_channel;
@@ -87,7 +87,8 @@ fn cap_area_matches_the_circle() {
     }
 }
 
-/// A section of a scene file equals a flag, and the scene file of `--dump-scene`.
+/// A cut gives the same image as a section of a scene file, as a flag, and in the scene file of
+/// `--dump-scene`.
 #[test]
 fn sections_in_files_and_flags_are_equal() {
     let scene = |section: &str| {
@@ -207,8 +208,8 @@ fn means(folder: &TempDir, flags: &str, seeds: u32) -> Vec<Mean> {
     Mean::of_each(&renders)
 }
 
-/// A camera of the whole room is below the plane, and sees the same points. The lamp is above the
-/// plane.
+/// A camera above the cut room sees the same points as a camera inside the whole room. The lamp is
+/// above the cutting plane.
 #[test]
 fn cut_room_keeps_the_light_of_the_whole_room() {
     let folder = room();
@@ -233,13 +234,14 @@ fn cut_room_keeps_the_light_of_the_whole_room() {
     }
 }
 
-/// A wall hidden from the camera: the image is the view from inside, and a mirror shows the wall.
+/// If a wall is hidden from the camera, the image is the same as from inside, and a mirror still
+/// shows the wall.
 #[test]
 fn hidden_surfaces_keep_their_light() {
     let folder = room();
     let view = |z: f64| format!("--projection orthographic --position 0,1.3,{z} --look-at 0,1.3,0");
     let (within, behind) = (view(1.9), view(8.0));
-    // The walls are one material. If it is hidden, the other surfaces remain.
+    // All walls have one material. If this material is hidden, the other surfaces remain.
     fs::write(
         folder.path().join("s.toml"),
         "version = 1\n[image]\nwidth = 16\nheight = 16\n[[object]]\nobj = \"a.obj\"\n[material.glass]\nopacity = 0\n",
@@ -263,10 +265,10 @@ fn hidden_surfaces_keep_their_light() {
         };
         let [a, b] = [mean(&whole), mean(&hidden)];
         assert!(a > 0.01 && (a / b - 1.0).abs() < 0.05, "{flags}: {a} {b}");
-        // Walls in the background are hidden too.
+        // Walls in the background are also hidden.
         assert_eq!(hidden[0], 0.0, "{flags}");
     }
-    // Hidden by object: nothing is visible.
+    // The whole object is hidden, so nothing is visible.
     fs::write(
         folder.path().join("s.toml"),
         "version = 1\n[image]\nwidth = 16\nheight = 16\n[[object]]\nobj = \"a.obj\"\ncamera_visible = false\n",

@@ -41,7 +41,7 @@ fn attributes(path: &Path) -> (LayerAttributes, [usize; 2]) {
     (layer.attributes, [layer.size.0, layer.size.1])
 }
 
-/// Number of columns and rows from the first to the last visible pixel.
+/// Number of columns and rows between the first and the last visible pixel.
 fn extent(seen: &[bool], width: usize) -> [usize; 2] {
     let pixels = || (0..seen.len()).filter(|&i| seen[i]);
     let span = |values: Vec<usize>| values.iter().max().unwrap() - values.iter().min().unwrap() + 1;
@@ -79,7 +79,8 @@ fn wall_at_scale_has_its_size_in_pixels() {
     );
 }
 
-/// Seen from above, with the front at the bottom; the part above the height is cut off.
+/// A plan shows the scene from above, with the front at the bottom. The part above the height is
+/// cut off.
 #[test]
 fn plans_show_the_scene_below_their_height() {
     let folder = walls();
@@ -98,7 +99,7 @@ fn plans_show_the_scene_below_their_height() {
         assert!((rows as f64 - pixels(0.24)).abs() <= 1.0, "{rows}");
         let highest = y.iter().fold(f32::NEG_INFINITY, |max, &y| max.max(y));
         assert!((highest - top).abs() < 1e-5, "{highest}");
-        // x to the right, the front at the bottom
+        // x is to the right, and the front is at the bottom
         let first = seen.iter().position(|&seen| seen).unwrap();
         let last = (0..x.len()).rposition(|i| normal[i] != 0.0).unwrap();
         assert!(x[first] < x[first + 5] && z[last] > 1.5, "{} {}", x[first], z[last]);

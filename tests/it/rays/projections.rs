@@ -24,7 +24,7 @@ fn picture(folder: &TempDir, flags: &str) -> [Vec<f32>; 3] {
     read_rgb(&folder.path().join("t.exr"))
 }
 
-/// A lamp of 2 × 3 units covers 20 × 30 pixels if pixels are 0.1 units wide, near and far.
+/// A lamp of 2 × 3 units covers 20 × 30 pixels if pixels are 0.1 units wide, at every distance.
 #[test]
 fn orthographic_rectangle_has_its_size() {
     let corners = "v -1 -1.5 0\nv 1 -1.5 0\nv 1 1.5 0\nv -1 1.5 0\nf 1 2 3 4\n";
@@ -38,7 +38,7 @@ fn orthographic_rectangle_has_its_size() {
             assert_eq!(*value, if is_inside { 1.0 } else { 0.0 }, "pixel {x},{y}");
         }
     }
-    // A shift of a quarter of the height moves the image plane up, and the lamp down.
+    // A shift of a quarter of the height moves the image plane up, and the image of the lamp down.
     let flags = "--projection orthographic --ortho-height 6 --position 0,0,3 --shift 0,0.25";
     let [red, ..] = picture(&folder, flags);
     assert_eq!(
@@ -85,7 +85,7 @@ fn constant_light_is_even_in_every_projection() {
     }
 }
 
-/// A panorama shows the environment: the brightest pixel is the brightest texel.
+/// A panorama shows the environment: the brightest pixel is at the brightest texel.
 #[test]
 fn panorama_gives_the_environment_back() {
     let folder = scene("v 0 0 0\nv 1e-3 0 0\nv 0 1e-3 0\nf 1 2 3\n", "Kd 0 0 0", "");
@@ -207,7 +207,7 @@ fn impossible_projections_are_errors() {
     }
 }
 
-/// Projections whose lens light paths can hit.
+/// Projections whose lens can be hit by light paths.
 const PROJECTIONS: [&str; 9] = [
     "perspective --shift 0.3,-0.2",
     "orthographic --ortho-height 5",
@@ -223,7 +223,7 @@ const PROJECTIONS: [&str; 9] = [
 const UNBIASED: [&str; 4] = ["bdpt", "light", "pssmlt", "mlt"];
 /// Integrators with a bias of a few per cent.
 const BIASED: [&str; 4] = ["vcm", "sppm", "photon-map", "irradiance-cache"];
-/// A convex body: light is scattered once.
+/// A convex body scatters light only once.
 const OCTAHEDRON: &str = "v 0 1 0\nv 0 -1 0\nv 1 0 0\nv -1 0 0\nv 0 0 1\nv 0 0 -1\n\
     f 1 5 3\nf 1 3 6\nf 1 6 4\nf 1 4 5\nf 2 3 5\nf 2 6 3\nf 2 4 6\nf 2 5 4\n";
 const SIZE: [usize; 2] = [20, 10];
@@ -249,8 +249,8 @@ fn regions(folder: &TempDir, flags: &str, seeds: u32) -> Vec<Mean> {
     Mean::of_each(&(1..=seeds).map(of_seed).collect::<Vec<_>>())
 }
 
-/// A lamp above a box on a floor, in dim light: the integrators agree with path tracing, also in
-/// each part of the image.
+/// A lamp above a box on a floor, in dim light. The integrators agree with path tracing in the
+/// whole image and in each part of it.
 #[test]
 fn methods_agree_in_every_projection() {
     let floor = "v -3 -1 3\nv 3 -1 3\nv 3 -1 -3\nv -3 -1 -3\nf 1 2 3 4\n";

@@ -1,4 +1,4 @@
-//! Each unbiased estimator against the default one, pixel by pixel.
+//! Each unbiased estimator is compared with the default estimator, pixel by pixel.
 #![cfg(feature = "embree")]
 
 use crate::support::statistics::{Mean, assert_same_mean};
@@ -16,8 +16,8 @@ use embrasure::scene::{Scene, SceneBuilder};
 /// Few pixels and many samples: the means are nearly normal, so the test is sharp.
 const RESOLUTION: UVec2 = UVec2::splat(8);
 const MAX_DEPTH: u32 = 6;
-/// Factor on the samples of estimators that hit small lamps by chance: fewer samples would leave
-/// their means far from normal.
+/// Factor on the number of samples of estimators that hit small lamps by chance. With fewer
+/// samples, their means are far from normal.
 const BLIND: u32 = 32;
 
 type Render = Box<dyn Fn(World<Backend>, u32) -> Film>;
@@ -50,17 +50,17 @@ fn path_with(name: &str, spp: u32, strategy: Strategy, roulette: Roulette, light
     }
 }
 
-/// All estimators: `spp` samples for the better ones, and `blind` × `spp` for those that hit lamps
-/// by chance.
+/// All estimators. Efficient estimators have `spp` samples. Estimators that hit lamps by chance
+/// have `blind` × `spp` samples.
 fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
-    // With fewer samples their means would be far from normal.
+    // With fewer samples, the means of estimators that hit lamps by chance are far from normal.
     let rare = slack().ceil() as u32 * blind * spp;
     let mut all = Vec::new();
     for (d, directions) in [
         ("uniform", Directions::Uniform),
         ("cosine", Directions::Cosine),
         ("bsdf", Directions::Bsdf),
-        // From independent random numbers, as in all these estimators
+        // Made from independent random numbers, which all these estimators use
         ("perturbed qmc", Directions::PerturbedQmc),
         ("perturbed qmc uniform", Directions::PerturbedQmcUniform),
     ] {
@@ -70,8 +70,8 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
             ("mis balance", DirectLight::Mis, Heuristic::Balance, spp),
             ("mis power", DirectLight::Mis, Heuristic::Power, spp),
         ] {
-            // With small lamps this takes most of the time. It tests direction sampling no better
-            // than wide lamps.
+            // With small lamps, this estimator takes most of the time, and tests the sampling of
+            // directions no better than wide lamps do.
             if l == "none" && blind == BLIND && !["uniform", "bsdf"].contains(&d) {
                 continue;
             }
@@ -103,7 +103,7 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
             1,
         ));
     }
-    // With small lamps, too few paths hit them for a z-test.
+    // With small lamps, too few paths hit a lamp for a z-test.
     if blind < BLIND {
         all.push(Estimator {
             name: "coin and absorption at every hit, naive".into(),
@@ -153,7 +153,7 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
     });
     all.push(Estimator {
         name: "distributed".into(),
-        // Each sample has 2⁶ paths, so a quarter of the samples equals the path tracer.
+        // Each sample has 2⁶ paths, so a quarter of the samples has the error of the path tracer.
         spp: spp / 4,
         render: Box::new(|world, spp| {
             let integrator = DistributedIntegrator {
@@ -204,8 +204,8 @@ fn assert_agree(what: &str, a: &Film, b: &Film) {
         let means: Vec<f64> = b.iter().map(|s| s.mean(c)).collect();
         for (i, (a, b)) in a.iter().zip(&b).enumerate() {
             let (difference, v) = (a.mean(c) - b.mean(c), variances[i]);
-            // The variance of a pixel is too small if it missed rare bright samples. Its neighbours
-            // supply it.
+            // The variance of a pixel is too small if the pixel missed rare bright samples. Use the
+            // variance of its neighbours then.
             let near = v.max(means[i].powi(2) * relative_variance_about(i, &variances, &means));
             beyond += usize::from(difference.abs() > THRESHOLD * near.sqrt() + 1e-6);
             sum += difference;
@@ -265,12 +265,12 @@ fn all_agree_in(what: &str, world: World<Backend>, (spp, blind): (u32, u32), ski
 fn estimators_agree_on_our_scenes() {
     let cornell = pinhole(Vec3::new(278.0, 273.0, -800.0), Vec3::new(278.0, 273.0, 0.0), 39.0);
     all_agree("cornell-box", &own("cornell-box.toml"), cornell, (512, BLIND), &[]);
-    // Every ray hits a light in the closed box and in the furnace. If a lamp touches other
+    // In the closed box and in the furnace, every ray hits a light. If a lamp touches other
     // surfaces, the inverse squared distance has no finite variance, and z-tests fail.
     let inside = pinhole(Vec3::new(0.4, 0.3, 0.6), Vec3::new(-1.0, -1.0, -1.0), 60.0);
     all_agree("closed-box", &own("closed-box.toml"), inside, (512, 8), &["light"]);
     let furnace = pinhole(Vec3::new(0.0, 0.5, 4.0), Vec3::ZERO, 40.0);
-    // A thin lens and a point light, which no ray can hit
+    // A thin lens, and a point light, which no ray can hit
     let lens = CameraParameters {
         lens_radius: 0.18,
         focus_distance: 7.45,
@@ -286,8 +286,8 @@ fn estimators_agree_on_our_scenes() {
     all_agree("furnace", &own("furnace.toml"), furnace, (512, 8), &[]);
 }
 
-/// One room with every lobe: a Phong floor, a Blinn block, glass, a metal and a filter, under a
-/// large lamp that paths hit.
+/// A room with every lobe: a Phong floor, a Blinn block, glass, a metal and a filter. Paths hit its
+/// large lamp.
 #[test]
 fn estimators_agree_on_every_lobe() {
     let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
@@ -302,9 +302,9 @@ fn estimators_agree_through_glass() {
     all_agree("glass", &glazed_room(), in_glazed_room(), (1024, BLIND / 2), &[]);
 }
 
-/// Points uniform over the area of surfaces. No two surfaces touch, so the geometry term is bounded
-/// and z-tests hold. The floor is in an instance. One body is a mirror, and one transmits half of
-/// the light.
+/// Points are sampled uniformly over the area of all surfaces. No two surfaces touch, so the
+/// geometry term is bounded and z-tests are valid. The floor is in an instance. One body is a
+/// mirror, and one transmits half of the light.
 #[test]
 fn area_integrator_agrees_on_separate_surfaces() {
     let mut b = SceneBuilder::new();
@@ -344,7 +344,7 @@ fn area_integrator_agrees_on_separate_surfaces() {
     });
 }
 
-/// Veach's plates: nowhere is MIS much worse than the better strategy.
+/// On Veach's plates, MIS is nowhere much worse than the better of its two strategies.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn mis_is_as_good_as_the_better_strategy() {
@@ -370,13 +370,13 @@ fn mis_is_as_good_as_the_better_strategy() {
     assert!(mis < 1.1 * none.min(light), "none {none}, light {light}, mis {mis}");
 }
 
-/// Samplers with dependent samples within a pixel. The variance over samples does not measure their
-/// error; the variance over seeds does.
+/// Samplers whose samples within a pixel depend on each other. The variance over seeds measures
+/// their error, but the variance over samples does not.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn dependent_samples_have_the_same_means() {
     const SEEDS: u64 = 48;
-    // One block of every sampler, and parts of other blocks
+    // All samples of one block of each sampler, and some samples of other blocks
     const SPP: u32 = 80;
     let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
     let cornell = pinhole(Vec3::new(278.0, 273.0, -800.0), Vec3::new(278.0, 273.0, 0.0), 39.0);
@@ -437,7 +437,7 @@ fn dependent_samples_have_the_same_means() {
                     );
                     assert_same_mean(format!("{what}, {directions:?}, channel {c}"), a, b);
                     let far = (0..reference.len()).filter(|&i| {
-                        // Student's distribution has heavier tails than the normal one.
+                        // Student's t distribution has heavier tails than the normal distribution.
                         let [a, b] = means(&|film| film[i].mean(c), reference[i].variance_of_mean(c));
                         a.t(b).0.abs() > 5.0
                     });
@@ -458,8 +458,8 @@ fn estimators_agree_on_mcguires_boxes() {
         let scene = load(&folder.join(format!("CornellBox-{name}.obj")));
         let camera = pinhole(Vec3::new(0.0, height, 3.6), Vec3::new(0.0, height, 0.0), 36.0);
         // Without light samples, directions that do not follow the BSDF hit these small lamps too
-        // rarely for a sample variance. With 32,768 samples, pixels exceed the threshold in both
-        // directions for many seeds.
+        // rarely for a sample variance. Even with 32,768 samples, pixels exceed the threshold in
+        // both directions for many seeds.
         let skip = [
             "naive",
             "uniform, none",

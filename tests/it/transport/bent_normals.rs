@@ -1,9 +1,10 @@
-//! Shading normals far from the facets: normal maps, bump maps, coarse smooth balls, normals on the
-//! wrong side. Random scenes of all materials, every integrator against `naive`, both backends.
+//! Shading normals that differ much from the facets: normal maps, bump maps, coarse smooth balls,
+//! normals on the wrong side. In random scenes of all materials, every integrator is compared with
+//! `naive`, with both backends.
 //!
-//! `naive` has no light samples, connections or weights, so it is right if ray origins are right. A
-//! white surface in a white sky checks that ([`white_waves_in_a_white_sky_are_white`],
-//! [`touching_balls_in_a_white_sky_are_white`]).
+//! `naive` has no light samples, connections or weights, so it is right if ray origins are right.
+//! Tests with a white surface in a white sky check the ray origins
+//! ([`white_waves_in_a_white_sky_are_white`], [`touching_balls_in_a_white_sky_are_white`]).
 #![cfg(feature = "embree")]
 
 use crate::support::statistics::{Mean, assert_same_mean};
@@ -78,7 +79,7 @@ fn map(numbers: &mut Numbers, slope: Option<f32>) -> Vec<[u8; 3]> {
 }
 
 /// A floor, a coarse smooth ball on it, a thin board, and a lamp above. The sky also shines from
-/// below, so a leak through the floor is visible.
+/// below, so that a leak through the floor is visible.
 fn random_scene(seed: u64) -> (String, Scene, CameraParameters) {
     let mut numbers = Numbers(seed);
     let folder = tempfile::tempdir().unwrap();
@@ -182,12 +183,12 @@ enum Allowed {
     Noise,
     /// Noise and the blur of photons.
     Blur,
-    /// The second integrator may be darker by any amount: it lacks light from beyond the horizon of
-    /// a facet.
+    /// Noise, or any amount by which the second integrator is darker. It lacks light from beyond
+    /// the horizon of a facet.
     Darkness,
 }
 
-/// Largest |t| over block means, of differences that are not allowed.
+/// Largest |t| over block means. Allowed differences are subtracted first.
 fn largest_t(reference: &Blocks, other: &Blocks, allowed: Allowed) -> f64 {
     let t = |(expected, got): (Mean, Mean)| {
         let difference = match allowed {
@@ -333,8 +334,8 @@ fn waves(slope: f32) -> Vec<[u8; 3]> {
     (0..n * n).map(|i| texel(i).to_array().map(byte)).collect()
 }
 
-/// The white `scene` is in a white sky: nothing absorbs light, and each pixel is 1. Fails if the
-/// mean, or the mean of a block, differs from 1. Integrators in `skipped` may differ.
+/// Asserts that each pixel of the white `scene` in a white sky is 1, because nothing absorbs light.
+/// Fails if the mean, or the mean of a block, differs from 1. Integrators in `skipped` may differ.
 fn assert_white(what: &str, scene: &Scene, camera: CameraParameters, skipped: &[&str]) {
     let size = UVec2::splat(SIZE);
     with_world(scene, camera, size, |world| {
@@ -397,8 +398,8 @@ fn white_waves_in_a_white_sky_are_white() {
     }
 }
 
-/// A ray that leaves a facet beyond its horizon starts at the height of the curved surface, but not
-/// inside the other ball.
+/// A ray that leaves a facet below the facet's horizon starts at the height of the curved surface,
+/// but not inside the other ball.
 #[test]
 fn touching_balls_in_a_white_sky_are_white() {
     let mut obj = String::new();
@@ -410,13 +411,13 @@ fn touching_balls_in_a_white_sky_are_white() {
     fs::write(folder.path().join("scene.toml"), toml).unwrap();
     let scene = load(&folder.path().join("scene.toml"));
     let camera = pinhole(Vec3::new(1.5, 1.5, 2.5), Vec3::new(0.35, 0.8, 0.5), 30.0);
-    // To photons, facets at an angle of 45° are different surfaces.
+    // Photons treat facets at an angle of 45° as different surfaces.
     assert_white("balls", &scene, camera, &["sppm"]);
 }
 
-/// A lamp and a board are below a floor with steep waves: no light may reach the camera above.
-/// `sppm` stores photons from the second scattering on, so its photons need the board to reach the
-/// floor.
+/// A lamp and a board are below a floor with steep waves, so no light may reach the camera above.
+/// `sppm` stores photons only after the second scattering, so its photons reach the floor only from
+/// the board.
 #[test]
 fn light_below_a_bent_floor_does_not_leak() {
     let folder = tempfile::tempdir().unwrap();

@@ -16,7 +16,7 @@ use embrasure::method::CompiledIntegrator;
 use embrasure::scene::{Scene, SceneBuilder};
 
 const RESOLUTION: UVec2 = UVec2::splat(16);
-/// Renders of each kind; their spread gives the error.
+/// Number of renders of each kind. Their spread gives the error.
 const SEEDS: u64 = 16;
 
 pub(crate) fn bidirectional<A>(world: World<A>, max_depth: u32) -> BidirectionalIntegrator<A> {
@@ -55,7 +55,7 @@ fn picture(film: &Film) -> Vec<f64> {
     regions(film, |pixel, c| film.sums(pixel).unwrap().mean(c))
 }
 
-/// Means of part `part` of the light.
+/// Means of the light of part `part`.
 fn part(film: &Film, part: usize) -> Vec<f64> {
     let iterations = film.sums(UVec2::ZERO).unwrap().samples();
     regions(film, |pixel, c| {
@@ -63,8 +63,8 @@ fn part(film: &Film, part: usize) -> Vec<f64> {
     })
 }
 
-/// Fails if means over renders differ. Returns the standard error of the difference of the whole
-/// image.
+/// Asserts that the means over renders are equal. Returns the standard error of the difference of
+/// the whole image.
 fn assert_same_means_to(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     let pairs: Vec<_> = Mean::of_each(a).into_iter().zip(Mean::of_each(b)).collect();
     assert_all_means_within(what, &pairs, |_| 1e-7);
@@ -72,7 +72,7 @@ fn assert_same_means_to(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     a.error().hypot(b.error())
 }
 
-/// Asserts equal means, relative to the mean of the whole image.
+/// Asserts that means are equal, relative to the mean of the whole image.
 pub(crate) fn assert_same_means(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     let whole = Mean::of_each(b)[b[0].len() - 2].value;
     let relative = |renders: &[Vec<f64>]| -> Vec<Vec<f64>> {
@@ -81,7 +81,7 @@ pub(crate) fn assert_same_means(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f
     assert_same_means_to(what, &relative(a), &relative(b))
 }
 
-/// Images of [`SEEDS`] renders.
+/// Means of the regions in [`SEEDS`] renders.
 pub(crate) fn renders(of: impl Fn(u64) -> Film) -> Vec<Vec<f64>> {
     (0..SEEDS).map(|seed| picture(&of(seed))).collect()
 }
@@ -94,7 +94,7 @@ fn open_box() -> (Scene, CameraParameters) {
         diffuse: Spectrum::from(color),
         ..material(0.0, 0.0)
     };
-    // The wall z = -1 of a cube facing inwards, rotated to the other walls
+    // Start with the wall z = -1 of a cube that faces inwards, and rotate it to the other walls
     let (s, z) = (0.8, -1.0);
     let back = [
         Vec3::new(-s, -s, z),
@@ -117,8 +117,9 @@ fn open_box() -> (Scene, CameraParameters) {
     (b.build().unwrap().0, camera)
 }
 
-/// For paths of one to five segments, each strategy that can sample them, without MIS weights,
-/// gives the image of paths of that length. A wrong density shows here (Veach 1997, figure 10.3).
+/// For paths of one to five segments, each strategy that can sample them is tested without MIS
+/// weights. It must give the image of all paths of that length. This reveals a wrong density (Veach
+/// 1997, figure 10.3).
 #[test]
 fn each_bdpt_strategy_alone_is_unbiased() {
     const MAX_DEPTH: u32 = 4;
@@ -137,8 +138,8 @@ fn each_bdpt_strategy_alone_is_unbiased() {
         let mut index = 0;
         let mut so_far = vec![vec![0.0; 15]; films.len()];
         for depth in 0..=MAX_DEPTH {
-            // The weighted strategies of all lengths up to this one sum to the light that the path
-            // tracer finds up to this length.
+            // The weighted strategies for all path lengths up to this one sum to the light that the
+            // path tracer finds up to this length.
             let n = depth as usize + 2;
             let mut weighed = vec![vec![0.0; 15]; films.len()];
             for (weighed, film) in weighed.iter_mut().zip(&films) {
@@ -153,8 +154,8 @@ fn each_bdpt_strategy_alone_is_unbiased() {
             let error = assert_same_means(&format!("up to {n} vertices"), &so_far, &expected);
             assert!(error < 0.006, "{error}");
 
-            // Each strategy without weights gives the same as the weighted sum. Differences are
-            // taken within each render because strategies share subpaths.
+            // Each strategy without weights gives the same light as the weighted sum. Differences
+            // are computed within each render, because strategies share subpaths.
             for t in 1..=n {
                 let strategy = format!("(s, t) = ({}, {t})", n - t);
                 let none = vec![vec![0.0; 15]; films.len()];
@@ -180,9 +181,10 @@ fn each_bdpt_strategy_alone_is_unbiased() {
     });
 }
 
-/// A corner with a lamp and a sky: matte, glossy and rough surfaces, rough glass, an opacity below
-/// 1, smooth normals. Either with glass and a mirror, or with a point light and a directional
-/// light. Paths from the camera never find the light of those two in mirrors and glass.
+/// A corner with a lamp and a sky, with matte, glossy and rough surfaces, rough glass, an opacity
+/// below 1, and smooth normals. It also has glass and a mirror, or else a point light and a
+/// directional light: in mirrors and glass, paths from the camera never find light of these two
+/// lights.
 fn stage(has_mirrors: bool) -> Scene {
     let mut b = SceneBuilder::new();
     let quad = |at: [[f32; 3]; 4]| polygon(&at.map(Vec3::from));
@@ -263,8 +265,8 @@ fn stage_camera() -> CameraParameters {
     }
 }
 
-/// All kinds of lights and surfaces through a lens: the mean equals the path tracer for
-/// every light selection and heuristic.
+/// The mean of a scene with all kinds of lights and surfaces, seen through a lens, equals the mean
+/// of the path tracer, for every light selection and heuristic.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn bidirectional_paths_agree_with_paths() {
@@ -294,8 +296,8 @@ fn bidirectional_paths_agree_with_paths() {
     }
 }
 
-/// Strongly bent normals. A camera path may hit the facet that it has left; the weights of all
-/// strategies include its light.
+/// Strongly bent normals. A camera path may hit the facet that it has left. The weights of all
+/// strategies take this light into account.
 #[test]
 fn bidirectional_paths_agree_on_bent_normals() {
     let (scene, camera) = tilted_room();
@@ -330,7 +332,7 @@ fn light_tracing_agrees_with_paths() {
 #[test]
 fn light_tracing_passes_glass() {
     let mut b = room_below_a_pane();
-    // No ray from the camera is reflected: index 1
+    // The index is 1, so no ray from the camera is reflected
     let veil = Material {
         ior: 1.0,
         diffuse: Spectrum::splat(0.1),
@@ -404,8 +406,8 @@ fn assert_known(
     );
 }
 
-/// A room that emits and reflects, a white object in a furnace, a point light in a sphere: flux is
-/// conserved, so the mean is known.
+/// Three scenes with known means, because flux is conserved: a room that emits and reflects, a
+/// white object in a furnace, and a point light in a sphere.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn closed_forms_hold() {
@@ -420,8 +422,8 @@ fn closed_forms_hold() {
         assert_known("furnace, light", 2048, &light_tracer(world, 20), 1.0);
     });
 
-    // Of the flux 4πI that hits an area A, a fraction ρ is reflected: E = 4πI / (A (1 − ρ))
-    // everywhere, because every point of a sphere sees all others in the same way.
+    // If the flux 4πI hits an area A, and a fraction ρ is reflected, then E = 4πI / (A (1 − ρ))
+    // everywhere, because every point of a sphere sees all other points in the same way.
     let (rho, intensity) = (0.6, 2.0);
     let mut ball = sphere(1.0, Vec3::ZERO, 4);
     for triangle in &mut ball.triangles {

@@ -30,7 +30,7 @@ fn closed_box_shows_the_geometric_series() {
         (Some(6), 2.0 - 0.5f64.powi(6)),
         (None, 2.0),
     ] {
-        // Means of fewer samples are too far from normal.
+        // With fewer samples, means are too far from normal.
         let film = render_film(&scene, camera, [24, 24], budget(2048).max(512), max_depth);
         assert_unbiased(&format!("max_depth {max_depth:?}"), &film, expected);
     }
@@ -59,7 +59,7 @@ fn roulette_at_depth_0_keeps_the_mean() {
         };
         film_of(&integrator, resolution, 256, 0)
     });
-    // e / (1 - ρ)
+    // The radiance of the room is e / (1 - ρ)
     assert_unbiased("roulette from 0", &film, 2.0);
 }
 
@@ -119,7 +119,7 @@ fn glass_box_in_uniform_light_is_invisible() {
     let film = render_film(&scene, camera, [64, 64], 256, None);
     let mean = film_mean(&film, 0);
     assert!((mean - 1.0).abs() < 2e-3, "mean {mean}");
-    // Radiance inside is η² times the radiance outside. No pixel may show it.
+    // Inside the glass, radiance is η² times the radiance outside. No pixel may show this factor.
     for value in &film.develop().channels[0].values {
         assert!(*value < 1.2, "a pixel of {value}");
     }
@@ -210,7 +210,7 @@ fn lambert_irradiance(p: Vec3, corners: &[Vec3], radiance: f64) -> f64 {
 
 #[test]
 fn irradiance_under_polygonal_emitters() {
-    // Both face down: counter-clockwise seen from below.
+    // Both polygons face down: their corners run counter-clockwise seen from below.
     let quad = [
         Vec3::new(-0.5, 1.5, -0.5),
         Vec3::new(0.7, 1.5, -0.5),
@@ -271,8 +271,8 @@ fn circle_of_confusion() {
     (camera.lens_radius, camera.focus_distance) = (lens, focus);
     let film = render_film(&scene, camera, [height, height], 512, Some(0));
 
-    // Similar triangles: the displacement in the plane of focus is l (z - f) / z; the plane is f
-    // pixels-per-unit away.
+    // By similar triangles, the displacement in the plane of focus is l (z - f) / z. The plane of
+    // focus is f × pixels-per-unit away, in pixels.
     let pixels_per_unit = height as f64 / (2.0 * (0.5 * fov as f64).to_radians().tan());
     let radius = lens as f64 * (depth - focus) as f64 / (depth * focus) as f64 * pixels_per_unit;
 
@@ -286,7 +286,8 @@ fn circle_of_confusion() {
             farthest = farthest.max(dx.hypot(dy));
         }
     }
-    // A uniform disk has E r² = R²/2; the pixels add 1/6, the quad 2/3 of its half-width squared.
+    // A uniform disk has E r² = R²/2. Pixels add 1/6, and the quad adds 2/3 of its squared
+    // half-width.
     let source = s as f64 / depth as f64 * pixels_per_unit;
     let expected = radius * radius / 2.0 + 1.0 / 6.0 + 2.0 / 3.0 * source * source;
     assert!(
@@ -337,8 +338,8 @@ fn blades_shape_the_circle_of_confusion() {
             "{blades}: {}",
             second / weight
         );
-        // For a triangle, E (x + iy)³ is a tenth of (x + iy)³ at its corners; at an upper corner
-        // that is −i R³.
+        // For a triangle, E (x + iy)³ is a tenth of (x + iy)³ at its corners. At an upper corner (x
+        // + iy)³ is −i R³.
         if blades == 3 {
             let expected = -radius.powi(3) / 10.0;
             assert!(
@@ -370,7 +371,8 @@ fn objects_in_the_plane_of_focus_are_sharp() {
     assert!(differ <= 4, "{differ} pixels differ");
 }
 
-/// Across a straight edge of light, pixels have the integral of their filter up to the edge.
+/// Across a straight edge of light, the value of a pixel is the integral of its filter up to the
+/// edge.
 #[test]
 fn filters_blur_an_edge_by_their_integral() {
     // Seen from 4 above, at 90 degrees: a pixel of 8 is one unit wide, and the edge at x = 0.3 is
@@ -461,7 +463,8 @@ fn ambient_occlusion_between_plates() {
                 f64::from(H / distance).powi(2).min(1.0),
             );
         }
-        // Half of that median; 1024 directions give it to a few percent
+        // The default distance is half of the median; 1024 directions give the median to a few
+        // percent
         let usual = AmbientOcclusion::usual_distance(&world);
         let expected = H * std::f32::consts::FRAC_1_SQRT_2;
         assert!((usual / expected - 1.0).abs() < 0.08, "{usual}, expected {expected}");

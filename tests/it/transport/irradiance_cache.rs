@@ -1,5 +1,5 @@
-//! Irradiance caching: gradients against closed forms, bias of the error setting, and bits that
-//! depend on the image settings only.
+//! Irradiance caching: gradients against closed forms, bias for error settings, and bits that
+//! depend only on the image settings.
 #![cfg(feature = "embree")]
 
 use crate::support::program::{assert_same_bits, done, folder, joined, refused, split, words};
@@ -23,7 +23,7 @@ const RESOLUTION: UVec2 = UVec2::new(48, 40);
 type Fineness = (f32, u32);
 const USUAL: Fineness = (0.3, 1024);
 
-/// Path tracer with the settings used beside the cache.
+/// Path tracer with the same settings as the cache.
 fn path<'a>(world: World<'a, Backend<'a>>, max_depth: Option<u32>) -> PathIntegrator<'a, Backend<'a>> {
     PathIntegrator {
         light_samples: 2,
@@ -31,7 +31,7 @@ fn path<'a>(world: World<'a, Backend<'a>>, max_depth: Option<u32>) -> PathIntegr
     }
 }
 
-/// Renders `scene` with a cache of this fineness; returns the film and the number of records.
+/// Renders `scene` with a cache of this fineness. Returns the film and the number of records.
 fn cached(scene: &Scene, camera: CameraParameters, depth: u32, (error, rays): Fineness, spp: u32) -> (Film, usize) {
     with_world(scene, camera, RESOLUTION, |world| {
         let path = || path(world, Some(depth));
@@ -64,8 +64,8 @@ fn regions(film: &Film) -> Vec<f64> {
     sums
 }
 
-/// Root mean squared relative difference of the regions. The denominator is the region of `b` plus
-/// a tenth of the mean.
+/// Root mean squared relative difference of the regions. The denominator is the value of the region
+/// in `b` plus a tenth of the mean.
 fn difference(a: &Film, b: &Film) -> f64 {
     let (a, b) = (regions(a), regions(b));
     let count = a.len() as f64;
@@ -86,14 +86,14 @@ fn lambert(polygon: &[DVec3], p: DVec3, n: DVec3) -> f64 {
     0.5 * terms.sum::<f64>().abs()
 }
 
-/// An emitting rectangle above a plane, with nothing behind it: E and its gradients by translation
-/// and by rotation.
+/// An emitting rectangle is above a plane, and there is nothing else. Irradiance and its gradients
+/// by translation and by rotation match the closed form.
 #[test]
 fn gradients_below_a_rectangle_match_closed_form() {
     let lamp = [[-0.3, -0.6], [1.1, -0.6], [1.1, 0.5], [-0.3, 0.5]].map(|[x, y]| DVec3::new(x, y, 0.8));
     let n = DVec3::Z;
     for p in [DVec3::ZERO, DVec3::new(-0.9, 0.3, 0.0), DVec3::new(1.5, 1.2, 0.0)] {
-        // Radiance along the rays
+        // Compute the radiance along the rays
         let strata = Strata::new(40_000);
         let mut sampler = Sobol::new(3);
         let look = |index| {
@@ -139,8 +139,8 @@ fn gradients_below_a_rectangle_match_closed_form() {
     }
 }
 
-/// Inside a convex box whose walls emit smoothly, nothing is hidden: differences between strata
-/// come from smooth light only.
+/// Inside a convex box whose walls emit smoothly, nothing is hidden. Differences between strata
+/// therefore come only from smooth light.
 #[test]
 fn gradients_in_a_box_match_differences() {
     // Radiance at x, in the box [-1, 1]² × [0, 2]; `gather` collects it at a point of the floor
@@ -151,7 +151,7 @@ fn gradients_in_a_box_match_differences() {
         let look = |index| {
             sampler.start(SampleKey::new(0, 0, index));
             let w = strata.direction(index, sampler.get_2d(Dimension::PIXEL));
-            // First wall along the ray
+            // Find the first wall along the ray
             let to = |p: f32, w: f32, min: f32, max: f32| ((if w > 0.0 { max } else { min }) - p) / w;
             let distance = to(p.x, w.x, -1.0, 1.0).min(to(p.y, w.y, -1.0, 1.0)).min(2.0 / w.z);
             Seen {
@@ -177,8 +177,8 @@ fn gradients_in_a_box_match_differences() {
     }
 }
 
-/// Radiance in the closed box is 2, and 2 − 2⁻ⁿ after n scatterings: `max_depth` limits the cache
-/// in the same way as paths.
+/// The radiance in the closed box is 2, and it is 2 − 2⁻ⁿ with n scatterings. `max_depth` limits
+/// the cache in the same way as paths.
 #[test]
 fn closed_box_has_the_exact_radiance() {
     let scene = own("closed-box.toml");
@@ -198,7 +198,8 @@ fn closed_box_has_the_exact_radiance() {
     }
 }
 
-/// Compared with paths: bias below 1 % at the usual settings, and less with finer ones.
+/// The bias relative to path tracing is below 1 % with the default settings, and smaller with finer
+/// settings.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn bias_shrinks_with_finer_settings() {
@@ -221,7 +222,7 @@ fn bias_shrinks_with_finer_settings() {
     );
 }
 
-/// Mirrors and glass show cached light up to the remaining depth; other surfaces are traced as
+/// Mirrors and glass show cached light up to the remaining depth. Surfaces beyond are traced as
 /// paths.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
@@ -279,7 +280,7 @@ fn caustics_cause_a_warning_about_records() {
     assert!(!warns("cornell-box.toml"));
 }
 
-/// A convex white surface in a white sky: all light is direct, and the cache adds none.
+/// A convex white surface in a white sky has only direct light, so the cache adds no light.
 #[test]
 fn the_furnace_is_one() {
     let camera = pinhole(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 40.0);
@@ -287,7 +288,7 @@ fn the_furnace_is_one() {
     assert_unbiased("furnace", &film, 1.0);
 }
 
-/// Requests a stop every eighth call.
+/// Observer that requests a stop at every eighth call.
 struct FrequentStop(AtomicU64);
 
 impl Observer for FrequentStop {
@@ -374,7 +375,7 @@ fn threads_crops_and_parts_change_no_bit() {
     render("--threads 1 -o one.exr");
     render("--threads 3 -o three.exr");
     same("three.exr");
-    // Crops and sample ranges
+    // Render crops and sample ranges
     render("--crop 0,0,17,30 -o left.exr");
     render("--crop 17,0,44,30 --samples 0..64 -o first.exr");
     render("--crop 17,0,44,30 --samples 64..128 --threads 1 -o second.exr");
@@ -383,7 +384,7 @@ fn threads_crops_and_parts_change_no_bit() {
         &split("merge -q -o merged.exr second.exr left.exr first.exr"),
     );
     same("merged.exr");
-    // A render that ends before the cache is full writes nothing. A checkpoint is resumed.
+    // A render that ends before the cache is full writes no file. A checkpoint can be resumed.
     let early = split("--checkpoint state.exr --time-limit 0.001s -o early.exr");
     let words = refused(folder.path(), &joined(&usual, &early), 1);
     assert!(

@@ -1,6 +1,6 @@
-//! Integrators whose light can fall on any pixel render in iterations; others prepare data for all
-//! pixels. Threads, stops and parts change no bit of the image, and files have the expected
-//! channels.
+//! Integrators whose light can fall on any pixel render in iterations. Others prepare data for all
+//! pixels. For both kinds, threads, stops and parts change no bit of the image, and files have the
+//! expected channels.
 
 use crate::support::program::{
     assert_same_bits, code, done, folder, joined, limited, read_json, refused, run, split, words,
@@ -48,8 +48,8 @@ fn assert_same(folder: &TempDir, one: &str, other: &str) {
     assert_same_bits(&folder.path().join(one), &folder.path().join(other));
 }
 
-/// Threads, interruptions, crops and parts change no bit; the order in which parts are merged does
-/// not either.
+/// Threads, interruptions, crops and parts change no bit. The order in which parts are merged
+/// changes no bit either.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn threads_parts_and_stops_change_no_bit() {
@@ -67,7 +67,7 @@ fn threads_parts_and_stops_change_no_bit() {
         render("-o other.exr --threads 3");
         assert_same(&folder, "other.exr", "one.exr");
 
-        // Stopped many times
+        // The render is stopped many times
         let (mut limit, mut stops) = (0.01, 0);
         loop {
             let more = split("--spp 130 -o later.exr --checkpoint c.exr --resume --stats s.json");
@@ -79,12 +79,12 @@ fn threads_parts_and_stops_change_no_bit() {
         }
         assert!(stops > 0, "{method}");
         assert_same(&folder, "later.exr", "one.exr");
-        // More iterations later
+        // More iterations are added later
         iterations("37", "-o few.exr --checkpoint d.exr");
         render("-o many.exr --checkpoint d.exr --resume");
         assert_same(&folder, "many.exr", "one.exr");
 
-        // In parts
+        // The image is rendered in parts
         render("-o left.exr --crop 0,0,17,29");
         render("-o right-2.exr --crop 17,0,44,29 --samples 64..130 --threads 3");
         render("--checkpoint right-1.exr -o unused.exr --crop 17,0,44,29 --samples 0..64");
@@ -119,7 +119,7 @@ fn noise_levels_end_iterations() {
     assert_same(&folder, "other.exr", "one.exr");
 }
 
-/// Unsupported options are errors before rendering starts. The message has a way out.
+/// Unsupported options are errors before rendering starts. The message says how to correct them.
 #[test]
 fn unsupported_outputs_are_errors() {
     let folder = scene();
@@ -200,7 +200,7 @@ fn render_without_samples_writes_no_image() {
         "irradiance-cache --cache-rays 99999",
         "path --size 16x16 --light-samples 1024 --light-selection all",
     ] {
-        // Before any tile of `path` is complete
+        // The render ends before any tile of `path` is complete
         let limit = if method.starts_with("path") {
             "0.000001s"
         } else {
@@ -225,8 +225,8 @@ fn render_without_samples_writes_no_image() {
     }
 }
 
-/// Loading takes longer than the time limit, so no sample is taken, although each takes
-/// microseconds only.
+/// If loading takes longer than the time limit, no sample is taken, although a sample takes only
+/// microseconds.
 #[test]
 fn time_limit_during_loading_is_an_error() {
     let folder = scene();
@@ -257,7 +257,8 @@ fn interrupt_before_first_sample_writes_nothing() {
     assert_eq!(fs::read(&path).unwrap(), b"good");
 }
 
-/// Images and checkpoints due within an iteration wait for its end, so the render makes progress.
+/// Images and checkpoints that are due within an iteration wait for its end. So the render always
+/// makes progress.
 #[test]
 fn frequent_writes_wait_for_whole_iterations() {
     let folder = scene();
@@ -270,7 +271,7 @@ fn frequent_writes_wait_for_whole_iterations() {
     assert_eq!(stats["complete"], true, "{stats}");
 }
 
-/// Memory of stored light is forecast, and too much is refused.
+/// The memory of stored light is forecast. If it is too large, the render is refused.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn memory_of_stored_light_is_forecast() {
@@ -316,7 +317,7 @@ fn memory_of_stored_light_is_forecast() {
             assert!(said.contains("--max-memory"), "{said}");
         }
     }
-    // Separate limit for integrators that keep whole paths
+    // Integrators that keep whole paths have a separate limit
     let said = refused(folder.path(), &joined(&base, &split("vcm --photons 60000000")), 2);
     assert!(
         said.contains("--photons 60000000") && said.contains("16777216"),

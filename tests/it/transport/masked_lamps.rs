@@ -46,8 +46,8 @@ fn floor_below(opacities: &[f32]) -> Scene {
     b.build().unwrap().0
 }
 
-/// Radiance of the floor below the middle of the lamp: with light samples, with scattered rays,
-/// with both.
+/// Radiance of the floor below the middle of the lamp, found by light samples, by scattered rays,
+/// and by both.
 fn floor_radiances(scene: &Scene) -> [Mean; 3] {
     let camera = pinhole(Vec3::new(0.4, 0.7, 1.0), Vec3::ZERO, 0.01);
     let size = UVec2::splat(16);
@@ -78,8 +78,8 @@ fn lamp_light_is_proportional_to_opacity() {
     }
 }
 
-/// Light samples, scattered rays and both find the same light if the vertices of a lamp have an
-/// opacity.
+/// If the vertices of a lamp have opacities, light samples, scattered rays and both together find
+/// the same light.
 #[test]
 fn opacities_of_vertices_dim_lamps() {
     let scene = |alphas: [f32; 4]| {
@@ -141,8 +141,8 @@ fn lamp_power_is_proportional_to_opacity() {
     assert!(scene.lights().iter().any(|light| matches!(light, Light::Constant(_))));
 }
 
-/// Walls that do not touch, a lamp with textures of opacity and emission, and a lamp of opacity 0.4
-/// in front of it and of the camera.
+/// Walls that do not touch, and two lamps. One lamp has textures of opacity and emission. The other
+/// has the opacity 0.4, and is in front of the first lamp and of the camera.
 fn masked_lamps() -> (Scene, CameraParameters) {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
@@ -210,7 +210,7 @@ fn metropolis_agrees_on_masked_lamps() {
     });
 }
 
-/// The ground compares arriving light with this irradiance.
+/// The irradiance that a ground uses for comparison is proportional to the opacity of the lamp.
 #[test]
 fn irradiance_is_proportional_to_opacity() {
     let irradiance = |opacity| {

@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 
 const BOTH: [MetropolisDirect; 2] = [MetropolisDirect::Ordinary, MetropolisDirect::Metropolis];
 
-/// Integrator with few chains and bootstrap paths, so errors in them are visible.
+/// Integrator with few chains and few bootstrap paths, so that errors in them are visible.
 fn pssmlt<'a>(
     world: World<'a, Backend<'a>>,
     max_depth: u32,
@@ -65,8 +65,8 @@ fn means_of_iterations(integrator: &dyn CompiledIntegrator, resolution: UVec2, c
     (0..count).map(of).collect()
 }
 
-/// Fails unless the mean over iterations is right, and its standard error is at most 0.2 % with all
-/// samples.
+/// Fails unless the mean over iterations is `expected`, and its standard error is at most 0.2 %
+/// with all samples.
 fn assert_mean(what: &str, iterations: &[f64], expected: f64) {
     let mean = Mean::of(iterations);
     assert!(
@@ -114,8 +114,8 @@ fn white_furnace_hides_a_white_object() {
     let camera = pinhole(Vec3::new(0.0, 0.5, 3.0), Vec3::ZERO, 50.0);
     let resolution = UVec2::splat(24);
     with_world(&scene, camera, resolution, |world| {
-        // Nothing is scattered twice: chains of longer paths find no light, and use their share of
-        // the bootstrap paths.
+        // No light is scattered twice, so chains of longer paths find no light, but use their share
+        // of the bootstrap paths.
         for (direct, max_depth, iterations) in [
             (MetropolisDirect::Ordinary, 20, 200),
             (MetropolisDirect::Metropolis, 1, 800),
@@ -130,8 +130,8 @@ fn white_furnace_hides_a_white_object() {
     });
 }
 
-/// A point light anywhere in a diffuse sphere: light scattered once illuminates the sphere evenly
-/// (the integrating sphere), with ρ Φ / (4 π R²). Each further scattering multiplies by ρ.
+/// A point light anywhere in a diffuse sphere. Light scattered once illuminates the sphere evenly
+/// (the integrating sphere), with ρ Φ / (4 π R²). Each further scattering multiplies it by ρ.
 
 #[test]
 fn point_light_lights_a_sphere_evenly() {
@@ -151,7 +151,7 @@ fn point_light_lights_a_sphere_evenly() {
             integrator.metropolis.bootstrap = Some(2048);
             means_of_iterations(&integrator, resolution, budget(400))
         };
-        // Direct light is bit-identical in both renders. The difference has at least two
+        // Direct light is bit-identical in both renders, so the difference has at least two
         // scatterings, with radiance ρ E / π.
         let indirect: Vec<f64> = means(max)
             .iter()
@@ -164,8 +164,8 @@ fn point_light_lights_a_sphere_evenly() {
     });
 }
 
-/// Each iteration is unbiased, even with few bootstrap paths and mutations. Here chains often have
-/// a single starting path, and four steps.
+/// Each iteration is unbiased, even with few bootstrap paths and few mutations. In this test a
+/// chain often has a single starting path, and four steps.
 #[test]
 fn single_iterations_are_unbiased() {
     let (scene, camera) = glowing_room();
@@ -187,7 +187,7 @@ fn single_iterations_are_unbiased() {
     });
 }
 
-/// z-tests of the means of 16 regions: iterations against path tracing.
+/// Compares iterations with path tracing, by z-tests of the means of 16 regions.
 pub(super) fn assert_agrees_with_paths(
     what: &str,
     (scene, camera, filter): (&Scene, CameraParameters, &Filter),
@@ -227,7 +227,7 @@ fn assert_choosing_agrees_with_paths(
         means.sum::<f64>() / region.area() as f64
     };
 
-    // Path tracing; its pixels are independent
+    // Render by path tracing, whose pixels are independent
     let paths = film_of(&path_tracer(world, Some(max_depth)), resolution, budget(2048), 9);
     let error = |region: Rect, c: usize| {
         let variances = region
@@ -274,12 +274,12 @@ fn pictures_agree_with_path_tracing() {
     let scene = own("cornell-box.toml");
     let many = |metropolis: &mut Metropolis| (metropolis.chains, metropolis.bootstrap) = (Some(64), Some(512));
     assert_agrees_with_paths("cornell-box", (&scene, cornell, &Filter::BOX), (4, 800), many);
-    // Filters that reach beyond the image; chains go there too
+    // Use a filter that reaches beyond the image. Chains also reach pixels there
     let filter = Filter::new(FilterKind::Mitchell, 2.0);
     assert_agrees_with_paths("cornell-box, filtered", (&scene, cornell, &filter), (3, 800), many);
 }
 
-/// One room with every lobe, also delta lobes.
+/// A room with every lobe, including delta lobes.
 #[test]
 fn every_lobe_agrees_with_path_tracing() {
     let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
@@ -362,11 +362,11 @@ fn threads_crops_and_parts_change_no_bit() {
         let (whole, statistics) = film(1, full, [0, 6]);
         assert!(whole.pixels().any(|(_, sums)| sums.mean(0) > 0.0));
 
-        // Threads
+        // The sums are the same with more threads
         let (other, same) = film(3, full, [0, 6]);
         assert_eq!((sums(&other), same), (sums(&whole), statistics.clone()));
 
-        // A crop
+        // A crop has the same sums
         let crop = Rect {
             min: UVec2::new(7, 3),
             max: UVec2::new(21, 20),
@@ -377,13 +377,13 @@ fn threads_crops_and_parts_change_no_bit() {
         cropped.sort_by_key(|(pixel, _)| expected.iter().position(|(other, _)| other == pixel));
         assert_eq!(cropped, expected);
 
-        // Merged parts
+        // Merged parts have the same sums
         let (mut first, some) = film(2, full, [0, 2]);
         let (second, more) = film(1, full, [2, 6]);
         first.merge(&second);
         assert_eq!((sums(&first), some.merge(more)), (sums(&whole), statistics.clone()));
 
-        // Mutations: one per pixel in each iteration
+        // Each iteration has one mutation per pixel
         let counts: Vec<_> = statistics.mutations.values().collect();
         let proposed: u64 = counts.iter().map(|counts| counts.proposed).sum();
         assert_eq!(proposed, 6 * full.area());
@@ -421,8 +421,8 @@ fn light_groups_sum_to_the_same_image() {
     });
 }
 
-/// In a room of uniform radiance, chains of large steps stay in a pixel about as long as
-/// independent samples; chains of tiny steps stay longer.
+/// In a room of uniform radiance, chains of large steps stay in a pixel for about as long as
+/// independent samples. Chains of tiny steps stay longer.
 #[test]
 fn autocorrelation_time_grows_for_small_steps() {
     let (scene, camera) = glowing_room();

@@ -61,7 +61,7 @@ fn regions(film: &Film, cells: u32, c: usize) -> Vec<f64> {
     sums.into_iter().map(|[sum, n]| sum / n).collect()
 }
 
-/// Means of regions over independent renders with different seeds, each with the mean of
+/// Means of regions over independent renders with different seeds, each paired with the mean of
 /// `reference`.
 fn means_of_regions(films: &[Film], reference: &[Film], cells: u32) -> Vec<[Mean; 2]> {
     let mut all = Vec::new();
@@ -76,7 +76,7 @@ fn means_of_regions(films: &[Film], reference: &[Film], cells: u32) -> Vec<[Mean
     all
 }
 
-/// Fails unless chains and the path tracer agree in all regions of the image, over renders with
+/// Asserts that chains and the path tracer agree in all regions of the image, over renders with
 /// different seeds.
 pub(super) fn agrees(
     what: &str,
@@ -132,7 +132,7 @@ fn closed_box_shows_the_geometric_series() {
     }
 }
 
-/// A sphere that reflects all light is invisible under uniform radiance 1.
+/// A sphere that reflects all light is invisible in an environment of uniform radiance 1.
 #[test]
 fn furnace_is_even() {
     let mut b = SceneBuilder::new();
@@ -164,7 +164,7 @@ fn cornell_box_agrees_with_paths() {
     );
 }
 
-/// Every kind of lobe, and a lens.
+/// A scene with every kind of lobe, seen through a lens.
 #[test]
 fn every_lobe_agrees_with_paths() {
     let camera = CameraParameters {
@@ -233,7 +233,7 @@ fn all_light_types_agree_with_paths() {
     );
 }
 
-/// A room lit only through a gap by a lamp beside it. Each render finds all of the light once.
+/// A lamp lights a room only through a gap beside it. Each render finds all of this light, once.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn light_through_a_gap_is_found_by_each_seed() {
@@ -289,7 +289,7 @@ fn light_through_a_gap_is_found_by_each_seed() {
     });
 }
 
-/// Each iteration depends on its index only: threads and parts change no bit.
+/// Each iteration depends only on its index, so threads and parts change no bit.
 #[test]
 fn threads_change_no_bit() {
     let scene = lobes_room();
@@ -310,8 +310,8 @@ fn threads_change_no_bit() {
     assert_eq!(bits(&render(1)), bits(&render(3)));
 }
 
-/// Strongly bent normals. A camera path may hit the facet that it has left; neither chains nor
-/// light tracing find that light.
+/// Strongly bent normals. A camera path may hit the facet that it has left. Chains and light
+/// tracing do not find this light.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn bent_normals_agree_with_light_tracing() {

@@ -37,7 +37,8 @@ fn shutter(parameters: CameraParameters, shutter: [f32; 2]) -> Camera {
 fn moving_panel_has_the_exact_coverage() {
     for deforms in [false, true] {
         let mut b = SceneBuilder::new();
-        // Black in front of a white sky, of width 2; its middle moves from x = −1 to 1.
+        // The panel is black, in front of a white sky, and 2 wide. Its middle moves from x = −1 to
+        // 1.
         let id = b.add_material(material(0.0, 0.0)).unwrap();
         let mesh = panel(0.0, 1.0);
         if deforms {
@@ -73,7 +74,7 @@ fn moving_panel_has_the_exact_coverage() {
                     .map(|(_, a)| a.mean(0))
                     .collect();
                 let mean = pixels.iter().sum::<f64>() / 24.0;
-                // Binomial with at most 24 · 512 samples
+                // The count is binomial, with at most 24 · 512 samples
                 let error = (share * (1.0 - share) / (24.0 * 512.0)).sqrt().max(1e-4);
                 assert!(
                     (mean - (1.0 - share)).abs() < 4.5 * error,
@@ -136,8 +137,8 @@ fn assert_alike(what: &str, a: &[Mean], b: &[Mean]) {
     }
 }
 
-/// Naive paths, next-event estimation, path reuse and light samples find the same light if lamps
-/// and surfaces move.
+/// If lamps and surfaces move, naive paths, next-event estimation, path reuse and light samples
+/// find the same light.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn estimators_agree_on_moving_scenes() {
@@ -171,14 +172,14 @@ fn estimators_agree_on_moving_scenes() {
 }
 
 /// A black panel hides the left half of a room while the lamp is there. Path reuse between pixels
-/// must not bring light of that time to the left half later.
+/// must not bring light from that time to the left half at a later time.
 #[test]
 fn path_reuse_keeps_light_in_its_time() {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.8, 0.0));
     let black = b.add_material(material(0.0, 0.0)).unwrap();
     let lamp = b.add_material(material(0.0, 6.0)).unwrap();
-    // Both leave at half the time, within 1/128 of it.
+    // The lamp and the panel leave at half of the time, within 1/128 of the time.
     let mut leaving = |mesh: Mesh, material, place: Affine3A| {
         let prototype = b.add_prototype(vec![(mesh, material)]).unwrap();
         let away = shift(0.0, 0.0, 90.0) * place;
@@ -231,7 +232,7 @@ fn an_open_shutter_is_the_mean_of_stills() {
     let stills: Vec<Film> = (0..STILLS)
         .map(|i| {
             let time = 0.2 + 0.6 * (i as f32 + 0.5) / STILLS as f32;
-            // A scene without motion, frozen at that time
+            // Make a scene without motion, frozen at that time
             let still = frozen(&scene, time);
             let pose = |a: Vec3, b: Vec3| a.lerp(b, time);
             let parameters = CameraParameters {
@@ -244,7 +245,7 @@ fn an_open_shutter_is_the_mean_of_stills() {
             with_camera(&still, camera, |world| film_of(&path(world, true), SIZE, 16, 500 + i))
         })
         .collect();
-    // Eight means of sixteen stills each, evenly spread over the time
+    // Compute eight means, each over sixteen stills that are evenly spread over the time
     let sums: Vec<Vec<Mean>> = (0..8)
         .map(|k| quarters(0..16, |i| stills[(8 * i + k) as usize].clone()))
         .collect();
@@ -292,8 +293,8 @@ fn frozen(scene: &Scene, time: f32) -> Scene {
     b.build().unwrap().0
 }
 
-/// Emitting instances are the same lights as their triangles placed in the world, up to rounding of
-/// the placement.
+/// Emitting instances are the same lights as their triangles placed in the world, except for
+/// rounding.
 #[test]
 fn instanced_lamps_match_single_lamps() {
     let mut b = SceneBuilder::new();
@@ -370,7 +371,7 @@ fn scene_files_place_and_move_objects() {
     assert_eq!((scene.triangle_count(), scene.placed_triangle_count()), (1, 2));
     assert_eq!(places(&scene, 0.0), [Vec3::Y, 2.0 * Vec3::Y]);
 
-    // Lists of copies; the placement of the object moves all of them
+    // Read a list of copies; the placement of the object moves all copies
     let scene = read("[[object]]\nobj = \"tri.obj\"\ninstances = \"list.txt\"\ntransform = { scale = 10 }\n").unwrap();
     assert_eq!(
         places(&scene, 0.0),
@@ -381,7 +382,8 @@ fn scene_files_place_and_move_objects() {
     let scene = read(&format!("[[object]]\nobj = \"tri.obj\"\ninstances = [{one}, {two}]\n")).unwrap();
     assert_eq!(places(&scene, 0.0), [1.0, 2.0].map(|x| Vec3::new(x, 1.0, 0.0)));
 
-    // Components of a transform move linearly, angles too: a full turn passes all angles.
+    // Components of a transform move linearly, including angles, so a full turn passes through all
+    // angles.
     let scene =
         read("[[object]]\nobj = \"tri.obj\"\ntransform_close = { rotate = [0, 0, 360], translate = [4, 0, 0] }\n")
             .unwrap();
@@ -398,7 +400,7 @@ fn scene_files_place_and_move_objects() {
             places(&scene, time)
         );
     }
-    // Also between two steps
+    // The radius is also right between two steps
     let radius = |time: f32| (places(&scene, time)[0] - Vec3::new(4.0 * time, 0.0, 0.0)).length();
     assert!((0..1000).all(|i| (radius(i as f32 / 1000.0) - 1.0).abs() < 1e-3));
 
@@ -408,7 +410,7 @@ fn scene_files_place_and_move_objects() {
     let half = std::f32::consts::FRAC_1_SQRT_2;
     assert!(places(&scene, 0.5)[0].distance(Vec3::new(-half, half, 0.0)) < 1e-3);
 
-    // A deforming shape
+    // Read a deforming shape
     let scene =
         read("[[object]]\nobj = \"tri.obj\"\nobj_close = \"late.obj\"\ntransform = { translate = [1, 0, 0] }\n")
             .unwrap();
@@ -416,7 +418,7 @@ fn scene_files_place_and_move_objects() {
     assert_eq!((corners[2], scene.is_moving()), (Vec3::new(1.0, 1.5, 0.5), true));
     assert_eq!(scene.bounds().max, Vec3::new(2.0, 2.0, 1.0));
 
-    // Errors have the file and line.
+    // Errors name the file and the line.
     write("bad.txt", "1 0 0 0  0 1 0 0  0 0 1\n");
     write("flat.txt", "1 0 0 0  0 1 0 0  0 0 1 0\n1 0 0 0  0 0 0 0  0 0 1 0\n");
     write("word.txt", "\n1 0 0 0  0 1 0 0  0 0 one 0\n");

@@ -1,5 +1,5 @@
-//! Light through window panes and other thin glass: closed forms, straight against refracted light,
-//! noise, bits and messages.
+//! Light through window panes and other thin glass: closed forms, straight light compared with
+//! refracted light, noise, bits and messages.
 #![cfg(feature = "embree")]
 
 use crate::support::program::{done, folder, printed, read_json, refused, split, words};
@@ -107,7 +107,7 @@ fn shadow_rays_have_pane_transmittance() {
             let camera = pinhole(Vec3::new(0.0, -2.0, -2.0), Vec3::new(0.0, 0.0, -3.0), 0.5);
             let film = render_film(&scene, camera, [4, 4], 64, Some(1));
             for (c, kt) in [1.0f64, 0.5, 0.25].into_iter().enumerate() {
-                // Both faces of a body multiply by the colour.
+                // Both faces of a body multiply the light by the colour.
                 let kt = if is_slab { kt * kt } else { kt };
                 let (mean, expected) = (film_mean(&film, c), 0.5 / std::f64::consts::PI * expected * kt);
                 assert!(
@@ -153,7 +153,7 @@ fn mirror_behind_a_pane_shows_the_lamp() {
     let mut behind = turned(panel(0.0, 2.0), 45.0);
     behind.positions.iter_mut().for_each(|p| p.z -= 3.0);
     add(&mut b, behind, mirror);
-    // To the right of the mirror, behind another pane
+    // The second pane is to the right of the mirror
     let mut second = turned(slab(Vec3::ZERO, Vec3::new(1.0, 1.0, 0.005)), 90.0);
     second
         .positions
@@ -178,7 +178,7 @@ fn mirror_behind_a_pane_shows_the_lamp() {
     }
 }
 
-/// Energy is conserved: in uniform light, panes are as bright as all else, as bodies and as thin
+/// Energy is conserved: in uniform light, panes are invisible, both as bodies and as thin
 /// dielectrics.
 #[test]
 fn panes_are_invisible_in_uniform_light() {
@@ -218,8 +218,8 @@ fn lit_through_a_window(panes: Panes) -> Scene {
     b.build().unwrap().0
 }
 
-/// Straight and refracted light have one mean, and straight light has less noise. The two count
-/// scatterings differently, so all paths are long.
+/// Straight and refracted light have the same mean, and straight light has less noise. They count
+/// scatterings differently, so long paths are allowed.
 #[test]
 fn straight_and_refracted_light_agree() {
     let camera = pinhole(Vec3::new(0.0, 0.2, 0.9), Vec3::new(0.2, -0.6, -0.3), 80.0);
@@ -236,7 +236,7 @@ fn straight_and_refracted_light_agree() {
     assert_all_means_within("pixels", &pairs, |_| 0.0);
 }
 
-/// Light from a small lamp behind a window. Scattered rays hardly ever find it.
+/// A small lamp behind a window lights a room. Scattered rays hardly ever find this light.
 #[test]
 fn light_behind_a_window_has_little_noise() {
     let scene = |panes| {
@@ -261,7 +261,7 @@ fn light_behind_a_window_has_little_noise() {
     assert!(straight.1 < 0.05 * refract.1, "{straight:?} {refract:?}");
 }
 
-/// Camera rays choose transmission by a stratified number: pixels of a window in front of a lamp
+/// Camera rays select transmission by a stratified number, so pixels of a window in front of a lamp
 /// hardly differ.
 #[test]
 fn windows_in_the_picture_are_stratified() {
@@ -281,7 +281,7 @@ fn windows_in_the_picture_are_stratified() {
 }
 
 /// Backends differ in the last bits of barycentrics, which secondary rays use as random numbers.
-/// The means are the same.
+/// The means of the images are the same.
 #[test]
 fn backends_agree_through_glass() {
     let scene = glazed_room();
@@ -368,7 +368,7 @@ fn threads_and_parts_change_no_bit_behind_glass() {
         done(folder.path(), &split("merge b.exr a.exr -o merged.exr -q"));
         assert_eq!(pixels(&folder.path().join("merged.exr")), whole, "{integrator}: parts");
     }
-    // The other pane setting makes another scene.
+    // A scene with the other setting for panes is another scene.
     run("-o a.exr --samples 0..64");
     run("-o b.exr --samples 64..128 --panes refract");
     let said = refused(folder.path(), &split("merge a.exr b.exr -o merged.exr -q"), 1);

@@ -1,4 +1,5 @@
-//! `embrasure paths` and `render --pixel --json`: recorded paths are the paths of a render.
+//! `embrasure paths` and `render --pixel --json`: recorded paths are equal to the paths of a
+//! render.
 
 use crate::support::program::{done, folder, joined, json, refused, run, split};
 use crate::support::read_channel;
@@ -60,7 +61,7 @@ const METHODS: [&str; 18] = [
     "pssmlt",
 ];
 
-/// All contributions of a record sum to the pixel of a render, for each integrator.
+/// For each integrator, the contributions of a record sum to the pixel of a render.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn contributions_sum_to_the_pixel() {
@@ -99,8 +100,8 @@ fn contributions_sum_to_the_pixel() {
     }
 }
 
-/// A density estimate with k photons has the distance of the k-th as radius and counts the nearer
-/// ones. The density hardly changes with k.
+/// The radius of a density estimate with k photons is the distance of the k-th photon, and the
+/// estimate counts the nearer photons. The density hardly changes with k.
 #[test]
 fn density_estimates_use_the_photon_count() {
     let folder = folder(&[("a.txt", "")]);
@@ -121,7 +122,7 @@ fn density_estimates_use_the_photon_count() {
     assert!((0.4..2.5).contains(&ratio), "{ratio}");
 }
 
-/// The product of throughputs, densities and weights is the contribution.
+/// The contribution of a path is the product of its throughputs, densities and weights.
 #[test]
 fn vertex_factors_multiply_to_contributions() {
     let folder = scene();
@@ -201,7 +202,7 @@ fn paths_are_written_as_svg_obj_and_json() {
         done(folder.path(), &joined(&args, &split("-o p.svg -o p.obj -o p.json")));
         let svg = fs::read_to_string(folder.path().join("p.svg")).unwrap();
         assert!(svg.contains("from the side") && svg.contains("sample 1: radiance") && !svg.contains("NaN"));
-        // Lines refer to existing vertices, so other programs can read the file.
+        // Lines of the OBJ file refer to existing vertices, so other programs can read the file.
         let obj = fs::read_to_string(folder.path().join("p.obj")).unwrap();
         let vertices = obj.lines().filter(|line| line.starts_with("v ")).count();
         let lines: Vec<&str> = obj.lines().filter(|line| line.starts_with("l ")).collect();
@@ -236,7 +237,7 @@ fn a_replayed_pixel_has_the_same_numbers() {
     assert!(said.contains(".obj"), "{said}");
 }
 
-/// A recorded light has the type of its source.
+/// The type of a recorded light is the type of its source.
 #[test]
 fn recorded_lights_have_their_type() {
     let folder = scene();

@@ -1,5 +1,5 @@
-//! Photon mapping: power of photons against closed forms; images against the path tracer; bits of
-//! threads and parts.
+//! Photon mapping: power of photons against closed forms, images against the path tracer, and bits
+//! of threads and parts.
 #![cfg(feature = "embree")]
 
 use crate::support::program::{assert_same_bits, done, folder};
@@ -46,7 +46,7 @@ fn photons_carry_the_power_of_lights() {
     let (intensity, emission) = (3.0, 5.0);
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.5, 0.0));
-    // Square of half width 0.25 in front of the wall, facing +z
+    // Square light of half width 0.25 in front of the wall, facing +z
     add(&mut b, panel(-0.9, 0.25), material(0.0, emission));
     b.add_point_light(Vec3::new(0.1, 0.2, 0.3), Spectrum::splat(intensity))
         .unwrap();
@@ -60,8 +60,8 @@ fn photons_carry_the_power_of_lights() {
     let expected = 4.0 * PI * intensity as f64 + PI * emission as f64 * 0.25;
     // Lights are sampled in proportion to their power, so each path carries the total power.
     assert!((sum(0) / expected - 1.0).abs() < 1e-3, "{} {expected}", sum(0));
-    // Each scattering keeps half of the power, except for photons that hit the black lamp: less
-    // than 1 % of the area.
+    // Each scattering keeps half of the power, except for photons that hit the black lamp, which
+    // has less than 1 % of the area.
     for (scatterings, share) in [(1, 0.5), (2, 0.25)] {
         let ratio = sum(scatterings) / (share * expected);
         assert!((0.95..1.02).contains(&ratio), "{scatterings}: {ratio}");
@@ -69,8 +69,8 @@ fn photons_carry_the_power_of_lights() {
     assert!(photons.iter().all(|p| p.scatterings < 3));
 }
 
-/// Irradiance of a point light on a plane, `I cos θ / d²`, in rings. z-tests, because each photon
-/// has the same power.
+/// Irradiance of a point light on a plane, `I cos θ / d²`, in rings. z-tests are valid, because all
+/// photons have the same power.
 #[test]
 fn photon_density_matches_irradiance() {
     let (intensity, height) = (2.0, 0.7);
@@ -98,8 +98,8 @@ fn photon_density_matches_irradiance() {
     }
 }
 
-/// Progressive photon mapping with search radius `radius` in the first iteration and radius
-/// reduction parameter `alpha`.
+/// Progressive photon mapping with the search radius `radius` in the first iteration, and with the
+/// parameter `alpha` that reduces the radius.
 fn progressive<A>(world: World<A>, (radius, alpha): (f32, f32), max_depth: u32) -> ProgressivePhotonIntegrator<A> {
     ProgressivePhotonIntegrator {
         world,
@@ -157,7 +157,7 @@ fn mapped(world: World<Backend>, resolution: UVec2, paths: u32, max_depth: u32, 
     film_of(&integrator, resolution, spp, seed)
 }
 
-/// Photons of one time do not belong to surfaces at another time. An emitting room that moves by a
+/// Photons of one time are not used at surfaces of another time. An emitting room that moves by a
 /// quarter of its width while the shutter is open is as bright as a still room.
 #[test]
 fn moving_room_is_as_bright_as_a_still_room() {
@@ -186,8 +186,8 @@ fn moving_room_is_as_bright_as_a_still_room() {
     assert!((moving / still - 1.0).abs() < 0.02, "{moving}, not {still}");
 }
 
-/// A convex body that reflects all light, in uniform light: no scattered photon hits it again, so
-/// photon mapping has no bias.
+/// A convex body reflects all light in uniform light. No scattered photon hits it again, so photon
+/// mapping has no bias.
 #[test]
 fn the_furnace_has_no_bias() {
     let scene = own("furnace.toml");
@@ -206,9 +206,9 @@ fn the_furnace_has_no_bias() {
     });
 }
 
-/// The closed box, with radiance 2 everywhere. A density estimate loses the part of its disk beyond
-/// edges. In a room of width 2, seen into a corner, the mean is too small by about the radius.
-/// Photon mapping gathers, and loses less.
+/// The closed box has radiance 2 everywhere. A density estimate loses the part of its disk that is
+/// beyond an edge. Seen into a corner of a room of width 2, the mean is too small by about the
+/// radius. Photon mapping with final gathering loses less.
 #[test]
 fn closed_box_loses_light_at_edges_only() {
     let scene = own("closed-box.toml");
@@ -253,8 +253,9 @@ fn image(film: &Film) -> RgbImage {
 }
 
 /// The mean squared error of n iterations falls as n^−α. The squared bias, n^(2α − 2), falls
-/// equally at 2/3 (Knaus and Zwicker 2011, eqs. 14 and 17). Errors of direct light, which fall as
-/// 1/n, and photons at edges make it steeper. Fixed radii keep the bias of the first radius.
+/// equally at α = 2/3 (Knaus and Zwicker 2011, eqs. 14 and 17). Errors of direct light, which fall
+/// as 1/n, and photons at edges make the slope steeper. With a fixed radius, the bias of the first
+/// iteration stays.
 #[test]
 fn errors_shrink_as_iterations_are_added() {
     let scene = own("cornell-box.toml");
@@ -275,7 +276,7 @@ fn errors_shrink_as_iterations_are_added() {
         println!("relMSE {few} of 4 iterations, {many} of 128: exponent {slope}");
         assert!((-1.05..-0.5).contains(&slope), "{few} {many}: {slope}");
 
-        // Both use the same photons, so the same noise, which moves means by 0.5 %.
+        // Both films use the same photons, so they have the same noise, which moves means by 0.5 %.
         let bias = |film: &Film| film_mean(film, 0) / film_mean(&reference, 0) - 1.0;
         let (stays, shrinks) = (bias(&iterations(&of(1.0), resolution, 128, 20)), bias(&film));
         println!("bias of the mean {stays} at the first radius, {shrinks} with radii that shrink");
@@ -299,8 +300,8 @@ fn blocks(film: &Film, c: usize) -> Vec<Mean> {
         .collect()
 }
 
-/// Fails if a block differs from the path tracer by more than noise and the fraction `bias` of its
-/// mean.
+/// Asserts that each block differs from the path tracer by at most noise and the fraction `bias` of
+/// its mean.
 fn assert_same_blocks(what: &str, film: &Film, reference: &Film, bias: f64) {
     let pairs: Vec<_> = [0, 1, 2]
         .iter()
@@ -332,7 +333,7 @@ fn opacity_is_applied_once() {
         assert_same_blocks("sppm", &iterations(&integrator, resolution, 64, 2), &reference, 0.025);
         let film = mapped(world, resolution, 60_000, 4, 32, 3);
         assert_same_blocks("photon-map", &film, &reference, 0.025);
-        // Wide enough to merge much
+        // The radius is large enough to merge many vertices
         let film = iterations(&merging(world, 0.05, 4), resolution, 128, 4);
         assert_same_blocks("vcm", &film, &reference, 0.025);
     });
@@ -358,8 +359,8 @@ fn photons_pass_glass() {
     });
 }
 
-/// A room with every kind of lobe, also glass and mirrors, and caustics of a wide lamp. Each light
-/// path counts once, at every depth.
+/// A room with every kind of lobe, including glass and mirrors, and caustics of a wide lamp. Each
+/// light path counts once, at every depth.
 #[test]
 fn all_light_is_counted_once() {
     let scene = lobes_room();

@@ -1,4 +1,4 @@
-//! Scenes of public bug reports about the light of path tracers, each with a known value.
+//! Scenes from public bug reports about light in path tracers. Each scene has a known value.
 //!
 //! Reports covered by other tests are not repeated here.
 
@@ -81,8 +81,8 @@ fn coarse_ball(levels: u32) -> Mesh {
     }
 }
 
-/// Without absorption, each material is as bright as its surroundings. Coarse facets with the
-/// normals of a ball must not have black rims.
+/// Without absorption, a ball of each material is as bright as its surroundings. Coarse facets with
+/// the normals of a ball must not have black rims.
 #[test]
 fn coarse_balls_in_a_white_sky_are_white() {
     let mirror = Material {
@@ -176,8 +176,8 @@ fn pictures_do_not_depend_on_the_scale() {
     }
 }
 
-/// Bilinear value of texels `width` × `height` in a direction: +y is the top row, −z the middle
-/// column, +x to its right.
+/// Bilinear value of the image `texels` of `width` × `height` in a direction. +y is the top row, −z
+/// the middle column, and +x is to the right of the middle.
 fn bilinear(texels: &[f64], width: usize, height: usize, [x, y, z]: [f64; 3]) -> f64 {
     let s = (0.5 + x.atan2(-z) / TAU) * width as f64 - 0.5;
     let t = y.clamp(-1.0, 1.0).acos() / PI * height as f64 - 0.5;
@@ -191,8 +191,8 @@ fn bilinear(texels: &[f64], width: usize, height: usize, [x, y, z]: [f64; 3]) ->
     (1.0 - v) * of_row(row) + v * of_row(row + 1.0)
 }
 
-/// Irradiance of the floor, by the midpoint rule over the sky in the frame of the image. `up` is
-/// the normal of the floor in that frame.
+/// Irradiance of the floor, by the midpoint rule over the sky, in the frame of the image. `up` is
+/// the normal of the floor in this frame.
 fn irradiance(texels: &[f64], width: usize, height: usize, up: Vec3) -> f64 {
     let (rows, columns) = (720, 1440);
     let up = up.to_array().map(f64::from);
@@ -211,8 +211,8 @@ fn irradiance(texels: &[f64], width: usize, height: usize, up: Vec3) -> f64 {
     sum * (PI / rows as f64) * (TAU / columns as f64)
 }
 
-/// Single texels in the middle, at the seam and at both poles, with light samples, with rays and
-/// with both, and rotated environments.
+/// Environments with a single bright texel in the middle, at the seam and at both poles, also
+/// rotated. They are sampled by light samples, by rays, and by both.
 #[test]
 fn environment_texels_give_exact_irradiance() {
     let (width, height) = (32, 16);
@@ -261,7 +261,8 @@ fn odd_environment_sizes_give_exact_irradiance() {
     }
 }
 
-/// The intensity of a spot light at the angle θ is a smooth step of cos θ between both cones.
+/// The intensity of a spot light at the angle θ is a smooth step of cos θ between the inner and the
+/// outer cone.
 #[test]
 fn spots_fall_off_by_a_smooth_step() {
     let (angle, falloff) = (40.0f32, 20.0f32);
@@ -288,7 +289,8 @@ fn spots_fall_off_by_a_smooth_step() {
 fn below_square(half: f64, height: f64) -> f64 {
     let a = half / height;
     let root = (1.0 + a * a).sqrt();
-    // Four quarters, each of two equal terms over 2 (Howell, configuration factors, B-3).
+    // The square is four quarters. Each has two equal terms over 2 (Howell, configuration factors,
+    // B-3).
     4.0 * a / root * (a / root).atan()
 }
 
@@ -318,7 +320,7 @@ fn reversed_vertex_normals_keep_the_lamp_front() {
 }
 
 /// Faces of both windings have normals towards the camera, emitters are opaque, and depth is exact
-/// also out of focus.
+/// even out of focus.
 #[test]
 fn feature_layers_are_exact_out_of_focus() {
     let folder = folder(&[

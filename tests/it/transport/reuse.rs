@@ -36,22 +36,22 @@ fn means(film: &Film) -> [Vec<f64>; 3] {
     [0, 1, 2].map(|c| pixels.iter().map(|a| a.mean(c)).collect())
 }
 
-/// Pixels of a film share errors; films of different seeds are independent. Means and variances are
-/// taken over seeds.
+/// Asserts that path reuse has the means of `reference`. Means and variances are taken over seeds,
+/// because pixels of one film share errors and films of different seeds are independent.
 fn assert_same(what: &str, integrator: &MaybeReusing, reference: &Film, spp: u32) {
     let films: Vec<_> = (0..SEEDS)
         .map(|seed| means(&film_of(integrator, RESOLUTION, budget(spp), 100 + seed)))
         .collect();
     let reference: Vec<_> = reference.pixels().map(|(_, a)| *a).collect();
     for c in 0..3 {
-        // The whole image
+        // Compare the whole image
         let pictures: Vec<f64> = films.iter().map(|f| f[c].iter().sum::<f64>()).collect();
         let expected: f64 = reference.iter().map(|a| a.mean(c)).sum();
         let expected_variance: f64 = reference.iter().map(|a| a.variance_of_mean(c)).sum();
         let expected = Mean::new(expected, expected_variance.sqrt());
         assert_same_mean(format!("{what}, channel {c}"), Mean::of(&pictures), expected);
-        // Pixel by pixel. 32 values have the heavier tails of Student's distribution: P(|t| > 5.5)
-        // is 5e-6.
+        // Compare pixel by pixel. 32 values have the heavier tails of Student's t distribution:
+        // P(|t| > 5.5) is 5e-6.
         let mut beyond = 0;
         for (i, expected) in reference.iter().enumerate() {
             let mean = Mean::of(&films.iter().map(|f| f[c][i]).collect::<Vec<_>>());
@@ -63,8 +63,8 @@ fn assert_same(what: &str, integrator: &MaybeReusing, reference: &Film, spp: u32
     }
 }
 
-/// Path reuse must not change any mean, for any direction sampling, light sampling and path
-/// termination.
+/// Asserts that path reuse does not change any mean, for any direction sampling, light sampling and
+/// path termination.
 fn assert_unmoved(what: &str, scene: &Scene, camera: CameraParameters, spp: u32) {
     with_world(scene, camera, RESOLUTION, |world| assert_unmoved_in(what, world, spp));
 }
@@ -73,7 +73,8 @@ fn assert_unmoved_in(what: &str, world: World<Backend>, spp: u32) {
     let reference = film_of(&path(world, false), RESOLUTION, 2 * SEEDS as u32 * budget(spp), 0);
     let best = path(world, true);
     assert_same(what, &best, &reference, spp);
-    // Shared paths do not end before their second vertex, even if roulette starts at once.
+    // Shared paths do not end before their second vertex, even if roulette starts at the first
+    // vertex.
     let mut at_once = path(world, true);
     at_once.path.roulette.depth = 0;
     let [a, b] = [&best, &at_once].map(|integrator| means(&film_of(integrator, RESOLUTION, spp, 100)));
@@ -90,11 +91,11 @@ fn path_reuse_keeps_means() {
     assert_unmoved("cornell-box", &own("cornell-box.toml"), cornell(), 16);
     let inside = pinhole(Vec3::new(0.4, 0.3, 0.6), Vec3::new(-1.0, -1.0, -1.0), 60.0);
     assert_unmoved("closed-box", &own("closed-box.toml"), inside, 16);
-    // Every lobe: paths that can be shared, and paths that cannot.
+    // Use every lobe, so that some paths can be shared and others cannot.
     let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
     assert_unmoved("lobes", &lobes_room(), inside, 16);
     assert_unmoved("glass", &glazed_room(), in_glazed_room(), 16);
-    // Dissimilar pixels: a lens, a point light, the horizon.
+    // Use dissimilar pixels: a lens, a point light, the horizon.
     let lens = CameraParameters {
         lens_radius: 0.18,
         focus_distance: 7.45,
@@ -103,9 +104,9 @@ fn path_reuse_keeps_means() {
     assert_unmoved("depth-of-field", &own("depth-of-field.toml"), lens, 32);
 }
 
-/// Path reuse must not change any mean in a room with `walls`, seen from a corner, with a lamp and
-/// the objects of `furnish`. Directions follow the BSDF: by the cosine, samples of narrow lobes
-/// have too long a tail for tests of 32 seeds.
+/// Asserts that path reuse does not change any mean in a room with `walls`, seen from a corner,
+/// with a lamp and the objects of `furnish`. Directions follow the BSDF. With cosine sampling,
+/// samples of narrow lobes would have too long a tail for tests with 32 seeds.
 fn assert_unmoved_between(what: &str, walls: Material, furnish: impl FnOnce(&mut SceneBuilder)) {
     let mut builder = SceneBuilder::new();
     add(&mut builder, room(), walls);
@@ -126,7 +127,7 @@ fn assert_unmoved_between(what: &str, walls: Material, furnish: impl FnOnce(&mut
 }
 
 /// A material as exporters write it: a diffuse base of reflectance `base` under a rough dielectric
-/// coat, or metal.
+/// coat, or a metal.
 fn coated(base: f32, roughness: f32, metallic: f32) -> Material {
     Material {
         specular: Spectrum::ONE,
@@ -136,7 +137,7 @@ fn coated(base: f32, roughness: f32, metallic: f32) -> Material {
     }
 }
 
-/// Shared vertices with every kind of glossy BSDF: they scatter different light to each pixel.
+/// Shared vertices with every kind of glossy BSDF, which scatter different light to each pixel.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn glossy_shared_vertices_keep_means() {
@@ -187,7 +188,7 @@ fn glossy_shared_vertices_keep_means() {
     let scene = builder.build().unwrap().0;
     let outside = pinhole(Vec3::new(1.6, 0.8, 2.2), Vec3::new(-0.2, -0.4, -0.3), 45.0);
     assert_unmoved("coats under a sky", &scene, outside, 16);
-    // A delta lobe beside a diffuse one: its light stays with the pixel that found it.
+    // The light of a delta lobe beside a diffuse lobe stays with the pixel that found it.
     let polished = Material {
         specular: Spectrum::ONE,
         gloss: Gloss::Mirror(Fresnel::Dielectric { eta: 1.8 }),
@@ -313,13 +314,13 @@ fn looking_at_the_patch() -> CameraParameters {
 }
 
 /// If direction sampling needs no albedo, paths that leave black surfaces continue. They add no
-/// light to their own pixel, but neighbours reuse them, so they must be complete.
+/// light to their own pixel, but neighbouring pixels reuse them, so these paths must be complete.
 #[test]
 fn paths_from_black_surfaces_keep_means() {
     assert_unmoved("a black patch", &patched_room(0.0), looking_at_the_patch(), 16);
 }
 
-/// Roulette must not end paths because their first surface is dark.
+/// Roulette must not end a path because its first surface is dark.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn dark_neighbours_do_not_add_variance() {
@@ -335,7 +336,8 @@ fn dark_neighbours_do_not_add_variance() {
     assert!(ratio < 0.4, "{ratio}");
 }
 
-/// Path reuse is worth many samples, and the variance channel reports the remaining error.
+/// Path reuse reduces the error as much as many more samples would. The variance channel reports
+/// the remaining error.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn path_reuse_reduces_the_reported_error() {
@@ -354,7 +356,7 @@ fn path_reuse_reduces_the_reported_error() {
     println!("relMSE falls by a factor of {ratio:.2}");
     assert!(ratio > 3.0, "relMSE falls by no more than a factor of {ratio}");
 
-    // Reported variance, and squared differences of two renders
+    // Compare the reported variance with squared differences of two renders
     let other = render(true, 32, 1);
     let mut told = 0.0;
     let mut seen = 0.0;
@@ -368,8 +370,8 @@ fn path_reuse_reduces_the_reported_error() {
     assert!((told / seen - 1.0).abs() < 0.15, "variance told {told}, seen {seen}");
 }
 
-/// The error estimate of `--noise` matches the spread over seeds. With low-discrepancy points the
-/// true error is a little smaller.
+/// The error estimate of `--noise` matches the spread over seeds. With low-discrepancy points, the
+/// true error is a little smaller than the estimate.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn reported_error_matches_spread_of_seeds() {
@@ -407,7 +409,7 @@ fn reported_error_matches_spread_of_seeds() {
     );
     check(
         "sobol",
-        // The range is wide.
+        // The allowed range is wide.
         48,
         &|integrator, resolution, seed| film_by(&sobol(seed), integrator, resolution, 128),
         0.95..1.5,

@@ -1,5 +1,5 @@
-//! Warps, lobes, and closest hits by every backend: `cargo bench -p embrasure-benches --bench
-//! kernels`.
+//! Measures warps, lobes, and closest hits by every backend: `cargo bench -p embrasure-benches
+//! --bench kernels`.
 
 use criterion::{Criterion, Throughput};
 use embrasure::accel::Accel;
@@ -108,7 +108,7 @@ fn backends(c: &mut Criterion) {
     }
 }
 
-/// The safe wrapper around Embree compared with a plain loop over the raw binding.
+/// Compares the safe wrapper around Embree with a plain loop over the raw binding.
 #[cfg(feature = "embree")]
 fn wrapper(c: &mut Criterion) {
     use embrasure::accel::embree::{EmbreeAccel, raw_hits, raw_occlusions};

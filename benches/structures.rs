@@ -1,9 +1,9 @@
 //! Comparison of obvhs's hierarchies and builders: `cargo bench -p embrasure-benches --features
 //! obvhs --bench structures`.
 //!
-//! Its own traversals are measured with one plain triangle test. The backend is measured beside
-//! them: its traversal of the binary hierarchy is conservative, and its triangle test is
-//! watertight.
+//! The traversals of obvhs are measured with one plain triangle test. The backend of this project
+//! is measured beside them. It differs: its traversal of the binary hierarchy is conservative, and
+//! its triangle test is watertight.
 
 use criterion::{Criterion, Throughput};
 use embrasure::accel::{Accel, bvh::BvhAccel};
@@ -16,7 +16,7 @@ use obvhs::ray::{Ray, RayHit};
 use obvhs::{BvhBuildParams, triangle::Triangle};
 use std::time::Duration;
 
-/// Möller and Trumbore 1997, in f32.
+/// Distance to the hit, by the triangle test of Möller and Trumbore 1997, in f32.
 fn intersect(ray: &Ray, t: &Triangle) -> f32 {
     let (e1, e2, s) = (t.v1 - t.v0, t.v2 - t.v0, ray.origin - t.v0);
     let (h, q) = (ray.direction.cross(e2), s.cross(e1));

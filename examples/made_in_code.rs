@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             corner(0.3, 0.3),
             corner(-0.3, 0.3),
         ],
-        // Light leaves on the side from which the corners run counter-clockwise.
+        // A surface emits light on the side from which its corners run counter-clockwise.
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         ..Mesh::default()
     };

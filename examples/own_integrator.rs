@@ -1,4 +1,4 @@
-//! Renders a scene file with its own integrator, which shows the visibility of the sky:
+//! Renders a scene file with an integrator of this example, which shows the visibility of the sky:
 //!
 //! ```text
 //! cargo run --release --example own_integrator -- scenes/cornell-box.toml out/sky.png
@@ -18,14 +18,14 @@ struct SkyVisibility;
 
 impl SampleTracer for SkyVisibility {
     fn sample<S: Sampler>(&self, world: &World<&dyn Accel>, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        // The first surface. This also fills the channels of albedo, normals and depth
+        // Find the first surface. This also fills the channels of albedo, normals and depth
         let slot = BsdfSlot::new();
         let Some(vertex) = world.look(key, sampler, &slot, out) else {
             return;
         };
 
-        // A cosine-distributed direction on the viewer's side. Dimensions are named, so that a new
-        // one does not shift others
+        // Sample a cosine-distributed direction on the viewer's side. Dimensions have names, so
+        // that a new dimension does not shift the others
         let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));
         wi.z = wi.z.copysign(vertex.wo.z);
         let open = world.transmittance(&world.ray_along(&vertex, wi), out).color();

@@ -33,7 +33,8 @@ fn channels(file: &str) -> Result<BTreeMap<String, Channel>, String> {
     Ok(channels)
 }
 
-/// Compares two files. Returns the number of equal values, or a text with the first difference.
+/// Compares the channels of two files. Returns the number of equal values, or a text with the first
+/// difference.
 fn compare(one: &BTreeMap<String, Channel>, other: &BTreeMap<String, Channel>) -> Result<usize, String> {
     if !one.keys().eq(other.keys()) {
         return Err(format!("channels: {:?} and {:?}", one.keys(), other.keys()));

@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let level: f64 = level.parse()?;
 
-    // Flags of the command line are fields of the settings.
+    // Use the settings of the scene file; flags of the command line are fields of the settings.
     let file = SceneFile::load(scene)?;
     let mut settings = Settings::of(&file);
     settings.spp = 4096;

@@ -9,7 +9,7 @@ use embrasure::sampling::warp::{cosine_hemisphere, uniform_triangle};
 use embrasure::scene::{Scene, SceneBuilder};
 use std::path::Path;
 
-/// Reproducible random numbers: the `k`-th pair of item `i`.
+/// Reproducible random numbers: pair `k` of the item `i`.
 pub fn at(i: u32, k: u32) -> Vec2 {
     let mut sampler = Independent::new(1);
     sampler.start(SampleKey::new(i, k, 0));

@@ -1,4 +1,4 @@
-//! Latencies, pictures and bytes per second, and memory after many restarts, for
+//! Measures latencies, pictures and bytes per second, and memory after many restarts, for
 //! docs/benchmarks.md.
 
 use super::link::{SLOW, slow_link};
@@ -23,8 +23,8 @@ fn memory(process: u32) -> f64 {
     line.trim().split(' ').next().unwrap().parse::<f64>().unwrap() / 1024.0
 }
 
-/// Processor time of a process in seconds: of the render threads, and of all others. The others are
-/// the threads of pages and server, and the loop that shows pictures.
+/// Processor time of a process in seconds: first of the render threads, then of all other threads.
+/// The others are the threads of the pages and the server, and the main loop, which shows pictures.
 fn processor_time(process: u32) -> [f64; 2] {
     /// Ticks per second in Linux.
     const TICKS: f64 = 100.0;
@@ -38,8 +38,8 @@ fn processor_time(process: u32) -> [f64; 2] {
         };
         let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
         let ticks: f64 = fields[11..13].iter().map(|t| t.parse::<f64>().unwrap()).sum();
-        // Threads of the pool have the name of the program, and so has the first thread, which
-        // waits for them.
+        // Threads of the pool have the name of the program. The first thread has it too, but only
+        // waits for the pool.
         let is_first = task.file_name().to_string_lossy() == process.to_string();
         let renders = !is_first && !["page", "server"].contains(&name.trim());
         times[usize::from(!renders)] += ticks / TICKS;
@@ -52,7 +52,7 @@ fn median(mut times: Vec<Duration>) -> f64 {
     times[times.len() / 2].as_secs_f64() * 1e3
 }
 
-/// Sends the camera of `home` moved by `step`.
+/// Sends the camera `home`, moved by `step` steps.
 fn send_move(page: &mut Page, home: &serde_json::Value, step: usize) {
     let mut camera = home.clone();
     let x = home["position"][0].as_f64().unwrap() + 0.01 * (1 + step % 7) as f64;
@@ -61,7 +61,7 @@ fn send_move(page: &mut Page, home: &serde_json::Value, step: usize) {
     page.send(&camera.to_string());
 }
 
-/// Prints the table of cornell-box.toml and of `more` scenes.
+/// Prints the table for cornell-box.toml and for the scenes `more`.
 pub fn print(more: &[String]) {
     let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.toml");
     let scenes = [own.display().to_string()].into_iter().chain(more.iter().cloned());
@@ -77,7 +77,7 @@ pub fn print(more: &[String]) {
     }
 }
 
-/// Prints the row of a scene over a link.
+/// Prints the row of a scene for a link of `rate` bytes per second.
 fn figures_of(scene: &str, name: &str, link: &str, rate: f64) {
     let folder = tempfile::tempdir().unwrap();
     let viewer = Viewer::start(folder.path(), &[scene, "--size", "512x512", "--spp", "100000"]);
@@ -98,7 +98,7 @@ fn figures_of(scene: &str, name: &str, link: &str, rate: f64) {
         full.push(start.elapsed());
     }
 
-    // Orbit: sends moves while pictures arrive.
+    // Orbit the camera: send moves while pictures arrive.
     let [rendering, others] = processor_time(viewer.child.id());
     let (start, mut moves, mut pictures, mut bytes) = (Instant::now(), 0, 0, 0);
     page.socket
@@ -121,14 +121,14 @@ fn figures_of(scene: &str, name: &str, link: &str, rate: f64) {
     page.socket.get_ref().set_read_timeout(Some(PATIENCE)).unwrap();
     page.frame_where(|header| header["preview"] == false);
 
-    // Rest: the render continues, and pages receive its progress.
+    // Rest the camera: the render continues, and pages receive its progress.
     let before = processor_time(viewer.child.id());
     let start = Instant::now();
     while start.elapsed() < ORBIT {
         page.frame_where(|_| true);
     }
     let resting = share(&viewer, before);
-    // A paused picture is lossless.
+    // Pause the render: the paused picture is lossless.
     let start = Instant::now();
     page.send(r#"{"do":"pause"}"#);
     let whole = page.frame_where(|header| header["final"] == true);

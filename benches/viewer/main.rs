@@ -5,7 +5,7 @@
 //! cargo bench --bench viewer -- screenshots FOLDER
 //! ```
 //!
-//! Figures need an idle machine, and a build in which this package is optimised too: `--config
+//! Figures need an idle machine, and a build that optimises this package too: `--config
 //! profile.release.package.embrasure.opt-level=1`. Screenshots need Chromium.
 
 #![allow(missing_docs)] // The modules of tests/view have an allowance of their own.
@@ -29,8 +29,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    // `cargo bench` adds a flag for test harnesses. It starts the program in the folder of the
-    // package.
+    // `cargo bench` adds the flag `--bench`, which is meant for test harnesses. It starts the
+    // program in the folder of the package.
     let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
     match words.split_first() {
         Some((what, scenes)) if what == "figures" => figures::print(scenes),

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 /// Size of the windows of the guide's pictures.
 const WINDOW: [u32; 2] = [1120, 640];
-/// Size of windows with noisy pictures, whose files would be large.
+/// Size of windows with noisy pictures, because files of large noisy pictures are large.
 const SMALL_WINDOW: [u32; 2] = [1000, 600];
 
 /// Writes the pictures into the folder `pictures`.
@@ -37,7 +37,7 @@ pub fn write(pictures: &Path) {
         thread::sleep(Duration::from_secs(2));
         shoot(&mut browser, &tab, &pictures.join(name));
         if theme == "dark" {
-            // A sample whose path ends by roulette, with shadow rays and shared paths
+            // Show a sample whose path ends by roulette, with shadow rays and shared paths
             browser.value(
                 &tab,
                 "document.getElementById('pixel-sample').value = 1, embrasure.inspector.ask([180, 480])",
@@ -57,7 +57,7 @@ pub fn write(pictures: &Path) {
     }
     drop(viewer);
 
-    // Light groups, one of them green
+    // Show light groups, one of them green
     let folder = two_lamps();
     let viewer = Viewer::start(folder.path(), &split("cornell-box.toml --size 512x512 --spp 16"));
     let tab = browser.open(&format!("{}?theme=dark", viewer.link()), SMALL_WINDOW);
@@ -81,7 +81,7 @@ pub fn write(pictures: &Path) {
     shoot(&mut browser, &tab, &pictures.join("view-lights.png"));
     drop(viewer);
 
-    // With and without path reuse, against a reference
+    // Compare with and without path reuse, against a reference
     let flags = "cornell-box.toml --size 512x512";
     done(
         folder.path(),
@@ -98,7 +98,7 @@ pub fn write(pictures: &Path) {
     shoot(&mut browser, &tab, &pictures.join("view-compare.png"));
     drop(viewer);
 
-    // A guessed camera
+    // Show a guessed camera
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
     let obj = scenes.join("pawns.obj");
     done(

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Error and time of the denoisers on the scenes of ../shared/suite: a table for docs/denoise.md, and its figure.
+"""Measures error and time of the denoisers on the scenes of ../shared/suite: a table for docs/denoise.md, and its figure.
 
 usage: benches/denoisers.py PROGRAM [FIGURE.png], in an environment with matplotlib (benches/peers/requirements.txt)
 

@@ -36,7 +36,7 @@ def luminance(rgb):
 
 
 def render(embrasure, scene, work):
-    """The row of a scene, and its picture."""
+    """Renders a scene. Returns its row of the table, and its picture."""
     image, floats = work / "picture.png", work / "picture.exr"
     command = [embrasure, "render", scene, "-o", image, "-o", floats, "--time-limit", "20s", "--warnings", "none"]
     start = time.monotonic()

@@ -45,7 +45,7 @@ MANY = 1 << 20
 
 @dataclass
 class Suite:
-    """Scenes by name: our scene file, and the JSON file for the peers.
+    """A suite: for each scene its name, our scene file, and the JSON file for the other renderers.
 
     Settings of renderers have their maximum samples per pixel.
     """
@@ -183,7 +183,8 @@ def agrees(row: dict) -> bool:
 
 
 def table(rows: list[dict]) -> str:
-    """A row per renderer and setting; efficiency relative to the best peer at the same count."""
+    """Table with a row per renderer and setting. Efficiency is relative to the best other renderer
+    at the same number of samples."""
     lines = []
     for scene in dict.fromkeys(row["scene"] for row in rows):
         lines += [
@@ -211,7 +212,7 @@ def table(rows: list[dict]) -> str:
 
 
 def plot(rows: list[dict], path: Path) -> None:
-    """Noise over seconds, both logarithmic, with a panel per scene and a row per suite."""
+    """Draws noise over seconds, with logarithmic axes, a panel per scene and a row per suite."""
     suites = {suite: list(dict.fromkeys(r["scene"] for r in rows if r["suite"] == suite)) for suite in dict.fromkeys(r["suite"] for r in rows)}
     columns = max(len(scenes) for scenes in suites.values())
     figure, axes = plt.subplots(

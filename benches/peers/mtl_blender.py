@@ -93,7 +93,7 @@ def sphere(first: int, rings: int = 32, slices: int = 64) -> str:
 
 
 def mean(picture: Path) -> np.ndarray:
-    """Mean colour of the disc."""
+    """Mean colour of the sphere's disc in the picture."""
     channels = OpenEXR.File(str(picture)).channels()
     if "RGB" in channels or "RGBA" in channels:
         pixels = channels["RGB" if "RGB" in channels else "RGBA"].pixels[..., :3]
@@ -199,7 +199,7 @@ def difference(ours: list[float], theirs: list[float]) -> float:
 
 
 def compare(embrasure: Path, library: Path) -> dict:
-    """All materials of a library."""
+    """Compares all materials of a library."""
     with tempfile.TemporaryDirectory() as temporary:
         work = Path(temporary)
         for entry in library.parent.iterdir():

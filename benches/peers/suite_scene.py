@@ -11,7 +11,7 @@ import numpy as np
 class Part:
     """Triangles of one material.
 
-    `principled` has its parameters with Mitsuba's names; without it the material is matte.
+    `principled` has the parameters of the material with Mitsuba's names. Without `principled` it is matte.
     """
 
     kd: list[float]

@@ -44,7 +44,7 @@ class Mesh:
         self.color, self.colors = None, []
 
     def part(self, material, name=None):
-        """Begins a part of one material, with a name for `o`."""
+        """Begins a part of one material, with the name `name` in the statement `o`."""
         self.parts.append((material, []))
         self.names.append(name)
 
@@ -131,7 +131,7 @@ class Mesh:
         self.grid(rows, closed=True)
 
     def write(self, path, title):
-        """Writes the OBJ file, with the MTL file of its name."""
+        """Writes the OBJ file, which uses the MTL file of the same name."""
         with open(path, "w") as file:
             print(f"# {title}\n# Our own model, by scripts/models. MIT OR Apache-2.0.", file=file)
             if any(material for material, _ in self.parts):

@@ -21,7 +21,7 @@ def smooth_noise(seed):
 
 
 def write(path):
-    """Rings of a trunk, cut lengthwise, with fine pores. The texture tiles."""
+    """Writes the rings of a trunk, cut lengthwise, with fine pores. The texture tiles."""
     noise = smooth_noise(7)
     rows = []
     for y in range(HEIGHT):

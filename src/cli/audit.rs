@@ -29,7 +29,7 @@ const MAX_BRUTE: u64 = 2_000_000_000;
 /// Accepted leaks per ray: in Embree and other backends, a ray passes through an edge now and then.
 const LEAK_BUDGET: f64 = 1e-6;
 
-/// Packet size used to trace a single recorded ray of a packet again.
+/// Number of rays in the packet that is used to trace a recorded ray of a packet again.
 const PACKET: usize = 16;
 
 /// Maximum number of disagreements in the text; the report has more.
@@ -161,7 +161,7 @@ fn render_args(args: &AuditArgs) -> RenderArgs {
         sampling: Flags(SamplingOptions {
             seed: args.seed,
             backend: args.backend,
-            // The picture is not used.
+            // The picture is not used, so it is not denoised.
             denoise: Some(Denoising::Off),
             ..SamplingOptions::default()
         }),

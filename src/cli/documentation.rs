@@ -34,7 +34,7 @@ fn assert_page(name: &str, expected: &str) {
     assert_eq!(text, expected, "{name}");
 }
 
-/// Rows of a table of keys. Names of keys follow `section`.
+/// Rows of a table of keys. The text `section` comes before the name of each key.
 fn rows(section: &str, parameters: &[Parameter]) -> Vec<String> {
     let row = |parameter: &Parameter| {
         let mut meaning = parameter.help().to_string();
@@ -145,7 +145,7 @@ fn presets_are_documented() {
     assert_eq!(shown, names);
 }
 
-// A build without `view` lacks a command.
+// A build without the feature `view` lacks a command, so its help differs from the page.
 #[cfg(feature = "view")]
 #[test]
 fn help_of_all_commands_is_up_to_date() {

@@ -5,7 +5,7 @@
 //! (`tests/it/project/layers.rs` checks it). `lab`, `audit`, `bench`, `check`, `explain`, `paths`
 //! and `points` also use lower layers.
 
-// The following modules use its macros.
+// This module comes first, because the following modules use its macros.
 #[macro_use]
 mod words;
 
@@ -63,7 +63,7 @@ use std::process::ExitCode;
 ///
 /// 0 success, 1 failure, 2 wrong usage, 130 interrupted.
 pub fn main() -> ExitCode {
-    // Caught panics are reported as errors of their files.
+    // Do not print the message of a caught panic, which is reported as an error of its file.
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         if !is_guarded() {
@@ -102,8 +102,8 @@ pub fn main() -> ExitCode {
     code
 }
 
-/// Prints help to the standard output, and errors of arguments to the standard error; clap decides
-/// by the kind.
+/// Prints help to the standard output, and errors of arguments to the standard error. clap selects
+/// the output by the kind of `error`.
 fn print_of_clap(error: &clap::Error) {
     if !error.use_stderr() {
         words::remember(error.print());

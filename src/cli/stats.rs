@@ -34,7 +34,7 @@ impl StatsOutput {
         Ok(Self::File(outputs.prepare("--stats", path)?))
     }
 
-    /// Writes the text.
+    /// Writes the text `json`.
     pub fn write(&self, json: &str) -> Result<(), FileError> {
         match self {
             Self::StandardOutput => {

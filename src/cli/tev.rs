@@ -100,21 +100,21 @@ impl Preview {
         })
     }
 
-    /// Opens a black image of the film's full size, with the channels that all files have. This and
-    /// the following functions return an error once if the connection is lost; afterwards there is
-    /// no viewer.
+    /// Opens a black image of the film's full size, with the default channels of image files. If
+    /// the connection is lost, this function and the following functions return an error once.
+    /// Afterwards there is no viewer.
     pub fn open(&mut self, film: &Film) -> Option<FileError> {
         self.tell(|| Work::Open(film.resolution().to_array()))
     }
 
-    /// Shows the current picture, unless the viewer is busy. Other channels are left out: they
-    /// would take most of the time.
+    /// Shows the current picture, unless the viewer is busy. Only the picture's channels are sent,
+    /// because the other channels would take most of the time.
     pub fn update(&mut self, film: &Film) -> Option<FileError> {
         self.tell(|| Work::Picture(film.develop_picture()))
     }
 
-    /// Shows the final `image`, limited to channels that all files have. Waits for the end, or
-    /// until the time limit.
+    /// Shows the final `image`, limited to the default channels of image files. Waits until all
+    /// bands are sent, or until the time limit.
     pub fn finish(&mut self, image: &Image) -> Option<FileError> {
         let viewer = self.viewer.as_mut()?;
         let start = Instant::now();
@@ -143,7 +143,7 @@ impl Preview {
         let viewer = self.viewer.take();
         self.interval = None;
         let address = viewer.map_or(String::new(), |viewer| {
-            // The thread ends with its connection.
+            // Close the connection, which ends the thread.
             let _ = viewer.connection.shutdown(Shutdown::Both);
             viewer.address
         });

@@ -32,7 +32,7 @@ pub(super) enum Mail {
 pub(super) enum SaveFormat {
     /// All channels, as in `render -o FILE.exr`.
     Exr,
-    /// For display.
+    /// PNG file with the given tone, or else with the tone of the settings.
     Png(Option<Tone>),
     /// A small picture of a scene texture, for display.
     Texture(u32),

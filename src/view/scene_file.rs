@@ -11,7 +11,7 @@ use std::io::Write;
 use std::path::Path;
 use toml_edit::{Array, DocumentMut, Item, Table, TableLike, Value};
 
-/// Start of files by some editors.
+/// Byte-order mark (U+FEFF), which some editors write at the start of a file.
 const BYTE_ORDER_MARK: char = '\u{feff}';
 
 /// Returns the scene file `text` with new position and lens in `[camera]`.

@@ -270,7 +270,7 @@ fn errors_of_standard_output_are_reported() {
                 words(&out)
             );
         }
-        // A pipe whose other end is closed
+        // Write to a pipe whose other end is closed
         let mut reader = Command::new("true").stdin(Stdio::piped()).spawn().unwrap();
         let writer = reader.stdin.take().unwrap();
         reader.wait().unwrap();
@@ -318,7 +318,7 @@ fn statistics_can_go_to_standard_output() {
 }
 
 /// Names of files, materials and objects contain terminal escapes that would move the cursor, set
-/// colours, or set the window title. The program does not print the escapes
+/// colours, or set the window title. The program does not print the escapes.
 #[test]
 fn names_send_no_escapes_to_the_terminal() {
     let evil = "\u{1b}[31mred\u{7f}\u{9b}2J\u{1b}]0;title\u{7}";
@@ -452,7 +452,7 @@ impl FaultyCommand {
             .arg(&library)
             .arg(source)
             .arg("-ldl");
-        // Rust itself links with `cc`.
+        // `cc` is available, because Rust links with it.
         let out = compiler.output().unwrap();
         assert!(out.status.success(), "{}", words(&out));
         let before = contents(folder.path());
@@ -514,7 +514,7 @@ impl FaultyCommand {
         let path = self.folder.path().join(name);
         match name.rsplit_once('.') {
             Some((_, "exr")) => {
-                // Only the render time differs.
+                // Compare only the pixels, because the render time in the file differs.
                 assert_same_bits(&path, right);
                 true
             }

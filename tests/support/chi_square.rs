@@ -37,7 +37,7 @@ pub fn chi_square(
         observed[sample(i).map_or(BINS[0] * BINS[1], bin)] += 1.0;
     }
 
-    // Expected counts
+    // Compute the expected counts
     let density = |theta: f64, phi: f64| {
         let (sin, cos) = theta.sin_cos();
         let w = Vec3::new((sin * phi.cos()) as f32, (sin * phi.sin()) as f32, cos as f32);

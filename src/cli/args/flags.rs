@@ -41,7 +41,7 @@ impl<G: OptionGroup> FromArgMatches for Flags<G> {
     }
 }
 
-/// Flag of a parameter.
+/// clap's definition of the flag of `parameter`, under the heading `heading`.
 fn arg(parameter: &'static Parameter, heading: &'static str) -> Arg {
     let mut default = parameter.default();
     for (integrator, value) in IntegratorOptions::other_defaults(parameter.key) {
@@ -51,7 +51,7 @@ fn arg(parameter: &'static Parameter, heading: &'static str) -> Arg {
         range if range.is_empty() => range,
         range => format!("; {range}"),
     };
-    // Numbers may be negative.
+    // Numbers of a list may be negative, so the value may begin with a hyphen.
     let is_list = parameter.schema()["type"] == "array";
     let arg = Arg::new(parameter.flag())
         .long(parameter.flag())

@@ -27,7 +27,7 @@ pub(super) fn with_groups(program: Command) -> Command {
     let mut lists = String::new();
     for (title, names) in COMMANDS {
         lists += &format!("{title}:\n");
-        // A build may lack a command.
+        // Skip commands that this build does not have.
         for command in names.iter().filter_map(|name| program.find_subcommand(name)) {
             let about = command.get_about().map_or(String::new(), ToString::to_string);
             lists += &format!("  {:<12}{about}\n", command.get_name());
@@ -127,7 +127,7 @@ const HEADINGS_OF_COMMANDS: [(&str, &str, &[&str]); 8] = [
     ("audit", "Machine", &["backend", "against", "threads"]),
 ];
 
-/// Flags that `-h` shows for every command that loads a scene, also those below the headings.
+/// Flags that `-h` shows for every command that loads a scene, even if they are under a heading.
 const BRIEF: [&str; 4] = ["view", "orbit", "material", "integrator"];
 
 /// Flags that `-h` shows in addition to [`BRIEF`], for commands with many flags. For other commands

@@ -65,7 +65,7 @@ struct BackendReport {
     pub runs: Vec<Run>,
 }
 
-/// Measurements with a number of threads.
+/// Measurements with `threads` threads.
 #[derive(Debug, Serialize)]
 struct Run {
     pub threads: usize,
@@ -117,7 +117,7 @@ fn render_args(args: &BenchArgs, scene: &Path) -> RenderArgs {
         size: args.size,
         sampling: Flags(SamplingOptions {
             backend: args.backend,
-            // The picture is not used.
+            // The picture is not used, so it is not denoised.
             denoise: Some(Denoising::Off),
             ..SamplingOptions::default()
         }),
@@ -286,7 +286,7 @@ impl Measure<'_> {
         let seconds = |work: &(dyn Fn() + Sync)| pool.install(|| repeated_seconds(work));
         let accel = self.accel.as_dyn();
 
-        // Renders alternate with traces of their rays.
+        // Alternate renders and traces of the recorded rays.
         let mut pairs = Vec::new();
         for _ in 0..self.repeat {
             let render_s = seconds(&|| self.render());

@@ -138,8 +138,8 @@ pub(super) fn methods(base: &Settings, flags: &[MethodFlag]) -> Vec<Contender> {
     flags.iter().map(contender).collect()
 }
 
-/// Radius of the pixel filter: the radius of `flag`, else the scene's radius unless the flag names
-/// another filter.
+/// Radius of the pixel filter. It is the radius of `flag`, else the radius of the scene if `flag`
+/// names no filter, else `None`.
 fn filter_radius(flag: &MethodFlag, base: &Settings) -> Option<f32> {
     let of_scene = base.filter_radius.filter(|_| flag.filter.filter.is_none());
     flag.filter.filter_radius.or(of_scene)

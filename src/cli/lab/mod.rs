@@ -244,7 +244,7 @@ fn render_args(args: &LabArgs, budgets: &[Budget]) -> RenderArgs {
             samples,
             seed: args.seed,
             backend: args.backend,
-            // The picture is not used.
+            // The picture is not used, so it is not denoised.
             denoise: Some(Denoising::Off),
             ..SamplingOptions::default()
         }),

@@ -35,7 +35,7 @@ impl Braille {
     /// Sets the dots of a line.
     pub fn line(&mut self, from: [f64; 2], to: [f64; 2]) {
         let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
-        // A much longer line is not visible.
+        // Limit the number of steps: a much longer line leaves the picture.
         let steps = (dx.abs().max(dy.abs()).ceil()).clamp(1.0, 4096.0) as u32;
         for step in 0..=steps {
             let t = f64::from(step) / f64::from(steps);

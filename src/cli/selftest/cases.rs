@@ -118,7 +118,7 @@ pub(super) struct Measured {
 }
 
 impl Measured {
-    /// A mean over samples.
+    /// Mean over samples, with a relative tolerance around the exact value `expected`.
     pub fn near(value: f64, expected: f64) -> Self {
         let tolerance = TOLERANCE * expected;
         Self {

@@ -121,7 +121,7 @@ export class Camera extends EventTarget {
     this.shift(add(mul(x, -right * size), mul(y, down * size)));
   }
 
-  // Moves by a vector in scene space.
+  // Moves the camera and its target by a vector in scene space.
   shift(by) {
     const c = this.now;
     this.to({ ...c, position: add(c.position, by), look_at: add(c.look_at, by) }, true);
@@ -143,7 +143,7 @@ export class Camera extends EventTarget {
     this.shift(add(add(mul(x, right * step), mul(y, up * step)), mul(z, forward * step)));
   }
 
-  // Focuses on a point.
+  // Focuses the camera on a point in front of it.
   focusOn(point) {
     const depth = dot(sub(point, this.now.position), axes(this.now)[2]);
     if (depth > 0) this.to({ ...this.now, focus_distance: Math.fround(depth) });

@@ -10,7 +10,7 @@ const toLinear = (code) => {
   return x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4;
 };
 const hex = (colour) => `#${colour.map((x) => toCode(Math.max(0, x)).toString(16).padStart(2, "0")).join("")}`;
-// Linear red, green and blue of `#rrggbb`.
+// Converts `#rrggbb` to linear red, green and blue.
 export const ofHex = (text) => [1, 3, 5].map((i) => Number(toLinear(Number.parseInt(text.slice(i, i + 2), 16)).toPrecision(4)));
 
 // A key is a colour if its schema allows a non-negative number or three of them. Optical constants

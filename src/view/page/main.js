@@ -268,7 +268,7 @@ $("copy-flags").addEventListener("click", () => copy($("copied"), camera.flags))
 $("copy-toml").addEventListener("click", () => copy($("copied"), camera.toml));
 $("save-camera").addEventListener("click", () => link.send({ do: "save-camera" }));
 
-// Buttons that control the render
+// Connect the buttons that control the render
 $("pause").addEventListener("click", () => link.send({ do: status.phase === "paused" ? "resume" : "pause" }));
 $("restart").addEventListener("click", () => link.send({ do: "restart" }));
 $("noise").addEventListener("change", () => link.set("noise", $("noise").value.trim() || null));

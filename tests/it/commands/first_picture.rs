@@ -431,7 +431,7 @@ fn clamp_limits_indirect_light_only() {
     render(at, "s.toml --spp 128 --set render.clamp_indirect=0.5 -o whole.exr");
     assert_same_bits(&at.join("whole.exr"), &at.join("merged.exr"));
     assert!(attribute(&at.join("merged.exr"), "embrasure.bias").is_some());
-    // Integrators that do not use the clamp report it.
+    // Integrators that do not use the clamp report that the flag has no effect.
     let out = done(
         at,
         &split("render s.toml --spp 1 --integrator direct --clamp-indirect 5 -o x.exr"),

@@ -180,7 +180,7 @@ fn wide_grounds_do_not_frame_the_object() {
 fn rooms_without_a_ceiling_are_seen_from_above() {
     let house = Boxes::default()
         .add([-4.0, -0.2, -3.0], [4.0, 0.0, 3.0])
-        // Walls on all sides, low at −z
+        // Add walls on all sides. The wall at −z is low
         .add([-4.0, 0.0, 2.8], [4.0, 3.0, 3.0])
         .add([-4.0, 0.0, -3.0], [-3.8, 3.0, 3.0])
         .add([3.8, 0.0, -3.0], [4.0, 3.0, 3.0])

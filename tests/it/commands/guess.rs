@@ -6,8 +6,8 @@ use serde_json::Value;
 use std::fmt::Write;
 use std::path::Path;
 
-/// Boxes from corner to corner as an OBJ. A `room` faces inwards, without the sides in `open`, such
-/// as "+z".
+/// OBJ text of boxes, each given by two opposite corners. A `room` faces inwards, and lacks the
+/// sides in `open`, such as "+z".
 #[derive(Default)]
 pub(super) struct Boxes {
     pub(super) text: String,
@@ -617,7 +617,7 @@ fn threads_and_folders_change_no_guess() {
 /// A round mesh without normals causes a note with the smoothing flag.
 #[test]
 fn facets_cause_a_note_with_a_flag() {
-    // A tube of 300 sides
+    // Make a tube with 300 sides
     let mut tube = String::new();
     for i in 0..300 {
         let (sin, cos) = (i as f32 / 300.0 * std::f32::consts::TAU).sin_cos();
@@ -749,7 +749,7 @@ fn camera_flags_modify_the_guess() {
     for azimuth in [40, 75, 170] {
         assert_eq!(of(&["--orbit", &format!("{azimuth},20,10")]).1, pivot);
     }
-    // `--up` alone rotates the guessed camera.
+    // `--up` without other camera flags rotates the guessed camera.
     let (eye, target, up) = of(&["--up", "0,0,1"]);
     assert_eq!(up.unwrap(), [0.0, 0.0, 1.0]);
     assert!(eye[2] > target[2]);
@@ -780,7 +780,7 @@ fn camera_keys_modify_the_guess() {
     assert!((angles(&info("orbit = [45, 10]")).0 - 45.0).abs() < 0.1);
     assert_eq!(vector(&info("position = [0, 1, 9]")["position"]), [0.0, 1.0, 9.0]);
 
-    // Invalid keys
+    // Invalid keys are errors
     for (keys, expected) in [
         (
             "view = \"side\"",

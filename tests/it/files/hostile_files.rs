@@ -188,7 +188,7 @@ fn textures_that_cannot_be_read_are_errors() {
 fn pictures_larger_than_memory_are_refused() {
     let folder = scene();
     let at = folder.path();
-    // 30 million texels in a row, in 100 kB
+    // Write an image with one row of 30 million texels, in 100 kB
     let mut encoder = png::Encoder::new(fs::File::create(at.join("a.png")).unwrap(), 30_000_000, 1);
     encoder.set_color(png::ColorType::Rgb);
     let mut writer = encoder.write_header().unwrap();
@@ -240,7 +240,7 @@ fn pixels_beyond_memory_are_refused() {
 fn exhausted_memory_is_an_error() {
     let folder = scene();
     let at = folder.path();
-    // A height field of 45,000 triangles
+    // Write a height field of 45,000 triangles
     let n = 150;
     let mut text = String::new();
     for i in 0..n * n {

@@ -89,7 +89,7 @@ fn files(folder: &str) -> Vec<PathBuf> {
 
 #[test]
 fn readers_agree_on_the_projects_files() {
-    // Files with differences, and reasons
+    // Files for which the readers differ, and the kinds of difference
     let known = [
         ("globe.obj", "corners", "corners with and without coordinates"),
         ("pawns.obj", "corners", "smoothing groups"),

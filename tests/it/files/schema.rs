@@ -48,7 +48,7 @@ fn violation(schema: &Value, value: &Value, path: &str) -> Option<String> {
                 "integer" => number.is_some_and(|n| n.fract() == 0.0),
                 other => panic!("type {other}"),
             }),
-            // 1 and 1.0 are one number.
+            // 1 and 1.0 are the same number.
             "enum" => fails(
                 !rule
                     .as_array()
@@ -182,7 +182,7 @@ fn scene_files_follow_the_schema() {
         }
     }
     assert!(count > 25, "{count} scene files");
-    // Files written by the program
+    // Check files that the program writes
     let here = folder(&[("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl x\nf 1 2 3\n")]);
     done(here.path(), &["init", "a.obj", "-o", "a.toml"]);
     done(

@@ -224,7 +224,7 @@ fn ignored_texture_metadata_is_reported() {
         ("map_Kd", "upright.jpg"),
         ("map_Kd", "srgb.png"),
         ("map_Kd", "plain.png"),
-        // Numbers are stored linearly.
+        // Textures of numbers are read as linear, as gAMA says.
         ("map_Pr", "linear.png"),
     ] {
         assert!(!told(key, file).contains("ignored"), "{key} {file}");
@@ -468,7 +468,7 @@ fn normal_and_height_maps_are_detected() {
         assert!(!all.contains("has no effect"), "{said} {all}");
         assert!(picture == right, "{maps}");
     }
-    // Strength 0 is flat, up to rounding.
+    // A strength of 0 gives a flat surface, up to rounding.
     let (none, _) = of("map_Bump -bm 0 normals.png");
     assert!(rel_mse(&none, &flat) < 1e-6 * rel_mse(&normals, &flat));
     // Normals encoded like colours are decoded.
@@ -491,7 +491,7 @@ fn normal_and_height_maps_are_detected() {
     assert!(said.contains("it is decoded, and used as a normal map"), "{said}");
     assert!(by_bump == by_norm && rel_mse(&by_norm, &normals) < 0.01 * rel_mse(&flat, &normals));
 
-    // One channel of a normal map is a height map.
+    // If a statement selects one channel of a normal map, this channel is read as a height map.
     let (picture, said) = of("bump -imfchan r normals.png");
     assert!(picture != normals && !said.contains("heights-or-normals"), "{said}");
 

@@ -175,7 +175,7 @@ fn flags_are_written_with_the_scene() {
     );
     assert_eq!(text.matches("[patch.").count(), 5, "{text}");
     assert!(text.contains("instances = \"../../scenes/places.txt\""), "{text}");
-    // The light without a name gets one.
+    // The scene has no light, so the written file names the default light.
     assert!(text.contains("radiance = [1.0, 1.0, 1.0]"), "{text}");
 }
 

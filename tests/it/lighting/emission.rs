@@ -195,7 +195,7 @@ impl Case {
 fn part(case: &Case, e: &Emission) -> Option<usize> {
     const SLACK: f32 = 1e-5;
     if let Some([a, b, c]) = case.corners {
-        // Barycentric coordinates by areas
+        // Compute barycentric coordinates from areas
         let n = (b - a).cross(c - a);
         let share = |p: Vec3, q: Vec3| (q - p).cross(e.p - p).dot(n) / n.length_squared();
         let [b1, b2] = [share(c, a), share(a, b)];
@@ -294,7 +294,7 @@ fn follow_their_densities(of: impl Fn(&Case) -> bool) {
             assert!(outcome.p_value > level, "{}: {outcome:?}", case.name);
             assert!((outcome.integral - 1.0).abs() < 2e-3, "{}: {outcome:?}", case.name);
         }
-        // Positions, separately for each sector
+        // Test positions, separately for each sector of directions
         let (mut statistic, mut freedom) = (0.0, 0.0);
         for counts in counts {
             let expected = counts.iter().sum::<f64>() / parts as f64;
@@ -340,7 +340,7 @@ fn emission_samples_have_the_queried_densities() {
             );
             // Rounding may select the neighbouring texel of an environment.
             other += u32::from((asked[1] / e.pdf_direction - 1.0).abs() > 1e-3);
-            // Off the light, on its front
+            // The ray starts slightly above the front of the light
             if let Some(corners) = case.corners {
                 let n = Facet::new(corners).normal();
                 assert!(e.ng.distance(n) < 1e-5 && e.w.dot(n) > -1e-6, "{}: {e:?}", case.name);
@@ -385,7 +385,7 @@ fn power(case: &Case) -> [f64; 3] {
     let disk = PI * (WORLD.radius as f64).powi(2);
     match &case.light {
         Light::Triangle(_) | Light::MovingTriangle(_) => color.map(|c| PI * area * c),
-        // Tested in `shaped_lights`.
+        // `shaped_lights` tests these lights.
         Light::Sphere(_) | Light::Disk(_) | Light::Rectangle(_) => [f64::NAN; 3],
         Light::Textured(light) => {
             let (mut sum, mut n) = ([0.0; 3], 0.0);
@@ -439,7 +439,7 @@ fn mean_emission_weight_is_the_power() {
                 case.name
             );
         }
-        // Estimate of the light selection
+        // Compare with the power that light selection estimates
         let luminance: f64 = means
             .iter()
             .zip([0.2126, 0.7152, 0.0722])
@@ -527,7 +527,7 @@ fn splats_match_camera_rays() {
     ];
     let filters = [Filter::BOX, Filter::new(FilterKind::Mitchell, 2.0)];
     let lamp = Light::Triangle(TriangleLight::new(CORNERS, Spectrum::ONE, TriangleSampling::Area));
-    // A large floor of albedo 1
+    // The floor is large and has albedo 1
     const REFLECTED: f64 = 1.0 / PI;
     let samples = budget(1_600_000).min(400_000);
     let numbers = |i: u32| {
@@ -555,7 +555,7 @@ fn splats_match_camera_rays() {
             let Some(seen) = camera.importance(p, w, time) else {
                 continue;
             };
-            // Geometry term between floor and lens
+            // Compute the geometry term between floor and lens
             let g = w.y.abs() * w.dot(lens.normal) / q.distance_squared(p);
             let value = e.weight().mean() * g * seen.we * camera.lens_area();
             for (splat, pixel) in splats.iter_mut().zip(pixels()) {
@@ -602,7 +602,7 @@ fn bounding_ball_contains_moving_objects() {
     let prototype = b
         .add_prototype(vec![(close(sphere(0.3, Vec3::X, 1), Vec3::ZERO), id)])
         .unwrap();
-    // One full turn in steps
+    // Rotations of one full turn in 16 steps
     let turn = |i: u32| Affine3A::from_rotation_z(std::f32::consts::TAU * i as f32 / 16.0);
     let around: Vec<Affine3A> = (0..=16).map(turn).collect();
     b.add_instance(prototype, Placement::Moving(around.into())).unwrap();

@@ -172,8 +172,8 @@ fn all_estimators_agree_on_the_ground() {
     });
 }
 
-/// Estimates of missing light and of arriving light have one mean, also in the shadow of a ball and
-/// with light scattered by the ball.
+/// Estimates of blocked light and of arriving light have the same mean. This includes the shadow of
+/// a ball, and light that the ball scatters.
 #[test]
 fn missing_and_arriving_light_agree_on_ground() {
     let scene = {

@@ -72,7 +72,7 @@ fn sky_and_studio_light_a_floor_as_their_images() {
     );
     let studio = floor("[[light]]\ntype = 'studio'\nfront = 70\n");
     assert_close("studio", means(studio.path(), flags), expected(&studio_image()), 0.01);
-    // Without flag and key: the documented defaults.
+    // Without a flag and without a key, the documented defaults are used.
     let bare = floor("[[light]]\ntype = 'sky'\n");
     let stated = floor("[[light]]\ntype = 'sky'\nsun = [-45, 45]\nturbidity = 3\nup = [0, 2, 0]\nscale = 1\n");
     means(bare.path(), "");

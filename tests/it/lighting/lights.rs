@@ -264,7 +264,7 @@ fn irradiance_matches_closed_forms() {
     };
     let sky = floor_radiance(|b| b.add_environment(half, 1.0, Quat::from_rotation_y(1.0)).unwrap());
     check("environment", sky, 2.0 * PI);
-    // An emitting triangle, with both samplings
+    // Test an emitting triangle with both kinds of triangle sampling
     let lamp = |sampling| {
         floor_radiance(move |b| {
             b.triangle_sampling(sampling);
@@ -350,7 +350,7 @@ fn light_choices_follow_their_probabilities() {
             assert_eq!(pmf, selection.pmf(&lights, &context, id));
             counts[id.0 as usize] += 1;
         }
-        // Rare lights count as one.
+        // Count all rare lights as one light.
         let (mut statistic, mut bins, mut rare) = (0.0, 0, [0.0; 2]);
         for (i, &count) in (0..).zip(&counts) {
             let expected = (selection.pmf(&lights, &context, LightId(i)) as f64) * DRAWS as f64;
@@ -431,7 +431,7 @@ fn selection_by_place_and_by_power_agree() {
     use embrasure::material::Gloss;
     let scene = {
         let mut b = SceneBuilder::new();
-        // A room with an open roof
+        // Build a room with an open roof
         let mut walls = room();
         walls
             .triangles
@@ -573,7 +573,7 @@ fn half_black_lamp_gives_half_the_light() {
         b.triangle_sampling(sampling);
         let texture = grey_texture(1024, 1, |x, _| if x < 512 { 0.0 } else { 1.0 });
         b.set_textures(vec![texture], &[Some(TextureId(0))]);
-        // With emission 0, the texture alone applies.
+        // If the emission is 0, the texture without a factor is the emission.
         add(&mut b, textured_lamp(pieces), glowing(0.0, 0.0));
         let floor = [[-2.0, -2.0], [-2.0, 2.0], [2.0, 2.0], [2.0, -2.0]].map(|[x, z]| Vec3::new(x, 0.0, z));
         add(&mut b, polygon(&floor), material(0.8, 0.0));

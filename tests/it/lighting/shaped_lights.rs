@@ -91,8 +91,8 @@ fn directions_follow_their_densities() {
     assert_eq!(cases, 10);
 }
 
-/// Closed forms against sums over samples, also if the horizon cuts the lamp; and densities of
-/// samples against the densities for MIS.
+/// Closed forms equal sums over samples, even if the horizon cuts the lamp. Densities of samples
+/// equal the densities for MIS.
 #[test]
 fn irradiance_matches_the_sum_of_samples() {
     let up = Vec3::Y;
@@ -194,8 +194,8 @@ fn expected() -> [f64; 2] {
         let squared = (x - 0.5).powi(2) + z * z + height * height;
         PI * radiance * radius * radius * height / squared.powf(1.5)
     });
-    // A disk parallel to the plane (Foote 1915; Howell, "Radiation Heat Transfer Configuration
-    // Factors", B-13)
+    // Irradiance from a disk parallel to the plane (Foote 1915; Howell, "Radiation Heat Transfer
+    // Configuration Factors", B-13)
     let disk = mean_over_view(|x, z| {
         let a2 = (x - 0.5).powi(2) + z * z;
         let (h2, r2) = (height * height, radius * radius);

@@ -488,7 +488,7 @@ fn phong_albedo(n: f64, degrees: f64) -> f64 {
     let (sin_o, cos_o) = degrees.to_radians().sin_cos();
     let mut sum = 0.0;
     for i in 0..STEPS {
-        // Uniform in cos θ
+        // Directions are uniform in cos θ
         let z = (i as f64 + 0.5) / STEPS as f64;
         let r = (1.0 - z * z).sqrt();
         for j in 0..STEPS {
@@ -551,7 +551,7 @@ fn dielectrics_conserve_energy() {
             }
         }
     }
-    // Total reflection from inside at 45°
+    // From inside, at 45°, all light is reflected
     let inside = glass.directions(incident(45.0) * Vec3::new(1.0, 1.0, -1.0), TransportMode::Radiance);
     assert!(inside[1].is_none() && inside[0].is_some_and(|s| s.pdf == 1.0));
 }
@@ -577,7 +577,7 @@ fn thin_dielectric_sums_internal_reflections() {
         let (reflected, passed) = (reflected.unwrap(), passed.unwrap());
         assert!((reflected.pdf as f64 - series).abs() < 1e-6, "{degrees}°");
         assert!((reflected.pdf + passed.pdf - 1.0).abs() < 1e-6 && passed.wi == -wo);
-        // Index 1: no reflection
+        // With index 1, no light is reflected
         assert!(sheet(1.0).directions(wo)[0].is_none());
     }
 }
@@ -725,7 +725,7 @@ fn layers_over_a_white_base_conserve_energy() {
         for ((what, layers), loss) in layers.into_iter().zip(losses) {
             let (min, max) = under_layers(&base, layers);
             eprintln!("{name} under {what}: {min:.4} to {max:.4}");
-            // The tolerance is for the tables and for 2¹⁴ samples.
+            // The tolerance allows for errors of the tables and of 2¹⁴ samples.
             if max > 1.01 || min < 1.0 - loss {
                 wrong.push((name, what, min, max));
             }
@@ -1017,7 +1017,7 @@ fn low_roughness_matches_smooth_lobes() {
                 ];
                 for (rough, smooth) in pairs {
                     for expected in smooth.directions(wo, mode).into_iter().flatten() {
-                        // Flux and mean direction on that side
+                        // Sum flux and mean direction on this side
                         let (mut flux, mut mean) = (0.0, Vec3::ZERO);
                         const N: u32 = 1 << 14;
                         for i in 0..N {

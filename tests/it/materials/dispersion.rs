@@ -118,7 +118,8 @@ fn prism_deflects_wavelengths_by_snells_law() {
             }
         }
         for (c, expected) in expected.into_iter().enumerate() {
-            // The error of the disc's width is the rounding of an f32, the cosine of the rim.
+            // The cosine of the disc's rim is an f32, whose rounding error changes the width of the
+            // disc.
             let allowed = 3e-3 * expected.max(0.02);
             let what = format!("{middle} nm, channel {c}");
             assert_means_within(what, Mean::of_film(&film, c), Mean::exact(expected), allowed);

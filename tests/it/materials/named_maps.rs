@@ -211,7 +211,7 @@ fn single_fitting_image_is_used_without_library() {
     // The image name has the first word of the file name, and a word for textures.
     assert_eq!(used(&["bus.obj"], &["car_tex.png", "bus_tex.png"]), one("car_tex.png"));
     assert_eq!(used(&["car.obj"], &["car_tex.png", "bus_tex.png"]), None);
-    // The only image of the folder.
+    // The only image of the folder is used.
     assert_eq!(used(&[], &["x.png"]), one("x.png"));
     assert_eq!(used(&[], &["x.png", "y.png"]), None);
     assert_eq!(used(&["bus.obj"], &["x.png"]), None);

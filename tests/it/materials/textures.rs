@@ -356,14 +356,14 @@ fn every_format_keeps_orientation_and_channels() {
             }
             near("alpha", texture.alpha(uv, 0.0), alpha, 1.0);
 
-            // Data are linear.
+            // Textures of data are linear.
             let value = |channel| load(TextureKind::Value(channel)).value(uv, 0.0);
             near("red", value(Channel::Red), shares[0], 1.0);
             near("green", value(Channel::Green), shares[1], 1.0);
             near("blue", value(Channel::Blue), shares[2], 1.0);
             near("matte", value(Channel::Matte), alpha, 1.0);
             let luminance = 0.2126 * shares[0] + 0.7152 * shares[1] + 0.0722 * shares[2];
-            // Rounded to 8 bits
+            // The texel was rounded to 8 bits
             let step = if sort.is_linear { 0.0 } else { 0.5 / 255.0 };
             let error = (value(Channel::Luminance) as f64 - luminance).abs();
             assert!(
@@ -809,7 +809,7 @@ fn assert_decoded(path: &Path) {
     }
     let mean = texture.color(Vec2::ZERO, f32::INFINITY).to_array();
     for (m, sum) in mean.iter().zip(sums) {
-        // Half a step of 8 bits
+        // The error is at most half a step of 8 bits
         assert!(
             (*m as f64 - sum / weights).abs() < 0.0045,
             "{}: {m}, not {}",

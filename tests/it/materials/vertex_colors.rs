@@ -146,7 +146,7 @@ fn wrong_vertex_colors_are_reported() {
     let (picture_of_short, words) = picture(&short, "");
     assert!(words.contains("2 colours for 3 vertices"), "{words}");
     assert!(picture_of_short == plain);
-    // One or two numbers are a weight.
+    // One or two numbers after the position are a weight, not a colour.
     assert!(picture(&triangle(["1", "1 1", "0.5"]), "").0 == plain);
 }
 

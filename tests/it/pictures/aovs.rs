@@ -107,7 +107,7 @@ fn channels_have_position_uv_motion_and_id() {
         (at(&path, "id.object", x, y), at(&path, "id.material", x, y)),
         (2.0, 2.0)
     );
-    // The still card
+    // The second card does not move
     assert_eq!(
         (at(&path, "id.object", 5, y), at(&path, "id.material", 5, y)),
         (3.0, 2.0)

@@ -117,7 +117,7 @@ fn bias_percentages_match_the_values() {
         }
     }
 
-    // Green of a black reference
+    // If the reference has no green light, the bias of green has no percentage
     let (_, text, _) = said(folder, &["compare", "1.exr", "white.exr"]);
     let biases = text.lines().find(|line| line.contains("bias, %")).unwrap();
     assert!(biases.ends_with(" -           -"), "{text}");

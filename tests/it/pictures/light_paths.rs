@@ -479,7 +479,7 @@ fn the_lab_writes_a_sheet_of_bounces() {
         fs::File::open(folder.path().join("sheet.png")).unwrap(),
     ));
     let info = decoder.read_info().unwrap();
-    // Eight images in two rows
+    // The sheet has eight images in two rows
     assert!(info.info().width > 4 * 220 && info.info().height > 2 * 60);
     let (is_done, said) = run(folder.path(), &["lab", "s.toml", "--bounces", "--methods", "path"]);
     assert!(!is_done && said.contains("--methods"), "{said}");

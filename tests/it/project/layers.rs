@@ -301,7 +301,7 @@ fn imports_behind_tests_are_seen() {
 #[test]
 fn sibling_modules_have_no_import_cycles() {
     let imports = Imports::read();
-    // Imports between the modules of each folder
+    // Collect the imports between the modules of each folder
     let mut folders: BTreeMap<Name, BTreeMap<String, BTreeSet<String>>> = BTreeMap::new();
     for (module, mentions) in &imports.mentions {
         for name in mentions {

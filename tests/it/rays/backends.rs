@@ -416,7 +416,7 @@ fn backends_agree_on_instances_and_motion() {
 #[test]
 fn instances_match_meshes_in_the_world() {
     let scene = copies(Vec3::ZERO, false, false);
-    // Smooth meshes, whose normals are transformed too
+    // Use smooth meshes, so that normals are transformed too
     let smooth = |mesh: Mesh| Mesh {
         normals: mesh.positions.iter().map(|p| (*p + 0.1).normalize()).collect(),
         ..mesh

@@ -175,7 +175,7 @@ fn scene_files_keep_calibrated_cameras() {
         let at = |name: &str| folder.path().join(name);
         assert_same_bits(&at("t.exr"), &at("d.exr"));
     }
-    // Keys of the scene file
+    // Set the camera by keys of the scene file
     let text = std::fs::read_to_string(folder.path().join("s.toml")).unwrap();
     let camera = "[camera]\npose = \"opencv: 1,0,0,0, 0,-1,0,0, 0,0,-1,4\"\nintrinsics = [50.5, 51, 31, 24.5]\n\
                   distortion = [0.06, -0.02, 0.008, -0.001]\nprojection = \"fisheye\"\n";

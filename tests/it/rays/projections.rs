@@ -126,7 +126,7 @@ fn depth_is_along_the_axis_or_along_the_ray() {
     for (projection, corner) in [
         ("perspective --fov 90", 4.0),
         ("orthographic --ortho-height 8", 4.0),
-        // 45° from the axis to the left
+        // The direction is 45° to the left of the axis
         ("fisheye", 4.0 * 2f32.sqrt()),
     ] {
         picture(&folder, &format!("--projection {projection} --size 61x61 --spp 16"));

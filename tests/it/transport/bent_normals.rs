@@ -22,7 +22,8 @@ use std::fs;
 const SIZE: u32 = 16;
 /// Width of a block in pixels.
 const BLOCK: u32 = 4;
-/// Films of each integrator, with different seeds: block means of different films are independent.
+/// Number of films of each integrator. Films have different seeds, so block means of different
+/// films are independent.
 const FILMS: u64 = 16;
 const MAX_DEPTH: u32 = 6;
 /// Maximum |t| of a difference of two means. With 30 degrees of freedom P(|t| > 6.5) is 3.4e-7:

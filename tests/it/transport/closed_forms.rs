@@ -375,8 +375,8 @@ fn objects_in_the_plane_of_focus_are_sharp() {
 /// edge.
 #[test]
 fn filters_blur_an_edge_by_their_integral() {
-    // Seen from 4 above, at 90 degrees: a pixel of 8 is one unit wide, and the edge at x = 0.3 is
-    // at 4.3 on the film.
+    // The camera is at a height of 4, with a field of view of 90 degrees. Each of the 8 pixels is
+    // one unit wide, so the edge at x = 0.3 is at 4.3 on the film.
     let mut b = SceneBuilder::new();
     let (left, right) = (-20.0, 0.3);
     let corner = |x, y| Vec3::new(x, y, 0.0);

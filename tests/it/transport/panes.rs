@@ -103,7 +103,7 @@ fn shadow_rays_have_pane_transmittance() {
             b.add_directional_light(Vec3::NEG_Z, Spectrum::ONE).unwrap();
             let scene = b.build().unwrap().0;
             assert!(scene.has_thin_surfaces());
-            // From below the pane
+            // View the surface from below the pane
             let camera = pinhole(Vec3::new(0.0, -2.0, -2.0), Vec3::new(0.0, 0.0, -3.0), 0.5);
             let film = render_film(&scene, camera, [4, 4], 64, Some(1));
             for (c, kt) in [1.0f64, 0.5, 0.25].into_iter().enumerate() {

@@ -4,7 +4,7 @@ const NAMES = {
   // Parameters of a render
   samples: "Samples per pixel", seed: "Random seed", sampler: "Sampler", denoise: "Denoiser", denoise_radius: "Denoiser radius",
   noise: "Noise level", width: "Width", height: "Height", filter: "Pixel filter", filter_radius: "Filter radius", background: "Background",
-  integrator: "Integrator", max_depth: "Bounces at most", roulette_depth: "Roulette from bounce", roulette: "Roulette rule",
+  integrator: "Integrator", max_depth: "Maximum bounces", roulette_depth: "Roulette from bounce", roulette: "Roulette rule",
   directions: "Ray directions", direction_points: "Direction points", direction_perturbation: "Point perturbation",
   direction_scrambling: "Point scrambling", direct: "Direct light", mis: "MIS heuristic", light_selection: "Light selection",
   lamp_samples: "Samples per lamp", triangle_sampling: "Lamp sampling", reuse: "Path reuse", clamp_indirect: "Firefly clamp",

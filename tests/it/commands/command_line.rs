@@ -1147,7 +1147,7 @@ impl Drop for KilledOnDrop {
     }
 }
 
-/// Memory is refused before allocation: for the text, for the scene, and for the render.
+/// The memory limit is checked before allocation: for the text, for the scene, and for the render.
 #[test]
 fn more_memory_than_allowed_is_refused() {
     let folder = lit_floor();

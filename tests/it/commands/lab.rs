@@ -116,7 +116,7 @@ fn trees_with_too_many_rays_are_refused() {
     let said = refused(folder.path(), &split(line), 2);
     assert!(said.contains("--tree-depth") && said.contains("3.4e38 rays"), "{said}");
     done(folder.path(), &joined(&split(line), &["--max-depth", "2"]));
-    // The depth of paths is not the depth of trees.
+    // The maximum depth of paths does not set the depth of ray trees.
     done(
         folder.path(),
         &split("lab s.toml --methods path,distributed --spp 4 -q"),

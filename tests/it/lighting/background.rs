@@ -157,8 +157,8 @@ fn read_codes(path: &Path) -> (usize, Vec<u8>) {
 }
 
 /// Tone curve, exposure and denoiser change the image in front of a background, but not the
-/// background colour. The image equals the transparent one over this colour, and `develop` gives
-/// the same.
+/// background colour. The image equals the transparent image over this colour, and `develop` makes
+/// the same image.
 #[test]
 fn tone_mapping_keeps_the_background_color() {
     let folder = stage("[ground]\npoint = [0, -0.3, 0]");

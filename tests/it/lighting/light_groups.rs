@@ -218,8 +218,8 @@ fn group_equals_a_render_with_its_lights_only() {
 fn group_means_equal_renders_of_single_groups() {
     const SEEDS: u64 = 24;
     const SPP: u32 = 12;
-    // Four parts of the image: pixels with path reuse have correlated errors, seeds are
-    // independent.
+    // Compare four parts of the image over seeds: pixels with path reuse have correlated errors,
+    // and seeds are independent.
     let regions = |picture: [Vec<f64>; 3]| -> Vec<f64> {
         let region = |i: usize| {
             let (x, y) = (i as u32 % RESOLUTION.x, i as u32 / RESOLUTION.x);

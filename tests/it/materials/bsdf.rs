@@ -565,7 +565,7 @@ fn thin_dielectric_sums_internal_reflections() {
             transmittance: Spectrum::ONE,
             ior,
         };
-        // The series R + T R T + T R³ T + …, summed directly
+        // Sum the series R + T R T + T R³ T + … directly
         let glass = Dielectric {
             reflectance: Spectrum::ONE,
             transmittance: Spectrum::ONE,

@@ -170,8 +170,8 @@ fn slurm_gets_the_missing_parts() {
         assert!(jobs[1].contains(word), "no {word} in {}", jobs[1]);
     }
 
-    // Parts 0 and 2 are complete, 1 is in the queue, 3 failed: it is submitted again, and the merge
-    // waits for 1 and 3.
+    // Parts 0 and 2 are complete, part 1 is in the queue, and part 3 has failed. Part 3 is
+    // submitted again, and the merge waits for parts 1 and 3.
     let again = [&["--cpus", "2"], RENDER.as_slice()].concat();
     for name in ["0.done", "2.done", "3.failures"] {
         farm.write(&format!("a b.exr.farm/parts/{name}"), "");

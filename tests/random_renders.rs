@@ -172,7 +172,7 @@ fn mesh(random: &mut Random, scale: f64) -> String {
                 2 => [(); 3].map(|()| [0, 1, 2].map(|k| center[k] + 1e-6 * k as f64 * scale * random.signed())),
                 3 => [[-scale, -scale, z], [2.0 * scale, -scale, z], [-scale, 2.0 * scale, z]],
                 _ => {
-                    // One of the twelve triangles of a box
+                    // Make one of the twelve triangles of a box
                     let (axis, side, half) = ((i / 4) % 3, (i / 2) % 2, i % 2);
                     let at = |u: f64, v: f64| {
                         let mut p = [0.0; 3];

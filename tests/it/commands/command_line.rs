@@ -1199,7 +1199,7 @@ fn more_memory_than_allowed_is_refused() {
         let out = run(folder.path(), &joined(&base, &args));
         assert_eq!(code(&out), status, "{args:?}: {}", words(&out));
     }
-    // If the pixels are too many, a denoiser needs most of their memory.
+    // If there are too many pixels, a denoiser needs most of the memory, so the error names it.
     for (denoise, is_named) in [("--denoise=atrous", true), ("--denoise=off", false)] {
         let flags = "render many.obj --size 8000x4000 --spp 1 -o m.png --max-memory 1G";
         let out = run(folder.path(), &joined(&split(flags), &[denoise]));

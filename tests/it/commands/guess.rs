@@ -753,7 +753,8 @@ fn camera_flags_modify_the_guess() {
     let (eye, target, up) = of(&["--up", "0,0,1"]);
     assert_eq!(up.unwrap(), [0.0, 0.0, 1.0]);
     assert!(eye[2] > target[2]);
-    // A position alone faces the middle; a target alone is seen from the guessed side.
+    // With only a position, the camera faces the middle of the scene. With only a target, the
+    // camera is on the guessed side.
     let (eye, target, _) = of(&["--position", "0,1,9"]);
     assert_eq!(eye, [0.0, 1.0, 9.0]);
     assert!(

@@ -106,8 +106,8 @@ fn the_lab_compares_the_ladder() {
     assert!(said.contains("40x24"), "{said}");
 }
 
-/// Ray trees of a deep scene may be too large: that is refused before the first ray, with the
-/// numbers.
+/// Ray trees of a deep scene may have too many rays. They are refused before the first ray, and the
+/// error has the numbers.
 #[test]
 fn trees_with_too_many_rays_are_refused() {
     let folder = lit_floor();

@@ -325,7 +325,7 @@ fn render_without_samples_writes_no_image() {
     assert!(!state.is_empty() && write(&state).is_empty());
 }
 
-/// Sums of another build may have other bits: they are neither resumed nor merged.
+/// Sums of another build may have other bits, so they are neither resumed nor merged.
 #[test]
 fn sums_of_another_build_are_refused() {
     let folder = scene();

@@ -20,7 +20,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use tempfile::TempDir;
 
-/// One whole tile, and parts of three others.
+/// The image has one whole tile, and parts of three other tiles.
 const RESOLUTION: UVec2 = UVec2::new(21, 18);
 /// Light groups of [`stage`], in this order; the second lamp is in no group.
 const NAMES: [&str; 4] = ["lamp", "key", "sky", "default"];

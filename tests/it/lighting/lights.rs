@@ -559,8 +559,8 @@ fn seen(scene: &Scene, camera: CameraParameters, spp: u32, direct: DirectLight, 
     })
 }
 
-/// One half of a lamp is black, with large or small triangles: the floor below gets half of the
-/// light of the form factor of the rectangle.
+/// One half of a lamp is black, and the lamp has large or small triangles. The floor below gets
+/// half of the light that the form factor of the rectangle gives.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn half_black_lamp_gives_half_the_light() {

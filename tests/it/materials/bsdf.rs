@@ -886,8 +886,8 @@ fn brushed_mirrors_keep_most_energy() {
     assert!(max < 1.035 && min > 0.75, "{min} {max}");
 }
 
-/// Values in f64 from another form of the formulas; sums over the hemisphere give the multiple
-/// reflections.
+/// Compares the lobe with f64 values from another form of the formulas. Sums over the hemisphere
+/// give the multiple reflections.
 #[test]
 fn rough_conductor_matches_quadrature() {
     const STEPS: usize = 400;

@@ -663,7 +663,7 @@ fn blocks_of_dds_files_are_decoded() {
             "{got:?}, row {y}"
         );
     }
-    // Both channels 204 everywhere: x = y = 0.6, and z completes a unit vector.
+    // Both channels are 204 everywhere, so x = y = 0.6, and z completes a unit vector.
     let channel = [204, 204, 0, 0, 0, 0, 0, 0];
     let bc5 = [channel, channel].concat();
     let normals = texture(

@@ -310,7 +310,7 @@ fn assert_same_blocks(what: &str, film: &Film, reference: &Film, bias: f64) {
     assert_all_means_within(what, &pairs, |expected| bias * expected.value);
 }
 
-/// A panel of opacity 0.25: photons hit it with that probability, and camera rays too.
+/// Photons and camera rays hit a panel of opacity 0.25 with the probability 0.25.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn opacity_is_applied_once() {

@@ -14,7 +14,7 @@ use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
 use embrasure::scene::{Scene, SceneBuilder};
 
-/// One whole tile, and parts of three others.
+/// The image has one whole tile, and parts of three other tiles.
 const RESOLUTION: UVec2 = UVec2::new(21, 18);
 const SEEDS: u64 = 32;
 

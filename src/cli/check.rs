@@ -94,7 +94,7 @@ impl Report {
         let names_degenerate = names(&["degenerate-face", "repeated-vertex"]);
         let names_repeated = names(&["duplicate-face", "two-sided"]);
         let names_sides = names(&["two-sided"]);
-        let told = |f: &Finding| match f.code {
+        let is_reported = |f: &Finding| match f.code {
             "degenerate-triangles" => !names_degenerate,
             "repeated-triangles" => !names_repeated,
             "two-sided" => !names_sides,
@@ -108,7 +108,8 @@ impl Report {
             }
             f
         };
-        self.findings.extend(findings.into_iter().filter(told).map(reworded));
+        self.findings
+            .extend(findings.into_iter().filter(is_reported).map(reworded));
         self.findings.extend(linted);
 
         let args = RenderArgs {

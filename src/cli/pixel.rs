@@ -52,7 +52,12 @@ fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: 
         world: session.world(&recorded),
         prepared,
     };
-    let listener = |told| -> Box<dyn Sink + '_> { Box::new(Listener { story: &story, told }) };
+    let listener = |is_requested| -> Box<dyn Sink + '_> {
+        Box::new(Listener {
+            story: &story,
+            is_requested,
+        })
+    };
     let mut sampler = settings.random_numbers();
     let method = settings.method();
     if !method.sample(context, (settings.resolution, key), &mut sampler, &listener) {
@@ -100,8 +105,8 @@ struct Story<'a> {
 impl Story<'_> {
     /// Adds the rays since the last call.
     fn take_rays(&mut self) {
-        for ((kind, told), (query, answer)) in self.kinds.drain(..).zip(self.recorder.take()) {
-            if !told {
+        for ((kind, is_requested), (query, answer)) in self.kinds.drain(..).zip(self.recorder.take()) {
+            if !is_requested {
                 continue;
             }
             let kind = match kind {
@@ -131,12 +136,12 @@ impl Story<'_> {
 struct Listener<'a, 'b> {
     story: &'a RefCell<Story<'b>>,
     /// True for the sample of `--sample`.
-    told: bool,
+    is_requested: bool,
 }
 
 impl Sink for Listener<'_, '_> {
     fn weight(&mut self, weight: f32) {
-        if self.told {
+        if self.is_requested {
             self.story.borrow_mut().weight = weight;
         }
     }
@@ -145,7 +150,7 @@ impl Sink for Listener<'_, '_> {
         let radiance = light.radiance;
         let mut story = self.story.borrow_mut();
         story.take_rays();
-        if self.told {
+        if self.is_requested {
             story.lines.push(format!("  adds {}", list(&radiance.to_array())));
             story.radiance += radiance;
         }
@@ -154,7 +159,7 @@ impl Sink for Listener<'_, '_> {
     fn camera_view(&mut self, view: CameraView) {
         let mut story = self.story.borrow_mut();
         story.take_rays();
-        if self.told {
+        if self.is_requested {
             story.lines.push(match &view {
                 CameraView::Background(_) => "  sees the background".into(),
                 CameraView::Ground(shadow) => {
@@ -171,7 +176,7 @@ impl Sink for Listener<'_, '_> {
     fn first_surface(&mut self, s: FirstSurface) {
         let mut story = self.story.borrow_mut();
         story.take_rays();
-        if self.told {
+        if self.is_requested {
             let (albedo, normal, depth) = (list(&s.albedo.to_array()), s.normal, s.depth);
             let line = format!("  first surface: albedo {albedo}, normal {normal}, depth {depth}");
             story.lines.push(line);
@@ -181,7 +186,7 @@ impl Sink for Listener<'_, '_> {
 
 impl RaySink for Listener<'_, '_> {
     fn ray(&mut self, kind: RayKind) {
-        self.story.borrow_mut().kinds.push((kind, self.told));
+        self.story.borrow_mut().kinds.push((kind, self.is_requested));
     }
 
     fn cut_walk(&mut self) {}

@@ -104,13 +104,13 @@ impl Preview {
     /// the connection is lost, this function and the following functions return an error once.
     /// Afterwards there is no viewer.
     pub fn open(&mut self, film: &Film) -> Option<FileError> {
-        self.tell(|| Work::Open(film.resolution().to_array()))
+        self.send(|| Work::Open(film.resolution().to_array()))
     }
 
     /// Shows the current picture, unless the viewer is busy. Only the picture's channels are sent,
     /// because the other channels would take most of the time.
     pub fn update(&mut self, film: &Film) -> Option<FileError> {
-        self.tell(|| Work::Picture(film.develop_picture()))
+        self.send(|| Work::Picture(film.develop_picture()))
     }
 
     /// Shows the final `image`, limited to the default channels of image files. Waits until all
@@ -126,7 +126,7 @@ impl Preview {
     }
 
     /// Sends `work` to the thread, unless it is busy.
-    fn tell(&mut self, work: impl FnOnce() -> Work) -> Option<FileError> {
+    fn send(&mut self, work: impl FnOnce() -> Work) -> Option<FileError> {
         let viewer = self.viewer.as_mut()?;
         match viewer.look() {
             Ok(None) => None,

@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn places_tell_who_set_a_value() {
+    fn places_name_the_flag_that_set_a_value() {
         let overrides = Overrides::new(&["a=1".into(), "b=x".into()], 10).unwrap();
         assert_eq!(overrides.at(10), None);
         #[derive(Deserialize)]

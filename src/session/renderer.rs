@@ -144,7 +144,7 @@ impl<'a> Renderer<'a> {
         let settings = self.session.settings();
         let film = Film::starting_at(settings.resolution, settings.crop(), settings.samples().start);
         let mut state = RenderState::new(film, settings.backing(), self.feature_names().as_ref());
-        self.tell_paths(&mut state);
+        self.separate_paths(&mut state);
         state
     }
 
@@ -195,14 +195,14 @@ impl<'a> Renderer<'a> {
             );
         }
         let mut state = RenderState::of_checkpoint(checkpoint)?;
-        self.tell_paths(&mut state);
+        self.separate_paths(&mut state);
         Ok(state)
     }
 
-    /// If channels of light paths are requested, makes `state` record light paths separately.
-    fn tell_paths(&self, state: &mut RenderState) {
+    /// Makes `state` separate light paths, if light path channels are requested.
+    fn separate_paths(&self, state: &mut RenderState) {
         if let Some(paths) = self.session.paths() {
-            state.film.tell_paths(paths);
+            state.film.separate_paths(paths);
         }
     }
 

@@ -181,7 +181,7 @@ impl Hub {
     }
 
     /// Sends `text` to all pages, or to a single page.
-    pub fn tell(&self, page: Option<PageId>, text: &str) {
+    pub fn send_text(&self, page: Option<PageId>, text: &str) {
         let text: Arc<str> = text.into();
         for (id, outbox) in lock(&self.pages).iter_mut() {
             if page.is_none_or(|page| page == *id) {
@@ -202,7 +202,7 @@ impl Hub {
     /// pages receive their first messages in the order of kinds.
     pub fn greet(&self, kind: &'static str, text: &str) {
         lock(&self.greetings).insert(kind, text.into());
-        self.tell(None, text);
+        self.send_text(None, text);
     }
 
     /// Sets the channels that the page shows.

@@ -22,7 +22,7 @@ struct Work {
     doing: String,
     units: u64,
     done: u64,
-    told: Instant,
+    reported: Instant,
 }
 
 impl<'a> Loading<'a> {
@@ -32,14 +32,14 @@ impl<'a> Loading<'a> {
             doing: String::new(),
             units: 1,
             done: 0,
-            told: Instant::now(),
+            reported: Instant::now(),
         };
         let work = Mutex::new(work);
         Self { hub, work }
     }
 
-    fn tell(&self, work: &mut Work) {
-        work.told = Instant::now();
+    fn report(&self, work: &mut Work) {
+        work.reported = Instant::now();
         let share = work.done.min(work.units) as f64 / work.units.max(1) as f64;
         let text = json!({ "type": "status", "phase": "loading", "doing": work.doing, "share": share });
         self.hub.greet(KIND, &text.to_string());
@@ -50,14 +50,14 @@ impl LoadObserver for Loading<'_> {
     fn begin(&self, what: &str, units: u64) {
         let mut work = self.work.lock().unwrap_or_else(PoisonError::into_inner);
         (work.doing, work.units, work.done) = (what.into(), units, 0);
-        self.tell(&mut work);
+        self.report(&mut work);
     }
 
     fn advance(&self, units: u64) {
         let mut work = self.work.lock().unwrap_or_else(PoisonError::into_inner);
         work.done = work.done.saturating_add(units);
-        if work.told.elapsed() >= INTERVAL {
-            self.tell(&mut work);
+        if work.reported.elapsed() >= INTERVAL {
+            self.report(&mut work);
         }
     }
 }
@@ -81,10 +81,10 @@ mod tests {
         loading.begin("reading a.obj", 4);
         std::thread::sleep(INTERVAL);
         loading.advance(1);
-        let (told, _) = hub.outgoing(page, false);
-        let shares = told.iter().map(|text| text.contains("\"share\":0.25"));
-        assert_eq!(shares.collect::<Vec<_>>(), [false, true], "{told:?}");
-        assert!(told[0].contains("reading a.obj"), "{told:?}");
+        let (messages, _) = hub.outgoing(page, false);
+        let shares = messages.iter().map(|text| text.contains("\"share\":0.25"));
+        assert_eq!(shares.collect::<Vec<_>>(), [false, true], "{messages:?}");
+        assert!(messages[0].contains("reading a.obj"), "{messages:?}");
         // A page opened during loading gets the message; a later page does not.
         assert_eq!(hub.outgoing(hub.join(), false).0.len(), 1);
         drop(loading);

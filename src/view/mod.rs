@@ -199,13 +199,13 @@ pub(crate) fn serve(options: Options, host: &dyn Host, request: SceneRequest) ->
         // On drop this ends the threads, even if the render panics.
         let _ending = hub.ending();
         host.ready(&server.link());
-        let told = |error: Error| {
+        let announce = |error: Error| {
             let text = json!({ "type": "error", "text": error.to_string() });
             hub.greet("3 end", &text.to_string());
             error
         };
         let loading = Loading::new(&hub);
-        let session = host.load(&request, &loading).map_err(told)?;
+        let session = host.load(&request, &loading).map_err(announce)?;
         drop(loading);
         let engine = Engine::new(&hub, host, request, &session, options)?;
         engine.run(session)

@@ -52,7 +52,7 @@ pub(super) fn serve(stream: TcpStream, hub: &Hub) {
     // Send a complete picture to the new page.
     let (name, second) = (PICTURE.to_string(), None);
     hub.send(Mail::Command(id, Command::Channel { name, second }));
-    hub.tell(Some(id), &serde_json::json!({ "type": "page", "page": id }).to_string());
+    hub.send_text(Some(id), &serde_json::json!({ "type": "page", "page": id }).to_string());
     let mut page = Page {
         socket: WebSocket::from_raw_socket(stream, Role::Server, Some(config)),
         hub,
@@ -164,7 +164,7 @@ impl Page<'_> {
                     return Err(Error::ConnectionClosed);
                 }
                 let text = serde_json::json!({ "type": "error", "text": words }).to_string();
-                self.hub.tell(Some(self.id), &text);
+                self.hub.send_text(Some(self.id), &text);
                 return Ok(());
             }
         }

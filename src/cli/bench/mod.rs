@@ -145,19 +145,19 @@ fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneRuns, CliError> {
     };
     let mut backends = Vec::new();
     for backend in Backend::ALL.iter().copied().filter(chosen) {
-        let tell = |what: &str| {
+        let print_step = |what: &str| {
             if !args.quiet {
                 errln!("{name}: {}, {what}", backend.name());
             }
         };
-        tell("build");
+        print_step("build");
         let mut build_s = Vec::new();
         for _ in 0..args.repeat.get() {
             let start = Instant::now();
             let _accel = backend.build(scene, session.pool())?;
             build_s.push(start.elapsed().as_secs_f64());
         }
-        tell("rays");
+        print_step("rays");
         let measure = Measure {
             session: &session,
             accel: backend.build(scene, session.pool())?,

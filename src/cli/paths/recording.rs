@@ -25,7 +25,12 @@ pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace
 
     // Integrators that take samples pixel by pixel
     let heard = RefCell::new(Heard::default());
-    let listener = |told| -> Box<dyn Sink + '_> { Box::new(Listener { heard: &heard, told }) };
+    let listener = |is_requested| -> Box<dyn Sink + '_> {
+        Box::new(Listener {
+            heard: &heard,
+            is_requested,
+        })
+    };
     if method.sample(context, (settings.resolution, own), &mut sampler, &listener) {
         let heard = heard.into_inner();
         return vec![Trace::new(own, heard.weight, &heard.events, pixel, filter)];
@@ -61,13 +66,13 @@ struct Heard {
 /// Listener to one of several samples that are traced together.
 struct Listener<'a> {
     heard: &'a RefCell<Heard>,
-    /// True if the current ray belongs to the requested sample.
-    told: bool,
+    /// True if the sample is the requested one.
+    is_requested: bool,
 }
 
 impl Sink for Listener<'_> {
     fn weight(&mut self, weight: f32) {
-        if self.told {
+        if self.is_requested {
             self.heard.borrow_mut().weight = weight;
         }
     }
@@ -88,11 +93,11 @@ impl RaySink for Listener<'_> {
     fn cut_walk(&mut self) {}
 
     fn records(&self) -> bool {
-        self.told
+        self.is_requested
     }
 
     fn record(&mut self, event: PathEvent) {
-        if self.told {
+        if self.is_requested {
             self.heard.borrow_mut().events.push(event);
         }
     }

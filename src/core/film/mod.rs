@@ -154,10 +154,12 @@ impl Film {
         self.tiles.first().map_or(0, Tile::parts)
     }
 
-    /// Separates the light of samples by `paths`. The last parts of [`Film::with_parts`] are the
-    /// layers of `paths`.
-    pub fn tell_paths(&mut self, paths: &Arc<LightPaths>) {
-        self.tiles.iter_mut().for_each(|tile| tile.tell_paths(paths.clone()));
+    /// Separates the light of samples by `paths`. The last parts of [`Film::with_parts`] are its
+    /// layers.
+    pub fn separate_paths(&mut self, paths: &Arc<LightPaths>) {
+        self.tiles
+            .iter_mut()
+            .for_each(|tile| tile.separate_paths(paths.clone()));
     }
 
     /// Classifier of light paths, if any.

@@ -161,8 +161,8 @@ impl Tile {
         self.parts
     }
 
-    /// Starts to separate light by `paths`. The layers of `paths` are the last parts.
-    pub(super) fn tell_paths(&mut self, paths: Arc<LightPaths>) {
+    /// Starts to separate light by paths. Their parts are the last parts.
+    pub(super) fn separate_paths(&mut self, paths: Arc<LightPaths>) {
         self.light_paths = Some(paths);
     }
 

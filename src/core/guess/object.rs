@@ -88,7 +88,7 @@ impl Front {
         let of_program = axes.usual_front.and_then(toward);
         let points = surfaces::points(looker);
         let named = named_front(looker, &points, horizon).and_then(toward);
-        let told = facing(&points, upright_bounds(looker.region.bounds, horizon), horizon);
+        let faced = facing(&points, upright_bounds(looker.region.bounds, horizon), horizon);
         let is_long = is_long_body(&points, upright_bounds(looker.region.bounds, horizon), horizon);
         let azimuths = [0.0, 180.0, 90.0, 270.0];
         let evidence: Vec<f32> = azimuths
@@ -100,7 +100,7 @@ impl Front {
                 }
                 let picture = Picture::take(looker, horizon, frame, horizon.direction(azimuth, 5.0));
                 let mut evidence = picture.detail().log2() + picture.materials() + SYMMETRY * picture.symmetry();
-                evidence += if told == Some(azimuth) { FACING } else { 0.0 };
+                evidence += if faced == Some(azimuth) { FACING } else { 0.0 };
                 evidence += if named == Some(azimuth) { FACING } else { 0.0 };
                 evidence -= if is_long && side.is_long() { LONG_SIDE } else { 0.0 };
                 evidence

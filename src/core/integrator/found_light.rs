@@ -157,7 +157,7 @@ impl LightSum {
 
     /// Passes the sum times `factor` to `out`.
     #[inline(always)]
-    pub fn tell(&self, factor: Spectrum, scatterings: u32, out: &mut impl Sink) {
+    pub fn pass_on(&self, factor: Spectrum, scatterings: u32, out: &mut impl Sink) {
         out.light(FoundLight::sum(self.radiance * factor, scatterings));
         for part in &self.parts {
             out.part(FoundLight {

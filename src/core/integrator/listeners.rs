@@ -65,7 +65,7 @@ impl<O: Sink> Sink for Summed<'_, O> {
     #[inline(always)]
     fn light(&mut self, light: FoundLight) {
         self.sum.radiance += light.radiance;
-        if self.out.tells_parts() {
+        if self.out.separates_parts() {
             self.part(light);
         }
         if self.out.records() && !light.radiance.is_black() {
@@ -86,13 +86,13 @@ impl<O: Sink> Sink for Summed<'_, O> {
     fn first_surface(&mut self, _: FirstSurface) {}
 
     #[inline(always)]
-    fn tells_parts(&self) -> bool {
-        self.out.tells_parts()
+    fn separates_parts(&self) -> bool {
+        self.out.separates_parts()
     }
 
     #[inline(always)]
-    fn tells_paths(&self) -> bool {
-        self.out.tells_paths()
+    fn separates_paths(&self) -> bool {
+        self.out.separates_paths()
     }
 
     fn scattered(&mut self, depth: u32, event: ScatteringEvent) {
@@ -123,7 +123,7 @@ impl<'o> Clamped<'o> {
     pub fn finish(mut self, limit: f32) {
         let luminance = self.indirect.radiance.luminance();
         let factor = if luminance > limit { limit / luminance } else { 1.0 };
-        self.indirect.tell(Spectrum::splat(factor), 2, &mut self.out);
+        self.indirect.pass_on(Spectrum::splat(factor), 2, &mut self.out);
     }
 }
 
@@ -138,7 +138,7 @@ impl Sink for Clamped<'_> {
             return;
         }
         self.indirect.radiance += light.radiance;
-        if self.out.tells_parts() {
+        if self.out.separates_parts() {
             self.indirect.add_part(light);
         }
     }
@@ -158,12 +158,12 @@ impl Sink for Clamped<'_> {
         self.out.camera_view(view);
     }
 
-    fn tells_parts(&self) -> bool {
-        self.out.tells_parts()
+    fn separates_parts(&self) -> bool {
+        self.out.separates_parts()
     }
 
-    fn tells_paths(&self) -> bool {
-        self.out.tells_paths()
+    fn separates_paths(&self) -> bool {
+        self.out.separates_paths()
     }
 
     fn scattered(&mut self, depth: u32, event: ScatteringEvent) {

@@ -152,13 +152,13 @@ pub trait Sink: RaySink {
 
     /// Returns true if the sink separates sources of light: only then it needs the parts of sums.
     #[inline(always)]
-    fn tells_parts(&self) -> bool {
+    fn separates_parts(&self) -> bool {
         false
     }
 
     /// Returns true if the sink separates classes of paths: only then it needs scattering events.
     #[inline(always)]
-    fn tells_paths(&self) -> bool {
+    fn separates_paths(&self) -> bool {
         false
     }
 
@@ -188,12 +188,12 @@ impl Sink for &mut (dyn Sink + '_) {
         (**self).camera_view(view);
     }
 
-    fn tells_parts(&self) -> bool {
-        (**self).tells_parts()
+    fn separates_parts(&self) -> bool {
+        (**self).separates_parts()
     }
 
-    fn tells_paths(&self) -> bool {
-        (**self).tells_paths()
+    fn separates_paths(&self) -> bool {
+        (**self).separates_paths()
     }
 
     fn scattered(&mut self, depth: u32, event: ScatteringEvent) {

@@ -200,7 +200,7 @@ pub(super) fn vertex(depth: u32, vertex: &Vertex, beta: Spectrum, out: &mut impl
 /// events. `roulette` compensates for paths that end.
 #[inline(always)]
 pub(super) fn scatter(depth: u32, vertex: &Vertex, sample: &BsdfSample, roulette: f32, out: &mut impl Sink) {
-    if out.tells_paths() {
+    if out.separates_paths() {
         out.scattered(depth, vertex.event(sample.wi, sample.is_delta()));
     }
     if out.records() {

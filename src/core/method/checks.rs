@@ -49,7 +49,7 @@ fn catches_shadows(kind: IntegratorKind) -> bool {
 }
 
 /// Returns true if the integrator separates classes of light paths.
-fn tells_paths(kind: IntegratorKind) -> bool {
+fn separates_paths(kind: IntegratorKind) -> bool {
     use IntegratorKind::{Bidirectional, Direct, Naive, Path};
     matches!(kind, Path | Naive | Direct | Bidirectional)
 }
@@ -261,13 +261,13 @@ impl Method {
     }
 
     /// Returns true if the method separates light paths.
-    pub fn tells_paths(&self) -> bool {
-        tells_paths(self.kind())
+    pub fn separates_paths(&self) -> bool {
+        separates_paths(self.kind())
     }
 
     /// Returns an error if the method cannot separate light paths.
     pub fn check_light_paths(&self, parts: &[PathPart]) -> Result<(), InvalidSetting> {
-        if self.tells_paths() {
+        if self.separates_paths() {
             return Ok(());
         }
         let names: Vec<&str> = parts.iter().map(PathPart::layer).collect();
@@ -276,7 +276,7 @@ impl Method {
             names.join(","),
             self.name()
         );
-        let help = format!("use one of {}", names_of(tells_paths));
+        let help = format!("use one of {}", names_of(separates_paths));
         Err(InvalidSetting::new("aov", value, help))
     }
 

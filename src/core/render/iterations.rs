@@ -88,10 +88,10 @@ fn groups_of(film: &Film, integrator: &impl IterationIntegrator) -> usize {
 
 /// Bytes of the light of one splat on all pixels of `crop` that the filter reaches. Includes a copy
 /// for the group if groups are separated.
-fn light_bytes(tells_groups: bool, filter: &Filter, crop: Rect) -> usize {
+fn light_bytes(separates_groups: bool, filter: &Filter, crop: Rect) -> usize {
     let side = (2.0 * filter.radius()).ceil().max(1.0) as usize;
     let pixels = side.saturating_mul(side).min(crop.area() as usize);
-    let group = if tells_groups {
+    let group = if separates_groups {
         size_of::<(UVec2, usize, Spectrum)>()
     } else {
         0
@@ -389,7 +389,7 @@ impl Sink for WorkItem<'_> {
         }
     }
 
-    fn tells_parts(&self) -> bool {
+    fn separates_parts(&self) -> bool {
         self.groups.is_some()
     }
 

@@ -142,11 +142,11 @@ impl Sink for PartedSample<'_, '_> {
         self.sample.camera_view(view);
     }
 
-    fn tells_parts(&self) -> bool {
+    fn separates_parts(&self) -> bool {
         true
     }
 
-    fn tells_paths(&self) -> bool {
+    fn separates_paths(&self) -> bool {
         self.parts.paths.is_some()
     }
 

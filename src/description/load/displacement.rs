@@ -85,7 +85,7 @@ impl Loader<'_> {
         match self.file.load.parameters.displacement() {
             DisplacementUse::Off => return Ok(None),
             DisplacementUse::Auto if !is_fine && !request.is_literal => {
-                self.tell_of_idle(&request);
+                self.report_idle(&request);
                 return Ok(None);
             }
             DisplacementUse::Auto | DisplacementUse::On => {}
@@ -155,9 +155,8 @@ impl Loader<'_> {
         }
     }
 
-    /// Reports a displacement statement of a library that has no effect. Each library is reported
-    /// once.
-    fn tell_of_idle(&mut self, request: &MapRequest) {
+    /// Reports a displacement statement of a library that has no effect, once for each library.
+    fn report_idle(&mut self, request: &MapRequest) {
         let file = &request.place.file;
         let is_same = |finding: &Finding| finding.code == "idle-displacement" && finding.error.file == *file;
         if self.findings.iter().any(is_same) {

@@ -129,8 +129,8 @@ impl Loader<'_> {
         id
     }
 
-    /// Reports materials that no library defines. Each OBJ file is reported once.
-    pub(super) fn tell_of_undefined(&mut self) {
+    /// Reports materials that no library defines, once for each OBJ file.
+    pub(super) fn report_undefined(&mut self) {
         for (path, undefined) in std::mem::take(&mut self.undefined) {
             let is_told = |finding: &Finding| finding.code == "missing-library" && finding.error.file == path;
             let is_library_told = self.findings.iter().any(is_told);
@@ -177,9 +177,9 @@ impl Loader<'_> {
         }
     }
 
-    /// Suggests pictures near an OBJ file as textures, if the file has texture coordinates and none
-    /// of its materials has a texture.
-    pub(super) fn tell_of_offers(&mut self) {
+    /// Offers pictures near an OBJ file that has texture coordinates, if no material of the file
+    /// has a texture.
+    pub(super) fn report_offers(&mut self) {
         for (path, untextured) in std::mem::take(&mut self.untextured) {
             let Some(material) = untextured.material.filter(|_| !untextured.has_texture) else {
                 continue;

@@ -139,9 +139,9 @@ struct Loader<'a> {
     /// Index of the last object that needs a file. The file is dropped after this object.
     last_use: HashMap<Shape, usize>,
     findings: Findings,
-    /// True if loading continues after errors.
-    goes_on: bool,
-    /// Id in the builder of each material in use.
+    /// True to continue after errors.
+    continues_after_errors: bool,
+    /// Materials handed to the builder.
     used: HashMap<UsedMaterial, MaterialId>,
     materials: Vec<MaterialSource>,
     /// Patches of materials, from the scene file and from flags.
@@ -196,7 +196,12 @@ struct UsedMaterial {
 }
 
 impl<'a> Loader<'a> {
-    fn new(file: &'a SceneFile, builder: SceneBuilder, observer: &'a dyn LoadObserver, goes_on: bool) -> Self {
+    fn new(
+        file: &'a SceneFile,
+        builder: SceneBuilder,
+        observer: &'a dyn LoadObserver,
+        continues_after_errors: bool,
+    ) -> Self {
         let shapes: Vec<Shapes> = file.object.iter().map(|object| Shapes::of(file, object)).collect();
         let (mut copies, mut last_use) = (HashMap::new(), HashMap::new());
         for (index, shapes) in shapes.iter().enumerate() {
@@ -221,7 +226,7 @@ impl<'a> Loader<'a> {
             shapes,
             copies,
             last_use,
-            goes_on,
+            continues_after_errors,
             findings: Findings::default(),
             used: HashMap::new(),
             materials: Vec::new(),
@@ -298,7 +303,7 @@ impl<'a> Loader<'a> {
             files: self.files,
         };
         let findings = &mut inspection.findings;
-        if findings.first_error().is_some() && !self.goes_on {
+        if findings.first_error().is_some() && !self.continues_after_errors {
             return inspection;
         }
         self.builder.panes(self.file.load.parameters.panes());
@@ -321,7 +326,7 @@ impl<'a> Loader<'a> {
 
     /// Returns true if loading must end because of an error.
     fn is_over(&self) -> bool {
-        !self.goes_on && self.findings.first_error().is_some()
+        !self.continues_after_errors && self.findings.first_error().is_some()
     }
 
     /// Adds lights and the ground.

@@ -85,9 +85,9 @@ pub(super) fn report_findings(
         findings.push(Finding::new(Severity::Warning, "degenerate-triangles", error).repeated(count, []));
     }
     let places: HashMap<&str, _> = materials.iter().map(|m| (m.name.as_str(), &m.place)).collect();
-    // Numbers in files are rounded to few digits, so do not report sums slightly above 1
-    let told = report.scaled_materials.iter().filter(|(_, sum)| *sum > MAX_ROUNDING);
-    for (name, sum) in told {
+    // Numbers in files have few digits.
+    let scaled = report.scaled_materials.iter().filter(|(_, sum)| *sum > MAX_ROUNDING);
+    for (name, sum) in scaled {
         let message = format!(
             "material `{}` reflects more light than it receives: {} times, in some channel; scaled to 1",
             excerpt_of_name(name),

@@ -124,8 +124,8 @@ impl Loader<'_> {
                 self.wrong("wrong-object", error);
             }
         }
-        self.tell_of_undefined();
-        self.tell_of_offers();
+        self.report_undefined();
+        self.report_offers();
         self.make_visible();
         self.cut_sections(&objs);
         sources

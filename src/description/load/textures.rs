@@ -65,7 +65,7 @@ impl Loader<'_> {
             let mut mapping = statement.mapping;
             if let Some(tiles) = Tiles::of_path(&path) {
                 if !request.if_cut_out {
-                    self.tell_of_tiles(request, &tiles, mesh);
+                    self.report_tiles(request, &tiles, mesh);
                 }
                 mapping = mapping_of_tiles(mapping, &tiles);
             }
@@ -185,8 +185,8 @@ impl Loader<'_> {
         Some(path)
     }
 
-    /// Reports a texture of several tiles, and its missing tiles that triangles of `mesh` use.
-    fn tell_of_tiles(&mut self, request: &MapRequest, tiles: &Tiles, mesh: &Mesh) {
+    /// Reports a texture of several tiles, and its missing tiles that triangles of `mesh` need.
+    fn report_tiles(&mut self, request: &MapRequest, tiles: &Tiles, mesh: &Mesh) {
         let mapping = request.statement.mapping;
         let number = |corners: [Vec2; 3]| {
             let st = mapping.st((corners[0] + corners[1] + corners[2]) / 3.0);
@@ -220,8 +220,8 @@ impl Loader<'_> {
         }
     }
 
-    /// Reports each missing texture once, with all its uses.
-    fn tell_of_missing(&mut self) {
+    /// Reports missing textures, each once with all its uses.
+    fn report_missing(&mut self) {
         let mut missing: Vec<Vec<MissingUse>> = std::mem::take(&mut self.missing).into_values().collect();
         for uses in &mut missing {
             uses.sort_by_key(|use_| use_.request.place.position.map(|position| position.line));
@@ -245,8 +245,8 @@ impl Loader<'_> {
         }
     }
 
-    /// Reports textures found at another path. Each folder is reported once.
-    fn tell_of_found_elsewhere(&mut self) {
+    /// Reports textures found at another path, once for each folder.
+    fn report_found_elsewhere(&mut self) {
         for found in std::mem::take(&mut self.found_elsewhere).into_values() {
             let Some((first, path)) = found.first() else { continue };
             let others = others(found.len() - 1, "in that folder");
@@ -261,8 +261,8 @@ impl Loader<'_> {
     }
 
     pub(super) fn load_textures(&mut self) {
-        self.tell_of_missing();
-        self.tell_of_found_elsewhere();
+        self.report_missing();
+        self.report_found_elsewhere();
         for texture in &self.textures {
             match Tiles::of_path(&texture.path) {
                 Some(tiles) => self.files.extend(tiles.files().map(Path::to_path_buf)),
@@ -378,7 +378,7 @@ impl Loader<'_> {
                 map.statement.slot = map.other_slot().unwrap_or(map.statement.slot);
             }
         }
-        let mut told: BTreeMap<(&Path, &str), Vec<&MapRequest>> = BTreeMap::new();
+        let mut decisions: BTreeMap<(&Path, &str), Vec<&MapRequest>> = BTreeMap::new();
         for &(asked, kind) in decided {
             let AskedTexture { request, material } = asked;
             let Some(source) = self.materials.get_mut(*material) else {
@@ -396,12 +396,12 @@ impl Loader<'_> {
                 let same = maps.iter_mut().filter(|map| map.statement.slot == written);
                 same.for_each(|map| map.statement.slot = slot.unwrap_or(written));
             }
-            let alike = told.entry((&request.place.file, words)).or_default();
+            let alike = decisions.entry((&request.place.file, words)).or_default();
             if alike.iter().all(|known| known.statement.file != request.statement.file) {
                 alike.push(request);
             }
         }
-        for ((_, words), mut requests) in told {
+        for ((_, words), mut requests) in decisions {
             requests.sort_by_key(|request| request.place.position.map(|position| position.line));
             let Some(first) = requests.first() else { continue };
             let others = others(requests.len() - 1, "of this file");

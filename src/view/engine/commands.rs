@@ -56,13 +56,13 @@ impl Engine<'_> {
                     ..self.camera
                 };
                 if let Err(error) = camera.camera(self.settings.resolution) {
-                    self.tell_error(Some(page), &error.to_string());
+                    self.send_error(Some(page), &error.to_string());
                     return Change::Nothing;
                 }
                 self.camera = camera;
                 self.moves += 1;
                 self.moved = Some(Instant::now());
-                self.tell(&json!({ "type": "camera", "camera": view, "from": page }));
+                self.send(&json!({ "type": "camera", "camera": view, "from": page }));
                 return Change::Picture;
             }
             Command::Set { key, value } => {
@@ -70,8 +70,8 @@ impl Engine<'_> {
                 let set = parameters::set((&mut options, &mut settings), &key, value.as_deref());
                 let checked = set.and_then(|()| settings.check().map_err(|error| error.to_string()));
                 if let Err(words) = checked {
-                    self.tell_error(Some(page), &words);
-                    self.tell_state();
+                    self.send_error(Some(page), &words);
+                    self.send_state();
                     return Change::Nothing;
                 }
                 (self.options, self.settings) = (options, settings);
@@ -92,7 +92,7 @@ impl Engine<'_> {
             Command::SaveCamera {} => return self.save(page, SavedPart::Camera, command),
             Command::Material { name, key, value } => {
                 if let Err(words) = scene_keys::check_material(&key) {
-                    self.tell_error(Some(page), &words);
+                    self.send_error(Some(page), &words);
                     return Change::Nothing;
                 }
                 let edits = &mut self.edits.materials;
@@ -112,7 +112,7 @@ impl Engine<'_> {
                     )),
                 };
                 if let Err(words) = checked {
-                    self.tell_error(Some(page), &words);
+                    self.send_error(Some(page), &words);
                     return Change::Nothing;
                 }
                 let edits = &mut self.edits.lights;
@@ -128,7 +128,7 @@ impl Engine<'_> {
             Command::SaveChanges {} => return self.save(page, SavedPart::Changes, command),
             Command::Compare { with } => match self.change_compare(with) {
                 Ok(change) => return change,
-                Err(words) => self.tell_error(Some(page), &words),
+                Err(words) => self.send_error(Some(page), &words),
             },
             Command::Channel { .. } => {
                 self.has_new_channel = true;
@@ -151,21 +151,21 @@ impl Engine<'_> {
                     Ok(facts) => {
                         let camera = PageCamera::of(&self.camera);
                         let text = json!({ "type": "inspect", "facts": facts, "camera": camera });
-                        self.hub.tell(Some(page), &text.to_string());
+                        self.hub.send_text(Some(page), &text.to_string());
                     }
-                    Err(words) => self.tell_error(Some(page), &words),
+                    Err(words) => self.send_error(Some(page), &words),
                 },
                 Job::Brightest(page, pixel) => match self.brightest(renderer, state, pixel) {
-                    Ok(found) => self.hub.tell(Some(page), &found.to_string()),
-                    Err(words) => self.tell_error(Some(page), &words),
+                    Ok(found) => self.hub.send_text(Some(page), &found.to_string()),
+                    Err(words) => self.send_error(Some(page), &words),
                 },
                 Job::Pick(page, pixel) => match self.pick(renderer, pixel) {
-                    Ok(found) => self.hub.tell(Some(page), &found.to_string()),
-                    Err(words) => self.tell_error(Some(page), &words),
+                    Ok(found) => self.hub.send_text(Some(page), &found.to_string()),
+                    Err(words) => self.send_error(Some(page), &words),
                 },
                 Job::Views(page) => {
                     if let Err(error) = self.list_views(page, renderer.session()) {
-                        self.tell_error(Some(page), &error.to_string());
+                        self.send_error(Some(page), &error.to_string());
                     }
                 }
             }

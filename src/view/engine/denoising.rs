@@ -128,7 +128,7 @@ impl Engine<'_> {
             match result {
                 Err(words) => {
                     self.denoising.has_failed = true;
-                    self.tell_error(None, &words);
+                    self.send_error(None, &words);
                 }
                 Ok(image) if work.picture == self.denoising.picture => self.show_denoised(renderer, work, &image),
                 Ok(_) => {}

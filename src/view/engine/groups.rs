@@ -18,17 +18,17 @@ impl Engine<'_> {
     /// Renders the channels that pages show, and no others.
     pub(super) fn follow_pages(&mut self) -> Change {
         let channels = self.hub.channels();
-        let shown = (self.tells_groups, self.tells_ids);
-        (self.tells_groups, self.tells_ids) = (channels.contains(LIGHTS), channels.contains(IDS));
-        if shown == (self.tells_groups, self.tells_ids) {
+        let shown = (self.shows_groups, self.shows_ids);
+        (self.shows_groups, self.shows_ids) = (channels.contains(LIGHTS), channels.contains(IDS));
+        if shown == (self.shows_groups, self.shows_ids) {
             return Change::Nothing;
         }
         let before = self.settings.aovs.clone();
         let mut settings = self.settings.clone();
         self.set_aovs(&mut settings);
         self.settings = settings;
-        if shown.0 != self.tells_groups && !self.has_own_groups {
-            self.edits.groups = match self.tells_groups {
+        if shown.0 != self.shows_groups && !self.has_own_groups {
+            self.edits.groups = match self.shows_groups {
                 true => group_keys(&self.lights, &self.emitting),
                 false => Vec::new(),
             };
@@ -51,7 +51,7 @@ impl Engine<'_> {
     /// Sets the channels of `settings`: the user's channels, and the channels that pages show.
     pub(super) fn set_aovs(&self, settings: &mut Settings) {
         settings.aovs.clone_from(&self.asked_aovs);
-        for (is_shown, aov) in [(self.tells_groups, Aov::Lights), (self.tells_ids, Aov::Ids)] {
+        for (is_shown, aov) in [(self.shows_groups, Aov::Lights), (self.shows_ids, Aov::Ids)] {
             if is_shown && !settings.aovs.contains(&aov) {
                 settings.aovs.push(aov);
             }

@@ -11,11 +11,11 @@
 mod commands;
 mod denoising;
 mod groups;
+mod messages;
 mod picking;
 mod preview;
 mod rival;
 mod saving;
-mod telling;
 mod thumbnails;
 
 use super::hub::{Hub, Mail, PageId, SaveFormat};
@@ -117,10 +117,9 @@ pub(super) struct Engine<'a> {
     edits: SceneChanges,
     /// Channels requested by the user.
     asked_aovs: Vec<Aov>,
-    /// True if the light groups are separate channels. The second field is true if ids are
-    /// rendered.
-    tells_groups: bool,
-    tells_ids: bool,
+    /// True if the light groups are separate channels, and true if ids are rendered.
+    shows_groups: bool,
+    shows_ids: bool,
     /// True if the scene file has its own light groups.
     has_own_groups: bool,
     /// Names of materials that emit.
@@ -164,8 +163,8 @@ struct Good {
     camera: CameraDescription,
     changes: BTreeMap<String, Option<String>>,
     edits: SceneChanges,
-    tells_groups: bool,
-    tells_ids: bool,
+    shows_groups: bool,
+    shows_ids: bool,
     compare: Option<String>,
 }
 
@@ -248,8 +247,8 @@ impl<'a> Engine<'a> {
             home: camera,
             changes: BTreeMap::new(),
             edits: SceneChanges::default(),
-            tells_groups: false,
-            tells_ids: false,
+            shows_groups: false,
+            shows_ids: false,
             has_own_groups: false,
             emitting: groups::emitting(session.scene()),
             compare: None,
@@ -323,7 +322,7 @@ impl<'a> Engine<'a> {
                     self.has_paused_for_views = true;
                     if let Err(error) = self.picture_views(&mut session) {
                         self.views.clear();
-                        self.tell_error(None, &error.to_string());
+                        self.send_error(None, &error.to_string());
                     }
                 }
                 Ok(Next::Scene(old)) => {
@@ -339,20 +338,19 @@ impl<'a> Engine<'a> {
 
     /// Sends the error `words` to the pages, and restores the last successful render.
     fn retreat(&mut self, words: &str) {
-        self.tell_error(None, words);
+        self.send_error(None, words);
         self.refuse_saves(words);
         // Without a successful render, drop all changes of the pages.
         self.edits = SceneChanges::default();
         if let Some(good) = &self.good {
             (self.options, self.settings, self.camera) = (good.options, good.settings.clone(), good.camera);
             (self.changes, self.edits) = (good.changes.clone(), good.edits.clone());
-            (self.tells_groups, self.tells_ids) = (good.tells_groups, good.tells_ids);
+            (self.shows_groups, self.shows_ids) = (good.shows_groups, good.shows_ids);
             self.compare = good.compare.clone();
         }
         self.moved = None;
-        self.tell_state();
-        // Wait before the next try, because the last good state may fail too, for example if other
-        // programs use the memory.
+        self.send_state();
+        // The last good state may fail now, for example if other programs use the memory.
         self.pending = self.read_mail(REST);
     }
 
@@ -401,7 +399,7 @@ impl<'a> Engine<'a> {
         }
         self.watch.finish(&reading, self.files(session));
         self.greet(session);
-        self.tell(&json!({ "type": "note", "text": "The scene was reloaded.", "kept_structure": is_same_shape }));
+        self.send(&json!({ "type": "note", "text": "The scene was reloaded.", "kept_structure": is_same_shape }));
         Ok(())
     }
 
@@ -433,8 +431,8 @@ impl<'a> Engine<'a> {
             camera: self.camera,
             changes: self.changes.clone(),
             edits: self.edits.clone(),
-            tells_groups: self.tells_groups,
-            tells_ids: self.tells_ids,
+            shows_groups: self.shows_groups,
+            shows_ids: self.shows_ids,
             compare: self.compare.clone(),
         });
         if !std::mem::take(&mut self.has_paused_for_views) {
@@ -443,7 +441,7 @@ impl<'a> Engine<'a> {
         let mut slice = FIRST_SLICE;
         let mut is_complete = false;
         (self.shown.measured, self.shown.noise, self.shown.told_last) = (None, None, false);
-        self.tell_state();
+        self.send_state();
         loop {
             let rival_works = turns.as_ref().is_some_and(|turns| !turns.is_complete);
             let is_awaited = self.denoising.is_awaited();
@@ -463,10 +461,10 @@ impl<'a> Engine<'a> {
             }
             self.denoise(&renderer, &state, is_complete || self.is_paused);
             let is_over = is_complete && turns.as_ref().is_none_or(|turns| turns.is_complete);
-            self.tell_errors(&state, turns.as_ref(), is_over);
+            self.send_errors(&state, turns.as_ref(), is_over);
             let has_jobs = !self.jobs.is_empty();
             self.do_jobs(&renderer, &state);
-            self.tell_status(&renderer, &state, is_over, has_jobs);
+            self.send_status(&renderer, &state, is_over, has_jobs);
             if self.is_over() {
                 return Ok(Next::End);
             }

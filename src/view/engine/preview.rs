@@ -69,7 +69,7 @@ impl Engine<'_> {
         let mut settings = Settings {
             spp: samples,
             noise: None,
-            aovs: if self.tells_ids { vec![Aov::Ids] } else { Vec::new() },
+            aovs: if self.shows_ids { vec![Aov::Ids] } else { Vec::new() },
             light_paths: Vec::new(),
             ..self.settings.clone()
         };

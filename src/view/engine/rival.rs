@@ -169,9 +169,9 @@ impl Engine<'_> {
         self.hub.show(RIVAL, &frame);
     }
 
-    /// Sends pages the difference between the two pictures, and their errors against the reference.
-    /// Messages are sent at intervals, and once more when the picture is complete (`is_over`).
-    pub(super) fn tell_errors(&mut self, state: &RenderState, turns: Option<&Turns>, is_over: bool) {
+    /// Sends pages the difference of the pictures and their errors against the reference, at
+    /// intervals or if the picture `is_over`.
+    pub(super) fn send_errors(&mut self, state: &RenderState, turns: Option<&Turns>, is_over: bool) {
         let is_wanted = turns.is_some() || self.reference.is_some();
         let is_due = self.shown.errors.elapsed() >= MEASURING;
         if !is_wanted || !is_due || self.is_paused || is_over && self.shown.told_last || !is_whole(state) {
@@ -185,7 +185,7 @@ impl Engine<'_> {
         let error = |image: &RgbImage, reference: &RgbImage| Errors::new(image, reference).ok().map(|e| e.rel_mse);
         let against = |image: &RgbImage| self.reference.as_ref().and_then(|reference| error(image, reference));
         let side = |text: &str, state: &RenderState, image: &RgbImage| json!({ "settings": text, "samples": samples_of(state), "seconds": state.seconds, "error": against(image) });
-        self.tell(&json!({
+        self.send(&json!({
             "type": "errors",
             "first": side(self.settings.method().name(), state, &image),
             "second": rival.as_ref().map(|(turns, image)| side(turns.text, &turns.state, image)),

@@ -118,13 +118,13 @@ impl Engine<'_> {
         let words = format!(
             "{name} is a bare OBJ, which cannot store {what}\n  help: make a scene file with `embrasure init {name}`, or copy what the page shows"
         );
-        self.tell_error(Some(page), &words);
+        self.send_error(Some(page), &words);
         true
     }
 
     /// Reports to the page that `part` was not saved, with the reason `words`.
     fn refuse(&self, page: PageId, part: SavedPart, words: &str) {
-        self.tell_error(Some(page), &format!("{} not saved: {words}", part.subject()));
+        self.send_error(Some(page), &format!("{} not saved: {words}", part.subject()));
     }
 
     /// Reports to the page that `part` was saved, and treats `part` as contents of the scene file
@@ -146,7 +146,7 @@ impl Engine<'_> {
             text += " Other names of this file (hard links) keep the old contents.";
         }
         let note = json!({ "type": "note", "text": text }).to_string();
-        self.hub.tell(Some(page), &note);
-        self.tell_state();
+        self.hub.send_text(Some(page), &note);
+        self.send_state();
     }
 }

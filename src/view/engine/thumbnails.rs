@@ -44,7 +44,7 @@ impl Engine<'_> {
         };
         let list: Vec<Value> = cameras.iter().zip(&views).map(entry).collect();
         let text = json!({ "type": "views", "views": list }).to_string();
-        self.hub.tell(Some(page), &text);
+        self.hub.send_text(Some(page), &text);
         self.views.retain(|view| view.page != page);
         self.views.extend(views);
         Ok(())
@@ -81,7 +81,7 @@ impl Engine<'_> {
             if let Ok(png) = png_bytes(channels, settings.resolution.to_array(), &bytes) {
                 let image = BASE64_STANDARD.encode(png);
                 let text = json!({ "type": "view-picture", "index": view.index, "image": image });
-                self.hub.tell(Some(view.page), &text.to_string());
+                self.hub.send_text(Some(view.page), &text.to_string());
             }
         }
         Ok(())

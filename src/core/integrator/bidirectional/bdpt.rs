@@ -66,8 +66,8 @@ impl<A: Accel> IterationIntegrator for BidirectionalIntegrator<'_, A> {
                 let (s, t) = c.strategy;
                 out.strategy(strategy_index(s, t), c.film, c.radiance * c.weight, c.radiance);
             }
-            if let Some(tells) = self.world.paths {
-                self.tell_apart(&c, &paths, tells, out);
+            if let Some(classifier) = self.world.paths {
+                self.split_by_class(&c, &paths, classifier, out);
             }
             c.add_to(self.world.scene, out);
         }
@@ -76,13 +76,19 @@ impl<A: Accel> IterationIntegrator for BidirectionalIntegrator<'_, A> {
 
 impl<A: Accel> BidirectionalIntegrator<'_, A> {
     /// Passes `contribution`, made of the subpaths `paths`, to `out`, split into classes of paths.
-    fn tell_apart(&self, contribution: &Contribution, paths: &Subpaths, tells: &LightPaths, out: &mut impl SplatSink) {
+    fn split_by_class(
+        &self,
+        contribution: &Contribution,
+        paths: &Subpaths,
+        classifier: &LightPaths,
+        out: &mut impl SplatSink,
+    ) {
         let radiance = contribution.radiance * contribution.weight;
         if radiance.is_black() || !radiance.is_valid() {
             return;
         }
         let source = LightSource::of(contribution.light, self.world.scene);
-        let classes = path_classes(radiance, source.kind, contribution.events(paths), tells);
+        let classes = path_classes(radiance, source.kind, contribution.events(paths), classifier);
         for (class, light) in classes.into_iter().enumerate().filter(|(_, light)| !light.is_black()) {
             out.path_class(class, contribution.film, light);
         }

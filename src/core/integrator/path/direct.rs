@@ -359,7 +359,7 @@ pub(crate) fn trace<A: Accel>(
     if out.records() {
         out.record(PathEvent::Shadow { transmittance });
     }
-    let event = out.tells_paths().then(|| vertex.event(direct.wi, false));
+    let event = out.separates_paths().then(|| vertex.event(direct.wi, false));
     out.light(FoundLight {
         radiance: direct.radiance * transmittance * path.beta,
         source: Some(LightSource::of(direct.light, world.scene)),

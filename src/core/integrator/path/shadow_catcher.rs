@@ -48,11 +48,11 @@ impl<A: Accel> PathIntegrator<'_, A> {
         };
         let mut unshadowed = Unshadowed {
             sum: LightSum::default(),
-            tells_parts: out.tells_parts(),
-            tells_paths: out.tells_paths(),
+            separates_parts: out.separates_parts(),
+            separates_paths: out.separates_paths(),
         };
         open.li(path, Some(traced), numbers, &mut unshadowed);
-        unshadowed.sum.tell(Spectrum::splat(-1.0), 1, out);
+        unshadowed.sum.pass_on(Spectrum::splat(-1.0), 1, out);
         let slot = BsdfSlot::new();
         let vertex = world.vertex(&hit, &path.ray, None, &slot);
         out.camera_view(world.shadow_view(ground, &vertex, (&path.ray, transmittance)));
@@ -62,8 +62,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
 /// Sums light, and ignores everything else.
 struct Unshadowed {
     sum: LightSum,
-    tells_parts: bool,
-    tells_paths: bool,
+    separates_parts: bool,
+    separates_paths: bool,
 }
 
 impl Sink for Unshadowed {
@@ -71,19 +71,19 @@ impl Sink for Unshadowed {
 
     fn light(&mut self, light: FoundLight) {
         self.sum.radiance += light.radiance;
-        if self.tells_parts {
+        if self.separates_parts {
             self.sum.add_part(light);
         }
     }
 
     fn first_surface(&mut self, _: FirstSurface) {}
 
-    fn tells_parts(&self) -> bool {
-        self.tells_parts
+    fn separates_parts(&self) -> bool {
+        self.separates_parts
     }
 
-    fn tells_paths(&self) -> bool {
-        self.tells_paths
+    fn separates_paths(&self) -> bool {
+        self.separates_paths
     }
 }
 

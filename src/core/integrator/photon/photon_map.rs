@@ -196,7 +196,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             let density = (!vertex.bsdf.is_delta())
                 .then(|| self.recorded_density(|slice| (&slice.global, FAR_SHARE), (depth, &vertex), out));
             if length > density.as_ref().map_or(0.0, |density| density.radius) {
-                density.into_iter().for_each(|density| density.tell(&path, out));
+                density.into_iter().for_each(|density| density.pass_on(&path, out));
                 gathered = Some(length);
             }
         }
@@ -208,7 +208,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             trace(direct, world, (&path, &vertex), out);
             if vertex.bsdf.is_wide() {
                 self.recorded_density(|slice| (&slice.caustics, NEAR_SHARE), (depth, &vertex), out)
-                    .tell(&path, out);
+                    .pass_on(&path, out);
             }
         }
 
@@ -305,7 +305,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         met: (u32, &Vertex),
         out: &mut impl Sink,
     ) -> PhotonLight {
-        let light = self.density(map, met, out.tells_parts());
+        let light = self.density(map, met, out.separates_parts());
         if out.records() {
             let (count, radius) = (light.count, light.radius);
             out.record(PathEvent::Photons { count, radius });
@@ -360,7 +360,7 @@ struct PhotonLight {
 
 impl PhotonLight {
     /// Passes the light that the vertex scatters along `path` to `out`.
-    fn tell(&self, path: &PathState, out: &mut impl Sink) {
-        self.light.tell(path.beta * self.factor, path.depth + 2, out);
+    fn pass_on(&self, path: &PathState, out: &mut impl Sink) {
+        self.light.pass_on(path.beta * self.factor, path.depth + 2, out);
     }
 }

@@ -80,7 +80,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
     fn add_photons(&self, prepared: &IterationPhotons, path: &PathState, vertex: &Vertex, out: &mut impl Sink) {
         let point = &vertex.point;
         let radius = prepared.radii.at(point.p, point.time);
-        let mut density = Density::new(self.world.scene, vertex, out.tells_parts());
+        let mut density = Density::new(self.world.scene, vertex, out.separates_parts());
         let mut count = 0;
         prepared.grid.each_within(point.p, radius, |photon| {
             let scatterings = path.depth + 1 + photon.scatterings as u32;
@@ -93,7 +93,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             out.record(PathEvent::Photons { count, radius });
         }
         let (light, factor) = density.radiance(self.paths(), radius * radius);
-        light.tell(path.beta * factor, path.depth + 2, out);
+        light.pass_on(path.beta * factor, path.depth + 2, out);
     }
 }
 

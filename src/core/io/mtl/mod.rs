@@ -299,7 +299,7 @@ impl<'a> Library<'a> {
                     None if unknown.insert(key.to_string()) => skipped.push((key.to_string(), line)),
                     None => {}
                 },
-                Err(complaint) if self.tells_of(section) => {
+                Err(complaint) if self.reports_errors_of(section) => {
                     wrong.add(&section.name, complaint, || place_of(text, line, suspect(key, rest)));
                 }
                 Err(_) => {}
@@ -330,7 +330,7 @@ impl<'a> Library<'a> {
 
     /// Returns true if errors of a material are reported: a face uses it, or wrong statements are
     /// errors.
-    fn tells_of(&self, section: &Section) -> bool {
+    fn reports_errors_of(&self, section: &Section) -> bool {
         self.wrong_severity == Severity::Error || self.obj.is_used(&section.name)
     }
 

@@ -64,7 +64,7 @@ pub(super) fn take_colors(
     findings: &mut Vec<Finding>,
 ) -> Colors {
     let (mut colors, blocks) = (std::mem::take(&mut vertices.colors), std::mem::take(&mut vertices.mrgb));
-    let mut tell = |severity, code, message: String, help: &str| {
+    let mut report = |severity, code, message: String, help: &str| {
         let error = FileError::new(path, message);
         let error = if help.is_empty() { error } else { error.help(help) };
         findings.push(Finding::new(severity, code, error));
@@ -76,7 +76,7 @@ pub(super) fn take_colors(
                 "the #MRGB lines have {} colours for {count} vertices; they are not used",
                 blocks.len()
             );
-            tell(Severity::Warning, "bad-vertex-color", message, "export the file again");
+            report(Severity::Warning, "bad-vertex-color", message, "export the file again");
             return Colors::default();
         }
         colors = blocks;
@@ -108,7 +108,7 @@ pub(super) fn take_colors(
         if grey < 1.0 - GREY_TOLERANCE {
             let message =
                 format!("all vertices have the grey {grey:.3}, which exporters write by default; it is not used");
-            tell(
+            report(
                 Severity::Note,
                 "default-vertex-color",
                 message,
@@ -125,7 +125,7 @@ pub(super) fn take_colors(
             ("have", "they are")
         };
         let message = format!("{missing} of {count} vertices {has} no colour; {they} white");
-        tell(
+        report(
             Severity::Warning,
             "bad-vertex-color",
             message,
@@ -139,7 +139,7 @@ pub(super) fn take_colors(
     if is_bytes {
         words += ", from 0 to 255";
     }
-    tell(
+    report(
         Severity::Note,
         "vertex-colors",
         words,

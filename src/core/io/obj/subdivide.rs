@@ -55,7 +55,7 @@ pub(super) fn subdivide(
     };
     check_memory(path, &mesh, steps, allowance)?;
     let fine = mesh.subdivided(steps);
-    tell_of_sharp_edges(path, fine.irregular, findings);
+    report_sharp_edges(path, fine.irregular, findings);
     let scheme = mesh.scheme();
     let mut start = 0;
     for section in &mut outline.sections {
@@ -111,7 +111,7 @@ fn check_memory(path: &Path, mesh: &ControlMesh, steps: u32, allowance: Allowanc
 }
 
 /// Adds a finding about edges that stay sharp because no smooth surface passes through them.
-fn tell_of_sharp_edges(path: &Path, irregular: Irregular, findings: &mut Findings) {
+fn report_sharp_edges(path: &Path, irregular: Irregular, findings: &mut Findings) {
     let count = |count: u64, one: &str, several: &str| match count {
         0 => None,
         1 => Some(format!("1 {one}")),

@@ -198,6 +198,6 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
         };
         integrator.li(path, None, numbers, &mut rest);
         let sum = rest.sum;
-        sum.tell(Spectrum::ONE, path.depth + 1, out);
+        sum.pass_on(Spectrum::ONE, path.depth + 1, out);
     }
 }

@@ -83,9 +83,9 @@ impl<'v> End<'v> {
                 let weight = strategy.light_weight(pdf, light.is_delta, scattered.pdf);
                 let radiance = radiance * (weight / pdf);
                 shares.add(radiance, &scattered);
-                if out[owner].tells_parts() {
+                if out[owner].separates_parts() {
                     let light = FoundLight::of(radiance, id, world.scene, 0);
-                    self.tell_part(light, (&scattered, wi), viewers, work, out);
+                    self.pass_part(light, (&scattered, wi), viewers, work, out);
                 }
             };
             let selection = world.light_selection;
@@ -123,7 +123,7 @@ impl<'v> End<'v> {
                 // No other path finds this light.
                 light = path.add_emitted((&next, traced), sample.pdf, light, own);
                 self.record_share(numbers.key, own);
-                light.tell(self.beta * sample.weight * factor, self.depth + 2, own);
+                light.pass_on(self.beta * sample.weight * factor, self.depth + 2, own);
             } else if !light.radiance.is_black() || path.finds_emission(&next, traced) {
                 let viewers = viewers.get_or_insert_with(|| Viewers::find(self, owner, world, work, out));
                 let scattered = viewers.scattered(self, work, sample.wi);
@@ -136,7 +136,7 @@ impl<'v> End<'v> {
                             radiance: part.radiance * factor,
                             ..part.light()
                         };
-                        self.tell_part(part, (&scattered, sample.wi), viewers, work, out);
+                        self.pass_part(part, (&scattered, sample.wi), viewers, work, out);
                     }
                 }
             }
@@ -154,7 +154,7 @@ impl<'v> End<'v> {
 
     /// Passes `light`, a part of the light from the direction `wi` (local frame), to each viewer.
     #[inline(never)]
-    fn tell_part(
+    fn pass_part(
         &self,
         light: FoundLight,
         (scattered, wi): (&Scattered, Vec3),
@@ -168,7 +168,7 @@ impl<'v> End<'v> {
                 ForViewers::Alike(f) => *f,
                 ForViewers::Each(f) => f[i],
             };
-            let (before, events) = match out.tells_paths() {
+            let (before, events) = match out.separates_paths() {
                 true => viewers.events(self, work, i, wi),
                 false => (self.depth, Vec::new()),
             };

@@ -46,7 +46,7 @@ impl Engine<'_> {
             self.shown.exposure = stops.or_else(|| metered(developed.get_or_insert_with(|| renderer.develop(state))));
         }
         let facts = self.facts(state);
-        let groups = match self.tells_groups && !is_preview {
+        let groups = match self.shows_groups && !is_preview {
             true => renderer.session().scene().light_groups().names(),
             false => &[],
         };
@@ -129,11 +129,11 @@ impl Engine<'_> {
             "warnings": session.warnings().iter().map(|w| w.text.as_str()).collect::<Vec<_>>(),
         });
         self.hub.greet("1 hello", &hello.to_string());
-        self.tell_state();
+        self.send_state();
     }
 
     /// Sends camera and settings to the pages.
-    pub(super) fn tell_state(&self) {
+    pub(super) fn send_state(&self) {
         let state = json!({
             "type": "state",
             "camera": PageCamera::of(&self.camera),
@@ -149,8 +149,8 @@ impl Engine<'_> {
     }
 
     /// Sends the progress of the render to the pages, at intervals or `at_once`.
-    pub(super) fn tell_status(&mut self, renderer: &Renderer, state: &RenderState, is_complete: bool, at_once: bool) {
-        let is_early = self.shown.status.is_some_and(|told| told.elapsed() < STATUS);
+    pub(super) fn send_status(&mut self, renderer: &Renderer, state: &RenderState, is_complete: bool, at_once: bool) {
+        let is_early = self.shown.status.is_some_and(|sent| sent.elapsed() < STATUS);
         if is_early && !at_once {
             return;
         }
@@ -173,7 +173,7 @@ impl Engine<'_> {
             (false, true) => "paused",
             (false, false) => "rendering",
         };
-        self.tell(&json!({
+        self.send(&json!({
             "type": "status",
             "phase": phase,
             "samples": samples_of(state),
@@ -186,13 +186,13 @@ impl Engine<'_> {
         }));
     }
 
-    pub(super) fn tell(&self, message: &Value) {
-        self.hub.tell(None, &message.to_string());
+    pub(super) fn send(&self, message: &Value) {
+        self.hub.send_text(None, &message.to_string());
     }
 
-    pub(super) fn tell_error(&self, page: Option<PageId>, words: &str) {
+    pub(super) fn send_error(&self, page: Option<PageId>, words: &str) {
         self.hub
-            .tell(page, &json!({ "type": "error", "text": words }).to_string());
+            .send_text(page, &json!({ "type": "error", "text": words }).to_string());
     }
 }
 

@@ -155,7 +155,7 @@ impl BsdfLanes {
     /// Sets `bsdf` and the directions `wo` in all lanes. Returns false if lanes do not support
     /// `bsdf`.
     #[inline(never)]
-    pub fn hold(&mut self, bsdf: &Bsdf, wo: &Vec3Lanes) -> bool {
+    pub fn pack(&mut self, bsdf: &Bsdf, wo: &Vec3Lanes) -> bool {
         let Some(parts) = Parts::of(bsdf) else { return false };
         for lane in 0..LANES {
             self.set_parameters(lane, &parts);
@@ -165,19 +165,19 @@ impl BsdfLanes {
         true
     }
 
-    /// Sets lanes: each item of `bsdfs` has the index of a lane, a BSDF and a direction `wo`. The
-    /// result is true for lanes whose BSDF is supported.
-    pub fn hold_each<'a>(&mut self, bsdfs: impl Iterator<Item = (usize, &'a Bsdf, Vec3)>) -> [bool; LANES] {
-        let mut is_held = [false; LANES];
+    /// Sets a BSDF and a direction `wo` in each lane. The result is true for lanes whose BSDF is
+    /// supported.
+    pub fn pack_each<'a>(&mut self, bsdfs: impl Iterator<Item = (usize, &'a Bsdf, Vec3)>) -> [bool; LANES] {
+        let mut is_packed = [false; LANES];
         for (lane, bsdf, wo) in bsdfs {
             if let Some(parts) = Parts::of(bsdf) {
                 self.set_parameters(lane, &parts);
                 self.wo.set(lane, wo);
-                is_held[lane] = true;
+                is_packed[lane] = true;
             }
         }
         see(self);
-        is_held
+        is_packed
     }
 
     #[inline(always)]
@@ -420,8 +420,8 @@ mod tests {
             (0..LANES).for_each(|i| wi.set(i, towards(i)));
             // Set a different BSDF in each lane
             let each = |i: usize| &bsdfs[(i + round) % bsdfs.len()];
-            let is_held = lanes.hold_each((0..LANES).map(|i| (i, each(i), wo[i])));
-            assert_eq!(is_held, [true; LANES]);
+            let is_packed = lanes.pack_each((0..LANES).map(|i| (i, each(i), wo[i])));
+            assert_eq!(is_packed, [true; LANES]);
             let values = lanes.eval_pdf(&wi);
             for (i, &wo) in wo.iter().enumerate() {
                 let expected = BsdfView::new(each(i), wo).eval_pdf(towards(i));
@@ -431,7 +431,7 @@ mod tests {
             let one = &bsdfs[round % bsdfs.len()];
             let mut views = Vec3Lanes::splat(Vec3::Z);
             (0..LANES).for_each(|i| views.set(i, wo[i]));
-            assert!(lanes.hold(one, &views));
+            assert!(lanes.pack(one, &views));
             let values = lanes.eval_pdf(&wi);
             for (i, &wo) in wo.iter().enumerate() {
                 let expected = BsdfView::new(one, wo).eval_pdf(towards(i));
@@ -455,7 +455,7 @@ mod tests {
         let wo = Vec3Lanes::splat(Vec3::Z);
         for material in [glass, coated] {
             let bsdf = material.bsdf();
-            assert!(!BsdfLanes::empty().hold(&bsdf, &wo));
+            assert!(!BsdfLanes::empty().pack(&bsdf, &wo));
         }
     }
 }

@@ -40,7 +40,7 @@ const LIGHTS_OF_A_SAMPLE: usize = 8;
 
 /// Pixels of a work item between two calls of the observer. Their work is much less than the rest
 /// of the item, and much more than the call.
-const PIXELS_A_LOOK: usize = 4;
+const PIXELS_BETWEEN_CHECKS: usize = 4;
 
 /// Adds iterations to `film`, after its existing ones, until the stop condition holds; its error is
 /// an estimate.
@@ -240,7 +240,7 @@ impl<'a> WorkItem<'a> {
                     let rays = self.statistics.rays.total();
                     let is_slow = rays - rays_before > MANY_RAYS;
                     rays_before = rays;
-                    if (is_slow || i % PIXELS_A_LOOK == 0) && observer.should_stop() {
+                    if (is_slow || i % PIXELS_BETWEEN_CHECKS == 0) && observer.should_stop() {
                         return None;
                     }
                     self.key = SampleKey::new(pixel.x, pixel.y, index);

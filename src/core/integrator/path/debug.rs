@@ -1,7 +1,7 @@
 //! Properties of the first surface as colours, and the cost of a sample there
 //! (`render --integrator debug`).
 
-use super::direct::LIGHTS_A_LOOK;
+use super::direct::LIGHTS_BETWEEN_CHECKS;
 use super::integrator::PathIntegrator;
 use super::roulette::Roulette;
 use super::strategy::Strategy;
@@ -141,7 +141,7 @@ impl<A: Accel> DebugIntegrator<'_, A> {
         let context = vertex.light_context();
         let mut count = 0;
         for id in 0..scene.lights().len() as u32 {
-            if id % LIGHTS_A_LOOK == LIGHTS_A_LOOK - 1 && out.is_cancelled() {
+            if id % LIGHTS_BETWEEN_CHECKS == LIGHTS_BETWEEN_CHECKS - 1 && out.is_cancelled() {
                 break;
             }
             let u = sampler.get_2d(Dimension::bounce(0, Bounce::LightPoint).nth(id));

@@ -192,7 +192,7 @@ fn context(path: &PathState) -> LightSampleContext {
 }
 
 /// Number of light samples between two checks for cancellation, if all lamps are sampled.
-pub(crate) const LIGHTS_A_LOOK: u32 = 64;
+pub(crate) const LIGHTS_BETWEEN_CHECKS: u32 = 64;
 
 /// A light sample at a vertex, weighted against scattered rays: the light arrives unless its shadow
 /// ray is blocked.
@@ -226,7 +226,7 @@ impl Direct {
         let selection = world.light_selection;
         if let Some(lamps) = selection.all() {
             for index in 0..lamps.samples() {
-                if index % LIGHTS_A_LOOK == LIGHTS_A_LOOK - 1 && out.is_cancelled() {
+                if index % LIGHTS_BETWEEN_CHECKS == LIGHTS_BETWEEN_CHECKS - 1 && out.is_cancelled() {
                     break;
                 }
                 let (id, expected) = lamps.choose(index, u.choice);

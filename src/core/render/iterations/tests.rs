@@ -71,7 +71,7 @@ fn iterations_are_not_lost_by_pauses() {
     assert_eq!((outcome, stopped.samples()), (Outcome::Stopped, 0));
     // Each thread may be in the middle of some pixels.
     assert!(
-        samples <= 100 + (PIXELS_A_LOOK * rayon::current_num_threads()) as u64,
+        samples <= 100 + (PIXELS_BETWEEN_CHECKS * rayon::current_num_threads()) as u64,
         "{samples}"
     );
 

@@ -38,7 +38,7 @@
 //! tile has the same error as without reuse.
 
 mod end;
-mod firsts;
+mod first_vertices;
 mod share;
 mod viewers;
 
@@ -53,7 +53,7 @@ use crate::integrator::{Integrator, Roulette, SAMPLES_AT_ONCE, Sink};
 use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler};
 use end::End;
-use firsts::{First, Firsts};
+use first_vertices::{FirstVertex, FirstVertices};
 use std::array::from_fn;
 use viewers::Workspace;
 
@@ -68,7 +68,7 @@ pub struct ReusingPathIntegrator<'a, A> {
 
 /// Number of vertices up to the end of a path: at most two mirrors or faces of glass, the first
 /// vertex, and the end.
-const LOOKED_AT: usize = 4;
+const MAX_VERTICES: usize = 4;
 
 impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
@@ -100,24 +100,24 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
         };
         // A first vertex connects to the ends of other pixels, whose numbers must be independent of
         // its own.
-        let mut of_firsts = sampler.clone();
-        of_firsts.separate();
+        let mut of_first_vertices = sampler.clone();
+        of_first_vertices.separate();
         let mut packet = CameraPacket::new();
         for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
             // Shared paths must have one time.
-            packet.trace(&integrator.world, keys, &mut of_firsts, true, out);
+            packet.trace(&integrator.world, keys, &mut of_first_vertices, true, out);
 
             // Trace each path to its end, or completely if it has no end.
             // Slots are on the heap: they are large, and an array would be copied when it is made.
-            let slots: Vec<BsdfSlot> = (0..LOOKED_AT * SAMPLES_AT_ONCE).map(|_| BsdfSlot::new()).collect();
-            let mut firsts = from_fn(|_| None);
+            let slots: Vec<BsdfSlot> = (0..MAX_VERTICES * SAMPLES_AT_ONCE).map(|_| BsdfSlot::new()).collect();
+            let mut first_vertices = from_fn(|_| None);
             let mut ends: [_; SAMPLES_AT_ONCE] = from_fn(|_| None);
-            let slots = slots.chunks_exact(LOOKED_AT);
+            let slots = slots.chunks_exact(MAX_VERTICES);
             for ((i, out), slots) in out.iter_mut().enumerate().zip(slots) {
                 let (path, traced) = packet.path(i);
-                let to_first = PathNumbers::start(&integrator.world, keys[i], &mut of_firsts);
+                let to_first = PathNumbers::start(&integrator.world, keys[i], &mut of_first_vertices);
                 let numbers = PathNumbers::start(&integrator.world, keys[i], sampler);
-                let found = (&mut firsts[i], &mut ends[i]);
+                let found = (&mut first_vertices[i], &mut ends[i]);
                 integrator.find_end((path, traced), [to_first, numbers], slots, found, out);
                 if integrator.world.scene.ground().is_some() {
                     integrator.catch_shadow((path, traced), numbers, out);
@@ -125,7 +125,7 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
             }
 
             // Connect all first vertices to all ends.
-            let mut work = Workspace::new(Firsts::new(&firsts, integrator.strategy.directions));
+            let mut work = Workspace::new(FirstVertices::new(&first_vertices, integrator.strategy.directions));
             for (owner, end) in ends.iter().enumerate() {
                 if let Some(end) = end {
                     let numbers = PathNumbers::start(&integrator.world, keys[owner], sampler);
@@ -147,12 +147,12 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
         (mut path, traced): (PathState, Traced),
         [to_first, numbers]: [PathNumbers<S>; 2],
         slots: &'v [BsdfSlot<'v>],
-        (first, end): (&mut Option<First<'v>>, &mut Option<End<'v>>),
+        (first, end): (&mut Option<FirstVertex<'v>>, &mut Option<End<'v>>),
         out: &mut impl Sink,
     ) {
         // A path that ends between first and second vertex would end for all pixels that could have
         // found its end. Paths without an end are few, and continue without roulette too.
-        let roulette = |first: &Option<First>| match first {
+        let roulette = |first: &Option<FirstVertex>| match first {
             Some(_) => Roulette::after(u32::MAX),
             None => self.roulette,
         };
@@ -177,7 +177,7 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
             let is_late = i > 0 && (self.max_depth.is_some() || i + 1 >= slots.len());
             let is_first = first.is_none() && !vertex.bsdf.is_delta() && !is_late;
             if is_first {
-                *first = Some(First::new(vertex, &path));
+                *first = Some(FirstVertex::new(vertex, &path));
             }
 
             let numbers = if first.is_some() { numbers } else { to_first };

@@ -1,14 +1,14 @@
 //! Scattered light of an end, shared among all pixels that see it.
 
 use super::end::End;
-use super::viewers::{ForViewers, Scattered, Viewers, Workspace};
+use super::viewers::{EndScattering, ViewerValues, Viewers, Workspace};
 use crate::accel::Accel;
 use crate::bsdf::{BsdfSample, ScatteringEvent};
 use crate::color::Spectrum;
 use crate::geometry::Hit;
 use crate::integrator::found_light::LightSum;
 use crate::integrator::listeners::Summed;
-use crate::integrator::path::direct::{LIGHTS_A_LOOK, each_emission};
+use crate::integrator::path::direct::{LIGHTS_BETWEEN_CHECKS, each_emission};
 use crate::integrator::path::integrator::{PathIntegrator, PathNumbers, VertexNumbers};
 use crate::integrator::path::state::{PathState, Traced};
 use crate::integrator::path::strategy::PrevVertex;
@@ -33,10 +33,10 @@ struct Shares {
 impl Shares {
     /// Adds `light`, scattered to each viewer.
     #[inline(always)]
-    fn add(&mut self, light: Spectrum, scattered: &Scattered) {
+    fn add(&mut self, light: Spectrum, scattered: &EndScattering) {
         match &scattered.f {
-            ForViewers::Alike(f) => self.alike += light * *f,
-            ForViewers::Each(f) => {
+            ViewerValues::Alike(f) => self.alike += light * *f,
+            ViewerValues::Each(f) => {
                 for (share, f) in self.each.iter_mut().zip(f) {
                     *share += light * *f;
                 }
@@ -92,7 +92,7 @@ impl<'v> End<'v> {
             match selection.all() {
                 Some(lamps) => {
                     for index in 0..lamps.samples() {
-                        if index % LIGHTS_A_LOOK == LIGHTS_A_LOOK - 1 && out[owner].is_cancelled() {
+                        if index % LIGHTS_BETWEEN_CHECKS == LIGHTS_BETWEEN_CHECKS - 1 && out[owner].is_cancelled() {
                             break;
                         }
                         add(lamps.choose(index, u.choice), u.point_of(index), out);
@@ -157,7 +157,7 @@ impl<'v> End<'v> {
     fn pass_part(
         &self,
         light: FoundLight,
-        (scattered, wi): (&Scattered, Vec3),
+        (scattered, wi): (&EndScattering, Vec3),
         viewers: &Viewers,
         work: &Workspace<'_, 'v>,
         out: &mut [impl Sink],
@@ -165,8 +165,8 @@ impl<'v> End<'v> {
         for (i, candidate) in viewers.of(work).iter().enumerate() {
             let out = &mut out[candidate.index];
             let f = match &scattered.f {
-                ForViewers::Alike(f) => *f,
-                ForViewers::Each(f) => f[i],
+                ViewerValues::Alike(f) => *f,
+                ViewerValues::Each(f) => f[i],
             };
             let (before, events) = match out.separates_paths() {
                 true => viewers.events(self, work, i, wi),

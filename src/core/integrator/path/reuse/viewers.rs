@@ -2,7 +2,7 @@
 //! of them.
 
 use super::end::End;
-use super::firsts::{Firsts, Look};
+use super::first_vertices::{Connections, FirstVertices};
 use crate::accel::Accel;
 use crate::bsdf::{BsdfDirection, BsdfLanes, BsdfView, ScatteringEvent};
 use crate::color::Spectrum;
@@ -14,9 +14,9 @@ use crate::math::{Ray, Vec3, Vec3Lanes};
 
 /// First vertices of a group, and memory for the viewers of each end in turn.
 pub(super) struct Workspace<'f, 'v> {
-    firsts: Firsts<'f, 'v>,
+    first_vertices: FirstVertices<'f, 'v>,
     /// Connections to the current end.
-    look: Look,
+    connections: Connections,
     candidates: [Candidate; SAMPLES_AT_ONCE],
     /// BSDF of the end for each first vertex (lanes) or for each viewer (views). Allocated when an
     /// end first needs them.
@@ -77,16 +77,16 @@ enum EndBsdf {
 }
 
 /// Light from one direction, scattered by the end.
-pub(super) struct Scattered {
+pub(super) struct EndScattering {
     /// `f |cos θ|` for each viewer.
-    pub f: ForViewers,
+    pub f: ViewerValues,
     /// Density of the direction, per solid angle: the mean over viewers.
     pub pdf: f32,
 }
 
 // Lives for the time of one call.
 #[allow(clippy::large_enum_variant)]
-pub(super) enum ForViewers {
+pub(super) enum ViewerValues {
     /// Matte surfaces scatter the same light to all viewers.
     Alike(Spectrum),
     Each([Spectrum; SAMPLES_AT_ONCE]),
@@ -95,10 +95,10 @@ pub(super) enum ForViewers {
 impl<'f, 'v> Workspace<'f, 'v> {
     /// Workspace for a group with these first vertices.
     #[inline(always)]
-    pub fn new(firsts: Firsts<'f, 'v>) -> Self {
+    pub fn new(first_vertices: FirstVertices<'f, 'v>) -> Self {
         Self {
-            firsts,
-            look: Look::NONE,
+            first_vertices,
+            connections: Connections::NONE,
             candidates: [Candidate::default(); SAMPLES_AT_ONCE],
             lanes: None,
             views: None,
@@ -110,10 +110,10 @@ impl<'f, 'v> Workspace<'f, 'v> {
     /// is the only candidate, and the second value is true.
     #[inline(always)]
     fn find_candidates(&mut self, end: &End, owner: usize) -> (usize, bool) {
-        self.firsts.look_at(end, &mut self.look);
+        self.first_vertices.connect_to(end, &mut self.connections);
         let Some(own) = self.candidate(end, owner) else {
             let alone = Candidate::alone(end, owner);
-            self.look.w.set(owner, alone.w);
+            self.connections.w.set(owner, alone.w);
             self.candidates[0] = alone;
             return (1, true);
         };
@@ -131,8 +131,8 @@ impl<'f, 'v> Workspace<'f, 'v> {
     /// The first vertex `index`, if a connection finds `end` from there, ignoring visibility.
     #[inline(always)]
     fn candidate(&self, end: &End, index: usize) -> Option<Candidate> {
-        let (beta, pdf) = self.look.get(index)?;
-        let w = self.look.w.get(index);
+        let (beta, pdf) = self.connections.get(index)?;
+        let w = self.connections.w.get(index);
         let bends = end.curved.is_some_and(|point| point.bends_for(-w));
         (!bends).then_some(Candidate { index, beta, pdf, w })
     }
@@ -141,9 +141,9 @@ impl<'f, 'v> Workspace<'f, 'v> {
     #[inline(never)]
     fn view(&mut self, end: &End<'v>, count: usize) -> EndBsdf {
         let bsdf = end.vertex.bsdf;
-        if self.firsts.directions == Directions::Bsdf {
+        if self.first_vertices.directions == Directions::Bsdf {
             let lanes = self.lanes.get_or_insert_with(|| Box::new(BsdfLanes::empty()));
-            if lanes.hold(bsdf, &end.vertex.frame.to_local_lanes(&self.look.w).reversed()) {
+            if lanes.pack(bsdf, &end.vertex.frame.to_local_lanes(&self.connections.w).reversed()) {
                 return EndBsdf::Lanes;
             }
         }
@@ -178,7 +178,7 @@ impl Viewers {
         let mut rays = [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE];
         let mut occluded = [false; SAMPLES_AT_ONCE];
         for i in traced.clone() {
-            rays[i] = work.firsts.ray_to(end, &work.look, candidates[i].index);
+            rays[i] = work.first_vertices.ray_to(end, &work.connections, candidates[i].index);
             out[candidates[i].index].ray(RayKind::Shadow);
         }
         let accel = world.accel;
@@ -229,7 +229,7 @@ impl Viewers {
     pub fn events(&self, end: &End, work: &Workspace, i: usize, wi: Vec3) -> (u32, Vec<ScatteringEvent>) {
         let candidate = &work.candidates[i];
         let at_end = end.vertex.bsdf.event(candidate.wo(end), wi, false);
-        let Some(first) = work.firsts.get(candidate.index) else {
+        let Some(first) = work.first_vertices.get(candidate.index) else {
             return (end.depth, vec![at_end]);
         };
         let at_first = first.vertex.event(first.vertex.frame.to_local(candidate.w), false);
@@ -238,7 +238,7 @@ impl Viewers {
 
     /// Light from `wi` (local frame), scattered by `end` to the viewers.
     #[inline(always)]
-    pub fn scattered(&self, end: &End, work: &Workspace, wi: Vec3) -> Scattered {
+    pub fn scattered(&self, end: &End, work: &Workspace, wi: Vec3) -> EndScattering {
         let cos = wi.z.abs();
         let candidates = self.of(work);
         let mut values = [Spectrum::ZERO; SAMPLES_AT_ONCE];
@@ -249,9 +249,9 @@ impl Viewers {
         };
         match self.bsdf {
             EndBsdf::Alike => {
-                let (f, pdf) = work.firsts.directions.eval_pdf(&end.vertex, wi);
-                let f = ForViewers::Alike(f * cos);
-                return Scattered { f, pdf };
+                let (f, pdf) = work.first_vertices.directions.eval_pdf(&end.vertex, wi);
+                let f = ViewerValues::Alike(f * cos);
+                return EndScattering { f, pdf };
             }
             EndBsdf::Lanes => {
                 if let Some(lanes) = &work.lanes {
@@ -262,7 +262,7 @@ impl Viewers {
             }
             EndBsdf::Views => {
                 let bsdf = end.vertex.bsdf;
-                let terms = (work.firsts.directions == Directions::Bsdf && Vertex::needs_view(bsdf))
+                let terms = (work.first_vertices.directions == Directions::Bsdf && Vertex::needs_view(bsdf))
                     .then(|| BsdfDirection::new(bsdf, wi));
                 let views = work.views.iter().flat_map(|views| views.iter());
                 for (i, (candidate, view)) in candidates.iter().zip(views).enumerate() {
@@ -274,15 +274,15 @@ impl Viewers {
                                 view: view.as_ref(),
                                 ..end.vertex
                             };
-                            work.firsts.directions.eval_pdf(&vertex, wi)
+                            work.first_vertices.directions.eval_pdf(&vertex, wi)
                         }
                     };
                     add(i, value);
                 }
             }
         }
-        Scattered {
-            f: ForViewers::Each(values),
+        EndScattering {
+            f: ViewerValues::Each(values),
             pdf: density / self.pdf,
         }
     }

@@ -18,7 +18,7 @@ use std::f32::consts::FRAC_1_PI;
 const _: () = assert!(LANES == SAMPLES_AT_ONCE);
 
 /// First vertex of a pixel, which is connected to the ends of all paths of its group.
-pub(super) struct First<'v> {
+pub(super) struct FirstVertex<'v> {
     pub vertex: Vertex<'v>,
     /// Throughput of the mirrors and smooth glass between the camera and the vertex.
     pub beta: Spectrum,
@@ -26,7 +26,7 @@ pub(super) struct First<'v> {
     pub depth: u32,
 }
 
-impl<'v> First<'v> {
+impl<'v> FirstVertex<'v> {
     /// First vertex `vertex`, found by `path`.
     pub fn new(vertex: Vertex<'v>, path: &PathState) -> Self {
         Self {
@@ -38,8 +38,8 @@ impl<'v> First<'v> {
 }
 
 /// First vertices of a group, in lanes.
-pub(super) struct Firsts<'f, 'v> {
-    vertices: &'f [Option<First<'v>>; SAMPLES_AT_ONCE],
+pub(super) struct FirstVertices<'f, 'v> {
+    vertices: &'f [Option<FirstVertex<'v>>; SAMPLES_AT_ONCE],
     pub directions: Directions,
     p: Vec3Lanes,
     /// Shading normals.
@@ -56,14 +56,14 @@ pub(super) struct Firsts<'f, 'v> {
     pdf_over_cos: Lane,
     /// True for other vertices, which the loop over matte vertices leaves out.
     others: [bool; LANES],
-    /// BSDFs of other vertices, and which of them the lanes hold. They are large, and matte scenes
+    /// BSDFs of other vertices, and which of them are in lanes. They are large, and matte scenes
     /// have none.
     bsdfs: Option<Box<BsdfLanes>>,
-    is_held: [bool; LANES],
+    is_packed: [bool; LANES],
 }
 
 /// Connections of first vertices to an end, in lanes.
-pub(super) struct Look {
+pub(super) struct Connections {
     /// Unit directions to the end, world frame.
     pub w: Vec3Lanes,
     /// `cos θ` of these directions by the shading normals.
@@ -78,11 +78,11 @@ pub(super) struct Look {
     pdf: Lane,
 }
 
-impl<'f, 'v> Firsts<'f, 'v> {
+impl<'f, 'v> FirstVertices<'f, 'v> {
     /// First vertices of a group whose paths sample directions by `directions`.
     #[inline(always)]
-    pub fn new(vertices: &'f [Option<First<'v>>; SAMPLES_AT_ONCE], directions: Directions) -> Self {
-        let mut firsts = Self {
+    pub fn new(vertices: &'f [Option<FirstVertex<'v>>; SAMPLES_AT_ONCE], directions: Directions) -> Self {
+        let mut first_vertices = Self {
             vertices,
             directions,
             p: Vec3Lanes::ZERO,
@@ -94,37 +94,37 @@ impl<'f, 'v> Firsts<'f, 'v> {
             pdf_over_cos: [0.0; LANES],
             others: [false; LANES],
             bsdfs: None,
-            is_held: [false; LANES],
+            is_packed: [false; LANES],
         };
         for (i, first) in vertices.iter().enumerate() {
-            let Some(First { vertex, beta, .. }) = first else {
+            let Some(FirstVertex { vertex, beta, .. }) = first else {
                 continue;
             };
-            firsts.p.set(i, vertex.point.p);
-            firsts.ns.set(i, vertex.frame.normal());
-            firsts.ng.set(i, vertex.point.ng);
-            firsts.wo_z[i] = vertex.wo.z;
-            firsts.starts[0][i] = offset_to(&vertex.point, Side::Front);
-            firsts.starts[1][i] = offset_to(&vertex.point, Side::Back);
+            first_vertices.p.set(i, vertex.point.p);
+            first_vertices.ns.set(i, vertex.frame.normal());
+            first_vertices.ng.set(i, vertex.point.ng);
+            first_vertices.wo_z[i] = vertex.wo.z;
+            first_vertices.starts[0][i] = offset_to(&vertex.point, Side::Front);
+            first_vertices.starts[1][i] = offset_to(&vertex.point, Side::Back);
             match vertex.bsdf {
                 Bsdf::Single(Lobe::Lambert(lobe)) if directions == Directions::Bsdf => {
                     if !lobe.albedo.is_black() {
-                        set(&mut firsts.beta_f, i, *beta * (lobe.albedo * FRAC_1_PI));
-                        firsts.pdf_over_cos[i] = FRAC_1_PI;
+                        set(&mut first_vertices.beta_f, i, *beta * (lobe.albedo * FRAC_1_PI));
+                        first_vertices.pdf_over_cos[i] = FRAC_1_PI;
                     }
                 }
-                _ => firsts.others[i] = true,
+                _ => first_vertices.others[i] = true,
             }
         }
-        if firsts.others.contains(&true) {
-            firsts.hold_bsdfs();
+        if first_vertices.others.contains(&true) {
+            first_vertices.pack_bsdfs();
         }
-        firsts
+        first_vertices
     }
 
-    /// Puts BSDFs into lanes if these can hold them.
+    /// Packs BSDFs into lanes if lanes support them.
     #[inline(never)]
-    fn hold_bsdfs(&mut self) {
+    fn pack_bsdfs(&mut self) {
         let vertices = self.vertices.iter().enumerate();
         let vertices = vertices.filter_map(|(i, first)| Some((i, &first.as_ref()?.vertex)));
         let mut of_lobes = vertices
@@ -133,18 +133,18 @@ impl<'f, 'v> Firsts<'f, 'v> {
         if self.directions == Directions::Bsdf && of_lobes.peek().is_some() {
             let bsdfs = of_lobes.map(|(i, vertex)| (i, vertex.bsdf, vertex.wo));
             let lanes = self.bsdfs.insert(Box::new(BsdfLanes::empty()));
-            self.is_held = lanes.hold_each(bsdfs);
+            self.is_packed = lanes.pack_each(bsdfs);
         }
     }
 
     /// First vertex of the path `i`.
-    pub fn get(&self, i: usize) -> Option<&'f First<'v>> {
+    pub fn get(&self, i: usize) -> Option<&'f FirstVertex<'v>> {
         self.vertices[i].as_ref()
     }
 
     /// Computes the connections of all first vertices to `end`.
     #[inline(always)]
-    pub fn look_at(&self, end: &End, look: &mut Look) {
+    pub fn connect_to(&self, end: &End, connections: &mut Connections) {
         // Directions, cosines and geometry terms
         let mut w = self.p.to(end.p);
         let squared = w.dot(&w);
@@ -167,52 +167,54 @@ impl<'f, 'v> Firsts<'f, 'v> {
             let density = cos[i].abs() * self.pdf_over_cos[i] * geometry[i];
             pdf[i] = if self.wo_z[i] * cos[i] > 0.0 { density } else { 0.0 };
         }
-        (look.w, look.cos, look.geometry, look.pdf) = (w, cos, geometry, pdf);
+        (connections.w, connections.cos, connections.geometry, connections.pdf) = (w, cos, geometry, pdf);
         match self.others.contains(&true) {
-            false => look.finish(&self.beta_f),
+            false => connections.finish(&self.beta_f),
             true => {
-                let beta_f = self.eval_others(look);
-                look.finish(&beta_f);
+                let beta_f = self.eval_others(connections);
+                connections.finish(&beta_f);
             }
         }
     }
 
     /// Densities of vertices that are not matte, and throughput × BSDF of all.
     #[inline(never)]
-    fn eval_others(&self, look: &mut Look) -> [Lane; 3] {
-        let held = self.bsdfs.as_ref().filter(|_| self.is_held.contains(&true));
-        let values = held.map(|held| {
+    fn eval_others(&self, connections: &mut Connections) -> [Lane; 3] {
+        let packed = self.bsdfs.as_ref().filter(|_| self.is_packed.contains(&true));
+        let values = packed.map(|packed| {
             let mut lanes = Vec3Lanes::splat(Vec3::Z);
-            for (i, first) in self.vertices.iter().enumerate().filter(|(i, _)| self.is_held[*i]) {
+            for (i, first) in self.vertices.iter().enumerate().filter(|(i, _)| self.is_packed[*i]) {
                 if let Some(first) = first {
-                    lanes.set(i, first.vertex.frame.to_local(look.w.get(i)));
+                    lanes.set(i, first.vertex.frame.to_local(connections.w.get(i)));
                 }
             }
-            held.eval_pdf(&lanes)
+            packed.eval_pdf(&lanes)
         });
         let mut beta_f = self.beta_f;
         for i in 0..LANES {
             let first = self.vertices[i].as_ref();
-            let Some(First { vertex, beta, .. }) = first.filter(|_| self.others[i] && look.geometry[i] > 0.0) else {
+            let Some(FirstVertex { vertex, beta, .. }) =
+                first.filter(|_| self.others[i] && connections.geometry[i] > 0.0)
+            else {
                 continue;
             };
             let (f, pdf) = match &values {
-                Some(values) if self.is_held[i] => values.get(i),
+                Some(values) if self.is_packed[i] => values.get(i),
                 _ => {
-                    let wi = vertex.frame.to_local(look.w.get(i));
+                    let wi = vertex.frame.to_local(connections.w.get(i));
                     self.directions.eval_pdf(vertex, wi)
                 }
             };
             set(&mut beta_f, i, *beta * f);
-            look.pdf[i] = pdf * look.geometry[i];
+            connections.pdf[i] = pdf * connections.geometry[i];
         }
         beta_f
     }
 
-    /// Ray from the first vertex `i` to `end`, for the connections `look`.
+    /// Ray from the first vertex `i` to `end`, one of `connections`.
     #[inline(always)]
-    pub fn ray_to(&self, end: &End, look: &Look, i: usize) -> Ray {
-        let is_front = Side::of(look.cos[i]) == Side::Front;
+    pub fn ray_to(&self, end: &End, connections: &Connections, i: usize) -> Ray {
+        let is_front = Side::of(connections.cos[i]) == Side::Front;
         let start = self.starts[usize::from(!is_front)][i];
         // If a body absorbs light, one of the two vertices has its index
         let body = match &self.vertices[i] {
@@ -223,7 +225,7 @@ impl<'f, 'v> Firsts<'f, 'v> {
     }
 }
 
-impl Look {
+impl Connections {
     /// No connections.
     pub const NONE: Self = Self {
         w: Vec3Lanes::ZERO,

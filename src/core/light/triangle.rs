@@ -207,16 +207,16 @@ impl TriangleLight {
     /// area if the solid angle is not sampled.
     #[inline(never)]
     fn barycentrics_by_solid_angle(&self, p: Vec3, u: Vec2) -> (f32, f32) {
-        let met = self
+        let hit = self
             .seen(p)
             .and_then(|seen| seen.sample(u))
-            .and_then(|w| self.meet(p.as_dvec3(), w));
-        met.unwrap_or_else(|| uniform_triangle(u))
+            .and_then(|w| self.intersect_line(p.as_dvec3(), w));
+        hit.unwrap_or_else(|| uniform_triangle(u))
     }
 
     /// Barycentric coordinates of the intersection of the plane with the line from `p` along `w`,
     /// clamped to the triangle against rounding.
-    fn meet(&self, p: DVec3, w: DVec3) -> Option<(f32, f32)> {
+    fn intersect_line(&self, p: DVec3, w: DVec3) -> Option<(f32, f32)> {
         let [p0, p1, p2] = self.corners.map(Vec3::as_dvec3);
         let (e1, e2, s) = (p1 - p0, p2 - p0, p - p0);
         let (h, q) = (w.cross(e2), s.cross(e1));

@@ -167,7 +167,7 @@ impl Strategy {
 
     /// Returns true if emission hit by a scattered ray may count, for lobes that are not delta
     /// lobes.
-    pub(crate) fn meets_lights(&self) -> bool {
+    pub(crate) fn counts_emission_hits(&self) -> bool {
         self.direct != DirectLight::Light
     }
 

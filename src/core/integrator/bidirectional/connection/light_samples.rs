@@ -14,7 +14,7 @@ pub(super) struct LightDimensions {
 }
 
 /// A sample of the light `id`. `pmf` is the expected number of samples of this light.
-pub(super) struct Sampled<'a> {
+pub(super) struct SampledLight<'a> {
     scene: &'a Scene,
     pub id: LightId,
     pmf: f32,
@@ -22,7 +22,7 @@ pub(super) struct Sampled<'a> {
     time: f32,
 }
 
-impl<'a> Sampled<'a> {
+impl<'a> SampledLight<'a> {
     /// Incident radiance over the density.
     pub fn radiance(&self) -> Spectrum {
         self.sample.radiance * (1.0 / (self.pmf * self.sample.pdf))
@@ -67,13 +67,13 @@ pub(super) fn sample_lights<'a>(
     time: f32,
     numbers: &LightDimensions,
     sampler: &impl Sampler,
-    mut found: impl FnMut(Sampled<'a>),
+    mut found: impl FnMut(SampledLight<'a>),
 ) {
     let mut of = |id: LightId, pmf: f32, point: Dimension| {
         let (lights, u) = (scene.lights(), sampler.get_2d(point));
         let sample = selection.sample_light(lights, id, (context, time), u, scene.textures());
         if let Some(sample) = sample {
-            found(Sampled {
+            found(SampledLight {
                 scene,
                 id,
                 pmf,

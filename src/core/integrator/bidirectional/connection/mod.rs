@@ -23,7 +23,7 @@ use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
 use crate::scene::Scene;
 use light_samples::{LightDimensions, sample_lights};
-use weights::Met;
+use weights::LightHit;
 
 /// Connects a camera subpath and a light subpath by all strategies.
 ///
@@ -284,30 +284,30 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
     ) {
         let (camera, light) = (&paths.camera, &paths.light);
         match strategy {
-            (0, t) => self.meet((&camera[..t], paths.time), found),
-            (1, 1) => self.look_at_light(paths.time, sampler, out, found),
+            (0, t) => self.hit_light((&camera[..t], paths.time), found),
+            (1, 1) => self.sample_light_for_lens(paths.time, sampler, out, found),
             (1, t) => self.sample_light((&camera[..t], paths.time), sampler, out, found),
-            (s, 1) => self.look_at((&light[..s], paths.time), sampler, out, found),
+            (s, 1) => self.connect_to_lens((&light[..s], paths.time), sampler, out, found),
             (s, t) => self.connect((&camera[..t], &light[..s], paths.time), out, found),
         }
     }
 
     /// s = 0: the camera subpath hits a light.
-    fn meet(&self, (camera, time): (&[PathVertex<'a>], f32), found: &mut impl FnMut(Contribution)) {
+    fn hit_light(&self, (camera, time): (&[PathVertex<'a>], f32), found: &mut impl FnMut(Contribution)) {
         let [.., before, last] = camera else { return };
         let Some(surface) = last.surface() else { return };
         let from = self.light_context(before);
         let Some(light) = surface.emitted(self.world, &from) else {
             return;
         };
-        let met = Met {
+        let light_hit = LightHit {
             light: light.id,
             direct: before.density_at(light.pdf, last),
         };
         found(Contribution {
             strategy: (0, camera.len()),
             radiance: last.beta * light.radiance,
-            weight: self.weight(camera, &[], Some(met), time),
+            weight: self.weight(camera, &[], Some(light_hit), time),
             film: None,
             light: light.id,
             ends: [None; 2],
@@ -330,14 +330,14 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
                 continue;
             }
             camera.push(PathVertex::far_away(light.id, ray.direction, pdf));
-            let met = Met {
+            let light_hit = LightHit {
                 light: light.id,
                 direct: light.pdf,
             };
             found(Contribution {
                 strategy: (0, camera.len()),
                 radiance: beta * light.radiance,
-                weight: self.weight(camera, &[], Some(met), time),
+                weight: self.weight(camera, &[], Some(light_hit), time),
                 film: None,
                 light: light.id,
                 ends: [None; 2],
@@ -396,7 +396,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
     }
 
     /// s = t = 1: a light is sampled for the lens.
-    fn look_at_light(
+    fn sample_light_for_lens(
         &self,
         time: f32,
         sampler: &impl Sampler,
@@ -443,7 +443,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
     }
 
     /// t = 1: the last vertex of the light subpath is connected to the lens.
-    fn look_at(
+    fn connect_to_lens(
         &self,
         (light, time): (&[PathVertex<'a>], f32),
         sampler: &impl Sampler,

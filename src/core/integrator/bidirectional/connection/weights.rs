@@ -24,7 +24,7 @@ use crate::math::Vec3;
 
 /// A light that a path hits, and the density of finding it by light sampling.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Met {
+pub(super) struct LightHit {
     pub light: LightId,
     pub direct: f32,
 }
@@ -55,8 +55,14 @@ impl<A: Accel> Connector<'_, '_, A> {
     }
 
     /// MIS weight of the strategy that connects these subpaths (Veach 1997, §10.2.1).
-    pub(super) fn weight(&self, camera: &[PathVertex], light: &[PathVertex], met: Option<Met>, time: f32) -> f32 {
-        self.weight_of(camera, light, met, time, false)
+    pub(super) fn weight(
+        &self,
+        camera: &[PathVertex],
+        light: &[PathVertex],
+        light_hit: Option<LightHit>,
+        time: f32,
+    ) -> f32 {
+        self.weight_of(camera, light, light_hit, time, false)
     }
 
     /// MIS weight of merging the last vertex of `camera` with the vertex after `light`.
@@ -68,7 +74,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         &self,
         camera: &[PathVertex],
         light: &[PathVertex],
-        met: Option<Met>,
+        light_hit: Option<LightHit>,
         time: f32,
         is_merged: bool,
     ) -> f32 {
@@ -76,8 +82,8 @@ impl<A: Accel> Connector<'_, '_, A> {
         let Some((end, before)) = camera.split_last() else {
             return 0.0;
         };
-        let densities = match met {
-            Some(met) => self.densities_at_met_light(end, before.last(), met, time),
+        let densities = match light_hit {
+            Some(light_hit) => self.densities_at_light_hit(end, before.last(), light_hit, time),
             None => self.densities(camera, light, is_merged, time),
         };
         let is_delta_light = light.first().is_some_and(PathVertex::is_delta_light);
@@ -183,11 +189,11 @@ impl<A: Accel> Connector<'_, '_, A> {
     }
 
     /// Densities if the camera subpath hits a light with its vertex `end`, after `previous`.
-    fn densities_at_met_light(
+    fn densities_at_light_hit(
         &self,
         end: &PathVertex,
         previous: Option<&PathVertex>,
-        met: Met,
+        light_hit: LightHit,
         time: f32,
     ) -> ConnectionDensities {
         let Some(previous) = previous else {
@@ -195,15 +201,15 @@ impl<A: Accel> Connector<'_, '_, A> {
         };
         let scene = self.world.scene;
         let w = end.direction_to(previous);
-        let [own, onwards] = emission_pdfs(scene, (met.light, end.is_infinite()), end.ng, w, time);
+        let [own, onwards] = emission_pdfs(scene, (light_hit.light, end.is_infinite()), end.ng, w, time);
         ConnectionDensities {
-            end: scene.emission_selection().pmf(met.light) * own,
+            end: scene.emission_selection().pmf(light_hit.light) * own,
             previous: match previous.is_one_way {
                 true => 0.0,
                 false => end.density_at(onwards, previous),
             },
             // The lens of parallel rays samples no light.
-            direct: if previous.is_infinite() { 0.0 } else { met.direct },
+            direct: if previous.is_infinite() { 0.0 } else { light_hit.direct },
             ..ConnectionDensities::default()
         }
     }

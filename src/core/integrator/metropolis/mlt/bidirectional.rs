@@ -68,8 +68,8 @@ impl Cut {
         let Self { kept, count } = self;
         let is_at_end = kept == 0 || kept + count == n;
         let ends = [kept.checked_sub(1), Some(kept + count).filter(|&i| i < n)];
-        let goes_on_by_delta = |i: &usize| path.vertices[*i].is_delta;
-        if (is_at_end && count == 0) || ends.iter().flatten().any(goes_on_by_delta) {
+        let continues_by_delta = |i: &usize| path.vertices[*i].is_delta;
+        if (is_at_end && count == 0) || ends.iter().flatten().any(continues_by_delta) {
             return 0.0;
         }
         // Deleted edges

@@ -112,7 +112,7 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
 
     /// Probability that a ray which leaves the scene, or hits a surface, finds the light `source`
     /// there.
-    pub fn met(&self, source: &LightSource) -> f64 {
+    pub fn hit_probability(&self, source: &LightSource) -> f64 {
         match source.kind {
             LightSourceKind::Area => 1.0,
             LightSourceKind::Far => 1.0 / self.far_lights as f64,
@@ -142,7 +142,7 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
                 from_light *= factors(t + 1).light;
             }
             let ends = match (path.source(), kept_light) {
-                (Some(source), 0) if t == n => self.met(source),
+                (Some(source), 0) if t == n => self.hit_probability(source),
                 (_, 0) => factors(n - 1).start,
                 _ => 1.0,
             };

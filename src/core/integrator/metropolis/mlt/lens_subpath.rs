@@ -43,11 +43,11 @@ impl<'a, A: Accel> LensSubpath<'_, '_, 'a, A> {
         let (mut kind, mut camera) = (RayKind::Camera, vec![lens]);
         let rest = &x.vertices[end + 1..];
         loop {
-            let met = self.space.meet(&ray, kind, out);
-            if is_same_point(&camera, &met) {
+            let hit = self.space.intersect(&ray, kind, out);
+            if is_same_point(&camera, &hit) {
                 return None;
             }
-            let vertex = met?;
+            let vertex = hit?;
             self.space.note_through(&mut camera, &vertex, sample.time, out);
             camera.push(vertex);
             if numbers.next() < self.space.smooth_probability(&camera, TransportMode::Radiance)? {
@@ -79,7 +79,7 @@ impl<'a, A: Accel> LensSubpath<'_, '_, 'a, A> {
             .space
             .smooth_probability(&path.vertices[..=end], TransportMode::Radiance)?;
         let factors = |i: usize| &path.vertices[i].factors;
-        let goes_on: f64 = (1..end).map(|i| factors(i).camera).product();
-        Some(goes_on * f64::from(stops) / (path.target * factors(end).geometry_term))
+        let continuing: f64 = (1..end).map(|i| factors(i).camera).product();
+        Some(continuing * f64::from(stops) / (path.target * factors(end).geometry_term))
     }
 }

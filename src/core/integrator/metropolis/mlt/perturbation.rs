@@ -157,13 +157,13 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         camera.push(Vertex::lens(self.space.world.camera.lens_of(&ray)));
         for i in 1..=chain.last {
             let old = &x.vertices[i];
-            let met = self.space.meet(&ray, kind, out);
-            if is_same_point(&camera, &met) {
+            let hit = self.space.intersect(&ray, kind, out);
+            if is_same_point(&camera, &hit) {
                 return None;
             }
             let mut vertex = match old.source() {
-                Some(_) => self.space.meet_light(met, &ray, numbers.next())?,
-                None => met?,
+                Some(_) => self.space.light_at(hit, &ray, numbers.next())?,
+                None => hit?,
             };
             vertex.is_delta = old.is_delta;
             self.space.note_through(&mut camera, &vertex, sample.time, out);
@@ -196,7 +196,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
     /// distant ones.
     fn contribution(&self, path: &Path<'a>, chain: CameraChain) -> f64 {
         let geometry_term = match path.source() {
-            Some(source) if chain.last + 1 == path.len() => 1.0 / self.space.met(source),
+            Some(source) if chain.last + 1 == path.len() => 1.0 / self.space.hit_probability(source),
             _ => path.vertices[chain.last].factors.geometry_term,
         };
         path.target * geometry_term
@@ -237,7 +237,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         let mut light: Vec<Vertex> = Vec::with_capacity(x.len());
         light.extend(x.vertices[start..].iter().rev().cloned());
         for i in (1..start).rev() {
-            let mut vertex = self.space.meet(&ray, RayKind::Bounce, out)?;
+            let mut vertex = self.space.intersect(&ray, RayKind::Bounce, out)?;
             vertex.is_delta = x.vertices[i].is_delta;
             if let Some(last) = light.last() {
                 vertex.transmittance = self.space.transmittance((None, &vertex), last, x.camera.time, out);

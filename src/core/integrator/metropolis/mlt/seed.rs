@@ -140,12 +140,12 @@ pub(super) fn sample<'a, A: Accel>(
         let Some((ray, kind)) = space.onwards_from_camera(&mut camera.vertices, camera_sample, numbers) else {
             break;
         };
-        let met = space.meet(&ray, kind, out);
-        if is_same_point(&camera.vertices, &met) {
+        let hit = space.intersect(&ray, kind, out);
+        if is_same_point(&camera.vertices, &hit) {
             break;
         }
-        let light = space.meet_light(met.clone(), &ray, numbers.next());
-        if let Some(next) = met.as_ref().or(light.as_ref()) {
+        let light = space.light_at(hit.clone(), &ray, numbers.next());
+        if let Some(next) = hit.as_ref().or(light.as_ref()) {
             space.note_through(&mut camera.vertices, next, time, out);
         }
         let n = camera.vertices.len();
@@ -154,7 +154,7 @@ pub(super) fn sample<'a, A: Accel>(
             let path = space.join(vertices, std::iter::empty(), n..n + 1, camera_sample, out);
             find(path, weight);
         }
-        let Some(next) = met else { break };
+        let Some(next) = hit else { break };
         camera.push(next, roulette, numbers.next());
         camera.settle(space, false, time);
     }

@@ -61,7 +61,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     }
 
     /// Surface that `ray` hits.
-    pub fn meet(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> Option<Vertex<'a>> {
+    pub fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> Option<Vertex<'a>> {
         // Transmittance belongs to the edge (`PathSpace::transmittance`).
         let (hit, _) = self.world.intersect(ray, kind, out);
         let hit = hit?;
@@ -70,12 +70,12 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(Vertex::new(VertexKind::Surface(Rc::new(surface)), p, ng))
     }
 
-    /// Light that `ray` hits: on the surface `met`, or if there is none an infinitely distant light
+    /// Light that `ray` hits: on the surface `hit`, or if there is none an infinitely distant light
     /// chosen by `u`.
-    pub fn meet_light(&self, met: Option<Vertex<'a>>, ray: &Ray, u: f32) -> Option<Vertex<'a>> {
+    pub fn light_at(&self, hit: Option<Vertex<'a>>, ray: &Ray, u: f32) -> Option<Vertex<'a>> {
         let scene = self.world.scene;
         let from = LightSampleContext::any_side(ray.origin);
-        let Some(vertex) = met else {
+        let Some(vertex) = hit else {
             let index = ((u * self.far_lights as f32) as usize).min(self.far_lights.checked_sub(1)?);
             let light = scene
                 .escaped(self.world.light_selection, from, ray.direction)
@@ -146,13 +146,13 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
                 continue;
             }
             let (ray, kind) = self.onwards_from_camera(path, sample, numbers)?;
-            let met = self.meet(&ray, kind, out);
-            if is_same_point(path, &met) {
+            let hit = self.intersect(&ray, kind, out);
+            if is_same_point(path, &hit) {
                 return None;
             }
             let next = match left == 0 && to_light {
-                true => self.meet_light(met, &ray, numbers.next())?,
-                false => met?,
+                true => self.light_at(hit, &ray, numbers.next())?,
+                false => hit?,
             };
             self.note_through(path, &next, sample.time, out);
             path.push(next);
@@ -196,7 +196,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
                         Some(source) => self.set_out(last, source, time, numbers)?,
                         None => self.scatter(path, TransportMode::Importance, numbers)?,
                     };
-                    let mut next = self.meet(&ray, RayKind::Bounce, out)?;
+                    let mut next = self.intersect(&ray, RayKind::Bounce, out)?;
                     let last = path.last()?;
                     next.transmittance = self.transmittance((None, &next), last, time, out);
                     next
@@ -435,9 +435,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     }
 }
 
-/// Returns true if the surface `met` is the point at the end of the camera subpath. Such paths are
+/// Returns true if the surface `hit` is the point at the end of the camera subpath. Such paths are
 /// rejected: only one end can make them.
-pub(super) fn is_same_point(camera: &[Vertex], met: &Option<Vertex>) -> bool {
-    let ends = camera.last().zip(met.as_ref());
-    ends.is_some_and(|(last, met)| met.is_met_again(last))
+pub(super) fn is_same_point(camera: &[Vertex], hit: &Option<Vertex>) -> bool {
+    let ends = camera.last().zip(hit.as_ref());
+    ends.is_some_and(|(last, hit)| hit.is_same_surface_point(last))
 }

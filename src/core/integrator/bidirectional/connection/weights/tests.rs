@@ -118,14 +118,14 @@ fn summed(
     connector: &Connector<BruteForce>,
     camera: &[PathVertex],
     light: &[PathVertex],
-    met: Option<Met>,
+    light_hit: Option<LightHit>,
     is_merged: bool,
 ) -> f64 {
     let (s, t) = (light.len(), camera.len());
     let n = s + t;
     let end = &camera[t - 1];
-    let densities = match met {
-        Some(met) => connector.densities_at_met_light(end, camera[..t - 1].last(), met, 0.0),
+    let densities = match light_hit {
+        Some(light_hit) => connector.densities_at_light_hit(end, camera[..t - 1].last(), light_hit, 0.0),
         None => connector.densities(camera, light, is_merged, 0.0),
     };
     let at = |i: usize| if i < t { &camera[i] } else { &light[n - 1 - i] };
@@ -184,17 +184,21 @@ fn one_pass_gives_the_sum_over_all_strategies() {
     let mut compared = [0; 3];
     in_room(|connector| {
         each_sample(connector, 512, |paths| {
-            let mut assert_same = |(s, t): (usize, usize), met: Option<Met>, is_merged: bool| {
+            let mut assert_same = |(s, t): (usize, usize), light_hit: Option<LightHit>, is_merged: bool| {
                 let (camera, light) = (&paths.camera[..t], &paths.light[..s]);
-                let weight = connector.weight_of(camera, light, met, 0.0, is_merged) as f64;
-                let expected = summed(connector, camera, light, met, is_merged);
+                let weight = connector.weight_of(camera, light, light_hit, 0.0, is_merged) as f64;
+                let expected = summed(connector, camera, light, light_hit, is_merged);
                 if expected.is_finite() {
                     let error = (weight - expected).abs();
                     assert!(
                         error <= 1e-6 * expected + 1e-30,
                         "({s}, {t}), {is_merged}: {weight}, {expected}"
                     );
-                    compared[if met.is_some() { 0 } else { 1 + usize::from(is_merged) }] += 1;
+                    compared[if light_hit.is_some() {
+                        0
+                    } else {
+                        1 + usize::from(is_merged)
+                    }] += 1;
                 }
             };
             for t in 1..=paths.camera.len() {
@@ -206,7 +210,7 @@ fn one_pass_gives_the_sum_over_all_strategies() {
                     let direct = paths.camera[t - 2].density_at(light.pdf, &paths.camera[t - 1]);
                     assert_same(
                         (0, t),
-                        Some(Met {
+                        Some(LightHit {
                             light: light.id,
                             direct,
                         }),

@@ -240,7 +240,7 @@ impl Audit<'_> {
             let query = ray.query().ok_or_else(broken)?;
             match (ray.packet, query.kind) {
                 (false, _) => {
-                    query.ask(&auditor);
+                    query.trace(&auditor);
                 }
                 (true, QueryKind::Closest) => auditor.intersect_coherent(&[query.ray; PACKET], &mut [None; PACKET]),
                 (true, QueryKind::Occlusion) => auditor.occluded_coherent(&[query.ray; PACKET], &mut [false; PACKET]),
@@ -373,10 +373,10 @@ impl Entry {
             .zip(found.answers.map(|a| answer(&a)))
             .collect();
         if is_packet {
-            answers.insert(format!("{}, single ray", names[0]), answer(&query.ask(accels[0])));
+            answers.insert(format!("{}, single ray", names[0]), answer(&query.trace(accels[0])));
         }
         if let Some(brute) = brute {
-            answers.insert(brute::NAME.into(), answer(&query.ask(brute)));
+            answers.insert(brute::NAME.into(), answer(&query.trace(brute)));
         }
         let wrong = names
             .into_iter()

@@ -114,7 +114,7 @@ impl<'a> Auditor<'a> {
         if hash >= self.threshold {
             return;
         }
-        let answers = [answer, query.ask(self.accels[1])];
+        let answers = [answer, query.trace(self.accels[1])];
         let found = judge(self.scene, self.accels, &query, answers);
         let found = found.or_else(|| {
             if hash < self.brute_threshold {
@@ -136,7 +136,7 @@ impl<'a> Auditor<'a> {
     /// Returns the disagreement of the first backend with brute force, if both backends agree but
     /// missed a surface that brute force hits.
     fn common_fault(&self, query: &Query, answers: [Answer; 2]) -> Option<Disagreement> {
-        let exact = query.ask(&self.brute);
+        let exact = query.trace(&self.brute);
         let distance = |answer: &Answer| answer.hit().map_or(f32::INFINITY, |hit| hit.t);
         let is_missed = exact.is_hit() && (!answers[0].is_hit() || distance(&exact) < distance(&answers[0]));
         if !is_missed {

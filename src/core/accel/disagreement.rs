@@ -92,7 +92,7 @@ impl Disagreement {
     /// correct. Both results are false if rounding explains the difference.
     pub fn wrong(&self, scene: &Scene, brute: Option<&BruteForce>) -> [bool; 2] {
         let ray = &self.query.ray;
-        let exact = brute.map(|brute| self.query.ask(brute));
+        let exact = brute.map(|brute| self.query.trace(brute));
         let truth = match self.cause {
             // The nearest hit is correct: the surface exists, even if brute force also leaks
             // through the edge.
@@ -127,7 +127,7 @@ fn agree(scene: &Scene, ray: &Ray, answers: [Answer; 2]) -> bool {
 
 /// Traces the query in both backends. Returns their disagreement, if any.
 pub fn compare(scene: &Scene, accels: [&dyn Accel; 2], query: &Query) -> Option<Disagreement> {
-    judge(scene, accels, query, accels.map(|accel| query.ask(accel)))
+    judge(scene, accels, query, accels.map(|accel| query.trace(accel)))
 }
 
 /// Returns the disagreement between the answers of `accels`, if any.
@@ -145,7 +145,7 @@ pub(super) fn judge(
     let ray = &query.ray;
     let crossings = answers.map(|answer| answer.hit().map(|hit| Crossing::new(scene, ray, &hit)));
     let missed = |hitting: &dyn Accel, crossing: &Crossing| match crossing.cause() {
-        Cause::Edge if crossing.goes_on(hitting) => Cause::Leak,
+        Cause::Edge if crossing.continues_around(hitting) => Cause::Leak,
         cause => cause,
     };
     let cause = match crossings {
@@ -314,9 +314,9 @@ impl Crossing {
         }
     }
 
-    /// Returns true if the surface continues on all sides: eight rays beside this ray, at a
-    /// distance above the rounding error, hit something at a similar or smaller ray parameter.
-    fn goes_on(&self, accel: &dyn Accel) -> bool {
+    /// Returns true if the surface continues on all sides: eight rays beside this ray, farther off
+    /// than rounding, hit something at a similar or smaller distance.
+    fn continues_around(&self, accel: &dyn Accel) -> bool {
         let ray = &self.ray;
         let length = ray.direction.length();
         let roundings = ROUNDINGS * self.scale / self.edge + self.displacement;

@@ -55,7 +55,7 @@ pub trait Accel: Send + Sync {
     /// Number of `queries` with a hit. The loop is compiled for the backend, so that measurements
     /// have no dynamic calls.
     fn count_hits(&self, queries: &[Query]) -> usize {
-        queries.iter().filter(|query| query.ask(self).is_hit()).count()
+        queries.iter().filter(|query| query.trace(self).is_hit()).count()
     }
 
     /// Name, version and instruction set of the backend.

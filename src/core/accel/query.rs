@@ -48,7 +48,7 @@ impl Query {
 
     /// Traces the query with `accel`.
     #[inline(always)]
-    pub fn ask(&self, accel: &(impl Accel + ?Sized)) -> Answer {
+    pub fn trace(&self, accel: &(impl Accel + ?Sized)) -> Answer {
         match self.kind {
             QueryKind::Closest => Answer::Closest(accel.intersect(&self.ray)),
             QueryKind::Occlusion => Answer::Occlusion(accel.occluded(&self.ray)),

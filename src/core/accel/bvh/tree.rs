@@ -85,12 +85,12 @@ impl<L: Leaf> Tree<L> {
                 }
             } else {
                 let node = &self.nodes[first];
-                let (enter, mut met) = slabs.meet(node, *t_max);
+                let (enter, mut hits) = slabs.intersect(node, *t_max);
                 let enter = enter.to_array();
                 let bottom = stack.len();
-                while met != 0 {
-                    let place = met.trailing_zeros() as usize;
-                    met &= met - 1;
+                while hits != 0 {
+                    let place = hits.trailing_zeros() as usize;
+                    hits &= hits - 1;
                     stack.push_in_order(bottom, (node.children[place], enter[place]));
                 }
             }

@@ -121,7 +121,7 @@ impl Slabs {
     /// The far end is increased by the error bound of both ends (Ize 2013, "Robust BVH Ray
     /// Traversal"; PBR4 §6.8.2).
     #[inline(always)]
-    pub fn meet(&self, node: &Node, t_max: f32) -> (Vec4, u32) {
+    pub fn intersect(&self, node: &Node, t_max: f32) -> (Vec4, u32) {
         let t = |end: usize, axis: usize| (node.bounds[end][axis] - self.origin[axis]) * self.inverse[axis];
         let [x, y, z] = self.near;
         let enter = t(x, 0).max(t(y, 1)).max(t(z, 2)).max(Vec4::splat(self.t_min));

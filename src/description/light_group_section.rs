@@ -66,7 +66,7 @@ pub(super) fn light_group(
         let help = match error {
             BuildError::TooManyLightGroups => format!(
                 "use at most {} groups, including `{}` for lights without a group",
-                LightGroups::MOST,
+                LightGroups::MAX_GROUPS,
                 LightGroups::DEFAULT
             ),
             _ => "choose a name like `key_light`: it becomes a part of channel names".into(),

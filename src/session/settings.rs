@@ -414,9 +414,9 @@ impl Settings {
         let total = self.total_samples();
         match self.noise {
             Some(level) => settings + &format!(" noise={level} max_samples={total}"),
-            // Most samplers do not depend on the number of samples: leave it out, so that samples
-            // can be added later or in parts
-            None if self.sampler.knows_count() || method.knows_count() => settings + &format!(" count={total}"),
+            // Other samplers do not depend on the count, so that samples can be added later or in
+            // parts.
+            None if self.sampler.needs_count() || method.needs_count() => settings + &format!(" count={total}"),
             None => settings,
         }
     }

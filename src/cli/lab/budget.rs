@@ -40,10 +40,10 @@ impl Budget {
     /// Number of snapshots until `budgets` are spent. For seconds it is an upper bound: the
     /// snapshots up to 4⁹ samples.
     pub fn snapshots(budgets: &[Self]) -> u64 {
-        const MOST: u32 = 10;
+        const MAX_POINTS: u32 = 10;
         let marks = budgets.iter().map(|budget| match budget {
             Self::Samples(samples) => samples.max(&1).ilog(STEP) + 1,
-            Self::Seconds(_) => MOST,
+            Self::Seconds(_) => MAX_POINTS,
         });
         u64::from(marks.max().unwrap_or(0)) + budgets.len() as u64
     }

@@ -184,7 +184,7 @@ impl<'a> Estimate<'a> {
     /// Takes the samples before `end`, which is at least `done`. Returns the seconds that they
     /// took. The samples are in `film`, or in a returned copy of it.
     fn advance(&mut self, end: u32) -> Result<(Option<Film>, f64), Interrupted> {
-        if self.contender.settings.sampler.knows_count() || self.method.knows_count() {
+        if self.contender.settings.sampler.needs_count() || self.method.needs_count() {
             let mut film = self.new_film();
             self.seconds = self.preparing + self.take(&mut film, end)?;
             (self.film, self.done) = (film, end);

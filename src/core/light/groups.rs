@@ -18,12 +18,12 @@ pub struct LightGroups {
 encode_fields!(LightGroups { names, of_lights });
 
 impl LightGroups {
-    /// Maximum number of groups, including the default group.
-    pub const MOST: usize = 16;
+    /// Maximum number of groups, including the group of all other lights.
+    pub const MAX_GROUPS: usize = 16;
     /// Name of the group of lights without a group.
     pub const DEFAULT: &str = "default";
 
-    /// Groups with these names, without lights. At most [`LightGroups::MOST`] − 1 names; no name is
+    /// Groups with these names, without lights. At most [`LightGroups::MAX_GROUPS`] − 1 names; no name is
     /// [`LightGroups::DEFAULT`].
     pub fn new(names: Vec<String>) -> Self {
         Self {

@@ -9,9 +9,8 @@ use crate::geometry::{GeomId, Hit};
 use crate::math::{Ray, UVec2};
 use crate::scene::Scene;
 
-/// Minimum share of triangles of lamps that face inwards, or of camera rays to lamps that hit
-/// backs, for a message.
-const MOST: f32 = 0.9;
+/// Minimum share of the lamps' triangles or rays that face the wrong way, for a message.
+const MIN_SHARE: f32 = 0.9;
 /// Maximum number of triangles of a lamp that are checked.
 const MAX_TRIANGLES: usize = 256;
 /// Distance of a ray's origin from the triangle, in radii of the scene.
@@ -98,7 +97,7 @@ fn face_inwards(accel: &dyn Accel, scene: &Scene) -> bool {
             }
         }
     }
-    all > 0.0 && inwards >= MOST * all
+    all > 0.0 && inwards >= MIN_SHARE * all
 }
 
 /// Returns true if the camera sees lamps, and most of them from behind.
@@ -116,5 +115,5 @@ fn show_backs(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution: UVe
             backs += 1.0;
         }
     }
-    all > 0.0 && backs >= MOST * all
+    all > 0.0 && backs >= MIN_SHARE * all
 }

@@ -125,7 +125,7 @@ impl Method {
 
     /// Returns true if the random numbers of the method depend on the total number of samples per
     /// pixel.
-    pub fn knows_count(&self) -> bool {
+    pub fn needs_count(&self) -> bool {
         use Directions::{Fibonacci, PerturbedQmc, PerturbedQmcUniform};
         matches!(self.directions(), Some(Fibonacci | PerturbedQmc | PerturbedQmcUniform))
     }

@@ -13,7 +13,7 @@ use crate::light::LightGroups;
 /// Parts of the light of one sample.
 #[derive(Clone, Debug)]
 pub(super) struct LightParts<'a> {
-    groups: [Spectrum; LightGroups::MOST],
+    groups: [Spectrum; LightGroups::MAX_GROUPS],
     classes: [Spectrum; MAX_CLASSES],
     /// Classes of paths, if they are separated.
     pub paths: Option<&'a LightPaths>,
@@ -25,7 +25,7 @@ impl<'a> LightParts<'a> {
     /// No light yet.
     pub fn new(paths: Option<&'a LightPaths>) -> Self {
         Self {
-            groups: [Spectrum::ZERO; LightGroups::MOST],
+            groups: [Spectrum::ZERO; LightGroups::MAX_GROUPS],
             classes: [Spectrum::ZERO; MAX_CLASSES],
             paths,
             events: Vec::new(),

@@ -46,7 +46,7 @@ impl SamplerKind {
     ];
 
     /// Returns true if the numbers depend on the total number of samples per pixel.
-    pub fn knows_count(self) -> bool {
+    pub fn needs_count(self) -> bool {
         match self {
             Self::Hammersley | Self::Orthogonal => true,
             Self::Sobol
@@ -59,8 +59,8 @@ impl SamplerKind {
         }
     }
 
-    /// A sampler of this kind. `count` is the number of samples per pixel. Only kinds with
-    /// [`SamplerKind::knows_count`] use it.
+    /// A sampler of this kind. Kinds with [`SamplerKind::needs_count`] use `count`, the samples per
+    /// pixel.
     pub fn with_seed(self, seed: u64, count: u32) -> AnySampler {
         match self {
             Self::Sobol => AnySampler::Sobol(Sobol::new(seed)),

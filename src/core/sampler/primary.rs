@@ -1,8 +1,8 @@
 //! Primary samples: a sampler whose random numbers are the state of a Markov chain.
 //!
 //! Numbers are addressed by dimension, and steps are hashes. The value of a number follows from the
-//! key of the chain and the accepted steps. Values are computed on request and do not depend on
-//! earlier requests. Computed values are cached in atomics (`AtomicU64`, relaxed), because samplers
+//! key of the chain and its accepted steps. It is computed on request and does not depend on
+//! earlier requests. Values are cached in atomics (`AtomicU64`, relaxed), because samplers
 //! are shared by reference. The cache saves work and changes no value.
 
 use super::{Dimension, SampleKey, Sampler, hash};
@@ -48,12 +48,12 @@ pub struct PrimarySampler {
     /// Length of the longest small step.
     size: f32,
     /// Cache of the first coordinates. The upper half of a word is a value. The lower half is the
-    /// number of accepted steps after which the value is valid, counted over the whole chain, plus
-    /// 1. The cache saves repeated steps and changes no bit. Words are atomic because samplers are
-    /// shared by reference.
-    known: Vec<AtomicU64>,
-    /// Number of accepted steps up to the last large step, counted over the whole chain.
-    restarted: u32,
+    /// number of the step after which it is valid, counted over the whole chain from 1. The cache
+    /// saves repeated steps and changes no bit. Words are atomic because samplers are shared by
+    /// reference.
+    cache: Vec<AtomicU64>,
+    /// Number of accepted steps up to the last large one, counted in the same way.
+    origin_step: u32,
 }
 
 impl PrimarySampler {
@@ -72,8 +72,8 @@ impl PrimarySampler {
             steps: Vec::new(),
             proposal: None,
             size,
-            known: (0..2 * dimensions).map(|_| AtomicU64::new(0)).collect(),
-            restarted: 0,
+            cache: (0..2 * dimensions).map(|_| AtomicU64::new(0)).collect(),
+            origin_step: 0,
         }
     }
 
@@ -82,7 +82,7 @@ impl PrimarySampler {
     pub fn propose(&mut self, large_step_probability: f32) -> Step {
         let step = hash::numbered(self.key, self.proposed);
         self.proposed = self.proposed.wrapping_add(1);
-        let kind = if unit(step, WHICH_STEP) < large_step_probability {
+        let kind = if unit(step, STEP_KIND) < large_step_probability {
             Step::Large
         } else {
             Step::Small
@@ -97,10 +97,10 @@ impl PrimarySampler {
         let Some((kind, step)) = self.proposal.take() else {
             return false;
         };
-        let is_accepted = unit(step, WHETHER) < probability;
+        let is_accepted = unit(step, ACCEPTANCE) < probability;
         match (is_accepted, kind) {
             (true, Step::Large) => {
-                self.restarted = self.restarted.wrapping_add(self.steps.len() as u32 + 1);
+                self.origin_step = self.origin_step.wrapping_add(self.steps.len() as u32 + 1);
                 self.steps.clear();
                 self.origin = step;
             }
@@ -115,43 +115,49 @@ impl PrimarySampler {
         let coordinate = coordinate(dimension).wrapping_mul(2).wrapping_add(component);
         match self.proposal {
             Some((Step::Large, step)) => drawn(step, coordinate),
-            Some((Step::Small, step)) => self.accepted(coordinate).wrapping_add(self.way(step, coordinate)),
+            Some((Step::Small, step)) => self
+                .accepted(coordinate)
+                .wrapping_add(self.displacement(step, coordinate)),
             None => self.accepted(coordinate),
         }
     }
 
     /// Coordinate of the chain's current point, without the proposed step.
     fn accepted(&self, coordinate: u32) -> u32 {
-        let known = self.known.get(coordinate as usize);
-        let word = known.map_or(0, |word| word.load(Ordering::Relaxed));
-        // The cached value is invalid if it is older than the last large step.
-        let (mut value, taken) = match (word as u32).checked_sub(self.restarted + 1) {
+        let cached = self.cache.get(coordinate as usize);
+        let word = cached.map_or(0, |word| word.load(Ordering::Relaxed));
+        // The cached value may be from before the last large step.
+        let (mut value, taken) = match (word as u32).checked_sub(self.origin_step + 1) {
             Some(taken) => ((word >> 32) as u32, taken as usize),
             None => (drawn(self.origin, coordinate), 0),
         };
         for &step in &self.steps[taken..] {
-            value = value.wrapping_add(self.way(step, coordinate));
+            value = value.wrapping_add(self.displacement(step, coordinate));
         }
-        if let Some(known) = known {
-            let now = self.restarted + self.steps.len() as u32 + 1;
-            known.store(((value as u64) << 32) | now as u64, Ordering::Relaxed);
+        if let Some(cached) = cached {
+            let now = self.origin_step + self.steps.len() as u32 + 1;
+            cached.store(((value as u64) << 32) | now as u64, Ordering::Relaxed);
         }
         value
     }
 
-    /// Signed displacement of a coordinate by the small step with the hash `step`.
-    fn way(&self, step: u64, coordinate: u32) -> u32 {
+    /// Displacement of a coordinate by a small step.
+    fn displacement(&self, step: u64, coordinate: u32) -> u32 {
         let bits = hash::numbered(step, coordinate);
         let u = hash::unit_f32((bits >> 32) as u32);
-        let way = self.size * (-STEP_RATIO.log2() * u).exp2();
-        let way = (way as f64 * 2f64.powi(32)) as u32;
-        if bits & 1 == 0 { way } else { way.wrapping_neg() }
+        let displacement = self.size * (-STEP_RATIO.log2() * u).exp2();
+        let displacement = (displacement as f64 * 2f64.powi(32)) as u32;
+        if bits & 1 == 0 {
+            displacement
+        } else {
+            displacement.wrapping_neg()
+        }
     }
 }
 
-/// Random numbers of a step that belong to no dimension: kind of the step, and acceptance.
-const WHICH_STEP: u32 = u32::MAX;
-const WHETHER: u32 = u32::MAX - 1;
+/// Numbers of a step that belong to no dimension.
+const STEP_KIND: u32 = u32::MAX;
+const ACCEPTANCE: u32 = u32::MAX - 1;
 
 fn unit(step: u64, which: u32) -> f32 {
     hash::unit_f32((hash::numbered(step, which) >> 32) as u32)
@@ -176,7 +182,7 @@ impl Clone for PrimarySampler {
         let word = |word: &AtomicU64| AtomicU64::new(word.load(Ordering::Relaxed));
         Self {
             steps: self.steps.clone(),
-            known: self.known.iter().map(word).collect(),
+            cache: self.cache.iter().map(word).collect(),
             ..*self
         }
     }
@@ -186,7 +192,7 @@ impl Sampler for PrimarySampler {
     /// Starts at an independent point for each key.
     fn start(&mut self, key: SampleKey) {
         let origin = mix(hash::pixel(self.key, key).wrapping_add(GOLDEN_GAMMA) ^ key.sample as u64);
-        *self = Self::chain(origin, self.key, self.size, self.known.len() as u32 / 2);
+        *self = Self::chain(origin, self.key, self.size, self.cache.len() as u32 / 2);
     }
 
     fn get_1d(&self, dimension: Dimension) -> f32 {
@@ -270,11 +276,11 @@ mod tests {
             let mut chain = PrimarySampler::chain(i, !i, SIZE as f32, 0);
             let before = chain.get_1d(there());
             chain.propose(0.0);
-            let way = (chain.get_1d(there()) - before) as f64;
-            let way = way - way.round();
-            let bin = 16.0 + 4.0 * (way.abs() / SIZE).log2();
-            assert!((-0.01..16.01).contains(&bin), "{way}");
-            counts[usize::from(way < 0.0)][bin.clamp(0.0, 15.9) as usize] += 1.0;
+            let displacement = (chain.get_1d(there()) - before) as f64;
+            let displacement = displacement - displacement.round();
+            let bin = 16.0 + 4.0 * (displacement.abs() / SIZE).log2();
+            assert!((-0.01..16.01).contains(&bin), "{displacement}");
+            counts[usize::from(displacement < 0.0)][bin.clamp(0.0, 15.9) as usize] += 1.0;
         }
         let expected = N as f64 / 32.0;
         let chi2: f64 = counts.iter().flatten().map(|c| (c - expected).powi(2) / expected).sum();

@@ -265,8 +265,8 @@ impl SceneBuilder {
         check_group_name(name)?;
         let found = self.light_groups.iter().position(|known| known == name);
         let index = found.unwrap_or(self.light_groups.len());
-        // The last group is reserved for lights without a group
-        if index >= LightGroups::MOST - 1 {
+        // The last group is for lights without a group.
+        if index >= LightGroups::MAX_GROUPS - 1 {
             return Err(BuildError::TooManyLightGroups);
         }
         if found.is_none() {

@@ -205,8 +205,8 @@ pub struct Ground {
     irradiance: Spectrum,
     /// Finite lights, whose irradiance is different at each point.
     finite: Vec<LightId>,
-    /// True if rays cannot hit any light of finite size. See [`Ground::knows_missing_light`].
-    knows_missing_light: bool,
+    /// True if no ray can hit a light of finite size.
+    has_missing_light: bool,
 }
 
 encode_fields!(PlacedPlane {
@@ -235,7 +235,7 @@ impl Ground {
             plane,
             irradiance: Spectrum::ZERO,
             finite: Vec::new(),
-            knows_missing_light: true,
+            has_missing_light: true,
         };
         let mut is_known = true;
         for (id, light) in (0..).map(LightId).zip(lights) {
@@ -248,7 +248,7 @@ impl Ground {
                 ground.irradiance += irradiance.unwrap_or_default();
             } else {
                 ground.finite.push(id);
-                ground.knows_missing_light &= light.is_delta();
+                ground.has_missing_light &= light.is_delta();
             }
         }
         let count = ground.finite.len();
@@ -296,11 +296,11 @@ impl Ground {
         self.plane.radius
     }
 
-    /// Returns true if a ray hit determines the light that would arrive from the ray's direction if
-    /// the scene were absent. This is false if there are lamps of finite size: a lamp may be behind
-    /// the surface that was hit.
-    pub fn knows_missing_light(&self) -> bool {
-        self.knows_missing_light
+    /// Returns true if a ray hit determines the light that would arrive from its direction without
+    /// the scene. This is false with lamps of finite size: their light from behind the surface is
+    /// unknown.
+    pub fn has_missing_light(&self) -> bool {
+        self.has_missing_light
     }
 
     /// Irradiance of the plane by infinitely distant lights, as if the scene were absent, W·m⁻².

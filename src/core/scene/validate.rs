@@ -145,7 +145,7 @@ pub enum BuildError {
         rule: &'static str,
     },
     /// Too many light groups.
-    #[error("more than {} light groups", LightGroups::MOST - 1)]
+    #[error("more than {} light groups", LightGroups::MAX_GROUPS - 1)]
     TooManyLightGroups,
     /// There are more meshes, triangles or lights than 32-bit ids can count.
     #[error("more than 2^32 - 2 {0} in one scene")]

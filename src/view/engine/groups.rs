@@ -89,8 +89,8 @@ pub(super) fn emitting(scene: &Scene) -> Vec<String> {
 /// `KEY=VALUE` of the scene file for a group of each light and each emitting material, up to the
 /// maximum number of groups.
 fn group_keys(lights: &[FileLight], materials: &[String]) -> Vec<String> {
-    let most = LightGroups::MOST - 1;
-    let lights = &lights[..lights.len().min(most)];
+    let max_groups = LightGroups::MAX_GROUPS - 1;
+    let lights = &lights[..lights.len().min(max_groups)];
     let key = |light: &FileLight| format!("light.{}.group=light{}", light.index, light.index + 1);
     let mut keys: Vec<String> = lights.iter().map(key).collect();
     let mut names = BTreeSet::from([LightGroups::DEFAULT.to_string()]);
@@ -100,7 +100,7 @@ fn group_keys(lights: &[FileLight], materials: &[String]) -> Vec<String> {
         group.insert("materials".into(), vec![material.as_str()].into());
         toml::Value::from(group)
     };
-    let groups: Vec<toml::Value> = materials.iter().take(most - lights.len()).map(group).collect();
+    let groups: Vec<toml::Value> = materials.iter().take(max_groups - lights.len()).map(group).collect();
     if !groups.is_empty() {
         keys.push(format!("light_group={}", toml::Value::from(groups)));
     }
@@ -146,11 +146,11 @@ mod tests {
         assert_eq!(table["light_group"][1]["materials"][0].as_str(), Some("Schirm\"ä"));
         assert!(group_keys(&[], &[]).is_empty());
         let many = vec!["m".to_string(); 40];
-        assert_eq!(group_keys(&lights(0..40), &many).len(), LightGroups::MOST - 1);
+        assert_eq!(group_keys(&lights(0..40), &many).len(), LightGroups::MAX_GROUPS - 1);
         let table: toml::Table = group_keys(&lights(0..3), &many)[3].parse().unwrap();
         assert_eq!(
             table["light_group"].as_array().map(Vec::len),
-            Some(LightGroups::MOST - 4)
+            Some(LightGroups::MAX_GROUPS - 4)
         );
     }
 }

@@ -32,7 +32,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
     ) {
         let world = &self.world;
         // Light of lamps behind a surface is unknown: a ray that hits the surface does not find it.
-        let ground = world.scene.ground().filter(|ground| ground.knows_missing_light());
+        let ground = world.scene.ground().filter(|ground| ground.has_missing_light());
         let (hit, transmittance) = traced;
         let Some((ground, hit)) = ground.zip(hit).filter(|(ground, hit)| ground.is_at(hit)) else {
             return;

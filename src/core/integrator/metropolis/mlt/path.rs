@@ -218,7 +218,7 @@ impl<'a> Vertex<'a> {
 
     /// Returns true if a ray from `other` hit the triangle that it left. The quantities of a path
     /// cannot distinguish such points.
-    pub fn is_same_surface_point(&self, other: &Self) -> bool {
+    pub fn is_on_same_triangle(&self, other: &Self) -> bool {
         let triangle = |vertex: &Self| vertex.surface().map(|s| (s.hit.prim, s.hit.geom, s.hit.inst));
         triangle(self).is_some_and(|own| triangle(other) == Some(own))
     }

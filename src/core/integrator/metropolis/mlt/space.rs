@@ -439,5 +439,5 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
 /// rejected: only one end can make them.
 pub(super) fn is_same_point(camera: &[Vertex], hit: &Option<Vertex>) -> bool {
     let ends = camera.last().zip(hit.as_ref());
-    ends.is_some_and(|(last, hit)| hit.is_same_surface_point(last))
+    ends.is_some_and(|(last, hit)| hit.is_on_same_triangle(last))
 }

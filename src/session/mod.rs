@@ -59,7 +59,7 @@ use crate::math::Vec3;
 use crate::options::Method;
 use crate::scene::Scene;
 use memory::{check_pixels, within_memory};
-use settings::{Surveyed, Wanted};
+use settings::{GuessSelection, Surveyed};
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
@@ -495,11 +495,11 @@ pub(crate) fn camera_and_lit(
     (scene, warnings): (&Scene, &[Warning]),
     pool: &rayon::ThreadPool,
 ) -> Result<(FoundCamera, Option<LitFile>), Error> {
-    let wanted = Wanted {
+    let selection = GuessSelection {
         survey: lighting::may_want_ground(file, settings, scene),
         light: lighting::may_want_light(file, settings, (scene, warnings)),
     };
-    let (found, surveyed) = settings.camera_and_survey(file, scene, pool, wanted)?;
+    let (found, surveyed) = settings.camera_and_survey(file, scene, pool, selection)?;
     let parameters = &found.description.parameters;
     let lit = match surveyed {
         Some(Surveyed {

@@ -99,7 +99,7 @@ pub(crate) fn all_threads() -> usize {
 
 /// Guesses that are requested from a survey of the scene.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Wanted {
+pub(super) struct GuessSelection {
     pub survey: bool,
     pub light: bool,
 }
@@ -349,7 +349,7 @@ impl Settings {
         scene: &Scene,
         pool: &rayon::ThreadPool,
     ) -> Result<FoundCamera, Error> {
-        Ok(self.camera_and_survey(file, scene, pool, Wanted::default())?.0)
+        Ok(self.camera_and_survey(file, scene, pool, GuessSelection::default())?.0)
     }
 
     /// [`Settings::camera_of`], which also returns a survey of the scene, if one was needed or
@@ -359,10 +359,10 @@ impl Settings {
         file: &SceneFile,
         scene: &Scene,
         pool: &rayon::ThreadPool,
-        wanted: Wanted,
+        selection: GuessSelection,
     ) -> Result<(FoundCamera, Option<Surveyed>), Error> {
-        // Build an acceleration structure, because guesses trace rays
-        let accel = match wanted.survey || wanted.light || self.camera.needs_scene() {
+        // Guesses trace rays.
+        let accel = match selection.survey || selection.light || self.camera.needs_scene() {
             true => Some(self.backend.for_guesses().build(scene, pool)?),
             false => None,
         };
@@ -378,7 +378,7 @@ impl Settings {
             let found = self.camera.found(finder.as_ref(), self.resolution)?;
             let CameraParameters { position, look_at, .. } = found.description.parameters;
             let survey = finder.map(|finder| {
-                let light = wanted.light.then(|| finder.light(position, look_at)).flatten();
+                let light = selection.light.then(|| finder.light(position, look_at)).flatten();
                 Surveyed {
                     survey: *finder.survey(),
                     light,

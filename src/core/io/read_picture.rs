@@ -21,7 +21,7 @@ use std::path::Path;
 
 /// Channels to read from an EXR file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Wanted {
+pub(super) enum ChannelSelection {
     /// Colours or greys, with alpha.
     Colors,
     /// The channel `Z`.
@@ -35,7 +35,7 @@ const MAX_BYTES: u64 = 1 << 31;
 const MIN_BYTES: u64 = 1 << 24;
 
 /// A picture whose header has been read.
-enum Opened {
+enum OpenPicture {
     Exr(Box<ExrFile>),
     Dds(Box<DdsFile>),
     /// Any other file. The flag is true for a GIF file.
@@ -43,20 +43,28 @@ enum Opened {
 }
 
 /// Reads size and sample format from the header of a picture.
-pub(super) fn picture_size(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<PictureHeader, FileError> {
-    Ok(open(path, wanted, allowance)?.size(wanted))
+pub(super) fn picture_size(
+    path: &Path,
+    selection: ChannelSelection,
+    allowance: Allowance,
+) -> Result<PictureHeader, FileError> {
+    Ok(open(path, selection, allowance)?.size(selection))
 }
 
 /// Reads a picture of any format of this module. The first bytes decide the format, or else the
-/// file name. A GIF file returns its first picture.
-pub(super) fn read_picture(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Picture, FileError> {
-    let opened = open(path, wanted, allowance)?;
-    allowance.check(path, opened.size(wanted).reading_bytes())?;
+/// name. A GIF file returns its first picture.
+pub(super) fn read_picture(
+    path: &Path,
+    selection: ChannelSelection,
+    allowance: Allowance,
+) -> Result<Picture, FileError> {
+    let opened = open(path, selection, allowance)?;
+    allowance.check(path, opened.size(selection).reading_bytes())?;
     let picture = match opened {
-        Opened::Exr(file) => read_exr(path, *file, wanted)?,
-        Opened::Dds(file) => file.picture(path)?,
-        Opened::Other(mut decoder, is_gif, failure) => {
-            // If the metadata are damaged, the picture has the orientation 1 (as stored).
+        OpenPicture::Exr(file) => read_exr(path, *file, selection)?,
+        OpenPicture::Dds(file) => file.picture(path)?,
+        OpenPicture::Other(mut decoder, is_gif, failure) => {
+            // Damaged metadata has no orientation.
             let orientation = guarded(|| decoder.orientation());
             let orientation = orientation.ok().and_then(Result::ok).map_or(1, |o| o.to_exif());
             let image = decoded(path, || DynamicImage::from_decoder(decoder)).map_err(|e| failure.or(path, e))?;
@@ -75,17 +83,17 @@ pub(super) fn read_picture(path: &Path, wanted: Wanted, allowance: Allowance) ->
 }
 
 /// Reads the header of a picture, and returns an error if it is invalid.
-fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, FileError> {
+fn open(path: &Path, selection: ChannelSelection, allowance: Allowance) -> Result<OpenPicture, FileError> {
     let input = Input::open(path, "the picture").map_err(|error| error.help_if_none("check the path"))?;
     let (length, failure) = (input.length(), input.failure());
     let mut reader = input.buffered(path)?;
     let unread = |e: io::Error| FileError::system(path, "cannot read it", &e);
     let start: Vec<u8> = reader.fill_buf().map_err(unread)?.iter().take(18).copied().collect();
-    if start.starts_with(dds::MAGIC) && wanted == Wanted::Colors {
+    if start.starts_with(dds::MAGIC) && selection == ChannelSelection::Colors {
         let file = DdsFile::read(path, reader, &failure)?;
         let PictureHeader { width, height, .. } = file.header();
         check_size(path, length, width as usize, height as usize)?;
-        return Ok(Opened::Dds(Box::new(file)));
+        return Ok(OpenPicture::Dds(Box::new(file)));
     }
     let mut reader = ImageReader::new(reader);
     if let Ok(format) = ImageFormat::from_path(path) {
@@ -93,16 +101,16 @@ fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, Fil
     }
     let reader = reader.with_guessed_format();
     let mut reader = reader.map_err(unread)?;
-    match (reader.format(), wanted) {
+    match (reader.format(), selection) {
         (Some(ImageFormat::OpenExr), _) => {
             let file = ExrFile::read(path, reader.into_inner(), (length, failure), &|e| damaged(path, e))?;
-            Ok(Opened::Exr(Box::new(file)))
+            Ok(OpenPicture::Exr(Box::new(file)))
         }
-        (_, Wanted::Depth) => {
+        (_, ChannelSelection::Depth) => {
             let help = "-imfchan z is for .exr files with a channel Z; use l or r for others";
             Err(FileError::new(path, "this picture has no depth").help(help))
         }
-        (Some(format), Wanted::Colors) if format.reading_enabled() => {
+        (Some(format), ChannelSelection::Colors) if format.reading_enabled() => {
             if format == ImageFormat::Tga {
                 check_tga(path, &start)?;
             }
@@ -121,7 +129,11 @@ fn open(path: &Path, wanted: Wanted, allowance: Allowance) -> Result<Opened, Fil
             let decoder = decoder.map_err(|e| failure.or(path, e))??;
             let (width, height) = decoder.dimensions();
             check_size(path, length, width as usize, height as usize)?;
-            Ok(Opened::Other(Box::new(decoder), format == ImageFormat::Gif, failure))
+            Ok(OpenPicture::Other(
+                Box::new(decoder),
+                format == ImageFormat::Gif,
+                failure,
+            ))
         }
         _ => {
             let (message, help) = match start.starts_with(b"8BPS") {
@@ -151,8 +163,8 @@ fn too_large(path: &Path, max: u64, allowance: Allowance) -> FileError {
         .unreadable()
 }
 
-impl Opened {
-    fn size(&self, wanted: Wanted) -> PictureHeader {
+impl OpenPicture {
+    fn size(&self, selection: ChannelSelection) -> PictureHeader {
         match self {
             Self::Exr(file) => {
                 let size = file
@@ -163,7 +175,7 @@ impl Opened {
                 PictureHeader {
                     width: size.width() as u64,
                     height: size.height() as u64,
-                    channels: if wanted == Wanted::Depth { 1 } else { 4 },
+                    channels: if selection == ChannelSelection::Depth { 1 } else { 4 },
                     sample_bytes: size_of::<f32>() as u64,
                 }
             }
@@ -262,10 +274,10 @@ enum ExrChannel {
 }
 
 /// Reads the first layer of an EXR file: `R G B` or else `Y`, and `A` if it exists; or `Z`.
-fn read_exr(path: &Path, file: ExrFile, wanted: Wanted) -> Result<Picture, FileError> {
+fn read_exr(path: &Path, file: ExrFile, selection: ChannelSelection) -> Result<Picture, FileError> {
     let ExrFile { meta, reader, failure } = file;
-    let choose = |size: exr::Vec2<usize>, found: &Found| {
-        let sources = sources(found, wanted);
+    let choose = |size: exr::Vec2<usize>, found: &DescribedChannels| {
+        let sources = sources(found, selection);
         Channels {
             width: size.width(),
             height: size.height(),
@@ -308,12 +320,12 @@ fn read_exr(path: &Path, file: ExrFile, wanted: Wanted) -> Result<Picture, FileE
     if channels == 0 {
         let list = meta.headers.iter().flat_map(|header| &header.channels.list);
         let names: Vec<String> = list.map(|channel| channel.name.to_string()).collect();
-        let (message, help) = match wanted {
-            Wanted::Colors => (
+        let (message, help) = match selection {
+            ChannelSelection::Colors => (
                 "has neither R, G and B nor Y",
                 "a texture needs R, G and B, or Y, in the first layer",
             ),
-            Wanted::Depth => ("has no depth", "-imfchan z needs a channel Z in the first layer"),
+            ChannelSelection::Depth => ("has no depth", "-imfchan z needs a channel Z in the first layer"),
         };
         let message = format!("this picture {message}; its channels are {}", names.join(", "));
         return Err(FileError::new(path, message).help(help));
@@ -338,7 +350,7 @@ fn read_exr(path: &Path, file: ExrFile, wanted: Wanted) -> Result<Picture, FileE
 }
 
 /// Description of each requested channel that exists.
-type Found = (
+type DescribedChannels = (
     Option<exr::ChannelDescription>,
     Option<exr::ChannelDescription>,
     Option<exr::ChannelDescription>,
@@ -348,13 +360,13 @@ type Found = (
 );
 
 /// Channels of the picture. Empty if the requested channels do not exist.
-fn sources((r, g, b, y, a, z): &Found, wanted: Wanted) -> Vec<ExrChannel> {
-    let mut sources = match wanted {
-        Wanted::Depth if z.is_some() => return vec![ExrChannel::Depth],
-        Wanted::Colors if r.is_some() && g.is_some() && b.is_some() => {
+fn sources((r, g, b, y, a, z): &DescribedChannels, selection: ChannelSelection) -> Vec<ExrChannel> {
+    let mut sources = match selection {
+        ChannelSelection::Depth if z.is_some() => return vec![ExrChannel::Depth],
+        ChannelSelection::Colors if r.is_some() && g.is_some() && b.is_some() => {
             vec![ExrChannel::Red, ExrChannel::Green, ExrChannel::Blue]
         }
-        Wanted::Colors if y.is_some() => vec![ExrChannel::Grey],
+        ChannelSelection::Colors if y.is_some() => vec![ExrChannel::Grey],
         _ => return Vec::new(),
     };
     if a.is_some() {

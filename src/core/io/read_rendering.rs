@@ -3,7 +3,7 @@ use super::exr_file::{DataWindow, ExrFile, resolution};
 use super::exr_text::text_attribute;
 use super::metadata::{BIAS, COMMON_ERRORS, SETTINGS};
 use super::picture::{Picture, Samples};
-use super::read_picture::{Wanted, read_picture};
+use super::read_picture::{ChannelSelection, read_picture};
 use crate::color::srgb;
 use crate::compare::{CommonErrors, Noise};
 use crate::files::memory::Allowance;
@@ -94,7 +94,11 @@ pub fn read_rendering(path: &Path) -> Result<Rendering, FileError> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
         read_exr(path)
     } else {
-        Ok(of_picture(read_picture(path, Wanted::Colors, Allowance::of_system())?))
+        Ok(of_picture(read_picture(
+            path,
+            ChannelSelection::Colors,
+            Allowance::of_system(),
+        )?))
     }
 }
 

@@ -3,7 +3,7 @@
 
 use super::normal_map::BumpContent;
 use super::picture::{Picture, PictureHeader, Samples};
-use super::read_picture::{Wanted, picture_size, png_gamma, read_picture};
+use super::read_picture::{ChannelSelection, picture_size, png_gamma, read_picture};
 use super::udim::Tiles;
 use super::{FileError, LoadObserver};
 use crate::color::{Spectrum, srgb};
@@ -200,7 +200,7 @@ fn check_memory(requests: &[&TextureRequest], allowance: Allowance) -> Result<()
 
 /// Header of a picture, or of all tiles of a picture together.
 fn header_of(path: &Path, kind: TextureKind, allowance: Allowance) -> Result<PictureHeader, FileError> {
-    let size = |path: &Path| picture_size(path, wanted_for(kind), allowance);
+    let size = |path: &Path| picture_size(path, channels_for(kind), allowance);
     match Tiles::of_path(path) {
         Some(tiles) => size(tiles.files().next().unwrap_or(path)).map(|one| tiles.header(one)),
         None => size(path),
@@ -209,7 +209,7 @@ fn header_of(path: &Path, kind: TextureKind, allowance: Allowance) -> Result<Pic
 
 /// Width and height of a picture in texels; `None` if it cannot be read.
 pub fn texture_size(path: &Path) -> Option<(u64, u64)> {
-    let header = picture_size(path, Wanted::Colors, Allowance::of_system()).ok()?;
+    let header = picture_size(path, ChannelSelection::Colors, Allowance::of_system()).ok()?;
     Some((header.width, header.height))
 }
 
@@ -240,10 +240,10 @@ fn cost(size: &PictureHeader, kind: TextureKind) -> (u64, u64) {
 }
 
 /// Channels to read for a texture of this kind.
-fn wanted_for(kind: TextureKind) -> Wanted {
+fn channels_for(kind: TextureKind) -> ChannelSelection {
     match kind {
-        TextureKind::Value(Channel::Depth) => Wanted::Depth,
-        _ => Wanted::Colors,
+        TextureKind::Value(Channel::Depth) => ChannelSelection::Depth,
+        _ => ChannelSelection::Colors,
     }
 }
 
@@ -282,7 +282,7 @@ fn load_texture_within(
     wrap: Wrap,
     allowance: Allowance,
 ) -> Result<(Texture, TextureKind, Vec<FileError>), FileError> {
-    let read = |path: &Path| read_picture(path, wanted_for(kind), allowance);
+    let read = |path: &Path| read_picture(path, channels_for(kind), allowance);
     let picture = match Tiles::of_path(path) {
         Some(tiles) => tiles.picture(read)?,
         None => read(path)?,

@@ -1,7 +1,7 @@
 //! Textures and their filtered lookups.
 
 use super::levels::Level;
-use super::samples::{LINEAR, Samples, Stored, Texels, share};
+use super::samples::{LINEAR, Samples, Stored, Texels, decode_short};
 use super::{Wrap, half};
 use crate::color::Spectrum;
 use crate::math::{Encode, Vec2, Vec3};
@@ -236,7 +236,7 @@ impl Texture {
                 let table = if is_alpha { &LINEAR } else { *colors };
                 self.trilinear(codes, |code| table[code as usize], first, st, blend)
             }
-            Samples::Shorts(codes) => self.trilinear(codes, share, first, st, blend),
+            Samples::Shorts(codes) => self.trilinear(codes, decode_short, first, st, blend),
             Samples::Halves(halves) => self.trilinear(halves, half::decode, first, st, blend),
             Samples::Floats(values) => self.trilinear(values, |value| value, first, st, blend),
         }

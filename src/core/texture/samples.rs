@@ -92,8 +92,8 @@ impl Texels {
             }
             Self::Shorts(mut codes) => {
                 let encode = |_, value: f32| (value * 65535.0).round() as u16;
-                max_value = share(largest(&codes, channels));
-                levels = levels::append(&mut codes, size, channels, |_, code| share(code), encode);
+                max_value = decode_short(largest(&codes, channels));
+                levels = levels::append(&mut codes, size, channels, |_, code| decode_short(code), encode);
                 samples = Samples::Shorts(codes);
             }
             Self::Floats(mut values) => {
@@ -158,7 +158,7 @@ impl Encode for Samples {
 }
 
 /// Value of a 16-bit sample; 65535 gives exactly 1.
-pub(super) fn share(code: u16) -> f32 {
+pub(super) fn decode_short(code: u16) -> f32 {
     code as f32 * (1.0 / 65535.0)
 }
 
@@ -217,6 +217,6 @@ mod tests {
                 assert!((0..=255).all(|other| error(code) <= error(other)));
             }
         }
-        assert_eq!(share(u16::MAX), 1.0);
+        assert_eq!(decode_short(u16::MAX), 1.0);
     }
 }

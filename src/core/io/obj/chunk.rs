@@ -40,7 +40,7 @@ impl Fault {
 
 /// Data to read from an OBJ file.
 #[derive(Clone, Copy)]
-pub(super) struct Wanted<'a> {
+pub(super) struct DataSelection<'a> {
     /// Point of the file's coordinates that becomes the origin.
     pub origin: DVec3,
     /// True if the line of each face is kept.
@@ -89,9 +89,9 @@ impl<'a> Chunk<'a> {
         text: &'a str,
         [before, total]: [&'a Counts; 2],
         names: &'a CurrentNames,
-        wanted: Wanted<'a>,
+        selection: DataSelection<'a>,
     ) -> Self {
-        let parts = || PartState::new(wanted.parts, text, names);
+        let parts = || PartState::new(selection.parts, text, names);
         let wires = || Wires {
             section: Section::of_unchanged_state(),
             parts: parts(),
@@ -107,10 +107,10 @@ impl<'a> Chunk<'a> {
             wrong_count: 0,
             wrong_positions: Vec::new(),
             lost: [None, None],
-            origin: wanted.origin,
-            keep_lines: wanted.keep_lines,
+            origin: selection.origin,
+            keep_lines: selection.keep_lines,
             parts: parts(),
-            wires: wanted.keep_wires.then(wires),
+            wires: selection.keep_wires.then(wires),
         };
         for statement in whole_statements(text) {
             let line = statement.line;

@@ -1,7 +1,7 @@
 use super::outline::{FaceRange, Outline};
 use super::polygon::triangulate;
 use super::{CHUNK_BYTES, read_text};
-use super::{chunk::Wanted, counts::Chunks, parse::parse};
+use super::{chunk::DataSelection, counts::Chunks, parse::parse};
 use crate::io::FileError;
 use crate::io::PartFilter;
 use crate::io::normals::area_vector;
@@ -53,14 +53,14 @@ impl ObjFaces {
     /// Reads a file as a render does, without its wrong statements. `defined` are the names of the
     /// materials that the libraries of the file define.
     pub fn read(path: &Path, parts: &PartFilter, defined: &HashSet<&str>) -> Result<Self, FileError> {
-        let wanted = Wanted {
+        let selection = DataSelection {
             origin: DVec3::ZERO,
             keep_lines: true,
             keep_wires: false,
             parts,
         };
         let text = read_text(path)?;
-        let mut outline = parse(path, &Chunks::count(&text, CHUNK_BYTES), wanted, &|_| ())?;
+        let mut outline = parse(path, &Chunks::count(&text, CHUNK_BYTES), selection, &|_| ())?;
         outline.set_whole_names(defined);
         let (mut materials, mut runs) = (Vec::new(), Vec::new());
         let mut index_of: HashMap<Option<&str>, usize> = HashMap::new();

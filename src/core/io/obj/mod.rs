@@ -33,7 +33,7 @@ use crate::files::input;
 use crate::files::memory::Allowance;
 use crate::geometry::{Mesh, PartNames};
 use crate::math::{DVec3, excerpt_of_name};
-use chunk::Wanted;
+use chunk::DataSelection;
 use colors::{Colors, take_colors};
 use counts::Chunks;
 pub use faces::{Face, FaceMaterial, ObjFaces};
@@ -193,13 +193,13 @@ pub(super) fn read_obj(
     observer.begin(&format!("reading {}", path.display()), text.len() as u64);
     let chunks = Chunks::count(&text, CHUNK_BYTES);
     allowance.check(path, chunks.bytes(length))?;
-    let wanted = Wanted {
+    let selection = DataSelection {
         origin: changes.origin,
         keep_lines: false,
         keep_wires: options.parameters.line_width().is_some(),
         parts: &options.parts,
     };
-    let mut outline = parse::parse(path, &chunks, wanted, &|bytes| observer.advance(bytes))?;
+    let mut outline = parse::parse(path, &chunks, selection, &|bytes| observer.advance(bytes))?;
     drop(chunks);
     let is_cut = !text.ends_with('\n');
     drop(text);

@@ -3,7 +3,7 @@
 //! Lines, `v`, `vt` and `vn` are counted first. Each chunk then has its first line number and can
 //! resolve indices, so an error gets its line when it is found.
 
-use super::chunk::{Chunk, Wanted};
+use super::chunk::{Chunk, DataSelection};
 use super::counts::Chunks;
 use super::outline::{NONE, Outline, Section, VertexData};
 use super::remarks::{Remark, Remarks};
@@ -20,20 +20,20 @@ use std::path::Path;
 pub(super) fn parse(
     path: &Path,
     chunks: &Chunks,
-    wanted: Wanted,
+    selection: DataSelection,
     advance: &(dyn Fn(u64) + Sync),
 ) -> Result<Outline, FileError> {
-    let mut outline = parse_all(path, chunks, wanted, advance)?;
+    let mut outline = parse_all(path, chunks, selection, advance)?;
     let Some(&first) = outline.wrong_positions.first() else {
         return Ok(outline);
     };
-    // Read the file again with the lines of faces: messages about wrong positions name these lines.
-    if !wanted.keep_lines {
-        let wanted = Wanted {
+    // Only files with wrong positions need the lines of their faces.
+    if !selection.keep_lines {
+        let selection = DataSelection {
             keep_lines: true,
-            ..wanted
+            ..selection
         };
-        outline = parse_all(path, chunks, wanted, &|_| ())?;
+        outline = parse_all(path, chunks, selection, &|_| ())?;
     }
     let wrong = std::mem::take(&mut outline.wrong_positions);
     let is_wrong = |i: u32| i as usize >= first && wrong.binary_search(&(i as usize)).is_ok();
@@ -50,7 +50,7 @@ pub(super) fn parse(
 fn parse_all(
     path: &Path,
     chunks: &Chunks,
-    wanted: Wanted,
+    selection: DataSelection,
     advance: &(dyn Fn(u64) + Sync),
 ) -> Result<Outline, FileError> {
     let Chunks {
@@ -64,7 +64,7 @@ fn parse_all(
         .zip(before)
         .zip(names)
         .map(|((text, before), names)| {
-            let chunk = Chunk::parse(path, text, [before, total], names, wanted);
+            let chunk = Chunk::parse(path, text, [before, total], names, selection);
             advance(text.len() as u64);
             chunk
         })

@@ -195,7 +195,7 @@ impl MaterialRules {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::obj::{chunk::Wanted, counts::Chunks, parse::parse};
+    use crate::io::obj::{chunk::DataSelection, counts::Chunks, parse::parse};
     use crate::math::{DVec3, Glob};
     use std::path::Path;
 
@@ -222,13 +222,13 @@ mod tests {
                 rules: Vec::new(),
             };
             for bytes in (1..text.len()).step_by(7) {
-                let wanted = Wanted {
+                let selection = DataSelection {
                     origin: DVec3::ZERO,
                     keep_lines: false,
                     keep_wires: false,
                     parts: &filter,
                 };
-                let outline = parse(Path::new("t.obj"), &Chunks::count(&text, bytes), wanted, &|_| ()).unwrap();
+                let outline = parse(Path::new("t.obj"), &Chunks::count(&text, bytes), selection, &|_| ()).unwrap();
                 let corners: usize = outline.sections.iter().map(|section| section.corner_count()).sum();
                 assert_eq!(corners, 3 * expected, "{filter:?}, chunks of {bytes} bytes");
                 for glob in filter.globs() {

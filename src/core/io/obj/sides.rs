@@ -168,7 +168,7 @@ fn move_out(
 #[cfg(test)]
 mod tests {
     use super::super::{Colors, Group, MaterialRules, into_groups};
-    use super::super::{chunk::Wanted, counts::Chunks, parse::parse};
+    use super::super::{chunk::DataSelection, counts::Chunks, parse::parse};
     use crate::io::PartFilter;
     use crate::math::DVec3;
     use std::path::Path;
@@ -177,13 +177,13 @@ mod tests {
     fn groups(faces: &str) -> (Vec<Group>, usize) {
         let text = format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n{faces}");
         let chunks = Chunks::count(&text, 1 << 20);
-        let wanted = Wanted {
+        let selection = DataSelection {
             origin: DVec3::ZERO,
             keep_lines: false,
             keep_wires: false,
             parts: &PartFilter::default(),
         };
-        let outline = parse(Path::new("t.obj"), &chunks, wanted, &|_| ()).unwrap();
+        let outline = parse(Path::new("t.obj"), &chunks, selection, &|_| ()).unwrap();
         into_groups(outline, Colors::default(), &MaterialRules::default(), true)
     }
 

@@ -1,5 +1,5 @@
 use super::super::{Colors, Group, MaterialRules, into_groups};
-use super::super::{chunk::Wanted, counts::Chunks, parse};
+use super::super::{chunk::DataSelection, counts::Chunks, parse};
 use crate::geometry::triangle_normal;
 use crate::io::FileError;
 use crate::io::PartFilter;
@@ -140,7 +140,7 @@ fn read(text: &str, chunk_bytes: usize) -> Result<Vec<Group>, FileError> {
     let mut outline = parse::parse(
         Path::new("t.obj"),
         &Chunks::count(text, chunk_bytes),
-        Wanted {
+        DataSelection {
             origin: DVec3::ZERO,
             keep_lines: false,
             keep_wires: false,

@@ -113,10 +113,10 @@ pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
     let mut outputs = Outputs::default();
     let output = args.output.as_deref();
     let output = output.map(|path| outputs.prepare("-o", path)).transpose()?;
-    outputs.spare([Some(&*args.scene), args.replay.as_deref()].into_iter().flatten())?;
+    outputs.refuse_inputs([Some(&*args.scene), args.replay.as_deref()].into_iter().flatten())?;
     let replay = args.replay.as_deref().map(read_replay).transpose()?;
     let session = Session::load(&job.scene, job.settings.clone(), &())?;
-    outputs.spare(session.files().iter().map(PathBuf::as_path))?;
+    outputs.refuse_inputs(session.files().iter().map(PathBuf::as_path))?;
     ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
     if let (Some(replay), Some(file)) = (&replay, &args.replay) {
         if replay.scene_hash != session.scene_hash() {

@@ -20,7 +20,7 @@ use std::process::ExitCode;
 pub(super) fn check(args: &SceneArgs, is_verbose: bool) -> Result<ExitCode, CliError> {
     let mut report = Report::default();
     if let Some(file) = report.open(args)? {
-        report.look_at(args, file)?;
+        report.check_scene(args, file)?;
     }
     report.sort();
     report.gather();
@@ -81,7 +81,7 @@ impl Report {
         Ok(Some(file))
     }
 
-    fn look_at(&mut self, args: &SceneArgs, file: SceneFile) -> Result<(), CliError> {
+    fn check_scene(&mut self, args: &SceneArgs, file: SceneFile) -> Result<(), CliError> {
         let pool = thread_pool(all_threads())?;
         let (inspection, linted) = pool.install(|| {
             let inspection = inspect_scene(&file, SceneBuilder::new());

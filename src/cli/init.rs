@@ -37,7 +37,7 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     let output = outputs.prepare("-o", &path)?;
 
     let inspection = inspect_scene(&file, SceneBuilder::new());
-    outputs.spare(inspection.files.iter().map(PathBuf::as_path))?;
+    outputs.refuse_inputs(inspection.files.iter().map(PathBuf::as_path))?;
     if let Some(error) = inspection.findings.first_error() {
         return Err(error.clone().into());
     }

@@ -27,7 +27,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
     let checkpoint = checkpoint
         .map(|path| outputs.prepare("--checkpoint", path))
         .transpose()?;
-    outputs.spare(args.parts.iter().map(PathBuf::as_path))?;
+    outputs.refuse_inputs(args.parts.iter().map(PathBuf::as_path))?;
     let _lock = checkpoint.as_ref().map(Output::lock).transpose()?;
     let pool = thread_pool(settings.threads)?;
     // A picture needs all samples. Sums for a checkpoint may be incomplete.

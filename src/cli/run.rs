@@ -44,10 +44,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let checkpoint = checkpoint
         .map(|path| outputs.prepare("--checkpoint", path))
         .transpose()?;
-    if let Some(path) = &args.write_cameras {
-        prepare_cameras(path, &mut outputs)?;
-    }
-    outputs.spare([&*args.scene].into_iter().chain(args.cameras.as_deref()))?;
+    outputs.refuse_inputs([&*args.scene])?;
     let other = args
         .audit_rays
         .map(|_| other_backend(job.settings.backend, None))
@@ -65,10 +62,10 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     // Default names avoid the scene's files, which are known now.
     let mut renamed = None;
     if args.output.is_empty() && !job.scene.is_file() {
-        outputs.forget("-o");
+        outputs.remove("-o");
         (files.images, renamed) = images_of_render(args, &job, session.files(), &mut outputs)?;
     }
-    outputs.spare(session.files().iter().map(PathBuf::as_path))?;
+    outputs.refuse_inputs(session.files().iter().map(PathBuf::as_path))?;
     if job.verbose {
         errln!("memory: a maximum of about {}", in_words(session.memory()));
         print_camera(&session);
@@ -325,7 +322,9 @@ impl Run<'_> {
         let image = done.unwrap_or_else(|unfinished| {
             match unfinished {
                 Unfinished::Failed(error) => failures.push(error.to_string()),
-                Unfinished::GivenUp => words::warning("interrupted: denoising was cancelled, and the pictures are raw"),
+                Unfinished::Cancelled => {
+                    words::warning("interrupted: denoising was cancelled, and the pictures are raw")
+                }
             }
             self.develop(state, failures)
         });

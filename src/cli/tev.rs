@@ -35,7 +35,7 @@ const LONGEST: Duration = Duration::from_secs(10);
 const PATIENCE_AT_END: Duration = Duration::from_secs(1);
 
 /// Time between two checks for interrupts.
-const LOOK: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Minimum time between two pictures.
 const SHORTEST_INTERVAL: Duration = Duration::from_secs(1);
@@ -128,7 +128,7 @@ impl Preview {
     /// Sends `work` to the thread, unless it is busy.
     fn send(&mut self, work: impl FnOnce() -> Work) -> Option<FileError> {
         let viewer = self.viewer.as_mut()?;
-        match viewer.look() {
+        match viewer.poll() {
             Ok(None) => None,
             Ok(Some(last)) => {
                 self.interval = Some(SHORTEST_INTERVAL.max(last * INTERVAL_FACTOR));
@@ -214,12 +214,12 @@ impl Sending {
     }
 
     /// Duration of the last work item; `None` if the thread is still busy.
-    fn look(&mut self) -> io::Result<Option<Duration>> {
-        self.look_for(Duration::ZERO)
+    fn poll(&mut self) -> io::Result<Option<Duration>> {
+        self.poll_for(Duration::ZERO)
     }
 
     /// Duration of the last work item, waiting at most `patience` for it.
-    fn look_for(&mut self, patience: Duration) -> io::Result<Option<Duration>> {
+    fn poll_for(&mut self, patience: Duration) -> io::Result<Option<Duration>> {
         let Some(since) = self.since else {
             return Ok(Some(Duration::ZERO));
         };
@@ -239,7 +239,7 @@ impl Sending {
     fn wait(&mut self, start: Instant) -> io::Result<()> {
         let (mut bands, mut moved) = (self.bands.load(Ordering::Relaxed), Instant::now());
         let is_interrupted = interrupted_for(PATIENCE_AT_END);
-        while self.look_for(LOOK)?.is_none() {
+        while self.poll_for(POLL_INTERVAL)?.is_none() {
             let sent = self.bands.load(Ordering::Relaxed);
             if sent != bands {
                 (bands, moved) = (sent, Instant::now());

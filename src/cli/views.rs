@@ -51,12 +51,12 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
     let mut named = Outputs::default();
     let output = args.output.as_deref();
     let output = output.map(|path| named.prepare("-o", path)).transpose()?;
-    named.spare([&*args.scene])?;
+    named.refuse_inputs([&*args.scene])?;
     let loading = Loading::new(job.quiet);
     let session = Session::load(&job.scene, job.settings.clone(), &loading);
     loading.finish();
     let mut session = session?;
-    named.spare(session.files().iter().map(PathBuf::as_path))?;
+    named.refuse_inputs(session.files().iter().map(PathBuf::as_path))?;
     ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
 
     let candidates = session.candidate_cameras()?;

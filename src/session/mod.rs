@@ -42,7 +42,7 @@ pub use version::{BUILD, version_text};
 pub(crate) use crate::method::{AnyAccel, Prepared, RenderContext};
 pub(crate) use drawing::name_of_axis;
 pub(crate) use memory::Memory;
-pub(crate) use renderer::denoised;
+pub(crate) use renderer::denoise;
 pub(crate) use settings::all_threads;
 
 use crate::camera::{Camera, CameraDescription, CameraParameters};

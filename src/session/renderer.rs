@@ -375,20 +375,20 @@ impl<'a> Renderer<'a> {
         Ok(())
     }
 
-    /// [`Renderer::denoise`] on separate threads. If `gives_up` returns true before the end, this
-    /// function returns at once and does not wait for the threads.
+    /// [`Renderer::denoise`] on separate threads. If `is_cancelled` returns true before the end,
+    /// the function returns and does not wait for the threads.
     ///
     /// # Errors
     ///
-    /// Errors or a panic of the denoiser, or `gives_up` returned true. The image is then lost, and
-    /// must be developed again.
+    /// Errors or a panic of the denoiser, or `is_cancelled`. The image is then lost: develop it
+    /// again.
     pub fn denoise_unless(
         &self,
         image: Image,
         metadata: &mut Metadata,
-        gives_up: &dyn Fn() -> bool,
+        is_cancelled: &dyn Fn() -> bool,
     ) -> Result<Image, Unfinished> {
-        let (image, by) = denoised(self.session.settings(), image, gives_up)?;
+        let (image, by) = denoise(self.session.settings(), image, is_cancelled)?;
         metadata.denoiser = by.or(metadata.denoiser.take());
         Ok(image)
     }
@@ -421,20 +421,20 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// Denoises `image` according to `settings` on separate threads. Returns the image, and the name of
-/// the denoiser if `settings` have a denoiser. If `gives_up` returns true before the end, this
-/// function returns at once and does not wait for the threads.
+/// `image` denoised according to `settings`, and the name of the denoiser if they have one. It uses
+/// separate threads. If `is_cancelled` returns true before the end, the function returns and does
+/// not wait for them.
 ///
 /// # Errors
 ///
-/// Errors or a panic of the denoiser, or `gives_up` returned true.
-pub(crate) fn denoised(
+/// Errors or a panic of the denoiser, or `is_cancelled`.
+pub(crate) fn denoise(
     settings: &Settings,
     mut image: Image,
-    gives_up: &dyn Fn() -> bool,
+    is_cancelled: &dyn Fn() -> bool,
 ) -> Result<(Image, Option<String>), Unfinished> {
-    /// Time between two calls of `gives_up`, while the function waits for the denoiser.
-    const LOOK: Duration = Duration::from_millis(20);
+    /// Time between two calls of `is_cancelled`.
+    const POLL_INTERVAL: Duration = Duration::from_millis(20);
     let Some(denoiser) = settings.denoiser else {
         return Ok((image, None));
     };
@@ -450,10 +450,10 @@ pub(crate) fn denoised(
         let _ = sender.send(done.unwrap_or_else(|panic| Err(DenoiseError::Failed(panic))));
     });
     loop {
-        match receiver.recv_timeout(LOOK) {
+        match receiver.recv_timeout(POLL_INTERVAL) {
             Ok(done) => return done.map_err(Unfinished::Failed),
-            Err(RecvTimeoutError::Timeout) if !gives_up() => {}
-            Err(_) => return Err(Unfinished::GivenUp),
+            Err(RecvTimeoutError::Timeout) if !is_cancelled() => {}
+            Err(_) => return Err(Unfinished::Cancelled),
         }
     }
 }
@@ -464,8 +464,8 @@ pub(crate) fn denoised(
 pub enum Unfinished {
     /// The denoiser failed.
     Failed(DenoiseError),
-    /// `gives_up` returned true before the end.
-    GivenUp,
+    /// `is_cancelled` returned true before the end.
+    Cancelled,
 }
 
 /// Adds samples to the film of `state` by calling `take`, and adds their statistics and their time

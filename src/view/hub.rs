@@ -193,8 +193,8 @@ impl Hub {
         }
     }
 
-    /// Removes the message `kind` from the first messages of new pages.
-    pub fn forget(&self, kind: &'static str) {
+    /// Removes the message of this kind from the greetings of new pages.
+    pub fn remove_greeting(&self, kind: &'static str) {
         lock(&self.greetings).remove(kind);
     }
 

@@ -65,7 +65,7 @@ impl LoadObserver for Loading<'_> {
 impl Drop for Loading<'_> {
     /// Removes the loading message, so that new pages do not get it.
     fn drop(&mut self) {
-        self.hub.forget(KIND);
+        self.hub.remove_greeting(KIND);
     }
 }
 

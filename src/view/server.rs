@@ -23,8 +23,8 @@ const MAX_KNOWN: usize = 32;
 /// nothing.
 const MAX_STRANGERS: usize = 32;
 /// Time between two checks for a connection.
-const LOOK: Duration = Duration::from_millis(15);
-/// Maximum time to send pages the message that the program ends.
+const POLL_INTERVAL: Duration = Duration::from_millis(15);
+/// Maximum time to inform pages of the end.
 const FAREWELL: Duration = Duration::from_millis(200);
 /// Maximum time for a page to read a message.
 const WRITE_PATIENCE: Duration = Duration::from_secs(20);
@@ -145,7 +145,7 @@ impl Server {
         self.accept(scope, hub);
         let start = Instant::now();
         while !self.open().is_empty() && start.elapsed() < FAREWELL {
-            thread::sleep(LOOK);
+            thread::sleep(POLL_INTERVAL);
         }
         // Close the connections, because their threads may still wait for a page.
         self.open().close();
@@ -181,7 +181,7 @@ impl Server {
         while !hub.is_over() {
             match self.listener.accept() {
                 Ok((stream, _)) => return Some(stream),
-                Err(_) => thread::sleep(LOOK),
+                Err(_) => thread::sleep(POLL_INTERVAL),
             }
         }
         None
@@ -320,7 +320,7 @@ fn send_picture(stream: &mut TcpStream, hub: &Hub, format: SaveFormat) -> io::Re
     let (reply, answered) = channel();
     hub.send(Mail::Save(format, reply));
     let made = loop {
-        match answered.recv_timeout(LOOK) {
+        match answered.recv_timeout(POLL_INTERVAL) {
             Ok(made) => break made,
             Err(RecvTimeoutError::Timeout) if !hub.is_over() => {}
             Err(_) => break Err("the render has ended".into()),

@@ -18,7 +18,7 @@ use tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
 use tungstenite::{Error, Message, WebSocket};
 
 /// Time between two checks for something to send.
-const LOOK: Duration = Duration::from_millis(5);
+const POLL_INTERVAL: Duration = Duration::from_millis(5);
 /// Maximum size of a command in bytes.
 const MAX_COMMAND: usize = 64 << 10;
 /// Maximum number of picture bytes in transit. At this number no further picture is sent. It is the
@@ -30,8 +30,8 @@ const MAX_DELAY: f64 = 0.08;
 const SLOW: f64 = 6.25e6;
 /// Minimum size in bytes of a message to measure the speed of the link. The time of smaller
 /// messages is mostly latency.
-const TELLING: usize = 24 << 10;
-/// Maximum time to wait for the report that a page has shown a picture.
+const MIN_MEASURED: usize = 24 << 10;
+/// Maximum time for a page to show a picture before it gets another one.
 const SHOWING: Duration = Duration::from_secs(30);
 /// Maximum number of commands per second. The second constant is the maximum number at once.
 const RATE: f64 = 400.0;
@@ -41,7 +41,7 @@ const MAX_NONSENSE: u32 = 200;
 
 /// Serves a page until it is closed or the hub ends.
 pub(super) fn serve(stream: TcpStream, hub: &Hub) {
-    if stream.set_read_timeout(Some(LOOK)).is_err() {
+    if stream.set_read_timeout(Some(POLL_INTERVAL)).is_err() {
         return;
     }
     let config = WebSocketConfig::default()
@@ -124,7 +124,7 @@ impl Page<'_> {
         if let Some(at) = self.sent.iter().position(|(sent, ..)| *sent == id) {
             let (_, bytes, start) = self.sent[at];
             let seconds = start.elapsed().as_secs_f64() - (milliseconds * 1e-3).clamp(0.0, 60.0);
-            if bytes >= TELLING {
+            if bytes >= MIN_MEASURED {
                 let speed = bytes as f64 / seconds.max(1e-3);
                 self.speed = Some(self.speed.map_or(speed, |known| 0.7 * known + 0.3 * speed));
             }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
 /// Time between two checks of the files.
-const LOOK: Duration = Duration::from_millis(500);
+const POLL_INTERVAL: Duration = Duration::from_millis(500);
 
 /// Time, length and inode of a file. Files with equal stamps are treated as equal; `None` if there
 /// is no file.
@@ -32,9 +32,8 @@ fn stamp(path: &Path) -> Stamp {
 /// Watched files.
 pub(super) struct Watch {
     files: Vec<Watched>,
-    looked: Instant,
-    /// Stamps at the last check, if files were changing then. Editors write a file in several
-    /// steps.
+    checked: Instant,
+    /// Stamps of the last check, if files were changing: editors write in several steps.
     changing: Option<Vec<Stamp>>,
 }
 
@@ -73,7 +72,7 @@ impl Watch {
     pub fn new() -> Self {
         Self {
             files: Vec::new(),
-            looked: Instant::now(),
+            checked: Instant::now(),
             changing: None,
         }
     }
@@ -111,14 +110,14 @@ impl Watch {
     /// Returns true if a file has changed since it was read, and has not changed since the last
     /// check.
     pub fn has_changed(&mut self) -> bool {
-        if self.looked.elapsed() < LOOK {
+        if self.checked.elapsed() < POLL_INTERVAL {
             return false;
         }
-        self.looked = Instant::now();
-        self.look()
+        self.checked = Instant::now();
+        self.check_files()
     }
 
-    fn look(&mut self) -> bool {
+    fn check_files(&mut self) -> bool {
         let now: Vec<Stamp> = self.files.iter().map(|file| stamp(&file.path)).collect();
         let is_known = |(file, now): (&Watched, &Stamp)| file.known == Some(*now);
         if self.files.iter().zip(&now).all(is_known) {
@@ -161,14 +160,14 @@ mod tests {
     #[test]
     fn changes_are_noticed_once_files_rest() {
         let (_folder, file, mut watch) = watched();
-        assert!(!watch.look());
+        assert!(!watch.check_files());
         fs::write(&file, "ab").unwrap();
-        assert!(!watch.look(), "the file may still be written");
-        assert!(watch.look());
-        assert!(!watch.look());
+        assert!(!watch.check_files(), "the file may still be written");
+        assert!(watch.check_files());
+        assert!(!watch.check_files());
         fs::remove_file(&file).unwrap();
-        assert!(!watch.look());
-        assert!(watch.look(), "a file that is gone has changed");
+        assert!(!watch.check_files());
+        assert!(watch.check_files(), "a file that is gone has changed");
     }
 
     #[test]
@@ -182,12 +181,12 @@ mod tests {
         File::open(&new).unwrap().set_modified(after).unwrap();
         watch.finish(&reading, [file, new]);
         assert!(watch.files.iter().all(|file| file.known != Some(stamp(&file.path))));
-        assert!(!watch.look());
-        assert!(watch.look());
+        assert!(!watch.check_files());
+        assert!(watch.check_files());
         let reading = watch.begin();
         let files = watch.files.iter().map(|file| file.path.clone()).collect::<Vec<_>>();
         watch.finish(&reading, files);
-        assert!(!watch.look(), "nothing has changed since");
+        assert!(!watch.check_files(), "nothing has changed since");
     }
 
     /// An editor saves the scene file just after the viewer, and another file just before the
@@ -200,15 +199,21 @@ mod tests {
         watch.finish(&watch.begin(), [mtl.clone(), scene.clone()]);
         let data = |path: &Path| fs::metadata(path).unwrap();
         watch.wrote(&scene, &data(&scene));
-        assert!(!watch.look());
+        assert!(!watch.check_files());
 
         fs::write(&mtl, "by an editor").unwrap();
         watch.wrote(&scene, &data(&scene));
-        assert!(!watch.look() && watch.look(), "the other file has changed");
+        assert!(
+            !watch.check_files() && watch.check_files(),
+            "the other file has changed"
+        );
 
         let written = data(&scene);
         fs::write(&scene, "version = 1 # by an editor").unwrap();
         watch.wrote(&scene, &written);
-        assert!(!watch.look() && watch.look(), "the editor's file is another one");
+        assert!(
+            !watch.check_files() && watch.check_files(),
+            "the editor's file is another one"
+        );
     }
 }

@@ -25,7 +25,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<ExitCode, CliError> {
     let mut outputs = Outputs::default();
     let output = args.output.as_deref();
     let output = output.map(|path| prepare(path, &mut outputs)).transpose()?;
-    outputs.spare([&*args.reference, &*args.image])?;
+    outputs.refuse_inputs([&*args.reference, &*args.image])?;
     for (flag, limit) in [
         ("--tolerance", args.tolerance),
         ("--max-relmse", args.max_relmse),

@@ -36,7 +36,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     let exr = args.exr.format()?;
     // The tone is known after the file is read.
     let files = outputs.prepare_images(&args.output, Tone::default(), &exr)?;
-    outputs.spare([&*args.input])?;
+    outputs.refuse_inputs([&*args.input])?;
     let layers = layers(args)?;
     if args.list {
         list(&layers, args.json);

@@ -68,7 +68,7 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
         .into_iter()
         .map(|path| outputs.prepare("-o", path))
         .collect::<Result<Vec<_>, _>>()?;
-    outputs.spare([&*args.scene])?;
+    outputs.refuse_inputs([&*args.scene])?;
     let pool = thread_pool(settings.threads)?;
     let file = read_scene(&args.scene, &args.load)?;
     let inspection = pool.install(|| inspect_scene(&file, SceneBuilder::new()));
@@ -80,7 +80,7 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
         files,
         ..
     } = inspection;
-    outputs.spare(files.iter().map(PathBuf::as_path))?;
+    outputs.refuse_inputs(files.iter().map(PathBuf::as_path))?;
     if let Some(error) = findings.first_error() {
         return Err(error.clone().into());
     }

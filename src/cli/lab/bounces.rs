@@ -25,7 +25,7 @@ pub(super) fn write_sheet(mut job: Job, output: &Output, named: &Outputs, quiet:
     job.settings.light_paths = bounces;
     job.settings.noise = None;
     let session = Session::load(&job.scene, job.settings, &())?;
-    named.spare(session.files().iter().map(PathBuf::as_path))?;
+    named.refuse_inputs(session.files().iter().map(PathBuf::as_path))?;
     ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
     let renderer = session.renderer()?;
     let mut state = renderer.start();

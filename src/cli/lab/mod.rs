@@ -78,7 +78,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     // All arguments are checked before the first ray.
     let mut named = Outputs::default();
     let files = Files::prepare(args, &mut named)?;
-    named.spare([Some(&*args.scene), args.reference.as_deref()].into_iter().flatten())?;
+    named.refuse_inputs([Some(&*args.scene), args.reference.as_deref()].into_iter().flatten())?;
     let budgets = Budget::of(&args.spp, &args.time);
     let job = Job::new(&render_args(args, &budgets))?;
     let given = args
@@ -99,7 +99,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
         return Err(no_reference(&contenders));
     }
     let session = Session::load(&job.scene, job.settings.clone(), &())?;
-    named.spare(session.files().iter().map(PathBuf::as_path))?;
+    named.refuse_inputs(session.files().iter().map(PathBuf::as_path))?;
     ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
     check_memory(&session, &job, contenders.len(), &budgets)?;
     for flag in &args.methods {
@@ -166,7 +166,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
 fn sheet_of_bounces(args: &LabArgs) -> Result<ExitCode, CliError> {
     let mut named = Outputs::default();
     let output = named.prepare("-o", &output_path(args, ".png"))?;
-    named.spare([&*args.scene])?;
+    named.refuse_inputs([&*args.scene])?;
     let budgets = Budget::of(&args.spp, &[]);
     bounces::write_sheet(Job::new(&render_args(args, &budgets))?, &output, &named, args.quiet)?;
     Ok(ExitCode::SUCCESS)

@@ -18,7 +18,7 @@ use crate::method::AnyAccel;
 use crate::options::Method;
 use crate::render::{Outcome, StopCondition, last_cut};
 use crate::sampler::RenderSampler;
-use crate::session::{Prepared, RenderContext, Renderer, Session, Unfinished, denoised};
+use crate::session::{Prepared, RenderContext, Renderer, Session, Unfinished, denoise};
 use std::time::Instant;
 
 /// Picture of a contender after `samples` samples.
@@ -236,9 +236,9 @@ impl<'a> Estimate<'a> {
     fn snapshot(&self, film: &Film, samples: u32, seconds: f64, run: &mut Run) -> Result<Option<Snapshot>, CliError> {
         let settings = &self.contender.settings;
         let start = Instant::now();
-        let image = match denoised(settings, film.develop(), &is_interrupted) {
+        let image = match denoise(settings, film.develop(), &is_interrupted) {
             Ok((image, _)) => image,
-            Err(Unfinished::GivenUp) => return Ok(None),
+            Err(Unfinished::Cancelled) => return Ok(None),
             Err(Unfinished::Failed(error)) => {
                 let name = &self.contender.name;
                 return Err(CliError::Failed(format!("{name}: {error}")));

@@ -70,12 +70,12 @@ impl Outputs {
     }
 
     /// Removes the outputs of `flag`.
-    pub fn forget(&mut self, flag: &str) {
+    pub fn remove(&mut self, flag: &str) {
         self.files.retain(|(other, ..)| *other != flag);
     }
 
     /// Returns an error if an output is among the files `read`, under any name.
-    pub fn spare<'a>(&self, read: impl IntoIterator<Item = &'a Path>) -> Result<(), CliError> {
+    pub fn refuse_inputs<'a>(&self, read: impl IntoIterator<Item = &'a Path>) -> Result<(), CliError> {
         for path in read {
             let id = FileId::of(path);
             if let Some((flag, name, _)) = self.files.iter().find(|(.., output)| Some(output) == id.as_ref()) {

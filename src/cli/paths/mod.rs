@@ -37,13 +37,13 @@ pub(super) fn paths(args: &PathsArgs) -> Result<ExitCode, CliError> {
     let mut outputs = Outputs::default();
     let files = args.output.iter().map(|path| outputs.prepare("-o", path));
     let files: Vec<Output> = files.collect::<Result<_, _>>()?;
-    outputs.spare([&*args.scene])?;
+    outputs.refuse_inputs([&*args.scene])?;
     let job = Job::to_show(&render_args(args))?;
     let loading = Loading::new(args.quiet);
     let session = Session::load(&job.scene, job.settings.clone(), &loading);
     loading.finish();
     let session = session?;
-    outputs.spare(session.files().iter().map(PathBuf::as_path))?;
+    outputs.refuse_inputs(session.files().iter().map(PathBuf::as_path))?;
     ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
     let renderer = session.renderer()?;
     let [first, end] = args.samples.unwrap_or([args.sample, args.sample.saturating_add(1)]);

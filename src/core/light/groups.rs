@@ -23,8 +23,8 @@ impl LightGroups {
     /// Name of the group of lights without a group.
     pub const DEFAULT: &str = "default";
 
-    /// Groups with these names, without lights. At most [`LightGroups::MAX_GROUPS`] − 1 names; no name is
-    /// [`LightGroups::DEFAULT`].
+    /// Groups with these names, without lights. At most [`LightGroups::MAX_GROUPS`] − 1 names; no
+    /// name is [`LightGroups::DEFAULT`].
     pub fn new(names: Vec<String>) -> Self {
         Self {
             names,

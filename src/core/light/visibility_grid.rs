@@ -38,8 +38,8 @@ const MAX_CLUSTERS: usize = 48;
 /// Maximum number of lights at infinity; with more, visibility is learned for the sky only.
 const MAX_INFINITE: usize = 16;
 /// Approximate share of the sky's bins to which a cell traces rays.
-const BINS_LOOKED_AT: f64 = 0.33;
-/// Number of rays from each cell to each cluster of lights.
+const TRACED_BINS: f64 = 0.33;
+/// Rays of a cell to each cluster of lights.
 pub const RAYS_A_CLUSTER: u32 = 2;
 /// Share of directions that follow the light's own distribution for any visibility.
 const BY_RADIANCE: f64 = 0.1;
@@ -127,7 +127,7 @@ impl VisibilityGrid {
             ids.iter().for_each(|id| cluster_of[id.0 as usize] = Some(number));
         }
         let bins = sky.as_ref().map_or(0, |sky| sky.2.len());
-        let rays = BINS_LOOKED_AT * bins as f64 + f64::from(RAYS_A_CLUSTER) * clusters.len() as f64;
+        let rays = TRACED_BINS * bins as f64 + f64::from(RAYS_A_CLUSTER) * clusters.len() as f64;
         if rays == 0.0 {
             return None;
         }

@@ -14,14 +14,14 @@ use super::statistics::RayCounts;
 use crate::integrator::{RayKind, RaySink};
 use std::cell::Cell;
 
-/// Calls of [`Cancellation::look`] per call of the observer, which may read a clock.
-const LOOKS: u32 = 16;
+/// Calls of [`Cancellation::should_stop`] per call of the observer, which may read a clock.
+const CALLS_PER_CHECK: u32 = 16;
 
 /// Cancellation flag of the loops of one work item. Once cancelled, it stays cancelled, so that an
 /// incomplete work item is recognised.
 pub(super) struct Cancellation<'a> {
     observer: &'a dyn Observer,
-    looks: Cell<u32>,
+    calls: Cell<u32>,
     is_cancelled: Cell<bool>,
 }
 
@@ -29,16 +29,16 @@ impl<'a> Cancellation<'a> {
     pub fn new(observer: &'a impl Observer) -> Self {
         Self {
             observer,
-            looks: Cell::new(0),
+            calls: Cell::new(0),
             is_cancelled: Cell::new(false),
         }
     }
 
-    /// Returns true if the loop must end now. Calls the observer every [`LOOKS`] calls.
-    pub fn look(&self) -> bool {
-        let looks = self.looks.get().wrapping_add(1);
-        self.looks.set(looks);
-        if looks % LOOKS == 0 && !self.is_cancelled.get() {
+    /// Returns true if the loop must end now. Calls the observer every [`CALLS_PER_CHECK`] calls.
+    pub fn should_stop(&self) -> bool {
+        let calls = self.calls.get().wrapping_add(1);
+        self.calls.set(calls);
+        if calls % CALLS_PER_CHECK == 0 && !self.is_cancelled.get() {
             self.is_cancelled.set(self.observer.should_stop());
         }
         self.is_cancelled.get()
@@ -75,6 +75,6 @@ impl RaySink for CountedRays<'_> {
     }
 
     fn is_cancelled(&self) -> bool {
-        self.cancellation.look()
+        self.cancellation.should_stop()
     }
 }

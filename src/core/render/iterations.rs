@@ -344,7 +344,7 @@ impl RaySink for WorkItem<'_> {
     }
 
     fn is_cancelled(&self) -> bool {
-        self.cancellation.look()
+        self.cancellation.should_stop()
     }
 
     fn records(&self) -> bool {

@@ -110,7 +110,7 @@ impl RaySink for PixelSample<'_> {
     }
 
     fn is_cancelled(&self) -> bool {
-        self.cancellation.look()
+        self.cancellation.should_stop()
     }
 }
 

@@ -451,24 +451,24 @@ fn with_all_tiles(found: PathBuf, statement: &MapStatement) -> PathBuf {
 /// Text that describes how surfaces appear without their textures, with the materials for each
 /// appearance.
 fn words_of_lack(uses: &[MissingUse]) -> String {
-    let mut looks: Vec<(&str, Vec<&str>)> = Vec::new();
+    let mut appearances: Vec<(&str, Vec<&str>)> = Vec::new();
     for MissingUse { request, material, .. } in uses {
-        let look = look_without(request.statement.slot);
-        match looks.iter_mut().find(|(known, _)| *known == look) {
+        let appearance = appearance_without(request.statement.slot);
+        match appearances.iter_mut().find(|(known, _)| *known == appearance) {
             Some((_, users)) if users.contains(&material.as_str()) => {}
             Some((_, users)) => users.push(material),
-            None => looks.push((look, vec![material])),
+            None => appearances.push((appearance, vec![material])),
         }
     }
-    let looks = looks.into_iter().map(|(look, users)| {
+    let appearances = appearances.into_iter().map(|(appearance, users)| {
         let verb = if users.len() == 1 { "is" } else { "are" };
-        format!("{} {verb} rendered {look}", names_in_words(users.into_iter()))
+        format!("{} {verb} rendered {appearance}", names_in_words(users.into_iter()))
     });
-    looks.collect::<Vec<_>>().join("; ")
+    appearances.collect::<Vec<_>>().join("; ")
 }
 
 /// Appearance of a surface without the texture of `slot`.
-fn look_without(slot: MapSlot) -> &'static str {
+fn appearance_without(slot: MapSlot) -> &'static str {
     match slot {
         MapSlot::Diffuse => "in one plain colour",
         MapSlot::Specular | MapSlot::Exponent | MapSlot::Roughness | MapSlot::Metallic => "with an even gloss",

@@ -3,7 +3,7 @@
 use super::{Engine, samples_of};
 use crate::film::{Image, metered};
 use crate::io::half_picture;
-use crate::session::{RenderState, Renderer, Unfinished, denoised};
+use crate::session::{RenderState, Renderer, Unfinished, denoise};
 use crate::view::frame::{DENOISED, Frame};
 use serde_json::{Value, json};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
@@ -87,7 +87,7 @@ impl Denoising {
         let settings = renderer.session().settings().clone();
         let (sender, result) = channel();
         let work = move || {
-            let result = denoised(&settings, image, &|| false).map(|(image, _)| image);
+            let result = denoise(&settings, image, &|| false).map(|(image, _)| image);
             let words = |error| match error {
                 Unfinished::Failed(error) => error.to_string(),
                 _ => "the denoiser was given up".into(),

@@ -29,7 +29,7 @@ impl Counts {
             let (keyword, rest) = split_keyword(&statement);
             if let Some(kind) = KEYWORDS.iter().position(|&k| k == keyword) {
                 counts.elements[kind] += 1;
-            } else if keyword == "f" {
+            } else if matches!(keyword, "f" | "fo") {
                 counts.faces += 1;
                 counts.corners += rest.split_ascii_whitespace().count();
             } else if let Some(kind) = ["o", "g"].into_iter().position(|k| k == keyword) {
@@ -96,5 +96,16 @@ impl<'a> Chunks<'a> {
         let index = if has_uvs + has_normals == 0 { 4 } else { 48 };
         let mesh = 12 * triangles + vertices * (16 + 8 * has_uvs + 16 * has_normals);
         reading.max(outline + mesh + index * vertices)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faces_of_both_keywords_are_counted() {
+        let (counts, _) = Counts::of("f 1 2 3\nfo 1 2 3 4\nfoo 1 2\n");
+        assert_eq!((counts.faces, counts.corners), (2, 7));
     }
 }

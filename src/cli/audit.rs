@@ -4,7 +4,7 @@ use super::args::{AuditArgs, Flags, RenderArgs};
 use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
 use super::outputs::Outputs;
-use super::progress::{Heeding, Progress};
+use super::progress::{InterruptGuard, Progress};
 use super::warnings::ShownWarnings;
 use super::words::percent;
 use crate::accel::brute::{self, BruteForce};
@@ -193,7 +193,7 @@ struct Audit<'a> {
 impl Audit<'_> {
     /// Checks about `rays` rays, spread evenly over the rays of a render.
     fn sample(&self, rays: u64) -> Result<(Findings, Outcome), CliError> {
-        let _heeding = Heeding::begin();
+        let _interrupts = InterruptGuard::begin();
         // A render with one sample per pixel counts the rays.
         let (_, statistics) = self.render(0.0, 1);
         let traced = statistics.rays.camera + statistics.rays.bounce + statistics.rays.shadow;

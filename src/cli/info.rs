@@ -4,7 +4,7 @@ use super::args::{RenderArgs, SceneArgs};
 use super::error::CliError;
 use super::job::{guess_picture, guesses, read_scene};
 use super::words;
-use crate::description::{Loaded, load_scene};
+use crate::description::{LoadedScene, load_scene};
 use crate::guess::position_text;
 use crate::io::Warning;
 use crate::light::LightId;
@@ -22,7 +22,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let camera = CameraSettings::of(&file);
     let origin = file.origin();
     file.change_light(args.light.changes(), &camera.viewpoint());
-    let Loaded {
+    let LoadedScene {
         mut scene,
         mut warnings,
         ..
@@ -39,7 +39,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
         file = lit.file;
         // Only one of the two scenes is in memory at a time.
         drop(scene);
-        Loaded { scene, warnings, .. } = load_scene(&file, SceneBuilder::new())?;
+        LoadedScene { scene, warnings, .. } = load_scene(&file, SceneBuilder::new())?;
     }
     let bounds = scene.bounds();
     let memory = Memory::new(&scene, &settings);

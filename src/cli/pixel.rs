@@ -38,7 +38,7 @@ pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32, as_json: 
 fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: SampleKey) -> bool {
     let settings = session.settings();
     let recorder = Recorder::new(&accel);
-    let story = RefCell::new(Story {
+    let log = RefCell::new(RayLog {
         recorder: &recorder,
         scene: session.scene(),
         kinds: Vec::new(),
@@ -54,7 +54,7 @@ fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: 
     };
     let listener = |is_requested| -> Box<dyn Sink + '_> {
         Box::new(Listener {
-            story: &story,
+            log: &log,
             is_requested,
         })
     };
@@ -63,8 +63,8 @@ fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: 
     if !method.sample(context, (settings.resolution, key), &mut sampler, &listener) {
         return false;
     }
-    let mut story = story.into_inner();
-    story.take_rays();
+    let mut log = log.into_inner();
+    log.take_rays();
     outln!(
         "sample {} of pixel {},{}: {}",
         key.sample,
@@ -72,24 +72,24 @@ fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: 
         key.y,
         method.describe()
     );
-    story.lines.iter().for_each(|line| outln!("{line}"));
-    if let Some((radiance, background)) = story.view.and_then(|view| view.finish(story.radiance)) {
+    log.lines.iter().for_each(|line| outln!("{line}"));
+    if let Some((radiance, background)) = log.view.and_then(|view| view.finish(log.radiance)) {
         outln!(
             "seen {}, share of the background {}",
             list(&radiance.to_array()),
             list(&background.to_array())
         );
-        story.radiance = radiance;
+        log.radiance = radiance;
     }
-    if story.weight != 1.0 {
-        outln!("times the filter's weight, {}", story.weight);
+    if log.weight != 1.0 {
+        outln!("times the filter's weight, {}", log.weight);
     }
-    outln!("radiance {}", list(&(story.radiance * story.weight).to_array()));
+    outln!("radiance {}", list(&(log.radiance * log.weight).to_array()));
     true
 }
 
 /// Rays with their kinds and results, in order.
-struct Story<'a> {
+struct RayLog<'a> {
     recorder: &'a Recorder<'a, &'a dyn Accel>,
     scene: &'a Scene,
     /// Rays since the last call of `take_rays`: the kind, and true if the ray belongs to the
@@ -102,7 +102,7 @@ struct Story<'a> {
     lines: Vec<String>,
 }
 
-impl Story<'_> {
+impl RayLog<'_> {
     /// Adds the rays since the last call.
     fn take_rays(&mut self) {
         for ((kind, is_requested), (query, answer)) in self.kinds.drain(..).zip(self.recorder.take()) {
@@ -134,7 +134,7 @@ impl Story<'_> {
 
 /// Listener to one of several samples that are traced together.
 struct Listener<'a, 'b> {
-    story: &'a RefCell<Story<'b>>,
+    log: &'a RefCell<RayLog<'b>>,
     /// True for the sample of `--sample`.
     is_requested: bool,
 }
@@ -142,25 +142,25 @@ struct Listener<'a, 'b> {
 impl Sink for Listener<'_, '_> {
     fn weight(&mut self, weight: f32) {
         if self.is_requested {
-            self.story.borrow_mut().weight = weight;
+            self.log.borrow_mut().weight = weight;
         }
     }
 
     fn light(&mut self, light: FoundLight) {
         let radiance = light.radiance;
-        let mut story = self.story.borrow_mut();
-        story.take_rays();
+        let mut log = self.log.borrow_mut();
+        log.take_rays();
         if self.is_requested {
-            story.lines.push(format!("  adds {}", list(&radiance.to_array())));
-            story.radiance += radiance;
+            log.lines.push(format!("  adds {}", list(&radiance.to_array())));
+            log.radiance += radiance;
         }
     }
 
     fn camera_view(&mut self, view: CameraView) {
-        let mut story = self.story.borrow_mut();
-        story.take_rays();
+        let mut log = self.log.borrow_mut();
+        log.take_rays();
         if self.is_requested {
-            story.lines.push(match &view {
+            log.lines.push(match &view {
                 CameraView::Background(_) => "  sees the background".into(),
                 CameraView::Ground(shadow) => {
                     let (factor, base) = (list(&shadow.factor.to_array()), list(&shadow.base.to_array()));
@@ -169,24 +169,24 @@ impl Sink for Listener<'_, '_> {
                     )
                 }
             });
-            story.view = Some(view);
+            log.view = Some(view);
         }
     }
 
     fn first_surface(&mut self, s: FirstSurface) {
-        let mut story = self.story.borrow_mut();
-        story.take_rays();
+        let mut log = self.log.borrow_mut();
+        log.take_rays();
         if self.is_requested {
             let (albedo, normal, depth) = (list(&s.albedo.to_array()), s.normal, s.depth);
             let line = format!("  first surface: albedo {albedo}, normal {normal}, depth {depth}");
-            story.lines.push(line);
+            log.lines.push(line);
         }
     }
 }
 
 impl RaySink for Listener<'_, '_> {
     fn ray(&mut self, kind: RayKind) {
-        self.story.borrow_mut().kinds.push((kind, self.is_requested));
+        self.log.borrow_mut().kinds.push((kind, self.is_requested));
     }
 
     fn cut_walk(&mut self) {}

@@ -1,10 +1,10 @@
 //! Interrupts, and the progress of long work.
 //!
-//! An interrupt ends a command at once with exit code 130, unless the command holds a [`Heeding`].
-//! Then it sets a flag that the observers of renders check (`render/cancellation.rs`). Signals
-//! within a second of the first count as one. A scheduler that ends a job signals its script and
-//! its programs, and the script forwards the signal; this must not count as a second Ctrl-C of the
-//! user.
+//! An interrupt ends a command at once with exit code 130, unless the command holds an
+//! [`InterruptGuard`]. Then it sets a flag that the observers of renders check
+//! (`render/cancellation.rs`). Signals within a second of the first count as one. A scheduler that
+//! ends a job signals its script and its programs, and the script forwards the signal; this must
+//! not count as a second Ctrl-C of the user.
 //!
 //! Work without an observer runs in a separate thread, which the command can abandon. It abandons
 //! denoising half a second after an interrupt. It abandons a tev viewer that has not read a band of
@@ -26,7 +26,7 @@ use std::time::{Duration, Instant};
 /// Exit code of a command ended by an interrupt.
 const INTERRUPTED_CODE: i32 = super::error::INTERRUPTED as i32;
 
-/// True while a [`Heeding`] exists.
+/// True while an [`InterruptGuard`] exists.
 static IS_HEEDED: AtomicBool = AtomicBool::new(false);
 
 /// Set by the first signal that counts.
@@ -37,8 +37,8 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 const ONE_SIGNAL: Duration = Duration::from_secs(1);
 
 /// Handles Ctrl-C (SIGINT), SIGTERM and SIGHUP: they end the process at once with exit code 130,
-/// unless a [`Heeding`] exists. Signals that are ignored at the start of the process, as by `nohup`
-/// and `trap '' INT`, stay ignored.
+/// unless an [`InterruptGuard`] exists. Signals that are ignored at the start of the process, as by
+/// `nohup` and `trap '' INT`, stay ignored.
 pub(super) fn catch_interrupts() {
     let ignored = ignored_signals();
     let caught = [SIGINT, SIGTERM, SIGHUP]
@@ -63,18 +63,18 @@ pub(super) fn catch_interrupts() {
     let _ = thread::Builder::new().name("signals".into()).spawn(wait);
 }
 
-/// While a value of this type exists, the first interrupt requests the command to end and to write
-/// its results. Another interrupt a second later ends the process at once.
-pub(super) struct Heeding(());
+/// While it exists, the first interrupt requests the command to end and to write its results.
+/// Another interrupt a second later ends the process at once.
+pub(super) struct InterruptGuard(());
 
-impl Heeding {
+impl InterruptGuard {
     pub fn begin() -> Self {
         IS_HEEDED.store(true, Ordering::SeqCst);
         Self(())
     }
 }
 
-impl Drop for Heeding {
+impl Drop for InterruptGuard {
     fn drop(&mut self) {
         IS_HEEDED.store(false, Ordering::SeqCst);
     }

@@ -11,8 +11,8 @@ use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
 use super::outputs::{self, Images, Outputs, images_of_render};
 use super::pixel;
-use super::progress::{Heeding, Loading, Progress, TimedProgress, interrupted_for, is_interrupted};
-use super::stats::{Chains, Denoised, Dropped, NoiseOfRender, Rays, Stats, StatsOutput, peak_rss_bytes};
+use super::progress::{InterruptGuard, Loading, Progress, TimedProgress, interrupted_for, is_interrupted};
+use super::stats::{Chains, DenoiseStats, DroppedSampleEntry, NoiseOfRender, Rays, Stats, StatsOutput, peak_rss_bytes};
 use super::stop::Stop;
 use super::summary::{self, print_camera, print_choices, print_picture};
 use super::tev::Preview;
@@ -193,8 +193,8 @@ struct Run<'a> {
 
 /// Results after the last sample.
 #[derive(Default)]
-struct Finished {
-    denoised: Option<Denoised>,
+struct RenderResults {
+    denoised: Option<DenoiseStats>,
     write_s: f64,
 }
 
@@ -214,8 +214,8 @@ impl Run<'_> {
             .map(|checkpointer| checkpointer.restore(self.renderer))
             .transpose()?;
         let mut state = restored.flatten().unwrap_or_else(|| self.renderer.start());
-        // Keep the process running after an interrupt until all files are written
-        let _heeding = Heeding::begin();
+        // Until all files are written
+        let _interrupts = InterruptGuard::begin();
         warn_of(preview.open(&state.film).as_slice());
         let stop = self.take_samples(&mut state, checkpointer.as_ref(), &mut preview);
 
@@ -256,9 +256,9 @@ impl Run<'_> {
         }
 
         // Without samples nothing is written, and existing files are kept.
-        let (mut failures, mut finished, mut exposure) = (Vec::new(), Finished::default(), None);
+        let (mut failures, mut results, mut exposure) = (Vec::new(), RenderResults::default(), None);
         if !state.is_empty() {
-            let image = self.write(&state, stop, checkpointer.as_ref(), (&mut failures, &mut finished));
+            let image = self.write(&state, stop, checkpointer.as_ref(), (&mut failures, &mut results));
             match self.renderer.darkness(&image) {
                 Some(darkness) => warn(format!(
                     "the picture is {darkness}\n  help: `embrasure check {}` may find more",
@@ -281,8 +281,8 @@ impl Run<'_> {
         let stats = Stats {
             exposure,
             noise,
-            denoise: finished.denoised,
-            write_s: finished.write_s,
+            denoise: results.denoised,
+            write_s: results.write_s,
             audit,
             warnings: warnings.iter().map(|warning| warning.text.as_str()).collect(),
             ..self.stats(&state, stop, &info)
@@ -307,7 +307,7 @@ impl Run<'_> {
         state: &RenderState,
         stop: Stop,
         checkpointer: Option<&Checkpointer>,
-        (failures, finished): (&mut Vec<String>, &mut Finished),
+        (failures, results): (&mut Vec<String>, &mut RenderResults),
     ) -> Image {
         let mut metadata = self.renderer.metadata(state, stop.is_complete());
         let kept = checkpointer.map(|checkpointer| checkpointer.keep(state, &metadata));
@@ -329,7 +329,7 @@ impl Run<'_> {
             self.develop(state, failures)
         });
         metadata.note_exposure(self.job.settings.tone, &image);
-        finished.denoised = metadata.denoiser.clone().map(|by| Denoised {
+        results.denoised = metadata.denoiser.clone().map(|by| DenoiseStats {
             by,
             seconds: start.elapsed().as_secs_f64(),
         });
@@ -338,7 +338,7 @@ impl Run<'_> {
         let before: Vec<_> = images.iter().map(|(_, output)| output.id()).collect();
         let unwritten = self.renderer.write(state, &image, images, &metadata);
         failures.extend(unwritten.iter().map(FileError::to_string));
-        finished.write_s = start.elapsed().as_secs_f64();
+        results.write_s = start.elapsed().as_secs_f64();
         // A replaced file is complete, even if later writes fail.
         let mut files = images.iter().zip(&before);
         let has_floats =
@@ -499,7 +499,7 @@ impl Run<'_> {
             peak_rss_bytes: peak_rss_bytes(),
             cut_walks: statistics.rays.cut,
             dropped_samples: statistics.dropped,
-            dropped: statistics.first_dropped.iter().map(Dropped::from).collect(),
+            dropped: statistics.first_dropped.iter().map(DroppedSampleEntry::from).collect(),
             mutations: mutations.map(|(kind, counts)| (&**kind, (*counts).into())).collect(),
             chains: Chains::new(statistics.chains),
             exposure: None,

@@ -89,7 +89,7 @@ pub(super) struct Stats<'a> {
     pub cut_walks: u64,
     pub dropped_samples: u64,
     /// The first dropped samples, with the data to trace them again.
-    pub dropped: Vec<Dropped>,
+    pub dropped: Vec<DroppedSampleEntry>,
     /// Mutations of Markov chains, by kind.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub mutations: BTreeMap<&'a str, Mutations>,
@@ -102,7 +102,7 @@ pub(super) struct Stats<'a> {
     pub noise: Option<NoiseOfRender>,
     /// Filter of `--denoise`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub denoise: Option<Denoised>,
+    pub denoise: Option<DenoiseStats>,
     /// Report of `--audit-rays`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub audit: Option<Report>,
@@ -117,7 +117,7 @@ pub(super) struct Rays {
 }
 
 #[derive(Debug, Serialize)]
-pub(super) struct Dropped {
+pub(super) struct DroppedSampleEntry {
     pixel: [u32; 2],
     sample: u32,
     /// Text, because JSON has no NaN.
@@ -181,7 +181,7 @@ const MAX_SHARE_OF_A_CHAIN: f64 = 0.25;
 
 /// Denoiser of the picture.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Denoised {
+pub(super) struct DenoiseStats {
     /// Name of the filter and version of its library.
     pub by: String,
     pub seconds: f64,
@@ -232,7 +232,7 @@ impl NoiseOfRender {
     }
 }
 
-impl From<&DroppedSample> for Dropped {
+impl From<&DroppedSample> for DroppedSampleEntry {
     fn from(d: &DroppedSample) -> Self {
         Self {
             pixel: d.key.pixel().to_array(),

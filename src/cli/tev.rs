@@ -51,13 +51,13 @@ const PACKET: usize = 1 << 17;
 /// The viewer of a render, if any. A separate thread sends the pictures, so that a slow viewer does
 /// not delay the render. A picture that is due while the previous one is being sent is skipped.
 pub(super) struct Preview {
-    viewer: Option<Sending>,
+    viewer: Option<SenderThread>,
     /// Time until the next picture; `None` without a viewer.
     pub interval: Option<Duration>,
 }
 
 /// Handle of the thread that sends pictures.
-struct Sending {
+struct SenderThread {
     /// Address as the user wrote it.
     address: String,
     /// Connection of the thread. Closing it ends the thread.
@@ -92,7 +92,7 @@ impl Preview {
     ///
     /// No viewer responds at the address.
     pub fn new(args: &RenderArgs) -> Result<Self, FileError> {
-        let connect = |address: &String| Sending::connect(address, &args.scene);
+        let connect = |address: &String| SenderThread::connect(address, &args.scene);
         let viewer = args.tev.as_ref().map(connect).transpose()?;
         Ok(Self {
             interval: viewer.as_ref().map(|_| SHORTEST_INTERVAL),
@@ -151,7 +151,7 @@ impl Preview {
     }
 }
 
-impl Sending {
+impl SenderThread {
     /// Connects to `address`, a host and a port. The image name has `scene` and the process id, so
     /// that the viewer keeps images of other runs.
     fn connect(address: &str, scene: &Path) -> Result<Self, FileError> {

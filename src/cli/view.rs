@@ -5,7 +5,7 @@ use super::args::{LoadArgs, RenderArgs, ViewArgs};
 use super::error::CliError;
 use super::job::{Job, read_scene, scene_of_text};
 use super::paths;
-use super::progress::{Heeding, Loading, is_interrupted, leave, leave_interrupted};
+use super::progress::{InterruptGuard, Loading, is_interrupted, leave, leave_interrupted};
 use super::summary::print_choices;
 use super::warnings::ShownWarnings;
 use super::words;
@@ -48,7 +48,7 @@ pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
         ));
     }
     // Ctrl-C is the normal way to end the render and the server.
-    let _heeding = Heeding::begin();
+    let _interrupts = InterruptGuard::begin();
     let commands = Commands {
         render: &render,
         args,

@@ -4,7 +4,7 @@ use super::args::{CameraArgs, Flags, RenderArgs, ViewsArgs};
 use super::error::CliError;
 use super::job::Job;
 use super::outputs::Outputs;
-use super::progress::{Heeding, Loading, Progress, TimedProgress, is_interrupted};
+use super::progress::{InterruptGuard, Loading, Progress, TimedProgress, is_interrupted};
 use super::warnings::ShownWarnings;
 use crate::color::srgb;
 use crate::film::{RgbImage, metered};
@@ -77,7 +77,7 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
     };
 
     let plan = plan(&session, &candidates)?;
-    let _heeding = Heeding::begin();
+    let _interrupts = InterruptGuard::begin();
     let settings = session.settings().clone();
     let samples = settings.crop().area() * u64::from(settings.spp);
     let progress = Progress::new(samples * candidates.len() as u64, args.quiet);

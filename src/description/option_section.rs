@@ -173,8 +173,8 @@ impl Serialize for Scalar {
 
 impl<'de> Deserialize<'de> for Scalar {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Written;
-        impl<'de> Visitor<'de> for Written {
+        struct ScalarVisitor;
+        impl<'de> Visitor<'de> for ScalarVisitor {
             type Value = Scalar;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -228,6 +228,6 @@ impl<'de> Deserialize<'de> for Scalar {
                 Ok(Scalar::Other("a table"))
             }
         }
-        deserializer.deserialize_any(Written)
+        deserializer.deserialize_any(ScalarVisitor)
     }
 }

@@ -20,13 +20,13 @@ const SECTIONS_BY_NAME: [&str; 3] = ["material", "patch", "part"];
 
 /// Items to which the patch of a flag applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Patched {
+pub(super) enum PatchTarget {
     Materials,
     Parts,
 }
 
-impl Patched {
-    /// Name of the flag.
+impl PatchTarget {
+    /// The flag.
     pub fn flag(self) -> &'static str {
         match self {
             Self::Materials => "--material",
@@ -47,10 +47,9 @@ struct Override {
     toml: String,
     /// Number of blanks before the line.
     start: usize,
-    /// Kind of the patched items, and glob of their names; `None` if the flag sets a key of the
-    /// file.
-    patches: Option<(Patched, String)>,
-    /// True if the patch must match a material: else it is an error.
+    /// Kind and glob of a patch; `None` for a key of the file.
+    patches: Option<(PatchTarget, String)>,
+    /// True if it is an error that the patch matches no material.
     must_match: bool,
 }
 
@@ -85,7 +84,7 @@ impl Overrides {
     /// `patch` is not `KEY=VALUE`, or the glob is empty.
     pub fn add_patch_of(
         &mut self,
-        (patched, glob): (Patched, &str),
+        (target, glob): (PatchTarget, &str),
         patch: &str,
         written: &str,
         bytes: usize,
@@ -93,20 +92,19 @@ impl Overrides {
         let toml = key_and_value(patch).filter(|_| !glob.is_empty()).ok_or(())?;
         let start = self.0.last().map_or(bytes, |last| last.start.max(last.toml.len())) + 1;
         self.0.push(Override {
-            written: format!("{} {written}", patched.flag()),
+            written: format!("{} {written}", target.flag()),
             toml: " ".repeat(start) + &toml,
             start,
-            patches: Some((patched, glob.into())),
+            patches: Some((target, glob.into())),
             must_match: false,
         });
         Ok(())
     }
 
-    /// Patches of items of the kind `wanted`: the glob, and a line of TOML. [`Overrides::at`] finds
-    /// the flag from a byte of this line.
-    pub fn patches(&self, wanted: Patched) -> impl Iterator<Item = (&str, &str)> {
+    /// Patches of one kind: the glob, and a line of TOML whose bytes [`Overrides::at`] identifies.
+    pub fn patches(&self, target: PatchTarget) -> impl Iterator<Item = (&str, &str)> {
         self.0.iter().filter_map(move |o| match &o.patches {
-            Some((patched, glob)) if *patched == wanted => Some((glob.as_str(), o.toml.as_str())),
+            Some((patched, glob)) if *patched == target => Some((glob.as_str(), o.toml.as_str())),
             _ => None,
         })
     }

@@ -1,7 +1,7 @@
 //! Patches of materials and of parts in the order in which they apply: first the patches of the
 //! scene file in their order, then the patches of flags.
 
-use super::overrides::Patched;
+use super::overrides::PatchTarget;
 use super::part_section::PartSection;
 use super::presets::Preset;
 use super::section::{Section, value};
@@ -114,7 +114,7 @@ impl SceneFile {
     pub fn patch_materials(&mut self, written: &[String]) -> Result<(), FileError> {
         for written in written {
             let patch = split_patch(written, MaterialSection::KEYS.iter());
-            if !self.add_patch(Patched::Materials, patch, written) {
+            if !self.add_patch(PatchTarget::Materials, patch, written) {
                 let error = self.whole(format!("--material {written}: expected NAME.KEY=VALUE or NAME=PRESET"));
                 let help = "NAME is a material or a pattern, as in 'Floor*.roughness=0.2' or ring=gold";
                 return Err(error.of_flag().help(help));
@@ -132,7 +132,11 @@ impl SceneFile {
     /// A text that is not a patch. Keys and values are checked when the scene is loaded.
     pub fn patch_parts(&mut self, written: &[String]) -> Result<(), FileError> {
         for written in written {
-            if !self.add_patch(Patched::Parts, split_patch(written, PartSection::all_keys()), written) {
+            if !self.add_patch(
+                PatchTarget::Parts,
+                split_patch(written, PartSection::all_keys()),
+                written,
+            ) {
                 let error = self.whole(format!("--part {written}: expected NAME.KEY=VALUE or NAME=PRESET"));
                 let help = "NAME is a part or a pattern, as in 'Chair*.visible=false' or Ring=gold";
                 return Err(error.of_flag().help(help));
@@ -141,13 +145,12 @@ impl SceneFile {
         Ok(())
     }
 
-    /// Adds a patch of a flag: the glob and `KEY=VALUE`. `written` is the flag's text. Returns
-    /// false if the patch is invalid.
-    fn add_patch(&mut self, patched: Patched, patch: Option<(&str, Cow<'_, str>)>, written: &str) -> bool {
+    /// Adds a patch of a flag: the glob and `KEY=VALUE`. Returns false if it is invalid.
+    fn add_patch(&mut self, target: PatchTarget, patch: Option<(&str, Cow<'_, str>)>, written: &str) -> bool {
         let Some((glob, patch)) = patch else { return false };
         let bytes = self.source.bytes();
         let overrides = &mut self.source.overrides;
-        let added = overrides.add_patch_of((patched, glob), &patch, written, bytes).is_ok();
+        let added = overrides.add_patch_of((target, glob), &patch, written, bytes).is_ok();
         if added {
             // If the flag changes no material, it must be an error
             overrides.require_match();
@@ -168,7 +171,7 @@ impl SceneFile {
         let added =
             self.source
                 .overrides
-                .add_patch_of((Patched::Materials, &glob_of_name(name)), &patch, &written, bytes);
+                .add_patch_of((PatchTarget::Materials, &glob_of_name(name)), &patch, &written, bytes);
         added.map_err(|()| {
             self.whole(format!("--material {written}: expected NAME.KEY=VALUE"))
                 .of_flag()
@@ -203,7 +206,7 @@ impl SceneFile {
         }
         patches.sort_by_key(|patch| patch.span.start);
 
-        self.add_flags(&mut patches, Patched::Materials, MaterialSection::set_over)?;
+        self.add_flags(&mut patches, PatchTarget::Materials, MaterialSection::set_over)?;
         let mut of_flags = patches.iter().filter(|patch| matches!(patch.section, Cow::Owned(_)));
         of_flags.try_for_each(|patch| self.check_patch(&patch.section))?;
         Ok(patches)
@@ -218,7 +221,7 @@ impl SceneFile {
             section: Cow::Borrowed(section),
         });
         let mut patches = of_file.collect();
-        self.add_flags(&mut patches, Patched::Parts, PartSection::set_over)?;
+        self.add_flags(&mut patches, PatchTarget::Parts, PartSection::set_over)?;
         Ok(patches)
     }
 
@@ -245,11 +248,11 @@ impl SceneFile {
     fn add_flags<'a, S: Clone + for<'de> Deserialize<'de>>(
         &'a self,
         patches: &mut Vec<Patch<'a, S>>,
-        patched: Patched,
+        target: PatchTarget,
         set_over: impl Fn(&mut S, S),
     ) -> Result<(), FileError> {
         let first = patches.len();
-        for (written, line) in self.source.overrides.patches(patched) {
+        for (written, line) in self.source.overrides.patches(target) {
             let section: S = toml::from_str(line).map_err(|error| {
                 let (message, help) = parser_error(error.message());
                 let place = error

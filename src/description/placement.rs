@@ -50,7 +50,7 @@ pub(super) fn place(file: &SceneFile, object: &ObjectSection) -> Result<ObjectPl
     let own = match (open, close) {
         (None, None) => None,
         (Some(open), None) => Some(Placement::Still(open.affine())),
-        (open, Some(close)) => Some(motion(open.unwrap_or(Given::IDENTITY), close)),
+        (open, Some(close)) => Some(motion(open.unwrap_or(PlacementForm::IDENTITY), close)),
     };
     let Some(instances) = &object.instances else {
         return Ok(match own {
@@ -74,12 +74,12 @@ pub(super) fn place(file: &SceneFile, object: &ObjectSection) -> Result<ObjectPl
 
 /// A placement as given in a scene file.
 #[derive(Clone, Copy)]
-enum Given {
+enum PlacementForm {
     Parts { translate: Vec3, rotate: Vec3, scale: Vec3 },
     Matrix(Affine3A),
 }
 
-impl Given {
+impl PlacementForm {
     const IDENTITY: Self = Self::Parts {
         translate: Vec3::ZERO,
         rotate: Vec3::ZERO,
@@ -112,21 +112,21 @@ impl Given {
     }
 }
 
-/// Motion from the placement `open` to the placement `close`. Translation, angles and scale change
-/// linearly, so that an object may turn more than once. Matrices that only scale, rotate and
-/// translate turn along the shorter arc. All other matrices change linearly, element by element.
-fn motion(open: Given, close: Given) -> Placement {
+/// Motion from one placement to another. Translation, angles and scale change linearly, so that an
+/// object may turn more than once. Matrices that only scale, rotate and translate turn along the
+/// shorter arc. Other matrices change linearly, element by element.
+fn motion(open: PlacementForm, close: PlacementForm) -> Placement {
     let steps_of = |degrees: f32| ((degrees / DEGREES_A_STEP).ceil() as usize).clamp(1, Placement::MAX_STEPS - 1);
     let along = |count: usize, at: &dyn Fn(f32) -> Affine3A| {
         Placement::Moving((0..=count).map(|i| at(i as f32 / count as f32)).collect())
     };
     if let (
-        Given::Parts {
+        PlacementForm::Parts {
             translate: t0,
             rotate: r0,
             scale: s0,
         },
-        Given::Parts {
+        PlacementForm::Parts {
             translate: t1,
             rotate: r1,
             scale: s1,
@@ -169,7 +169,7 @@ fn given(
     matrix: &Option<Spanned<[[f32; 4]; 4]>>,
     transform_key: &str,
     matrix_key: &str,
-) -> Result<Option<Given>, FileError> {
+) -> Result<Option<PlacementForm>, FileError> {
     let (given, span) = match (transform, matrix) {
         (None, None) => return Ok(None),
         (Some(_), Some(matrix)) => {
@@ -180,10 +180,10 @@ fn given(
                 )
                 .help("keep one of them"));
         }
-        (Some(section), None) => (Given::of(section.get_ref()), section.span()),
+        (Some(section), None) => (PlacementForm::of(section.get_ref()), section.span()),
         (None, Some(matrix)) => {
             let affine = affine_from_rows(*matrix.get_ref()).ok_or_else(|| last_row(file, matrix.span()))?;
-            (Given::Matrix(affine), matrix.span())
+            (PlacementForm::Matrix(affine), matrix.span())
         }
     };
     if let Some((message, help)) = fault(&given.affine()) {

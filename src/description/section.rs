@@ -18,8 +18,8 @@ pub(crate) trait Section: Sized {
     /// Keys that must be given.
     const REQUIRED: &'static [&'static str];
 
-    /// Keys that the file sets, with their values.
-    fn given(&self) -> Vec<Given<'_>>;
+    /// Keys that the file has.
+    fn given(&self) -> Vec<PresentKey<'_>>;
 
     /// Sets all keys that `other` has, and replaces old values.
     fn set_over(&mut self, other: Self);
@@ -35,8 +35,8 @@ pub(crate) trait Section: Sized {
     }
 }
 
-/// A key that the file sets.
-pub(crate) struct Given<'a> {
+/// A key that the file has.
+pub(crate) struct PresentKey<'a> {
     pub key: &'static str,
     /// Span of the value in the file.
     pub span: std::ops::Range<usize>,
@@ -73,13 +73,13 @@ pub(crate) fn value<T: Copy>(key: &Option<Spanned<T>>) -> Option<T> {
 
 /// Reads the value of an optional key with its span.
 pub(crate) fn optional<'de, T: KeyType, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Spanned<T>>, D::Error> {
-    let read = Option::<Spanned<Read<T>>>::deserialize(deserializer)?;
+    let read = Option::<Spanned<TypedValue<T>>>::deserialize(deserializer)?;
     Ok(read.map(|value| Spanned::new(value.span(), value.into_inner().0)))
 }
 
 /// Reads the value of a required key with its span.
 pub(crate) fn required<'de, T: KeyType, D: Deserializer<'de>>(deserializer: D) -> Result<Spanned<T>, D::Error> {
-    let value = Spanned::<Read<T>>::deserialize(deserializer)?;
+    let value = Spanned::<TypedValue<T>>::deserialize(deserializer)?;
     Ok(Spanned::new(value.span(), value.into_inner().0))
 }
 
@@ -92,10 +92,10 @@ impl<'de, T: KeyType> Deserialize<'de> for Optional<T> {
     }
 }
 
-/// A value that is read by its [`KeyType`].
-struct Read<T>(T);
+/// A value read by its [`KeyType`].
+struct TypedValue<T>(T);
 
-impl<'de, T: KeyType> Deserialize<'de> for Read<T> {
+impl<'de, T: KeyType> Deserialize<'de> for TypedValue<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         T::read(deserializer).map(Self)
     }
@@ -251,17 +251,17 @@ macro_rules! section {
             ];
             const REQUIRED: &'static [&'static str] = &[$(section!(@name $required $(, $name)?)),*];
 
-            fn given(&self) -> Vec<$crate::description::section::Given<'_>> {
-                let required: Vec<$crate::description::section::Given<'_>> = vec![
-                    $($crate::description::section::Given {
+            fn given(&self) -> Vec<$crate::description::section::PresentKey<'_>> {
+                let required: Vec<$crate::description::section::PresentKey<'_>> = vec![
+                    $($crate::description::section::PresentKey {
                         key: section!(@name $required $(, $name)?),
                         span: self.$required.span(),
                         numbers: &[],
                         range: crate::options::Range::Any,
                     }),*
                 ];
-                let optional: Vec<Option<$crate::description::section::Given<'_>>> = vec![
-                    $(self.$key.as_ref().map(|value| $crate::description::section::Given {
+                let optional: Vec<Option<$crate::description::section::PresentKey<'_>>> = vec![
+                    $(self.$key.as_ref().map(|value| $crate::description::section::PresentKey {
                         key: stringify!($key),
                         span: value.span(),
                         numbers: $crate::description::section::KeyType::numbers(value.get_ref()),

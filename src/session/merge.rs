@@ -17,12 +17,12 @@ use std::path::{Path, PathBuf};
 
 /// A part of a picture, as described by the header of its file.
 #[derive(Clone, Debug)]
-struct Part {
+struct PicturePart {
     path: PathBuf,
     description: Description,
 }
 
-impl Part {
+impl PicturePart {
     fn samples(&self) -> Range<u32> {
         self.description.metadata.first_sample..self.description.metadata.end_sample
     }
@@ -35,9 +35,9 @@ impl Part {
 /// Parts of one picture. Only their headers were read.
 #[derive(Clone, Debug)]
 pub struct Parts {
-    /// Parts, sorted by their first sample and the corner of their crop. Never empty.
-    parts: Vec<Part>,
-    whole: Whole,
+    /// Parts sorted by first sample and corner; never empty.
+    parts: Vec<PicturePart>,
+    extent: PartsExtent,
 }
 
 /// Result of joining parts.
@@ -60,13 +60,13 @@ impl Parts {
     /// A file is not a part of a picture, or the parts belong to different pictures.
     pub fn describe(paths: &[impl AsRef<Path>]) -> Result<Self, Error> {
         let describe = |path: &Path| {
-            Ok(Part {
+            Ok(PicturePart {
                 path: path.to_path_buf(),
                 description: describe_checkpoint(path)?,
             })
         };
         let parts = paths.iter().map(|path| describe(path.as_ref()));
-        let mut parts: Vec<Part> = parts.collect::<Result<_, FileError>>()?;
+        let mut parts: Vec<PicturePart> = parts.collect::<Result<_, FileError>>()?;
         parts.sort_by_key(|part| {
             let corner = part.description.crop.min;
             (part.samples().start, corner.y, corner.x)
@@ -76,8 +76,8 @@ impl Parts {
             return Err(Error::Refused(message.into()));
         };
         others.iter().try_for_each(|part| check_kinship(first, part))?;
-        let whole = Whole::new(first, &parts);
-        Ok(Self { parts, whole })
+        let extent = PartsExtent::new(first, &parts);
+        Ok(Self { parts, extent })
     }
 
     /// Number of parts.
@@ -92,12 +92,12 @@ impl Parts {
 
     /// The smallest rectangle that contains all parts.
     pub fn crop(&self) -> Rect {
-        self.whole.crop
+        self.extent.crop
     }
 
     /// Range of samples from the first sample to the last sample of all parts.
     pub fn samples(&self) -> Range<u32> {
-        self.whole.samples.clone()
+        self.extent.samples.clone()
     }
 
     /// Joins the sums of all parts to the sums of one render. The order of the parts does not
@@ -109,17 +109,17 @@ impl Parts {
     /// Samples are repeated; samples are missing, or parts are unfinished, unless `allow_gaps` is
     /// true; files are damaged.
     pub fn join(&self, is_enough: bool, allow_gaps: bool) -> Result<Joined, Error> {
-        let Self { parts, whole } = self;
+        let Self { parts, extent } = self;
         let wanted = match is_enough {
-            true => whole.samples.clone(),
-            false => 0..whole.total,
+            true => extent.samples.clone(),
+            false => 0..extent.total,
         };
-        let has_gaps = whole.check(parts, wanted, allow_gaps)?;
-        let state = whole.join(parts)?;
+        let has_gaps = extent.check(parts, wanted, allow_gaps)?;
+        let state = extent.join(parts)?;
         let metadata = Metadata {
-            first_sample: whole.samples.start,
-            end_sample: whole.samples.end,
-            total_samples: whole.total,
+            first_sample: extent.samples.start,
+            end_sample: extent.samples.end,
+            total_samples: extent.total,
             render_seconds: state.seconds,
             complete: !has_gaps,
             // The sums belong to a picture that is not denoised
@@ -127,7 +127,7 @@ impl Parts {
             tone: None,
             ..parts[0].description.metadata.clone()
         };
-        let is_all = whole.crop == Rect::full(whole.resolution) && whole.samples == (0..whole.total);
+        let is_all = extent.crop == Rect::full(extent.resolution) && extent.samples == (0..extent.total);
         Ok(Joined {
             state,
             metadata,
@@ -172,8 +172,8 @@ impl Joined {
     }
 }
 
-/// Returns an error if `first` and `other` are not parts of one picture.
-fn check_kinship(first: &Part, other: &Part) -> Result<(), Error> {
+/// Returns an error if the parts are not of one picture.
+fn check_kinship(first: &PicturePart, other: &PicturePart) -> Result<(), Error> {
     let (a, b) = (&first.description, &other.description);
     let difference = match a.resolution == b.resolution {
         true => a.metadata.difference(&b.metadata),
@@ -189,7 +189,7 @@ fn check_kinship(first: &Part, other: &Part) -> Result<(), Error> {
 
 /// Size of the picture, and region and samples that all parts cover together.
 #[derive(Clone, Debug)]
-struct Whole {
+struct PartsExtent {
     resolution: UVec2,
     /// The smallest rectangle that contains all parts.
     crop: Rect,
@@ -198,14 +198,14 @@ struct Whole {
     total: u32,
 }
 
-impl Whole {
-    fn new(first: &Part, parts: &[Part]) -> Self {
+impl PartsExtent {
+    fn new(first: &PicturePart, parts: &[PicturePart]) -> Self {
         let around = |a: Rect, b: Rect| Rect {
             min: a.min.min(b.min),
             max: a.max.max(b.max),
         };
         let crops = parts.iter().map(|part| part.description.crop);
-        let samples = || parts.iter().map(Part::samples);
+        let samples = || parts.iter().map(PicturePart::samples);
         Self {
             resolution: first.description.resolution,
             crop: crops.reduce(around).unwrap_or(first.description.crop),
@@ -218,9 +218,9 @@ impl Whole {
         }
     }
 
-    /// Returns true if any sample of the range `wanted` is missing. Returns an error if a sample is
-    /// missing and `allow_gaps` is false, or if a sample is repeated.
-    fn check(&self, parts: &[Part], wanted: Range<u32>, allow_gaps: bool) -> Result<bool, Error> {
+    /// Returns true if any of the samples `wanted` is missing, which is an error unless
+    /// `allow_gaps`. A repeated sample is an error.
+    fn check(&self, parts: &[PicturePart], wanted: Range<u32>, allow_gaps: bool) -> Result<bool, Error> {
         let mut gap = None;
         if let Some(part) = parts.iter().find(|part| !part.description.metadata.complete) {
             gap = Some(part.error(
@@ -240,8 +240,8 @@ impl Whole {
         for y in ys.windows(2) {
             for x in xs.windows(2) {
                 let corner = UVec2::new(x[0], y[0]);
-                // Parts of the cell, in the order of their first samples
-                let here: Vec<&Part> = parts.iter().filter(|p| p.description.crop.contains(corner)).collect();
+                // Parts are sorted by their first samples.
+                let here: Vec<&PicturePart> = parts.iter().filter(|p| p.description.crop.contains(corner)).collect();
                 for pair in here.windows(2) {
                     let (a, b) = (pair[0].samples(), pair[1].samples());
                     if b.start < a.end {
@@ -277,8 +277,8 @@ impl Whole {
         }
     }
 
-    /// Adds the sums of all parts.
-    fn join(&self, parts: &[Part]) -> Result<RenderState, Error> {
+    /// Sums of all parts.
+    fn join(&self, parts: &[PicturePart]) -> Result<RenderState, Error> {
         let metadata = &parts[0].description.metadata;
         let film = Film::starting_at(self.resolution, self.crop, self.samples.start);
         // Take the channels of the first part: all parts have the same channels, because channels

@@ -46,7 +46,7 @@ pub(crate) use renderer::denoise;
 pub(crate) use settings::all_threads;
 
 use crate::camera::{Camera, CameraDescription, CameraParameters};
-use crate::description::{Loaded, SceneFile, Unlit, load_scene_to_light};
+use crate::description::{LoadedScene, SceneFile, UnlitScene, load_scene_to_light};
 use crate::files::MemoryLimit;
 use crate::film::{Aov, Filter};
 use crate::guess::{CameraGuess, Plan, Sisters};
@@ -59,7 +59,7 @@ use crate::math::Vec3;
 use crate::options::Method;
 use crate::scene::Scene;
 use memory::{check_pixels, within_memory};
-use settings::{GuessSelection, Surveyed};
+use settings::{GuessSelection, SceneSurvey};
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
@@ -138,13 +138,13 @@ impl Session {
     /// scene again if the light changes.
     fn settle(
         (file, settings): (&SceneFile, Settings),
-        (loaded, unlit): (Loaded, Option<Unlit>),
+        (loaded, unlit): (LoadedScene, Option<UnlitScene>),
         pool: rayon::ThreadPool,
         observer: &dyn LoadObserver,
     ) -> Result<Self, Error> {
         let limit = MemoryLimit::of(file.load.max_memory);
         let method = settings.method();
-        let Loaded {
+        let LoadedScene {
             scene,
             mut warnings,
             files,
@@ -208,7 +208,7 @@ impl Session {
     /// Session with the light of `file`. Reads the scene again only if its files have changed.
     fn relit(
         (file, settings): (&SceneFile, Settings),
-        (scene, unlit): (Scene, Option<Unlit>),
+        (scene, unlit): (Scene, Option<UnlitScene>),
         pool: rayon::ThreadPool,
         observer: &dyn LoadObserver,
     ) -> Result<Self, Error> {
@@ -502,7 +502,7 @@ pub(crate) fn camera_and_lit(
     let (found, surveyed) = settings.camera_and_survey(file, scene, pool, selection)?;
     let parameters = &found.description.parameters;
     let lit = match surveyed {
-        Some(Surveyed {
+        Some(SceneSurvey {
             survey,
             light: Some(light),
         }) => Some(lighting::lit(file, settings, (light, &survey), parameters)),

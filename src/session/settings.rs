@@ -104,8 +104,8 @@ pub(super) struct GuessSelection {
     pub light: bool,
 }
 
-/// Survey of a scene, and the light that was guessed from it.
-pub(super) struct Surveyed {
+/// Survey of a scene, and the light guessed from it.
+pub(super) struct SceneSurvey {
     pub survey: Survey,
     /// Guess of the light, if it was requested.
     pub light: Option<LightGuess>,
@@ -360,7 +360,7 @@ impl Settings {
         scene: &Scene,
         pool: &rayon::ThreadPool,
         selection: GuessSelection,
-    ) -> Result<(FoundCamera, Option<Surveyed>), Error> {
+    ) -> Result<(FoundCamera, Option<SceneSurvey>), Error> {
         // Guesses trace rays.
         let accel = match selection.survey || selection.light || self.camera.needs_scene() {
             true => Some(self.backend.for_guesses().build(scene, pool)?),
@@ -379,7 +379,7 @@ impl Settings {
             let CameraParameters { position, look_at, .. } = found.description.parameters;
             let survey = finder.map(|finder| {
                 let light = selection.light.then(|| finder.light(position, look_at)).flatten();
-                Surveyed {
+                SceneSurvey {
                     survey: *finder.survey(),
                     light,
                 }

@@ -54,7 +54,7 @@ impl RenderState {
 
     /// State from a checkpoint.
     pub(super) fn of_checkpoint(checkpoint: Checkpoint) -> Result<Self, FileError> {
-        let counted: Counted = serde_json::from_str(&checkpoint.statistics).map_err(|error| {
+        let counted: StoredStatistics = serde_json::from_str(&checkpoint.statistics).map_err(|error| {
             FileError::new(&checkpoint.path, format!("its statistics are invalid: {error}")).help("render it anew")
         })?;
         Ok(Self {
@@ -149,14 +149,14 @@ impl RenderState {
 
     /// Counts and time as JSON text.
     fn counted(&self) -> String {
-        // This cannot fail, because the structure has only numbers.
-        serde_json::to_string(&Counted::new(&self.statistics, self.seconds)).unwrap_or_default()
+        // The structure has only numbers, so that this cannot fail.
+        serde_json::to_string(&StoredStatistics::new(&self.statistics, self.seconds)).unwrap_or_default()
     }
 }
 
 /// [`Statistics`] as stored in files.
 #[derive(Serialize, Deserialize)]
-struct Counted {
+struct StoredStatistics {
     seconds: f64,
     /// Numbers of camera, bounce and shadow rays.
     rays: [u64; 3],
@@ -184,7 +184,7 @@ struct CountedSample {
     radiance: [u32; 3],
 }
 
-impl Counted {
+impl StoredStatistics {
     fn new(statistics: &Statistics, seconds: f64) -> Self {
         let RayCounts {
             camera,

@@ -63,10 +63,10 @@ pub(super) struct Hub {
     is_over: AtomicBool,
 }
 
-/// Guard that ends the threads of all pages on drop.
-pub(super) struct Ending<'a>(&'a Hub);
+/// Ends the threads of all pages on drop.
+pub(super) struct PageThreadsGuard<'a>(&'a Hub);
 
-impl Drop for Ending<'_> {
+impl Drop for PageThreadsGuard<'_> {
     fn drop(&mut self) {
         self.0.is_over.store(true, Ordering::SeqCst);
     }
@@ -95,8 +95,8 @@ impl Hub {
     }
 
     /// A guard that ends all threads on drop.
-    pub fn ending(&self) -> Ending<'_> {
-        Ending(self)
+    pub fn ending(&self) -> PageThreadsGuard<'_> {
+        PageThreadsGuard(self)
     }
 
     /// Returns true if the threads of pages must end.

@@ -34,8 +34,8 @@ pub(super) fn with_changes(text: &str, materials: &[MaterialEdit], lights: &[Lig
 }
 
 /// Result of a save.
-pub(super) struct Saved {
-    /// Metadata of the new file, read before the file got its final name.
+pub(super) struct SaveResult {
+    /// Metadata of the new file before it got its name.
     pub metadata: Metadata,
     /// Number of other names (hard links) of the old file, which keep the old contents.
     pub other_names: u64,
@@ -48,12 +48,12 @@ pub(super) struct Saved {
 ///
 /// A file that cannot be read or written, or that another process has locked. The file is then
 /// unchanged.
-pub(super) fn save(path: &Path, old: &str, new: &str) -> Result<Option<Saved>, FileError> {
+pub(super) fn save(path: &Path, old: &str, new: &str) -> Result<Option<SaveResult>, FileError> {
     let output = Output::prepare(path)?;
     let _lock = output.lock()?;
     let other_names = output.other_names();
     let written = output.replace(old.as_bytes(), |writer| writer.write_all(new.as_bytes()))?;
-    Ok(written.map(|metadata| Saved { metadata, other_names }))
+    Ok(written.map(|metadata| SaveResult { metadata, other_names }))
 }
 
 /// Text of the sections that changes of materials add to a scene file.

@@ -31,13 +31,13 @@ fn stamp(path: &Path) -> Stamp {
 
 /// Watched files.
 pub(super) struct Watch {
-    files: Vec<Watched>,
+    files: Vec<WatchedFile>,
     checked: Instant,
     /// Stamps of the last check, if files were changing: editors write in several steps.
     changing: Option<Vec<Stamp>>,
 }
 
-struct Watched {
+struct WatchedFile {
     path: PathBuf,
     /// Stamp of the loaded contents; `None` if this stamp is unknown.
     known: Option<Stamp>,
@@ -91,7 +91,7 @@ impl Watch {
 
     /// Watches `files`, which were read in `reading`.
     pub fn finish(&mut self, reading: &Reading, files: impl IntoIterator<Item = PathBuf>) {
-        let watched = |path: PathBuf| Watched {
+        let watched = |path: PathBuf| WatchedFile {
             known: reading.stamp_of(&path),
             path,
         };
@@ -119,7 +119,7 @@ impl Watch {
 
     fn check_files(&mut self) -> bool {
         let now: Vec<Stamp> = self.files.iter().map(|file| stamp(&file.path)).collect();
-        let is_known = |(file, now): (&Watched, &Stamp)| file.known == Some(*now);
+        let is_known = |(file, now): (&WatchedFile, &Stamp)| file.known == Some(*now);
         if self.files.iter().zip(&now).all(is_known) {
             self.changing = None;
             return false;

@@ -4,7 +4,7 @@
 
 use embrasure::accel::brute::BruteForce;
 use embrasure::camera::{Camera, CameraMotion, CameraParameters, Pose};
-use embrasure::description::{Loaded, SceneFile, load_scene};
+use embrasure::description::{LoadedScene, SceneFile, load_scene};
 use embrasure::files::read_text;
 use embrasure::film::{Film, Filter, Rect};
 use embrasure::geometry::Mesh;
@@ -229,8 +229,8 @@ fn write(path: &Path, bytes: &[u8]) {
 
 // ---- Checks -------------------------------------------------------------------------------------
 
-/// Reads and builds the scene; `None` if it is refused with a valid error.
-fn check_load(file: &SceneFile, folder: &Path) -> Option<Loaded> {
+/// Reads and builds the scene; `None` if it is refused, for a good reason.
+fn check_load(file: &SceneFile, folder: &Path) -> Option<LoadedScene> {
     match load_scene(file, SceneBuilder::new()) {
         Ok(loaded) => {
             loaded.scene.meshes().iter().for_each(check_mesh);
@@ -390,8 +390,8 @@ fn motion(camera: &CameraOptions, parameters: &CameraParameters) -> CameraMotion
     }
 }
 
-/// Triangles of a scene, including those without area.
-fn triangles(loaded: &Loaded) -> u64 {
+/// Triangles of a scene, those without area too.
+fn triangles(loaded: &LoadedScene) -> u64 {
     let skipped = |words: &str| -> u64 {
         let of = |text: &str| text.split(words).nth(1)?.rsplit(' ').next()?.parse::<u64>().ok();
         loaded.warnings.iter().filter_map(|w| of(&w.text)).sum()

@@ -252,7 +252,7 @@ impl Measure<'_> {
                         prepared: &self.prepared,
                     };
                     let key = (settings.resolution, key);
-                    method.sample(context, key, &mut sampler, &|_| Box::new(Nothing));
+                    method.sample(context, key, &mut sampler, &|_| Box::new(NullSink));
                     let mut scatterings = 0;
                     for (query, _) in recorder.take() {
                         all.push(query);
@@ -365,15 +365,15 @@ fn cpu_name() -> Option<String> {
 }
 
 /// Sink that discards everything.
-struct Nothing;
+struct NullSink;
 
-impl Sink for Nothing {
+impl Sink for NullSink {
     fn weight(&mut self, _: f32) {}
     fn light(&mut self, _: FoundLight) {}
     fn first_surface(&mut self, _: FirstSurface) {}
 }
 
-impl RaySink for Nothing {
+impl RaySink for NullSink {
     fn ray(&mut self, _: RayKind) {}
     fn cut_walk(&mut self) {}
 }

@@ -11,7 +11,7 @@ use super::error::{CliError, INTERRUPTED};
 use super::info::decimal;
 use super::job::read_scene;
 use super::outputs::Outputs;
-use super::progress::{Heeding, Progress};
+use super::progress::{InterruptGuard, Progress};
 use super::words;
 use crate::bsdf::Bsdf;
 use crate::color::{Spectrum, Tone};
@@ -367,7 +367,7 @@ fn portray(
     let renderer = session.renderer()?;
     let samples = session.settings().crop().area() * u64::from(session.settings().spp);
     let progress = Progress::new(samples, quiet);
-    let _heeding = Heeding::begin();
+    let _interrupts = InterruptGuard::begin();
     let mut state = renderer.start();
     let outcome = renderer.render(&mut state, &progress);
     progress.finish();

@@ -3,7 +3,7 @@
 use crate::cli::error::CliError;
 use crate::cli::job::Job;
 use crate::cli::outputs::Outputs;
-use crate::cli::progress::{Heeding, Progress};
+use crate::cli::progress::{InterruptGuard, Progress};
 use crate::cli::warnings::ShownWarnings;
 use crate::cli::words::count;
 use crate::color::Spectrum;
@@ -30,7 +30,7 @@ pub(super) fn write_sheet(mut job: Job, output: &Output, named: &Outputs, quiet:
     let renderer = session.renderer()?;
     let mut state = renderer.start();
 
-    let _heeding = Heeding::begin();
+    let _interrupts = InterruptGuard::begin();
     let settings = session.settings();
     let progress = Progress::new(settings.crop().area() * u64::from(settings.spp), quiet);
     let outcome = renderer.render(&mut state, &progress);

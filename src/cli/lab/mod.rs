@@ -21,7 +21,7 @@ use super::error::CliError;
 use super::job::Job;
 use super::outputs::Outputs;
 use super::plot::Place;
-use super::progress::{Heeding, is_interrupted};
+use super::progress::{InterruptGuard, is_interrupted};
 use super::warnings::ShownWarnings;
 use super::words;
 use crate::color::Tone;
@@ -114,7 +114,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
         return Err(no_reference(&contenders));
     }
 
-    let _heeding = Heeding::begin();
+    let _interrupts = InterruptGuard::begin();
     let mut laboratory = Laboratory {
         job: &job,
         quiet: args.quiet,

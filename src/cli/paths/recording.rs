@@ -23,17 +23,17 @@ pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace
     let mut sampler = settings.random_numbers();
     let own = SampleKey::new(pixel.x, pixel.y, index);
 
-    // Integrators that take samples pixel by pixel
-    let heard = RefCell::new(Heard::default());
+    // Samples of pixels
+    let recorded = RefCell::new(RecordedEvents::default());
     let listener = |is_requested| -> Box<dyn Sink + '_> {
         Box::new(Listener {
-            heard: &heard,
+            recorded: &recorded,
             is_requested,
         })
     };
     if method.sample(context, (settings.resolution, own), &mut sampler, &listener) {
-        let heard = heard.into_inner();
-        return vec![Trace::new(own, heard.weight, &heard.events, pixel, filter)];
+        let recorded = recorded.into_inner();
+        return vec![Trace::new(own, recorded.weight, &recorded.events, pixel, filter)];
     }
 
     // Integrators that take samples in iterations
@@ -58,14 +58,14 @@ pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace
 
 /// Events and weight received by the sink.
 #[derive(Default)]
-struct Heard {
+struct RecordedEvents {
     events: Vec<PathEvent>,
     weight: f32,
 }
 
 /// Listener to one of several samples that are traced together.
 struct Listener<'a> {
-    heard: &'a RefCell<Heard>,
+    recorded: &'a RefCell<RecordedEvents>,
     /// True if the sample is the requested one.
     is_requested: bool,
 }
@@ -73,7 +73,7 @@ struct Listener<'a> {
 impl Sink for Listener<'_> {
     fn weight(&mut self, weight: f32) {
         if self.is_requested {
-            self.heard.borrow_mut().weight = weight;
+            self.recorded.borrow_mut().weight = weight;
         }
     }
 
@@ -98,7 +98,7 @@ impl RaySink for Listener<'_> {
 
     fn record(&mut self, event: PathEvent) {
         if self.is_requested {
-            self.heard.borrow_mut().events.push(event);
+            self.recorded.borrow_mut().events.push(event);
         }
     }
 }

@@ -21,7 +21,7 @@ pub(super) struct Case {
     pub about: &'static str,
     /// True if `selftest` runs the case without `--full`.
     pub is_quick: bool,
-    pub run: fn(&Probe) -> Result<Measured, CliError>,
+    pub run: fn(&Probe) -> Result<Measurement, CliError>,
 }
 
 /// All cases.
@@ -110,15 +110,15 @@ pub(super) const CASES: &[Case] = &[
 const TOLERANCE: f64 = 3e-3;
 
 /// A measurement and its exact value.
-pub(super) struct Measured {
+pub(super) struct Measurement {
     pub value: f64,
     pub expected: f64,
     /// Maximum difference.
     pub tolerance: f64,
 }
 
-impl Measured {
-    /// Mean over samples, with a relative tolerance around the exact value `expected`.
+impl Measurement {
+    /// A mean over samples.
     pub fn near(value: f64, expected: f64) -> Self {
         let tolerance = TOLERANCE * expected;
         Self {
@@ -142,7 +142,7 @@ impl Measured {
     }
 }
 
-impl fmt::Display for Measured {
+impl fmt::Display for Measurement {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Self {
             value,
@@ -185,7 +185,7 @@ impl Probe {
     }
 
     /// Ratio of the means of a room by the integrator `kind` and by path tracing.
-    fn over_path(&self, kind: IntegratorKind, spp: u32) -> Result<Measured, CliError> {
+    fn over_path(&self, kind: IntegratorKind, spp: u32) -> Result<Measurement, CliError> {
         let by = |kind, spp| {
             let integrator = IntegratorOptions {
                 integrator: Some(kind),
@@ -198,7 +198,7 @@ impl Probe {
             };
             picture(furnished_room()?, settings).map(|image| mean(&image))
         };
-        Ok(Measured::near(by(kind, spp)? / by(IntegratorKind::Path, 1024)?, 1.0))
+        Ok(Measurement::near(by(kind, spp)? / by(IntegratorKind::Path, 1024)?, 1.0))
     }
 }
 
@@ -218,30 +218,30 @@ fn mean(image: &Image) -> f64 {
 }
 
 /// Number of values whose bits differ, in all channels.
-fn differences(a: &Image, b: &Image) -> Measured {
+fn differences(a: &Image, b: &Image) -> Measurement {
     let values = |image: &Image| -> Vec<u32> {
         let channels = image.channels.iter();
         channels.flat_map(|c| c.values.iter().map(|v| v.to_bits())).collect()
     };
     let (a, b) = (values(a), values(b));
     let common = a.iter().zip(&b).filter(|(a, b)| a != b).count();
-    Measured::none(common + a.len().abs_diff(b.len()))
+    Measurement::none(common + a.len().abs_diff(b.len()))
 }
 
-fn closed_room(probe: &Probe) -> Result<Measured, CliError> {
+fn closed_room(probe: &Probe) -> Result<Measurement, CliError> {
     let settings = Settings {
         integrator: depth(None),
         ..probe.settings(64, 64)
     };
-    Ok(Measured::near(mean(&picture(glowing_room()?, settings)?), 2.0))
+    Ok(Measurement::near(mean(&picture(glowing_room()?, settings)?), 2.0))
 }
 
-fn bounded_paths(probe: &Probe) -> Result<Measured, CliError> {
+fn bounded_paths(probe: &Probe) -> Result<Measurement, CliError> {
     let settings = Settings {
         integrator: depth(Some(3)),
         ..probe.settings(64, 64)
     };
-    Ok(Measured::near(mean(&picture(glowing_room()?, settings)?), 1.875))
+    Ok(Measurement::near(mean(&picture(glowing_room()?, settings)?), 1.875))
 }
 
 /// The default integrator with a maximum number of scattering events.
@@ -252,30 +252,30 @@ fn depth(max: Option<u32>) -> IntegratorOptions {
     }
 }
 
-fn furnace(probe: &Probe) -> Result<Measured, CliError> {
+fn furnace(probe: &Probe) -> Result<Measurement, CliError> {
     let parts = [(block(Vec3::ZERO, Vec3::ONE), matte(0.8, 0.0))];
     let scene = scene(parts, |builder| builder.add_constant_light(Spectrum::ONE))?;
     // Only the block is in the picture.
     let view = camera(Vec3::new(2.0, 1.7, 3.0), Vec3::ZERO, 10.0);
-    Ok(Measured::near(probe.mean((scene, view), 32, 64)?, 0.8))
+    Ok(Measurement::near(probe.mean((scene, view), 32, 64)?, 0.8))
 }
 
-fn point_light(probe: &Probe) -> Result<Measured, CliError> {
+fn point_light(probe: &Probe) -> Result<Measurement, CliError> {
     let (position, intensity) = (Vec3::new(0.5, 2.0, -0.3), 7.0);
     let view = floor([], |builder| {
         builder.add_point_light(position, Spectrum::splat(intensity))
     })?;
     let to_light = position.as_dvec3();
     let irradiance = f64::from(intensity) * to_light.normalize().y / to_light.length_squared();
-    Ok(Measured::near(probe.mean(view, 8, 16)?, 0.8 / PI * irradiance))
+    Ok(Measurement::near(probe.mean(view, 8, 16)?, 0.8 / PI * irradiance))
 }
 
-fn rectangle_lamp(probe: &Probe) -> Result<Measured, CliError> {
+fn rectangle_lamp(probe: &Probe) -> Result<Measurement, CliError> {
     let corners = [[-0.5, -0.5], [0.7, -0.5], [0.7, 0.6], [-0.5, 0.6]].map(|[x, z]| Vec3::new(x, 1.5, z));
     let radiance = 3.0;
     let view = floor([(quad(corners), matte(0.0, radiance))], |_| Ok(()))?;
     let expected = 0.8 / PI * f64::from(radiance) * lambert_factor(corners.map(|c| c.as_dvec3()));
-    Ok(Measured::near(probe.mean(view, 16, 256)?, expected))
+    Ok(Measurement::near(probe.mean(view, 16, 256)?, expected))
 }
 
 /// Irradiance at the origin, whose normal is +y, from a polygon of radiance 1 above it: `1/2 Σ γᵢ
@@ -288,17 +288,17 @@ fn lambert_factor(corners: [DVec3; 4]) -> f64 {
     0.5 * edges.sum::<f64>().abs()
 }
 
-fn window_pane(probe: &Probe) -> Result<Measured, CliError> {
+fn window_pane(probe: &Probe) -> Result<Measurement, CliError> {
     let mut pane = block(Vec3::ZERO, Vec3::new(2.0, 1.0, 0.005));
     let turn = Quat::from_rotation_y(60f32.to_radians());
     pane.positions.iter_mut().for_each(|p| *p = turn * *p);
-    Ok(Measured::near(
+    Ok(Measurement::near(
         probe.mean(lamp_behind(pane, glass())?, 32, 64)?,
         0.836232,
     ))
 }
 
-fn absorbing_glass(probe: &Probe) -> Result<Measured, CliError> {
+fn absorbing_glass(probe: &Probe) -> Result<Measurement, CliError> {
     let (absorption, half) = (0.7f32, 0.5f32);
     let body = Material {
         absorption: Spectrum::splat(absorption),
@@ -307,18 +307,18 @@ fn absorbing_glass(probe: &Probe) -> Result<Measured, CliError> {
     let view = lamp_behind(block(Vec3::ZERO, Vec3::new(2.0, 2.0, half)), body)?;
     let (r, a) = (0.04, (-2.0 * f64::from(absorption * half)).exp());
     let expected = (1.0 - r) * (1.0 - r) * a / (1.0 - r * r * a * a);
-    Ok(Measured::near(probe.mean(view, 32, 64)?, expected))
+    Ok(Measurement::near(probe.mean(view, 32, 64)?, expected))
 }
 
-fn brute_force(probe: &Probe) -> Result<Measured, CliError> {
+fn brute_force(probe: &Probe) -> Result<Measurement, CliError> {
     let oracle = Probe {
         backend: Backend::Brute,
     };
     let by = |probe: &Probe| probe.mean(furnished_room()?, 32, 64);
-    Ok(Measured::near(by(probe)? / by(&oracle)?, 1.0))
+    Ok(Measurement::near(by(probe)? / by(&oracle)?, 1.0))
 }
 
-fn threads(probe: &Probe) -> Result<Measured, CliError> {
+fn threads(probe: &Probe) -> Result<Measurement, CliError> {
     let by = |threads| {
         let settings = Settings {
             threads,
@@ -329,7 +329,7 @@ fn threads(probe: &Probe) -> Result<Measured, CliError> {
     Ok(differences(&by(1)?, &by(3)?))
 }
 
-fn resumed_render(probe: &Probe) -> Result<Measured, CliError> {
+fn resumed_render(probe: &Probe) -> Result<Measurement, CliError> {
     let (half, whole) = (probe.settings(48, 64), probe.settings(48, 128));
     let expected = picture(furnished_room()?, whole.clone())?;
 

@@ -11,22 +11,22 @@ use super::error::CliError;
 use super::words;
 use crate::options::Backend;
 use crate::session::BUILD;
-use cases::{CASES, Case, Measured, Probe};
+use cases::{CASES, Case, Measurement, Probe};
 use serde_json::{Value, json};
 use std::process::ExitCode;
 use std::time::Instant;
 
 /// A case that was run with a backend.
-struct Ran {
+struct CaseResult {
     case: &'static Case,
     backend: Backend,
-    measured: Result<Measured, CliError>,
+    measured: Result<Measurement, CliError>,
     seconds: f64,
 }
 
-impl Ran {
+impl CaseResult {
     fn passed(&self) -> bool {
-        self.measured.as_ref().is_ok_and(Measured::passed)
+        self.measured.as_ref().is_ok_and(Measurement::passed)
     }
 
     fn json(&self) -> Value {
@@ -81,25 +81,25 @@ pub(super) fn selftest(args: &SelftestArgs) -> Result<ExitCode, CliError> {
             let start = Instant::now();
             let measured = (case.run)(&Probe { backend });
             let seconds = start.elapsed().as_secs_f64();
-            let ran = Ran {
+            let result = CaseResult {
                 case,
                 backend,
                 measured,
                 seconds,
             };
             if !args.json {
-                ran.print();
+                result.print();
             }
-            all.push(ran);
+            all.push(result);
         }
     }
-    let passed = all.iter().filter(|ran| ran.passed()).count();
+    let passed = all.iter().filter(|result| result.passed()).count();
     let failed = all.len() - passed;
     if args.json {
         let report = json!({
             "version": env!("CARGO_PKG_VERSION"),
             "build": BUILD,
-            "cases": all.iter().map(Ran::json).collect::<Vec<_>>(),
+            "cases": all.iter().map(CaseResult::json).collect::<Vec<_>>(),
             "passed": passed,
             "failed": failed,
         });
@@ -127,21 +127,21 @@ mod tests {
 
     #[test]
     fn wrong_answers_fail() {
-        let ran = |measured| Ran {
+        let result = |measured| CaseResult {
             case: &CASES[0],
             backend: Backend::ALL[0],
             measured,
             seconds: 0.0,
         };
-        assert!(ran(Ok(Measured::near(2.001, 2.0))).passed());
+        assert!(result(Ok(Measurement::near(2.001, 2.0))).passed());
         for measured in [
-            Ok(Measured::near(2.02, 2.0)),
-            Ok(Measured::near(f64::NAN, 2.0)),
-            Ok(Measured::none(1)),
+            Ok(Measurement::near(2.02, 2.0)),
+            Ok(Measurement::near(f64::NAN, 2.0)),
+            Ok(Measurement::none(1)),
             Err(CliError::Failed("no device".into())),
         ] {
-            let ran = ran(measured);
-            assert!(!ran.passed() && ran.json()["passed"] == json!(false));
+            let result = result(measured);
+            assert!(!result.passed() && result.json()["passed"] == json!(false));
         }
     }
 }

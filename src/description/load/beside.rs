@@ -109,7 +109,7 @@ impl Image {
 
 /// Pictures, OBJ files and material libraries near an OBJ file.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Beside {
+pub(super) struct NearbyFiles {
     /// Folder of the OBJ file.
     here: PathBuf,
     /// Words of the name of the OBJ file.
@@ -122,7 +122,7 @@ pub(super) struct Beside {
     libraries: Vec<PathBuf>,
 }
 
-impl Beside {
+impl NearbyFiles {
     /// Finds the files near the OBJ file `path`.
     pub fn of(path: &Path) -> Self {
         let mut found = Self {

@@ -16,12 +16,12 @@ use std::rc::Rc;
 
 /// Height map of a material.
 #[derive(Clone, Debug)]
-pub(super) struct Heights {
+pub(super) struct DisplacementMap {
     texture: Rc<Texture>,
     mapping: Mapping,
 }
 
-impl Heights {
+impl DisplacementMap {
     fn map(&self, filter: TextureFilter) -> HeightMap<'_> {
         HeightMap {
             texture: &self.texture,
@@ -72,7 +72,7 @@ impl Loader<'_> {
         mesh: &Mesh,
         obj: &Path,
         is_fine: bool,
-    ) -> Result<Option<Heights>, FileError> {
+    ) -> Result<Option<DisplacementMap>, FileError> {
         let id = material.0 as usize;
         let Some(source) = self.materials.get(id) else {
             return Ok(None);
@@ -119,7 +119,7 @@ impl Loader<'_> {
         request: &MapRequest,
         name: &str,
         obj: &Path,
-    ) -> Result<Option<(Heights, PathBuf)>, FileError> {
+    ) -> Result<Option<(DisplacementMap, PathBuf)>, FileError> {
         let Some(path) = self.find_texture(request, name, obj) else {
             return Ok(None);
         };
@@ -150,7 +150,7 @@ impl Loader<'_> {
             }
             _ => Ok(loaded.textures.into_iter().next().map(|texture| {
                 let texture = Rc::new(texture);
-                (Heights { texture, mapping }, path)
+                (DisplacementMap { texture, mapping }, path)
             })),
         }
     }

@@ -86,11 +86,14 @@ impl Loader<'_> {
             .as_ref()
             .filter(|_| place.is_none() && found.maps.is_empty())
         {
-            let undefined = self.undefined.entry(path.to_path_buf()).or_insert_with(|| Undefined {
-                has_library: !obj.libraries.is_empty(),
-                diffuse: found.material.diffuse.max_component(),
-                materials: Vec::new(),
-            });
+            let undefined = self
+                .undefined
+                .entry(path.to_path_buf())
+                .or_insert_with(|| UndefinedMaterials {
+                    has_library: !obj.libraries.is_empty(),
+                    diffuse: found.material.diffuse.max_component(),
+                    materials: Vec::new(),
+                });
             undefined.materials.push((name.clone(), group.line));
         }
         if is_file && !self.file.load.strict && self.file.load.parameters.mtl_dialect() != MtlDialect::Spec {
@@ -325,8 +328,8 @@ fn add_cut_out(found: &mut FileMaterial) {
 
 /// Materials that an OBJ file uses and no library defines.
 #[derive(Debug)]
-pub(super) struct Undefined {
-    /// True if the OBJ file names a library.
+pub(super) struct UndefinedMaterials {
+    /// True if the file has a library.
     has_library: bool,
     /// Diffuse reflectance of surfaces with these materials.
     diffuse: f32,
@@ -336,8 +339,8 @@ pub(super) struct Undefined {
 
 /// Data about the textures of an OBJ file that has texture coordinates.
 #[derive(Debug, Default)]
-pub(super) struct Untextured {
-    /// True if any material of the OBJ file has a texture.
+pub(super) struct UntexturedMaterials {
+    /// True if a material has a texture.
     has_texture: bool,
     /// Material libraries of the OBJ file.
     libraries: Vec<PathBuf>,

@@ -29,18 +29,18 @@ use crate::light::LightGroupId;
 use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 use crate::material::MaterialId;
 use crate::scene::{DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NAME, Scene, SceneBuilder, UnlitBuilder};
-use materials::{Undefined, Untextured};
+use materials::{UndefinedMaterials, UntexturedMaterials};
 use named_maps::NamedMaps;
 use reports::{ground_error, report_findings, scene_error};
 use shapes::{Shape, Shapes};
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
-use textures::AskedTexture;
+use textures::MaterialTexture;
 use unseen::report_unseen;
 
 /// A scene read from files.
 #[derive(Debug)]
-pub struct Loaded {
+pub struct LoadedScene {
     /// The frozen scene.
     pub scene: Scene,
     /// Warnings about missing data, repairs and assumptions.
@@ -51,7 +51,7 @@ pub struct Loaded {
 
 /// Reads all files that `file` names and builds the scene with `builder`. `builder` may already
 /// have parts and settings. Returns the first error.
-pub fn load_scene(file: &SceneFile, builder: SceneBuilder) -> Result<Loaded, FileError> {
+pub fn load_scene(file: &SceneFile, builder: SceneBuilder) -> Result<LoadedScene, FileError> {
     load_scene_watched(file, builder, &())
 }
 
@@ -60,18 +60,18 @@ pub fn load_scene_watched(
     file: &SceneFile,
     builder: SceneBuilder,
     observer: &dyn LoadObserver,
-) -> Result<Loaded, FileError> {
+) -> Result<LoadedScene, FileError> {
     loaded_of(Loader::new(file, builder, observer, false).load())
 }
 
-/// The scene of an inspection, or its first error.
-fn loaded_of(inspection: Inspection) -> Result<Loaded, FileError> {
+/// The scene, or the first error.
+fn loaded_of(inspection: Inspection) -> Result<LoadedScene, FileError> {
     let Inspection {
         scene, findings, files, ..
     } = inspection;
     let warnings = findings.warnings();
     match (findings.first_error(), scene) {
-        (None, Some(scene)) => Ok(Loaded { scene, warnings, files }),
+        (None, Some(scene)) => Ok(LoadedScene { scene, warnings, files }),
         (Some(error), _) => Err(error.clone()),
         (None, None) => Err(FileError::new(Path::new(""), "there is no scene")),
     }
@@ -82,7 +82,7 @@ pub(crate) fn load_scene_to_light(
     file: &SceneFile,
     builder: SceneBuilder,
     observer: &dyn LoadObserver,
-) -> Result<(Loaded, Unlit), FileError> {
+) -> Result<(LoadedScene, UnlitScene), FileError> {
     let mut unlit = None;
     let loader = Loader::new(file, builder, observer, false);
     let loaded = loaded_of(loader.load_keeping(&mut unlit))?;
@@ -90,9 +90,8 @@ pub(crate) fn load_scene_to_light(
     Ok((loaded, unlit))
 }
 
-/// Data to build a scene again with other lights: all data that was read, except lights, ground,
-/// triangles and textures.
-pub(crate) struct Unlit {
+/// A scene that was read, without its lights, ground, triangles and textures.
+pub(crate) struct UnlitScene {
     builder: UnlitBuilder,
     findings: Findings,
     materials: Vec<MaterialSource>,
@@ -100,12 +99,16 @@ pub(crate) struct Unlit {
     files: Vec<PathBuf>,
 }
 
-impl Unlit {
+impl UnlitScene {
     /// The scene with the lights and the ground of `file`, and the triangles and textures of
-    /// `scene`. `None` if the triangles or textures of `scene` differ from the triangles and
-    /// textures that were read. All other sections of `file` must equal the sections of the first
-    /// file.
-    pub fn lit(self, file: &SceneFile, scene: Scene, observer: &dyn LoadObserver) -> Result<Option<Loaded>, FileError> {
+    /// `scene`. `None` if triangles or textures of `scene` differ from those that were read.
+    /// Everything else of `file` must equal the first file.
+    pub fn lit(
+        self,
+        file: &SceneFile,
+        scene: Scene,
+        observer: &dyn LoadObserver,
+    ) -> Result<Option<LoadedScene>, FileError> {
         let Some(builder) = self.builder.with_parts_of(scene) else {
             return Ok(None);
         };
@@ -154,7 +157,7 @@ struct Loader<'a> {
     light_groups: HashMap<String, LightGroupId>,
     /// Requests of materials for textures, in the order of the requests.
     textures: Vec<TextureRequest>,
-    asked: Vec<AskedTexture>,
+    material_textures: Vec<MaterialTexture>,
     /// Folders to search for textures.
     texture_dirs: Vec<PathBuf>,
     finder: FileFinder,
@@ -164,14 +167,14 @@ struct Loader<'a> {
     /// Missing textures with their uses. The key has the file that names the texture, and the
     /// texture's name.
     missing: BTreeMap<(PathBuf, String), Vec<textures::MissingUse>>,
-    /// Materials that no library defines, for each OBJ file.
-    undefined: BTreeMap<PathBuf, Undefined>,
-    /// Textures near each OBJ file that are found by their names.
+    /// Materials of each OBJ file that no library defines.
+    undefined: BTreeMap<PathBuf, UndefinedMaterials>,
+    /// Textures near each OBJ file, found by their names.
     named_maps: BTreeMap<PathBuf, NamedMaps>,
-    /// Height map of each material that displaces its surfaces.
-    heights: HashMap<MaterialId, Option<displacement::Heights>>,
-    /// Data about textures of each OBJ file that has texture coordinates.
-    untextured: BTreeMap<PathBuf, Untextured>,
+    /// Height maps of materials that displace their surfaces.
+    heights: HashMap<MaterialId, Option<displacement::DisplacementMap>>,
+    /// Materials without texture of each OBJ file with texture coordinates.
+    untextured: BTreeMap<PathBuf, UntexturedMaterials>,
     /// Options for reading OBJ files.
     load: LoadOptions,
     /// For each pattern of part names: true if it matches a part in any file.
@@ -235,7 +238,7 @@ impl<'a> Loader<'a> {
             emits: HashMap::new(),
             light_groups: HashMap::new(),
             textures: Vec::new(),
-            asked: Vec::new(),
+            material_textures: Vec::new(),
             texture_dirs: Vec::new(),
             finder: FileFinder::default(),
             found_elsewhere: BTreeMap::new(),
@@ -265,7 +268,7 @@ impl<'a> Loader<'a> {
     }
 
     /// [`Loader::load`] that stores in `unlit` the data to build the scene again.
-    fn load_keeping(mut self, unlit: &mut Option<Unlit>) -> Inspection {
+    fn load_keeping(mut self, unlit: &mut Option<UnlitScene>) -> Inspection {
         let objs = self.load_objects();
         let mut builder = self.builder.unlit();
         let (materials, findings) = (self.materials.len(), self.findings.iter().count());
@@ -273,7 +276,7 @@ impl<'a> Loader<'a> {
         let of_lights = findings..self.findings.iter().count();
         self.add_textures();
         builder.complete(&self.builder);
-        *unlit = Some(Unlit {
+        *unlit = Some(UnlitScene {
             builder,
             findings: self.findings.without(of_lights),
             materials: self.materials[..materials].to_vec(),

@@ -2,13 +2,12 @@
 //! beside the OBJ file or in its texture folders, with names as in Sketchfab, Substance, ambientCG
 //! and Poly Haven.
 //!
-//! Textures with the same NAME form a texture set. A material without any texture gets the textures
-//! of a set if exactly one set fits the material's name, by the rules of [`Fit`]. If the OBJ file
-//! has no library, one picture can be the colour of all materials ([`Beside::picture_of_file`]).
-//! Pictures that this program wrote are not textures.
+//! A material without any texture gets the textures of a set if exactly one set fits its name.
+//! [`Fit`] has the rules. Without any library, one picture can be the colour of all materials
+//! ([`NearbyFiles::picture_of_file`]). Pictures that this program wrote are not textures.
 
 use super::Loader;
-use super::beside::{Beside, Image, stem_of, without_sizes, words_of};
+use super::beside::{Image, NearbyFiles, stem_of, without_sizes, words_of};
 use crate::color::Spectrum;
 use crate::description::mtl::{FileMaterial, MapRequest, MapSlot, MapStatement};
 use crate::description::obj::ObjFile;
@@ -96,8 +95,8 @@ pub(super) struct NamedMaps {
     sets: Sets,
     /// Texture sets with an emission texture and without a colour texture.
     glows: Sets,
-    /// Pictures, OBJ files and libraries near the OBJ file.
-    beside: Beside,
+    /// Files near the OBJ file.
+    beside: NearbyFiles,
 }
 
 /// Reasons why a texture set belongs to a material. The best reason is first.
@@ -115,7 +114,7 @@ enum Fit {
 impl NamedMaps {
     /// Finds the texture sets near the OBJ file `path`.
     pub fn beside(path: &Path) -> Self {
-        let beside = Beside::of(path);
+        let beside = NearbyFiles::of(path);
         let mut sets = Sets::new();
         for image in &beside.images {
             if let Some((set, role)) = role_of(&stem_of(&image.path)) {
@@ -132,8 +131,8 @@ impl NamedMaps {
         Self { sets, glows, beside }
     }
 
-    /// Pictures, OBJ files and libraries near the OBJ file.
-    pub fn files(&self) -> &Beside {
+    /// Files near the OBJ file.
+    pub fn files(&self) -> &NearbyFiles {
         &self.beside
     }
 

@@ -18,16 +18,15 @@ use crate::texture::{Channel, Mapping, TextureId, Wrap};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// A material's request for a texture.
-pub(super) struct AskedTexture {
+/// Request of a material for a texture.
+pub(super) struct MaterialTexture {
     request: MapRequest,
     /// Index of the material in the list of materials.
     material: usize,
 }
 
-impl AskedTexture {
-    /// Other slot of the request (bump map or normal map), if a texture of `kind` belongs there and
-    /// not in the written slot.
+impl MaterialTexture {
+    /// Slot that fits a texture of `kind`, if the statement names the other slot.
     fn moved_to(&self, kind: TextureKind) -> Option<MapSlot> {
         let other = self.request.other_slot();
         other.filter(|&slot| (slot == MapSlot::Normal) == kind.is_normal())
@@ -86,7 +85,7 @@ impl Loader<'_> {
                 kind: kind_of(request),
                 wrap: mapping.wrap,
             });
-            self.asked.push(AskedTexture {
+            self.material_textures.push(MaterialTexture {
                 request: request.clone(),
                 material: self.materials.len(),
             });
@@ -272,7 +271,7 @@ impl Loader<'_> {
         let loaded = match load_textures_within(&self.textures, self.allowance, self.observer) {
             Ok(loaded) => loaded,
             Err(error) => {
-                let mut asked = self.asked.iter().zip(&self.textures);
+                let mut asked = self.material_textures.iter().zip(&self.textures);
                 let request = asked
                     .find(|(_, texture)| texture.path == error.file)
                     .map(|(asked, _)| &asked.request);
@@ -290,7 +289,7 @@ impl Loader<'_> {
         for warning in loaded.ignored {
             self.warn("ignored-metadata", warning);
         }
-        let asked = std::mem::take(&mut self.asked);
+        let asked = std::mem::take(&mut self.material_textures);
         let mut ids = Vec::with_capacity(2 * asked.len());
         let (mut decided, mut cut_outs) = (Vec::new(), Vec::new());
         for ((result, asked), file) in loaded.ids.into_iter().zip(&asked).zip(&self.textures) {
@@ -344,9 +343,9 @@ impl Loader<'_> {
         }
     }
 
-    /// If the picture is a cut-out, keeps the opacity map of its alpha in the list of materials;
-    /// else removes it. Reports each picture once.
-    fn decide_cut_out(&mut self, asked: &AskedTexture, is_cut_out: bool) {
+    /// Keeps the opacity map from the alpha of the colour texture in the source of its material if
+    /// the picture is a cut-out. Reports each picture once.
+    fn decide_cut_out(&mut self, asked: &MaterialTexture, is_cut_out: bool) {
         let maps = self
             .materials
             .get_mut(asked.material)
@@ -369,9 +368,9 @@ impl Loader<'_> {
         }
     }
 
-    /// In the list of materials, moves textures to the slots that fit their pictures. Reports each
-    /// move once for each library and effect.
-    fn move_maps(&mut self, decided: &[(&AskedTexture, TextureKind)], exchanged: &BTreeSet<usize>) {
+    /// Moves textures in the sources of materials to the slots that fit their pictures. Reports
+    /// this once for each library and effect.
+    fn move_maps(&mut self, decided: &[(&MaterialTexture, TextureKind)], exchanged: &BTreeSet<usize>) {
         for &material in exchanged {
             let source = self.materials.get_mut(material);
             for map in source.into_iter().flat_map(|source| &mut source.found.maps) {
@@ -380,7 +379,7 @@ impl Loader<'_> {
         }
         let mut decisions: BTreeMap<(&Path, &str), Vec<&MapRequest>> = BTreeMap::new();
         for &(asked, kind) in decided {
-            let AskedTexture { request, material } = asked;
+            let MaterialTexture { request, material } = asked;
             let Some(source) = self.materials.get_mut(*material) else {
                 continue;
             };
@@ -415,8 +414,8 @@ impl Loader<'_> {
     }
 }
 
-/// Materials whose bump map names a normal map, and whose normal map names a height map.
-fn exchanged(decided: &[(&AskedTexture, TextureKind)]) -> BTreeSet<usize> {
+/// Materials whose height map and normal map are exchanged.
+fn exchanged(decided: &[(&MaterialTexture, TextureKind)]) -> BTreeSet<usize> {
     let moved = |slot: MapSlot| -> BTreeSet<usize> {
         let moved = decided
             .iter()

@@ -30,7 +30,7 @@ use crate::io::{ExrFormat, LoadObserver};
 use crate::render::{Observer, Outcome};
 use crate::session::{Error, RenderState, Renderer, Session, Settings};
 use denoising::Denoising;
-use rival::{Rival, Turns};
+use rival::{Rival, RivalRender};
 use serde_json::json;
 use std::collections::{BTreeMap, VecDeque};
 use std::path::PathBuf;
@@ -58,7 +58,7 @@ const RELOADING: Duration = Duration::from_secs(3);
 const MOMENT: Duration = Duration::from_millis(250);
 
 /// Next step after a picture.
-enum Next {
+enum NextStep {
     /// A picture with another camera or other settings.
     Picture,
     /// More samples of the same picture.
@@ -109,8 +109,8 @@ pub(super) struct Engine<'a> {
     camera: CameraDescription,
     /// The camera of the scene file, or the guessed camera.
     home: CameraDescription,
-    /// State of the last successful render, used after a failure.
-    good: Option<Good>,
+    /// State of the last successful render.
+    restore_point: Option<RestorePoint>,
     /// Parameters set by pages, which override the scene file.
     changes: BTreeMap<String, Option<String>>,
     /// Changes of materials and lights.
@@ -153,11 +153,11 @@ pub(super) struct Engine<'a> {
     rate: f64,
     /// True if a page has selected another channel since the last picture.
     has_new_channel: bool,
-    shown: Shown,
+    shown: SentData,
 }
 
-/// State of a successful render, restored after a failure.
-struct Good {
+/// State of a successful render, to return to after a failure.
+struct RestorePoint {
     options: SceneOptions,
     settings: Settings,
     camera: CameraDescription,
@@ -168,8 +168,8 @@ struct Good {
     compare: Option<String>,
 }
 
-/// Data that pages have already received.
-struct Shown {
+/// Data that pages have received.
+struct SentData {
     /// Time of the last status message; `None` if a message is due at once.
     status: Option<Instant>,
     /// Number of samples and time of the last measurement of noise and exposure.
@@ -179,7 +179,7 @@ struct Shown {
     /// Time of the last message with errors against the reference. The second field is true if the
     /// message included the last samples.
     errors: Instant,
-    told_last: bool,
+    has_sent_last: bool,
 }
 
 /// Observer that checks the mail while samples are taken.
@@ -234,7 +234,7 @@ impl<'a> Engine<'a> {
             host,
             exits_when_closed: view.exit_when_closed,
             closed_since: None,
-            good: None,
+            restore_point: None,
             asked_aovs: settings.aovs.clone(),
             text: request.file.text().into(),
             file: request.file,
@@ -268,13 +268,13 @@ impl<'a> Engine<'a> {
             loads_of_save: 0,
             rate: 0.0,
             has_new_channel: false,
-            shown: Shown {
+            shown: SentData {
                 status: None,
                 measured: None,
                 noise: None,
                 exposure: None,
                 errors: Instant::now(),
-                told_last: false,
+                has_sent_last: false,
             },
         };
         engine.has_own_groups = engine.file.has_light_groups();
@@ -307,17 +307,17 @@ impl<'a> Engine<'a> {
             }
             let next = if self.pending == Change::Scene {
                 self.pending = Change::Nothing;
-                Ok(Next::Scene(state.take().map(Box::new)))
+                Ok(NextStep::Scene(state.take().map(Box::new)))
             } else if self.moved.is_some() {
                 self.preview(&mut session)
             } else {
                 self.still(&mut session, state.take())
             };
             match next {
-                Ok(Next::End) => return Ok(self.denoising.is_busy()),
-                Ok(Next::Picture) => {}
-                Ok(Next::More(old)) => state = Some(*old),
-                Ok(Next::Views(old)) => {
+                Ok(NextStep::End) => return Ok(self.denoising.is_busy()),
+                Ok(NextStep::Picture) => {}
+                Ok(NextStep::More(old)) => state = Some(*old),
+                Ok(NextStep::Views(old)) => {
                     state = Some(*old);
                     self.has_paused_for_views = true;
                     if let Err(error) = self.picture_views(&mut session) {
@@ -325,7 +325,7 @@ impl<'a> Engine<'a> {
                         self.send_error(None, &error.to_string());
                     }
                 }
-                Ok(Next::Scene(old)) => {
+                Ok(NextStep::Scene(old)) => {
                     if let Err(words) = self.load(&mut session) {
                         self.retreat(&words);
                         state = old.map(|old| *old);
@@ -342,11 +342,15 @@ impl<'a> Engine<'a> {
         self.refuse_saves(words);
         // Without a successful render, drop all changes of the pages.
         self.edits = SceneChanges::default();
-        if let Some(good) = &self.good {
-            (self.options, self.settings, self.camera) = (good.options, good.settings.clone(), good.camera);
-            (self.changes, self.edits) = (good.changes.clone(), good.edits.clone());
-            (self.shows_groups, self.shows_ids) = (good.shows_groups, good.shows_ids);
-            self.compare = good.compare.clone();
+        if let Some(restore_point) = &self.restore_point {
+            (self.options, self.settings, self.camera) = (
+                restore_point.options,
+                restore_point.settings.clone(),
+                restore_point.camera,
+            );
+            (self.changes, self.edits) = (restore_point.changes.clone(), restore_point.edits.clone());
+            (self.shows_groups, self.shows_ids) = (restore_point.shows_groups, restore_point.shows_ids);
+            self.compare = restore_point.compare.clone();
         }
         self.moved = None;
         self.send_state();
@@ -403,11 +407,10 @@ impl<'a> Engine<'a> {
         Ok(())
     }
 
-    /// Renders the picture, or continues with the samples `old`. A second render alternates with
-    /// it, if there is a comparison.
-    fn still(&mut self, session: &mut Session, old: Option<RenderState>) -> Result<Next, Error> {
+    /// Renders the picture, or continues `old`, together with its rival if there is one.
+    fn still(&mut self, session: &mut Session, old: Option<RenderState>) -> Result<NextStep, Error> {
         if !session.serves(&self.settings) {
-            return Ok(Next::Scene(old.map(Box::new)));
+            return Ok(NextStep::Scene(old.map(Box::new)));
         }
         session.change(self.settings.clone(), self.camera, old.is_some())?;
         let rival = self.next_rival(session)?;
@@ -421,11 +424,11 @@ impl<'a> Engine<'a> {
         session: &Session,
         old: Option<RenderState>,
         rival: Option<&Rival>,
-    ) -> Result<Next, Error> {
+    ) -> Result<NextStep, Error> {
         let renderer = session.renderer()?;
-        let mut turns = rival.map(Turns::new).transpose()?;
+        let mut rival_render = rival.map(RivalRender::new).transpose()?;
         let mut state = old.unwrap_or_else(|| renderer.start());
-        self.good = Some(Good {
+        self.restore_point = Some(RestorePoint {
             options: self.options,
             settings: self.settings.clone(),
             camera: self.camera,
@@ -440,17 +443,19 @@ impl<'a> Engine<'a> {
         }
         let mut slice = FIRST_SLICE;
         let mut is_complete = false;
-        (self.shown.measured, self.shown.noise, self.shown.told_last) = (None, None, false);
+        (self.shown.measured, self.shown.noise, self.shown.has_sent_last) = (None, None, false);
         self.send_state();
         loop {
-            let rival_works = turns.as_ref().is_some_and(|turns| !turns.is_complete);
+            let rival_works = rival_render
+                .as_ref()
+                .is_some_and(|rival_render| !rival_render.is_complete);
             let is_awaited = self.denoising.is_awaited();
             let works = !self.is_paused && !is_awaited && (!is_complete || rival_works);
-            if let Some(turns) = turns
+            if let Some(rival_render) = rival_render
                 .as_mut()
-                .filter(|turns| works && turns.is_next(&state, is_complete))
+                .filter(|rival_render| works && rival_render.is_next(&state, is_complete))
             {
-                self.take_turn(turns, slice);
+                self.take_turn(rival_render, slice);
             } else if works {
                 let before = state.film.samples();
                 is_complete = self.take_samples(&renderer, &mut state, slice, true) == Outcome::Complete;
@@ -460,13 +465,16 @@ impl<'a> Engine<'a> {
                 }
             }
             self.denoise(&renderer, &state, is_complete || self.is_paused);
-            let is_over = is_complete && turns.as_ref().is_none_or(|turns| turns.is_complete);
-            self.send_errors(&state, turns.as_ref(), is_over);
+            let is_over = is_complete
+                && rival_render
+                    .as_ref()
+                    .is_none_or(|rival_render| rival_render.is_complete);
+            self.send_errors(&state, rival_render.as_ref(), is_over);
             let has_jobs = !self.jobs.is_empty();
             self.do_jobs(&renderer, &state);
             self.send_status(&renderer, &state, is_over, has_jobs);
             if self.is_over() {
-                return Ok(Next::End);
+                return Ok(NextStep::End);
             }
             let patience = match (works && !is_over, is_awaited) {
                 (true, _) => Duration::ZERO,
@@ -474,30 +482,30 @@ impl<'a> Engine<'a> {
                 (false, false) => IDLE,
             };
             match self.read_mail(patience) {
-                Change::Scene => return Ok(Next::Scene(Some(Box::new(state)))),
-                Change::Picture => return Ok(Next::Picture),
-                Change::Settings if turns.is_some() => return Ok(Next::Picture),
+                Change::Scene => return Ok(NextStep::Scene(Some(Box::new(state)))),
+                Change::Picture => return Ok(NextStep::Picture),
+                Change::Settings if rival_render.is_some() => return Ok(NextStep::Picture),
                 Change::Settings => return Ok(self.after_settings(session, state)),
                 Change::Nothing => {}
             }
             if !self.views.is_empty() && !state.is_empty() {
-                return Ok(Next::Views(Box::new(state)));
+                return Ok(NextStep::Views(Box::new(state)));
             }
             if std::mem::take(&mut self.has_new_channel) && !state.is_empty() {
                 self.show(&renderer, &state, true);
-                if let Some(turns) = &turns {
-                    self.show_rival(turns, true);
+                if let Some(rival_render) = &rival_render {
+                    self.show_rival(rival_render, true);
                 }
             }
             if self.watch.has_changed() {
-                return Ok(Next::Scene(Some(Box::new(state))));
+                return Ok(NextStep::Scene(Some(Box::new(state))));
             }
         }
     }
 
     /// Next step after a change of settings: more samples if the samples of `state`, taken by
     /// `session`, are still valid, else a new picture.
-    fn after_settings(&self, session: &Session, state: RenderState) -> Next {
+    fn after_settings(&self, session: &Session, state: RenderState) -> NextStep {
         let (had, wanted) = (session.settings(), &self.settings);
         let taken = state.film.tiles().iter().map(|tile| tile.next_sample()).max();
         let same = had.describe() == wanted.describe()
@@ -505,8 +513,8 @@ impl<'a> Engine<'a> {
             && had.seed == wanted.seed
             && taken.unwrap_or(0) <= wanted.samples().end;
         match same {
-            true => Next::More(Box::new(state)),
-            false => Next::Picture,
+            true => NextStep::More(Box::new(state)),
+            false => NextStep::Picture,
         }
     }
 

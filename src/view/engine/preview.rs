@@ -1,6 +1,6 @@
 //! The picture of a moving camera: smaller, with a few samples.
 
-use super::{Change, Engine, Next, REST};
+use super::{Change, Engine, NextStep, REST};
 use crate::film::Aov;
 use crate::math::UVec2;
 use crate::options::{IntegratorKind, IntegratorOptions};
@@ -20,7 +20,7 @@ const SAMPLES: u32 = 32;
 
 impl Engine<'_> {
     /// Renders and shows the preview of the moving camera.
-    pub(super) fn preview(&mut self, session: &mut Session) -> Result<Next, Error> {
+    pub(super) fn preview(&mut self, session: &mut Session) -> Result<NextStep, Error> {
         let (mut settings, camera) = (self.preview_settings(SAMPLES), self.camera);
         settings.resolution = self.preview_size();
         session.change(settings, camera, true)?;
@@ -30,7 +30,7 @@ impl Engine<'_> {
             let rests = self.moved.is_none_or(|moved| moved.elapsed() >= REST);
             if rests && !state.is_empty() {
                 self.moved = None;
-                return Ok(Next::Picture);
+                return Ok(NextStep::Picture);
             }
             let has_samples = !state.is_empty();
             let slice = if has_samples { SLICE } else { Duration::ZERO };
@@ -43,11 +43,11 @@ impl Engine<'_> {
                 Outcome::Stopped => Duration::ZERO,
             };
             if self.is_over() {
-                return Ok(Next::End);
+                return Ok(NextStep::End);
             }
             match self.read_mail(patience) {
-                Change::Scene => return Ok(Next::Scene(None)),
-                Change::Picture => return Ok(Next::Picture),
+                Change::Scene => return Ok(NextStep::Scene(None)),
+                Change::Picture => return Ok(NextStep::Picture),
                 Change::Settings | Change::Nothing => {}
             }
         }

@@ -24,15 +24,15 @@ pub(super) struct Rival {
     text: String,
 }
 
-/// State of the second render while it alternates with the picture.
-pub(super) struct Turns<'a> {
+/// The second render while the picture is rendered.
+pub(super) struct RivalRender<'a> {
     renderer: Renderer<'a>,
     state: RenderState,
     pub is_complete: bool,
     text: &'a str,
 }
 
-impl<'a> Turns<'a> {
+impl<'a> RivalRender<'a> {
     pub fn new(rival: &'a Rival) -> Result<Self, Error> {
         let renderer = rival.session.renderer()?;
         Ok(Self {
@@ -144,51 +144,52 @@ impl Engine<'_> {
         Ok(rival)
     }
 
-    /// Takes samples of the second render for the time `slice`.
-    pub(super) fn take_turn(&mut self, turns: &mut Turns, slice: Duration) {
+    /// Renders the rival for one `slice` of time.
+    pub(super) fn take_turn(&mut self, rival_render: &mut RivalRender, slice: Duration) {
         let rate = self.rate;
-        let before = turns.state.film.samples();
-        let outcome = self.take_samples(&turns.renderer, &mut turns.state, slice, true);
-        // Restore the sample rate, because `rate` is the rate of the main picture.
+        let before = rival_render.state.film.samples();
+        let outcome = self.take_samples(&rival_render.renderer, &mut rival_render.state, slice, true);
+        // The rate belongs to the picture.
         self.rate = rate;
-        turns.is_complete = outcome == Outcome::Complete;
-        if turns.state.film.samples() > before || turns.is_complete {
-            self.show_rival(turns, turns.is_complete);
+        rival_render.is_complete = outcome == Outcome::Complete;
+        if rival_render.state.film.samples() > before || rival_render.is_complete {
+            self.show_rival(rival_render, rival_render.is_complete);
         }
     }
 
-    /// Shows the second render on the pages that show its channel.
-    pub(super) fn show_rival(&self, turns: &Turns, is_final: bool) {
-        if turns.state.is_empty() || !self.hub.channels().contains(RIVAL) {
+    /// Shows the rival on the pages that show its channel.
+    pub(super) fn show_rival(&self, rival_render: &RivalRender, is_final: bool) {
+        if rival_render.state.is_empty() || !self.hub.channels().contains(RIVAL) {
             return;
         }
-        let film = &turns.state.film;
+        let film = &rival_render.state.film;
         let size = film.crop().size().to_array();
-        let facts = json!({ "size": size, "samples": samples_of(&turns.state), "moves": self.moves, "preview": false });
+        let facts =
+            json!({ "size": size, "samples": samples_of(&rival_render.state), "moves": self.moves, "preview": false });
         let frame = Frame::of_film(self.hub.next_frame(), RIVAL, film, &facts, is_final);
         self.hub.show(RIVAL, &frame);
     }
 
     /// Sends pages the difference of the pictures and their errors against the reference, at
     /// intervals or if the picture `is_over`.
-    pub(super) fn send_errors(&mut self, state: &RenderState, turns: Option<&Turns>, is_over: bool) {
-        let is_wanted = turns.is_some() || self.reference.is_some();
+    pub(super) fn send_errors(&mut self, state: &RenderState, rival_render: Option<&RivalRender>, is_over: bool) {
+        let is_wanted = rival_render.is_some() || self.reference.is_some();
         let is_due = self.shown.errors.elapsed() >= MEASURING;
-        if !is_wanted || !is_due || self.is_paused || is_over && self.shown.told_last || !is_whole(state) {
+        if !is_wanted || !is_due || self.is_paused || is_over && self.shown.has_sent_last || !is_whole(state) {
             return;
         }
         self.shown.errors = Instant::now();
-        self.shown.told_last = is_over;
+        self.shown.has_sent_last = is_over;
         let image = picture(state);
-        let rival = turns.filter(|turns| is_whole(&turns.state));
-        let rival = rival.map(|turns| (turns, picture(&turns.state)));
+        let rival = rival_render.filter(|rival_render| is_whole(&rival_render.state));
+        let rival = rival.map(|rival_render| (rival_render, picture(&rival_render.state)));
         let error = |image: &RgbImage, reference: &RgbImage| Errors::new(image, reference).ok().map(|e| e.rel_mse);
         let against = |image: &RgbImage| self.reference.as_ref().and_then(|reference| error(image, reference));
         let side = |text: &str, state: &RenderState, image: &RgbImage| json!({ "settings": text, "samples": samples_of(state), "seconds": state.seconds, "error": against(image) });
         self.send(&json!({
             "type": "errors",
             "first": side(self.settings.method().name(), state, &image),
-            "second": rival.as_ref().map(|(turns, image)| side(turns.text, &turns.state, image)),
+            "second": rival.as_ref().map(|(rival_render, image)| side(rival_render.text, &rival_render.state, image)),
             "between": rival.as_ref().and_then(|(_, other)| error(&image, other)),
         }));
     }

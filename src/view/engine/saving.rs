@@ -11,7 +11,7 @@ use crate::io::FileError;
 use crate::view::SavedPart;
 use crate::view::hub::{Mail, PageId};
 use crate::view::protocol::{Command, PageCamera};
-use crate::view::scene_file::{self, Saved};
+use crate::view::scene_file::{self, SaveResult};
 use serde_json::json;
 
 /// Maximum number of times that the file is loaded for one save.
@@ -79,7 +79,7 @@ impl Engine<'_> {
 
     /// Replaces `part` in the scene file. Returns `None` if the file differs from the loaded
     /// contents.
-    fn write(&mut self, part: SavedPart) -> Result<Option<Saved>, String> {
+    fn write(&mut self, part: SavedPart) -> Result<Option<SaveResult>, String> {
         let words = |error: FileError| error.to_string();
         let text = match part {
             SavedPart::Camera => scene_file::with_camera(&self.text, &PageCamera::of(&self.camera)),
@@ -127,17 +127,16 @@ impl Engine<'_> {
         self.send_error(Some(page), &format!("{} not saved: {words}", part.subject()));
     }
 
-    /// Reports to the page that `part` was saved, and treats `part` as contents of the scene file
-    /// from now on.
-    fn note_saved(&mut self, page: PageId, part: SavedPart, saved: &Saved) {
+    /// Reports to the page that `part` was saved. It is now part of the scene file.
+    fn note_saved(&mut self, page: PageId, part: SavedPart, saved: &SaveResult) {
         match part {
             SavedPart::Camera => self.home = self.camera,
             SavedPart::Changes => {
                 self.edits.materials.clear();
                 self.edits.lights.clear();
-                // If a later edit fails, the saved edits must not be restored.
-                if let Some(good) = &mut self.good {
-                    good.edits = self.edits.clone();
+                // A later edit that fails must not restore them.
+                if let Some(restore_point) = &mut self.restore_point {
+                    restore_point.edits = self.edits.clone();
                 }
             }
         }

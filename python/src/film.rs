@@ -7,7 +7,7 @@ use embrasure::color::Tone;
 use embrasure::compare::CommonErrors;
 use embrasure::denoise::Denoiser;
 use embrasure::film::{Channel, Rect, RgbImage, metered};
-use embrasure::io::{Developed as Written, Rendering, display_bytes, png_bytes, read_layers, read_rendering};
+use embrasure::io::{DevelopedPicture, Rendering, display_bytes, png_bytes, read_layers, read_rendering};
 use embrasure::math::UVec2;
 use embrasure::options::{Denoising, OptionGroup, ToneOptions, Value};
 use embrasure::{Error, ExrFormat, FileError, Format, Image, Metadata, Output, RenderState};
@@ -144,7 +144,7 @@ impl Film {
             (Source::Read(_), _) => {
                 let image = image.clone();
                 let steps = "read".into();
-                let written = Written { image, steps };
+                let written = DevelopedPicture { image, steps };
                 match format {
                     Format::Exr(format) => written.write_exr(&output, &format)?,
                     Format::Png(tone) => written.write_png(&output, &tone)?,

@@ -9,7 +9,7 @@ use crate::integrator::{CameraView, FoundLight, RayKind, RaySink, Sink};
 use crate::math::list;
 use crate::sampler::SampleKey;
 use crate::scene::Scene;
-use crate::session::{Prepared, RenderContext, Renderer, Session};
+use crate::session::{Preparation, RenderContext, Renderer, Session};
 use std::cell::RefCell;
 use std::process::ExitCode;
 
@@ -35,7 +35,7 @@ pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32, as_json: 
 }
 
 /// Traces the sample and prints it. Returns true if the sample exists.
-fn print_sample(session: &Session, prepared: &Prepared, accel: &dyn Accel, key: SampleKey) -> bool {
+fn print_sample(session: &Session, prepared: &Preparation, accel: &dyn Accel, key: SampleKey) -> bool {
     let settings = session.settings();
     let recorder = Recorder::new(&accel);
     let log = RefCell::new(RayLog {

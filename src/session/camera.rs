@@ -7,7 +7,7 @@ use crate::camera::{
 };
 use crate::description::{SceneFile, Viewpoint};
 use crate::geometry::Hit;
-use crate::guess::{Asked, CameraFinder, CameraGuess, FileAxes, Sisters, near_distance};
+use crate::guess::{CameraFinder, CameraGuess, CameraRequest, FileAxes, SiblingFiles, near_distance};
 use crate::io::{FileError, Finding};
 use crate::lint::{inspect_place, inspect_view};
 use crate::math::{DVec3, UVec2, Vec2, Vec3};
@@ -101,16 +101,15 @@ impl CameraSettings {
         self.position.is_none() || self.look_at.is_none() || self.focus_at.is_some()
     }
 
-    /// Finder of the camera in `scene`. It traces rays with `accel`. `sisters` is evidence for the
-    /// upright axis from other OBJ files of the folder.
+    /// Finder of the camera in `scene`, with rays traced by `accel` and the evidence of `siblings`.
     pub(crate) fn finder<'a>(
         &self,
         scene: &'a Scene,
         accel: &'a dyn Accel,
         resolution: UVec2,
-        sisters: Sisters,
+        siblings: SiblingFiles,
     ) -> CameraFinder<'a> {
-        let asked = Asked {
+        let request = CameraRequest {
             position: self.position.map(|position| position.as_vec3a()),
             look_at: self.look_at.map(|look_at| look_at.as_vec3a()),
             up: self.up,
@@ -121,10 +120,10 @@ impl CameraSettings {
             yaw: self.yaw,
             unit: self.unit,
             axes: self.axes,
-            sisters,
+            siblings,
             origin: self.origin,
         };
-        CameraFinder::new(scene, accel, asked, resolution.x as f32 / resolution.y as f32)
+        CameraFinder::new(scene, accel, request, resolution.x as f32 / resolution.y as f32)
     }
 
     /// Returns the camera's description, and the guess if one was made. If [`Self::needs_scene`]
@@ -298,7 +297,7 @@ impl CameraSettings {
             camera: description.camera(resolution)?,
             description,
             guess,
-            sisters: finder.map(CameraFinder::sisters).unwrap_or_default(),
+            siblings: finder.map(CameraFinder::siblings).unwrap_or_default(),
         })
     }
 
@@ -322,8 +321,8 @@ pub(crate) struct FoundCamera {
     pub description: CameraDescription,
     /// Guess of the camera, if one was needed.
     pub guess: Option<CameraGuess>,
-    /// Evidence for the upright axis from other OBJ files of the folder, if it was needed.
-    pub sisters: Sisters,
+    /// Evidence from other files of the folder, if it was needed.
+    pub siblings: SiblingFiles,
 }
 
 impl FoundCamera {

@@ -55,7 +55,7 @@ impl Session {
             axes: self.said_camera.axes,
             ..CameraSettings::default()
         };
-        let finder = || free.finder(&self.scene, accel.as_dyn(), self.settings.resolution, self.sisters);
+        let finder = || free.finder(&self.scene, accel.as_dyn(), self.settings.resolution, self.siblings);
         Ok(self.pool.install(|| finder().candidates()))
     }
 

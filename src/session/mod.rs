@@ -25,7 +25,7 @@ mod memory;
 mod merge;
 mod renderer;
 mod settings;
-mod sisters;
+mod siblings;
 mod state;
 mod version;
 
@@ -39,7 +39,7 @@ pub use settings::{MAX_SAMPLES_FOR_NOISE, Settings};
 pub use state::RenderState;
 pub use version::{BUILD, version_text};
 
-pub(crate) use crate::method::{AnyAccel, Prepared, RenderContext};
+pub(crate) use crate::method::{AnyAccel, Preparation, RenderContext};
 pub(crate) use drawing::name_of_axis;
 pub(crate) use memory::Memory;
 pub(crate) use renderer::denoise;
@@ -49,7 +49,7 @@ use crate::camera::{Camera, CameraDescription, CameraParameters};
 use crate::description::{LoadedScene, SceneFile, UnlitScene, load_scene_to_light};
 use crate::files::MemoryLimit;
 use crate::film::{Aov, Filter};
-use crate::guess::{CameraGuess, Plan, Sisters};
+use crate::guess::{CameraGuess, Plan, SiblingFiles};
 use crate::integrator::{Backdrop, World};
 use crate::io::{Finding, LoadObserver, Warning};
 use crate::light::LightSelection;
@@ -80,10 +80,10 @@ pub struct Session {
     paths: Option<Arc<LightPaths>>,
     /// Guess of the camera, if one was made.
     camera_guess: Option<CameraGuess>,
-    /// Evidence for the upright axis from other OBJ files of the folder, if it was needed.
-    sisters: Sisters,
-    /// Camera settings as given by the user, without guesses. (`settings` include guesses, if light
-    /// or ground were guessed or changed.)
+    /// Evidence from other files of the folder for the upright axis, if it was needed.
+    siblings: SiblingFiles,
+    /// Camera settings as given, without guesses. `settings` include guesses if light or ground
+    /// were guessed or changed.
     said_camera: CameraSettings,
     /// Description of the guess of light or ground, if one was made.
     lit_words: Option<LitWords>,
@@ -162,7 +162,7 @@ impl Session {
             camera,
             description,
             guess,
-            sisters,
+            siblings,
         } = found;
         if let Some(lit) = lit {
             let relit = Self::relit((&lit.file, lit.settings), (scene, unlit), pool, observer)?;
@@ -172,7 +172,7 @@ impl Session {
                 lit_words: lit.words,
                 lit_file: Some(lit.file.clone()),
                 said_camera: settings.camera,
-                sisters,
+                siblings,
                 ..relit
             });
         }
@@ -194,7 +194,7 @@ impl Session {
             description,
             warnings,
             camera_guess: guess,
-            sisters,
+            siblings,
             lit_words: None,
             lit_file: None,
             files,
@@ -252,7 +252,7 @@ impl Session {
             description,
             warnings,
             camera_guess: None,
-            sisters: Sisters::default(),
+            siblings: SiblingFiles::default(),
             lit_words: None,
             lit_file: None,
             said_camera: settings.camera,
@@ -360,7 +360,7 @@ impl Session {
     pub fn candidate_cameras(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
         let accel = self.accel_for_guesses()?;
         let camera = &self.said_camera;
-        let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution, self.sisters);
+        let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution, self.siblings);
         Ok(self.pool.install(|| finder().candidates()))
     }
 
@@ -374,7 +374,7 @@ impl Session {
     pub fn plan(&self, cameras: &[CameraGuess], size: usize) -> Result<Option<(Plan, String)>, Error> {
         let accel = self.accel_for_guesses()?;
         let camera = &self.said_camera;
-        let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution, self.sisters);
+        let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution, self.siblings);
         Ok(self.pool.install(|| {
             let finder = finder();
             let plan = finder.plan(cameras, size)?;
@@ -418,9 +418,9 @@ impl Session {
         &self.pool
     }
 
-    /// New container for data that all samples of the picture share. The data is not computed yet.
-    pub(crate) fn prepared(&self) -> Prepared {
-        Prepared::new(self.settings.resolution, self.settings.seed)
+    /// New data that all samples of the picture share. It is not computed yet.
+    pub(crate) fn prepared(&self) -> Preparation {
+        Preparation::new(self.settings.resolution, self.settings.seed)
     }
 
     /// Classifier of light paths, if light path channels are requested.

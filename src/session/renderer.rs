@@ -7,15 +7,15 @@
 
 use super::memory::check_pixels;
 use super::{
-    AnyAccel, BUILD, Error, Prepared, RenderContext, RenderState, Session, Settings, inspect_camera, thread_pool,
+    AnyAccel, BUILD, Error, Preparation, RenderContext, RenderState, Session, Settings, inspect_camera, thread_pool,
 };
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::denoise::DenoiseError;
 use crate::files::{Output, guarded};
 use crate::film::{Aov, Film, Image};
 #[cfg(feature = "view")]
-use crate::integrator::Picked;
-use crate::integrator::{SampleTracer, Traced};
+use crate::integrator::PickedSurface;
+use crate::integrator::{SampleTracer, TracerIntegrator};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Warning};
 use crate::lint::{dark_lamps, reason_for_darkness, reason_for_emptiness};
 #[cfg(feature = "view")]
@@ -35,7 +35,7 @@ pub struct Renderer<'a> {
     session: &'a Session,
     accel: AnyAccel<'a>,
     build_seconds: f64,
-    prepared: Prepared,
+    prepared: Preparation,
 }
 
 impl<'a> Renderer<'a> {
@@ -75,9 +75,9 @@ impl<'a> Renderer<'a> {
         &self.accel
     }
 
-    /// Data that all samples share. It is complete after the first sample of [`Renderer::render`],
-    /// or after [`Renderer::prepare`].
-    pub(crate) fn prepared(&self) -> &Prepared {
+    /// Data that all samples share. It is ready after the first sample of [`Renderer::render`], or
+    /// after [`Renderer::prepare`].
+    pub(crate) fn prepared(&self) -> &Preparation {
         &self.prepared
     }
 
@@ -104,7 +104,7 @@ impl<'a> Renderer<'a> {
 
     /// Picks the first surface in the middle of a pixel, if a surface is visible there.
     #[cfg(feature = "view")]
-    pub(crate) fn pick(&self, pixel: UVec2) -> Option<Picked> {
+    pub(crate) fn pick(&self, pixel: UVec2) -> Option<PickedSurface> {
         let accel = self.accel.as_dyn();
         self.session.world(&accel).pick(pixel)
     }
@@ -113,7 +113,7 @@ impl<'a> Renderer<'a> {
     /// surface. Returns run lengths, which alternate between cells without and cells with the
     /// surface.
     #[cfg(feature = "view")]
-    pub(crate) fn outline(&self, picked: &Picked, size: UVec2) -> Vec<u32> {
+    pub(crate) fn outline(&self, picked: &PickedSurface, size: UVec2) -> Vec<u32> {
         let accel = self.accel.as_dyn();
         let world = self.session.world(&accel);
         self.session.install(|| world.outline(picked, size))
@@ -225,7 +225,7 @@ impl<'a> Renderer<'a> {
     pub fn render_with(&self, state: &mut RenderState, tracer: &impl SampleTracer, observer: &dyn Observer) -> Outcome {
         let accel = self.accel.as_dyn();
         let settings = self.session.settings();
-        let integrator = Traced {
+        let integrator = TracerIntegrator {
             world: self.session.world(&accel),
             tracer,
         };

@@ -2,14 +2,14 @@
 //! also checks combinations of settings.
 
 use super::camera::{FoundCamera, blame};
-use super::sisters::sisters;
+use super::siblings::siblings;
 use super::{AnyAccel, CameraSettings, Error, Guesses, InvalidSetting};
 use crate::camera::CameraParameters;
 use crate::color::tone::{Curve, Tone};
 use crate::denoise::Denoiser;
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::{Aov, BLOCK, Backing, Filter, FilterKind, Rect};
-use crate::guess::{LightGuess, Sisters, Survey};
+use crate::guess::{LightGuess, SiblingFiles, Survey};
 use crate::integrator::Background;
 use crate::light_paths::{LightPathError, LightPaths, PathPart};
 use crate::math::UVec2;
@@ -367,10 +367,15 @@ impl Settings {
             false => None,
         };
         let accel = accel.as_ref().map(AnyAccel::as_dyn);
-        let finder = |accel| pool.install(|| self.camera.finder(scene, accel, self.resolution, Sisters::default()));
+        let finder = |accel| {
+            pool.install(|| {
+                self.camera
+                    .finder(scene, accel, self.resolution, SiblingFiles::default())
+            })
+        };
         let finder = match (accel.map(finder), file.only_obj()) {
             (Some(finder), Some(obj)) if finder.is_unsure_of_up() => {
-                Some(finder.with(sisters(&obj, self.backend, pool)))
+                Some(finder.with(siblings(&obj, self.backend, pool)))
             }
             (finder, _) => finder,
         };

@@ -14,7 +14,7 @@ use crate::math::UVec2;
 use crate::options::{Backend, Denoising, IntegratorOptions, PathReuse, SamplingOptions};
 use crate::render::StopCondition;
 use crate::sampler::SampleKey;
-use crate::session::{AnyAccel, Prepared, RenderContext, Session, thread_pool};
+use crate::session::{AnyAccel, Preparation, RenderContext, Session, thread_pool};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::hint::black_box;
@@ -192,7 +192,7 @@ fn shrink(job: &mut Job) {
 struct Measure<'a> {
     session: &'a Session,
     accel: AnyAccel<'a>,
-    prepared: Prepared,
+    prepared: Preparation,
     repeat: usize,
     build_s: f64,
 }

@@ -1,5 +1,5 @@
 use super::{CHANNELS, Comparison, left_out, scale_name};
-use crate::compare::{CommonErrors, Errors, Extreme};
+use crate::compare::{CommonErrors, Errors, ExtremeTest};
 use crate::film::Rect;
 use crate::options::name_of;
 use serde_json::{Value, json};
@@ -62,7 +62,7 @@ fn corners(window: Rect) -> [u32; 4] {
     [window.min.x, window.min.y, window.max.x, window.max.y]
 }
 
-fn extreme_json(e: &Extreme) -> Value {
+fn extreme_json(e: &ExtremeTest) -> Value {
     json!({
         "scale": scale_name(e.scale),
         "tests": e.tests,

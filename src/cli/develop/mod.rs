@@ -14,7 +14,7 @@ use super::words;
 use crate::color::Tone;
 use crate::denoise::Denoiser;
 use crate::film::{Backing, Channel, Image, Rect, metered, resample, resample_nearest};
-use crate::io::{Developed, FileError, Format, Layers, describe_checkpoint, read_layers};
+use crate::io::{DevelopedPicture, FileError, Format, Layers, describe_checkpoint, read_layers};
 use crate::math::UVec2;
 use crate::options::{Denoising, OptionGroup, Value};
 use crate::session::Parts;
@@ -86,15 +86,13 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
                 said.push(format!("{name}: linear values"));
                 let image = scaled(image.clone(), size, kind.is_colors());
                 let steps = steps.clone();
-                let developed = Developed { image, camera, steps };
-                developed.write_exr(output, &exr)
+                DevelopedPicture { image, steps }.write_exr(output, &exr)
             }
             (Format::Png(_), Kind::Colors | Kind::Reflectance) => {
                 said.push(format!("{name}: {tone}"));
                 let image = scaled(image.clone(), size, true);
                 let steps = steps.clone();
-                let developed = Developed { image, camera, steps };
-                developed.write_png(output, &tone)
+                DevelopedPicture { image, steps }.write_png(output, &tone)
             }
             (Format::Png(_), _) => {
                 let figure = figure::draw(&found, &image, size);

@@ -18,7 +18,7 @@ use crate::method::AnyAccel;
 use crate::options::Method;
 use crate::render::{Outcome, StopCondition, last_cut};
 use crate::sampler::RenderSampler;
-use crate::session::{Prepared, RenderContext, Renderer, Session, Unfinished, denoise};
+use crate::session::{Preparation, RenderContext, Renderer, Session, Unfinished, denoise};
 use std::time::Instant;
 
 /// Picture of a contender after `samples` samples.
@@ -108,7 +108,7 @@ struct Estimate<'a> {
     renderer: &'a Renderer<'a>,
     contender: &'a Contender,
     method: Method,
-    prepared: Prepared,
+    prepared: Preparation,
     /// Pixel filter of the contender.
     filter: Filter,
     /// Light selection of the contender. Its time includes the learning.
@@ -130,7 +130,7 @@ impl<'a> Estimate<'a> {
             renderer,
             contender,
             method: contender.method(),
-            prepared: Prepared::new(settings.resolution, settings.seed),
+            prepared: Preparation::new(settings.resolution, settings.seed),
             filter: settings.filter(),
             light_selection: renderer
                 .session()

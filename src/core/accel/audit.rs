@@ -199,12 +199,12 @@ mod tests {
     use crate::scene::SceneBuilder;
 
     /// Backend whose hits are changed by `change`.
-    struct Broken<'a> {
+    struct BrokenAccel<'a> {
         right: &'a BruteForce<'a>,
         change: fn(Hit) -> Option<Hit>,
     }
 
-    impl Accel for Broken<'_> {
+    impl Accel for BrokenAccel<'_> {
         fn intersect(&self, ray: &Ray) -> Option<Hit> {
             self.right.intersect(ray).and_then(self.change)
         }
@@ -235,7 +235,7 @@ mod tests {
     fn audit(rays: &[Ray], share: f64, change: fn(Hit) -> Option<Hit>) -> Findings {
         let scene = triangle();
         let right = BruteForce::new(&scene);
-        let broken = Broken { right: &right, change };
+        let broken = BrokenAccel { right: &right, change };
         let auditor = Auditor::new(&scene, [&right, &broken], share);
         for ray in rays {
             auditor.intersect(ray);
@@ -315,7 +315,7 @@ mod tests {
     fn judged(ray: Ray, change: fn(Hit) -> Option<Hit>) -> Option<(Cause, [bool; 2])> {
         let scene = squares();
         let right = BruteForce::new(&scene);
-        let broken = Broken { right: &right, change };
+        let broken = BrokenAccel { right: &right, change };
         let auditor = Auditor::new(&scene, [&right, &broken], 1.0);
         auditor.intersect(&ray);
         let found = auditor.findings().disagreements.first().copied();
@@ -392,7 +392,7 @@ mod tests {
     fn what_both_backends_miss_is_found() {
         let scene = squares();
         let right = BruteForce::new(&scene);
-        let blind = Broken {
+        let blind = BrokenAccel {
             right: &right,
             change: |_| None,
         };
@@ -427,7 +427,7 @@ mod tests {
                 ..hit
             })
         };
-        let broken = Broken {
+        let broken = BrokenAccel {
             right: &right,
             change: other,
         };

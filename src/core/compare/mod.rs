@@ -7,7 +7,7 @@ mod significance;
 
 pub use flip::{Exposures, Flip};
 pub use metrics::{Errors, SizeMismatch, relative_differences};
-pub use significance::{CommonErrors, Extreme, MIN_RARE, Noise, Scale, Significance, pixel_scores};
+pub use significance::{CommonErrors, ExtremeTest, MIN_RARE, Noise, Scale, Significance, pixel_scores};
 
 /// Difference of `image` and `reference`, relative to `reference`: 0 if both are 0, and infinite if
 /// only `reference` is 0.

@@ -115,13 +115,12 @@ impl Input {
 }
 
 /// A reader that counts the bytes that a decoder has taken.
-pub(crate) struct Counted<R> {
+pub(crate) struct CountingReader<R> {
     reader: R,
     position: Position,
 }
 
-/// Position of a [`Counted`] reader, in bytes from the start of the file. Clones share the
-/// position.
+/// Position of a [`CountingReader`], in bytes from the start of the file. Clones share it.
 #[derive(Clone, Default)]
 pub(crate) struct Position(Arc<AtomicU64>);
 
@@ -132,7 +131,7 @@ impl Position {
     }
 }
 
-impl<R> Counted<R> {
+impl<R> CountingReader<R> {
     /// Counts from the start of a file.
     pub fn new(reader: R) -> Self {
         let position = Position::default();
@@ -145,7 +144,7 @@ impl<R> Counted<R> {
     }
 }
 
-impl<R: Read> Read for Counted<R> {
+impl<R: Read> Read for CountingReader<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let read = self.reader.read(buffer)?;
         self.position.0.fetch_add(read as u64, Ordering::Relaxed);
@@ -153,7 +152,7 @@ impl<R: Read> Read for Counted<R> {
     }
 }
 
-impl<R: Seek> Seek for Counted<R> {
+impl<R: Seek> Seek for CountingReader<R> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         let position = self.reader.seek(to)?;
         self.position.0.store(position, Ordering::Relaxed);

@@ -50,7 +50,7 @@ pub use resample::{resample, resample_nearest};
 pub use rgb_image::RgbImage;
 pub use spikes::Spikes;
 pub use state::StateLayout;
-pub use tile::{Rect, Tile, Turn};
+pub use tile::{Rect, SampleChange, Tile};
 
 use crate::math::UVec2;
 use rayon::prelude::*;
@@ -270,7 +270,7 @@ impl Film {
             let mut sample = tile.block();
             for pixel in tile.bounds().pixels() {
                 iteration.pixel(pixel, &mut sample);
-                tile.change(pixel, &sample, Turn::AddAlone);
+                tile.change(pixel, &sample, SampleChange::AddAlone);
             }
         });
     }

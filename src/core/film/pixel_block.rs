@@ -74,7 +74,7 @@ impl PixelBlock {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::{Backing, Features, Film, Points, Rect, Tile, Turn};
+    use crate::film::{Backing, Features, Film, Points, Rect, SampleChange, Tile};
     use crate::math::{UVec2, Vec2, Vec3};
 
     /// A tile of one pixel that sums all quantities.
@@ -136,7 +136,9 @@ mod tests {
         let blocks = [block(0..2), block(2..40), block(40..100)];
         let sum = |blocks: &[&PixelBlock]| {
             let mut tile = tile();
-            blocks.iter().for_each(|block| tile.change(pixel, block, Turn::Add));
+            blocks
+                .iter()
+                .for_each(|block| tile.change(pixel, block, SampleChange::Add));
             tile
         };
         let [a, b, c] = &blocks;
@@ -147,8 +149,8 @@ mod tests {
         assert_eq!(sums(&all), sums(&merged));
         let parts = all.part_sums(pixel);
         assert!((parts[0].mean(1, 100) - 49.5).abs() < 1e-9 && (parts[1].mean(2, 100) - 5.187e-8).abs() < 1e-10);
-        all.change(pixel, c, Turn::TakeBack);
-        all.change(pixel, b, Turn::TakeBack);
+        all.change(pixel, c, SampleChange::TakeBack);
+        all.change(pixel, b, SampleChange::TakeBack);
         assert_eq!(sums(&all), sums(&sum(&[a])));
     }
 
@@ -158,7 +160,7 @@ mod tests {
         cleared.clear();
         let mut tile = tile();
         let before = sums(&tile);
-        tile.change(UVec2::ZERO, &cleared, Turn::Add);
+        tile.change(UVec2::ZERO, &cleared, SampleChange::Add);
         assert_eq!(sums(&tile), before);
     }
 }

@@ -276,7 +276,7 @@ impl StateLayout {
 mod tests {
     use super::*;
     use crate::color::Spectrum;
-    use crate::film::{Backing, Block, Features, FilmSample, FirstSurface, Rect, Turn};
+    use crate::film::{Backing, Block, Features, FilmSample, FirstSurface, Rect, SampleChange};
     use crate::math::{Vec2, Vec3};
     use std::collections::HashSet;
 
@@ -340,7 +340,7 @@ mod tests {
                 parts: &[Spectrum::rgb(0.1, i as f32, -7e5), Spectrum::splat(1e-6)],
                 ..FilmSample::default()
             });
-            tile.change(pixel, &block, Turn::Add);
+            tile.change(pixel, &block, SampleChange::Add);
         }
         let layout = StateLayout::of_film(&film);
         let names = layout.names();

@@ -62,7 +62,7 @@ impl Rect {
 
 /// Operation on the sums of a pixel: samples are added or subtracted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Turn {
+pub enum SampleChange {
     /// Adds the next samples.
     Add,
     /// Adds one sample that is in no block.
@@ -184,28 +184,28 @@ impl Tile {
     }
 
     /// Changes the sums of `pixel` by `samples`. Does nothing if the pixel is not in the tile.
-    pub fn change(&mut self, pixel: UVec2, samples: &PixelBlock, turn: Turn) {
+    pub fn change(&mut self, pixel: UVec2, samples: &PixelBlock, change: SampleChange) {
         let Some(index) = self.index(pixel) else { return };
         let light = &mut self.pixels[index];
         if let Some(sum) = self.background.get_mut(index) {
-            match turn {
-                Turn::Add => sum.add(samples.background, samples.light.samples(), light.samples()),
-                Turn::AddAlone => sum.add_alone(samples.background),
-                Turn::TakeBack => sum.take_back(samples.background),
+            match change {
+                SampleChange::Add => sum.add(samples.background, samples.light.samples(), light.samples()),
+                SampleChange::AddAlone => sum.add_alone(samples.background),
+                SampleChange::TakeBack => sum.take_back(samples.background),
             }
         }
-        match turn {
-            Turn::Add => light.add(&samples.light),
-            Turn::AddAlone => light.add_alone(&samples.light),
-            Turn::TakeBack => light.take_back(&samples.light),
+        match change {
+            SampleChange::Add => light.add(&samples.light),
+            SampleChange::AddAlone => light.add_alone(&samples.light),
+            SampleChange::TakeBack => light.take_back(&samples.light),
         }
         if let (Some(sums), Some(features)) = (self.features.get_mut(index), &samples.features) {
-            match turn {
-                Turn::Add | Turn::AddAlone => sums.add(features),
-                Turn::TakeBack => sums.take_back(features),
+            match change {
+                SampleChange::Add | SampleChange::AddAlone => sums.add(features),
+                SampleChange::TakeBack => sums.take_back(features),
             }
         }
-        self.change_parts(pixel, samples, turn);
+        self.change_parts(pixel, samples, change);
     }
 
     /// Adds the sums of `pixel` in `other`.
@@ -225,7 +225,7 @@ impl Tile {
         self.pixels[index].merge(sums);
     }
 
-    fn change_parts(&mut self, pixel: UVec2, samples: &PixelBlock, turn: Turn) {
+    fn change_parts(&mut self, pixel: UVec2, samples: &PixelBlock, change: SampleChange) {
         let of_paths = self
             .light_paths
             .as_ref()
@@ -233,9 +233,9 @@ impl Tile {
         let parts = samples.parts.sums().iter().map(|sum| PartSum::new(*sum));
         let parts = parts.chain(of_paths.into_iter().flatten());
         for (sum, part) in self.part_sums_mut(pixel).iter_mut().zip(parts) {
-            *sum = match turn {
-                Turn::Add | Turn::AddAlone => sum.plus(part),
-                Turn::TakeBack => sum.minus(part),
+            *sum = match change {
+                SampleChange::Add | SampleChange::AddAlone => sum.plus(part),
+                SampleChange::TakeBack => sum.minus(part),
             };
         }
     }

@@ -16,4 +16,4 @@ pub use mesh::{Facet, Mesh, SurfacePoint, corners_at, retain_triangles, triangle
 pub use part_names::{PartNames, UNNAMED};
 pub use placement::{PlacedTriangle, Placement, rounding};
 pub use spawn::{Side, offset_origin, offset_to, ray_between, ray_towards, segment};
-pub use subdivision::{ControlMesh, Irregular, MAX_STEPS, Scheme, Subdivided};
+pub use subdivision::{ControlMesh, IrregularEdges, MAX_STEPS, Scheme, SubdividedMesh};

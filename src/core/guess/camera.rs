@@ -6,14 +6,14 @@ use super::far_ground::without_far_ground;
 use super::file_axes::FileAxes;
 use super::framing::Frame;
 use super::groups;
-use super::interior::{self, Inside, upright_bounds};
+use super::interior::{self, PlaceKind, upright_bounds};
 use super::light::LightGuess;
-use super::look::Looker;
 use super::object::{self, Front};
 use super::region::Region;
+use super::scene_tracer::SceneTracer;
 use super::stand::Stand;
 use super::survey::Survey;
-use super::up::Sisters;
+use super::up::SiblingFiles;
 use super::views::{Orbit, View};
 use crate::accel::Accel;
 use crate::camera::{CameraError, CameraParameters};
@@ -35,7 +35,7 @@ const UNSURE: f32 = 2.0;
 
 /// Parts of a camera that are given by flags or a scene file.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Asked {
+pub struct CameraRequest {
     /// Centre of the lens, world space.
     pub position: Option<Vec3>,
     /// Point in the middle of the image, world space.
@@ -57,9 +57,8 @@ pub struct Asked {
     /// Axes from the comments of the file.
     pub axes: FileAxes,
     /// Evidence for the upright axis from other files of the folder.
-    pub sisters: Sisters,
-    /// Point of the file's coordinates that is the origin of the scene. Flags have coordinates of
-    /// the file.
+    pub siblings: SiblingFiles,
+    /// Origin of the scene, in the file's coordinates; used for flags.
     pub origin: DVec3,
 }
 
@@ -108,48 +107,48 @@ impl CameraGuess {
 
 /// Finds a camera for a scene.
 pub struct CameraFinder<'a> {
-    looker: Looker<'a>,
+    tracer: SceneTracer<'a>,
     survey: Survey,
     /// True if the evidence of other files changed the upright axis.
-    is_up_of_sisters: bool,
-    /// Kinds of places from which views from inside may be taken.
-    inside: Inside,
-    asked: Asked,
-    /// Aspect ratio of the image: width divided by height.
+    is_up_of_siblings: bool,
+    /// Kind of the places that are inside.
+    inside: PlaceKind,
+    request: CameraRequest,
+    /// Width of the image over its height.
     aspect: f32,
 }
 
 impl<'a> CameraFinder<'a> {
     /// Surveys the scene.
-    pub fn new(scene: &'a Scene, accel: &'a dyn Accel, asked: Asked, aspect: f32) -> Self {
-        let mut looker = Looker {
+    pub fn new(scene: &'a Scene, accel: &'a dyn Accel, request: CameraRequest, aspect: f32) -> Self {
+        let mut tracer = SceneTracer {
             scene,
             accel,
             region: Region::of(scene),
         };
-        let declared = asked.axes.declared.map(|axes| axes.up);
-        let given = asked.up.or(declared).or(asked.axes.only_up);
-        let up = given.or(height_axis(asked.origin));
-        let wants_inside = asked.stand.is_some() || asked.orbit.is_none() && asked.view == View::Inside;
-        let (survey, region, inside) = Survey::new(&looker, up, &asked.axes, wants_inside);
-        let (survey, is_up_of_sisters) = survey.with(&asked.sisters);
-        looker.region = if survey.is_interior {
+        let declared = request.axes.declared.map(|axes| axes.up);
+        let given = request.up.or(declared).or(request.axes.only_up);
+        let up = given.or(height_axis(request.origin));
+        let wants_inside = request.stand.is_some() || request.orbit.is_none() && request.view == View::Inside;
+        let (survey, region, inside) = Survey::new(&tracer, up, &request.axes, wants_inside);
+        let (survey, is_up_of_siblings) = survey.with(&request.siblings);
+        tracer.region = if survey.is_interior {
             region
         } else {
-            let looker = Looker { region, ..looker };
-            let region = groups::without_sheet(&looker, &survey.horizon);
+            let tracer = SceneTracer { region, ..tracer };
+            let region = groups::without_sheet(&tracer, &survey.horizon);
             if region.has_wide_ground {
                 region
             } else {
-                without_far_ground(&looker, &survey.horizon)
+                without_far_ground(&tracer, &survey.horizon)
             }
         };
         Self {
             survey,
-            is_up_of_sisters,
+            is_up_of_siblings,
             inside,
-            looker,
-            asked,
+            tracer,
+            request,
             aspect,
         }
     }
@@ -159,23 +158,22 @@ impl<'a> CameraFinder<'a> {
         self.survey.is_unsure_of_up()
     }
 
-    /// The finder with the evidence `sisters` for the upright axis, in place of its previous
-    /// evidence.
+    /// The finder with the evidence of `siblings`, replacing the evidence of `request`.
     #[must_use]
-    pub fn with(mut self, sisters: Sisters) -> Self {
-        self.asked.sisters = sisters;
-        (self.survey, self.is_up_of_sisters) = self.survey.with(&sisters);
+    pub fn with(mut self, siblings: SiblingFiles) -> Self {
+        self.request.siblings = siblings;
+        (self.survey, self.is_up_of_siblings) = self.survey.with(&siblings);
         self
     }
 
-    /// Evidence for the upright axis from other files of the folder.
-    pub fn sisters(&self) -> Sisters {
-        self.asked.sisters
+    /// Evidence of other files of the folder.
+    pub fn siblings(&self) -> SiblingFiles {
+        self.request.siblings
     }
 
     /// The acceleration structure of the scene.
     pub fn accel(&self) -> &'a dyn Accel {
-        self.looker.accel
+        self.tracer.accel
     }
 
     /// The survey of the scene.
@@ -189,7 +187,7 @@ impl<'a> CameraFinder<'a> {
     ///
     /// A requested place inside does not exist.
     pub fn camera(&self) -> Result<CameraGuess, CameraError> {
-        let Asked { view, orbit, stand, .. } = self.asked;
+        let CameraRequest { view, orbit, stand, .. } = self.request;
         if let Some(stand) = stand {
             return self.standing(stand);
         }
@@ -206,19 +204,19 @@ impl<'a> CameraFinder<'a> {
 
     /// The camera outside of the scene.
     fn view_from_outside(&self) -> CameraGuess {
-        let Asked {
+        let CameraRequest {
             position,
             look_at,
             orbit,
             ..
-        } = self.asked;
-        let (azimuth, elevation, [words, remark]) = self.angles();
+        } = self.request;
+        let (azimuth, elevation, words) = self.angles();
         let back = self.horizon().direction(azimuth, elevation);
-        let (mut eye, mut target) = self.frame().place(&self.looker, MAX_TRIANGLES, self.horizon(), back);
+        let (mut eye, mut target) = self.frame().place(&self.tracer, MAX_TRIANGLES, self.horizon(), back);
         if let Some(distance) = orbit.and_then(|orbit| orbit.distance) {
-            // The target is the same for all azimuths. It is rounded relative to the size of the
-            // scene, so that the frames of a turntable do not jump.
-            target = short(self.looker.region.bounds.center(), self.size());
+            // The target is the same for all azimuths and is rounded for the size of the scene, so
+            // that the frames of a turntable do not jump.
+            target = short(self.tracer.region.bounds.center(), self.size());
             eye = target + distance * back;
         }
         if let Some(look_at) = look_at {
@@ -237,24 +235,24 @@ impl<'a> CameraFinder<'a> {
     /// gets the light of an interior.
     pub fn light(&self, position: Vec3, target: Vec3) -> Option<LightGuess> {
         let mut survey = self.survey;
-        if self.inside != Inside::Anywhere {
-            if let Some(openness) = interior::openness_of_room(&self.looker, self.horizon(), position) {
+        if self.inside != PlaceKind::Anywhere {
+            if let Some(openness) = interior::openness_of_room(&self.tracer, self.horizon(), position) {
                 (survey.is_interior, survey.openness) = (true, openness);
             }
         }
-        LightGuess::new(&self.looker, &survey, position, target)
+        LightGuess::new(&self.tracer, &survey, position, target)
     }
 
     /// Candidate cameras, each with the shortest flags that select it.
     pub fn candidates(&self) -> Vec<(String, CameraGuess)> {
-        let of = |asked: Asked| {
+        let of = |request: CameraRequest| {
             Self {
-                asked: Asked {
-                    up: self.asked.up,
-                    vertical_fov: self.asked.vertical_fov,
-                    origin: self.asked.origin,
-                    axes: self.asked.axes,
-                    ..asked
+                request: CameraRequest {
+                    up: self.request.up,
+                    vertical_fov: self.request.vertical_fov,
+                    origin: self.request.origin,
+                    axes: self.request.axes,
+                    ..request
                 },
                 ..*self
             }
@@ -264,12 +262,12 @@ impl<'a> CameraFinder<'a> {
         if self.survey.is_interior {
             for view in self.distinct_views() {
                 let guess = self.inside_guess(view);
-                candidates.push((guess.flags(self.asked.origin), guess));
+                candidates.push((guess.flags(self.request.origin), guess));
             }
         }
         let inside = candidates.len();
         let front = self.front().azimuth;
-        let (azimuth, elevation) = object::three_quarter(&self.looker, self.horizon(), &self.frame(), front);
+        let (azimuth, elevation) = object::three_quarter(&self.tracer, self.horizon(), &self.frame(), front);
         let mirrored = 2.0 * front - azimuth;
         for azimuth in [azimuth, mirrored, azimuth + 180.0, mirrored + 180.0] {
             let azimuth = wrapped(azimuth);
@@ -280,18 +278,18 @@ impl<'a> CameraFinder<'a> {
             });
             candidates.push((
                 format!("--orbit {azimuth},{elevation}"),
-                of(Asked {
+                of(CameraRequest {
                     orbit,
-                    ..Asked::default()
+                    ..CameraRequest::default()
                 }),
             ));
         }
         for (name, view) in View::NAMES.iter().filter(|(_, view)| view.angles().is_some()) {
             candidates.push((
                 format!("--view {name}"),
-                of(Asked {
+                of(CameraRequest {
                     view: *view,
-                    ..Asked::default()
+                    ..CameraRequest::default()
                 }),
             ));
         }
@@ -314,18 +312,17 @@ impl<'a> CameraFinder<'a> {
 
     fn frame(&self) -> Frame {
         Frame {
-            fov: self.asked.vertical_fov.unwrap_or(OBJECT_FOV),
+            fov: self.request.vertical_fov.unwrap_or(OBJECT_FOV),
             aspect: self.aspect,
             fill: FILL,
         }
     }
 
-    /// Azimuth and elevation of the view of an object, and two parts of the message for users: the
-    /// text before the distance, and the text after it.
-    fn angles(&self) -> (f32, f32, [String; 2]) {
-        let Asked {
+    /// Azimuth and elevation of the view of an object, and a description for users.
+    fn angles(&self) -> (f32, f32, String) {
+        let CameraRequest {
             view, orbit, position, ..
-        } = self.asked;
+        } = self.request;
         if let Some(orbit) = orbit {
             let words = format!(
                 "around the scene at azimuth {}°, elevation {}°",
@@ -341,7 +338,7 @@ impl<'a> CameraFinder<'a> {
             Some((turn, elevation)) => (wrapped(front.azimuth + turn), elevation, "the object"),
             None => {
                 let (azimuth, elevation) =
-                    object::three_quarter(&self.looker, self.horizon(), &self.frame(), front.azimuth);
+                    object::three_quarter(&self.tracer, self.horizon(), &self.frame(), front.azimuth);
                 (wrapped(azimuth), elevation, "an object,")
             }
         };
@@ -355,29 +352,29 @@ impl<'a> CameraFinder<'a> {
     }
 
     fn front(&self) -> Front {
-        Front::of(&self.looker, self.horizon(), &self.frame(), &self.asked.axes)
+        Front::of(&self.tracer, self.horizon(), &self.frame(), &self.request.axes)
     }
 
     fn width(&self) -> f32 {
-        let bounds = upright_bounds(self.looker.region.bounds, self.horizon());
+        let bounds = upright_bounds(self.tracer.region.bounds, self.horizon());
         (bounds.max.x - bounds.min.x).max(bounds.max.z - bounds.min.z)
     }
 
     /// Radius of the scene, above 0.
     fn size(&self) -> f32 {
-        self.looker.region.bounds.radius().max(f32::MIN_POSITIVE)
+        self.tracer.region.bounds.radius().max(f32::MIN_POSITIVE)
     }
 
     /// Description of the triangles that the camera does not frame.
     fn left_out(&self) -> String {
         let Region {
             left_out, left_out_at, ..
-        } = self.looker.region;
+        } = self.tracer.region;
         let place = || {
             let scale = left_out_at.abs().max_element().max(self.size());
-            position_text(short(left_out_at, scale), self.asked.origin).join(",")
+            position_text(short(left_out_at, scale), self.request.origin).join(",")
         };
-        let ground = if self.looker.region.has_wide_ground {
+        let ground = if self.tracer.region.has_wide_ground {
             "; its ground reaches beyond the view"
         } else {
             ""
@@ -394,12 +391,12 @@ impl<'a> CameraFinder<'a> {
         let scale = eye.distance(target).min(self.size());
         let horizon = self.horizon();
         let up = horizon.image_up((eye - target).normalize_or_zero());
-        let Asked {
+        let CameraRequest {
             position,
             look_at,
             up: said_up,
             ..
-        } = self.asked;
+        } = self.request;
         let (position, look_at) = (
             position.unwrap_or(short(eye, scale)),
             look_at.unwrap_or(short(target, scale)),
@@ -410,8 +407,8 @@ impl<'a> CameraFinder<'a> {
                 let sign = if horizon.up()[axis] < 0.0 { '-' } else { '+' };
                 let other = if horizon.up() == Vec3::Y { "0,0,1" } else { "0,1,0" };
                 let (doubt, reason) = match self.survey.up_scores {
-                    _ if self.asked.axes.declared.is_some() => ("", " as the file says"),
-                    _ if self.is_up_of_sisters => ("", " as in other files of its folder"),
+                    _ if self.request.axes.declared.is_some() => ("", " as the file says"),
+                    _ if self.is_up_of_siblings => ("", " as in other files of its folder"),
                     Some(scores) if scores.margin() < UNSURE => ("probably ", ""),
                     _ => ("", ""),
                 };

@@ -7,7 +7,7 @@
 //! bounces, with one light sample at each vertex. Irradiances are compared with each other, and
 //! with a white display: a program that writes `Ke 1` means a surface of this brightness.
 
-use super::look::{Looker, Seen};
+use super::scene_tracer::{SceneTracer, SurfaceHit};
 use super::spread::radical_inverse;
 use crate::geometry::segment;
 use crate::light::{LightChoice, LightSampleContext, LightSelection};
@@ -41,19 +41,19 @@ pub(super) struct Requirement {
 /// Returns true if the scene's lights light the visible surfaces as `requirement` demands: surfaces
 /// seen from `eye` in the cone around `direction` with the half angle `half_angle`, in radians.
 pub(super) fn light(
-    looker: &Looker,
+    tracer: &SceneTracer,
     eye: Vec3,
     (direction, half_angle): (Vec3, f32),
     requirement: Requirement,
 ) -> bool {
     let frame = Frame::from_z(direction);
-    let selection = looker.scene.light_selection(LightChoice::default());
+    let selection = tracer.scene.light_selection(LightChoice::default());
     let point = |i: u32| {
         let u = Vec2::new(radical_inverse(2, i), radical_inverse(3, i));
         let w = frame.to_world(uniform_cone(u, half_angle.cos()));
-        let seen = looker.look(eye, w)?;
-        let emits = !looker.material(&seen).emission_factor().is_black();
-        (!emits).then(|| irradiance((looker, &selection), eye + seen.distance * w, &seen, w, i))
+        let seen = tracer.trace(eye, w)?;
+        let emits = !tracer.material(&seen).emission_factor().is_black();
+        (!emits).then(|| irradiance((tracer, &selection), eye + seen.distance * w, &seen, w, i))
     };
     let mut points: Vec<f32> = (0..POINTS).into_par_iter().filter_map(point).collect();
     points.sort_by(f32::total_cmp);
@@ -62,10 +62,16 @@ pub(super) fn light(
     median >= DARK * PI && points[darkest_lit] >= requirement.irradiance * median
 }
 
-/// Estimate of the irradiance at the point `p`, which a ray in the direction `w` hits. `i` is the
-/// index of `p` among the points.
-fn irradiance((looker, selection): (&Looker, &LightSelection), p: Vec3, seen: &Seen, w: Vec3, i: u32) -> f32 {
-    let offset = OFFSET * looker.region.bounds.radius();
+/// Estimate of the irradiance at the point `p`, which a ray in the direction `w` hits; `i` is its
+/// index among the points.
+fn irradiance(
+    (tracer, selection): (&SceneTracer, &LightSelection),
+    p: Vec3,
+    seen: &SurfaceHit,
+    w: Vec3,
+    i: u32,
+) -> f32 {
+    let offset = OFFSET * tracer.region.bounds.radius();
     let paths = (0..PATHS).map(|k| {
         let (mut p, mut seen, mut w) = (p, *seen, w);
         let (mut sum, mut beta) = (0.0, 1.0);
@@ -80,10 +86,10 @@ fn irradiance((looker, selection): (&Looker, &LightSelection), p: Vec3, seen: &S
                 seen.normal
             };
             let origin = p + offset * n;
-            sum += beta * direct((looker, selection), origin, n, [u(0), u(1), u(2)]);
+            sum += beta * direct((tracer, selection), origin, n, [u(0), u(1), u(2)]);
             w = Frame::from_z(n).to_world(cosine_hemisphere(Vec2::new(u(3), u(4))));
-            let Some(next) = looker.look(origin, w) else { break };
-            (p, beta) = (origin + next.distance * w, beta * looker.reflectance(&next));
+            let Some(next) = tracer.trace(origin, w) else { break };
+            (p, beta) = (origin + next.distance * w, beta * tracer.reflectance(&next));
             seen = next;
         }
         sum
@@ -92,8 +98,8 @@ fn irradiance((looker, selection): (&Looker, &LightSelection), p: Vec3, seen: &S
 }
 
 /// Estimate of the direct irradiance at `p` with the normal `n`.
-fn direct((looker, selection): (&Looker, &LightSelection), p: Vec3, n: Vec3, [choice, u, v]: [f32; 3]) -> f32 {
-    let scene = looker.scene;
+fn direct((tracer, selection): (&SceneTracer, &LightSelection), p: Vec3, n: Vec3, [choice, u, v]: [f32; 3]) -> f32 {
+    let scene = tracer.scene;
     let lights = scene.lights();
     let context = LightSampleContext { p, n };
     let Some((id, pmf)) = selection.sample(lights, &context, choice) else {
@@ -106,7 +112,7 @@ fn direct((looker, selection): (&Looker, &LightSelection), p: Vec3, n: Vec3, [ch
     let cos = sample.wi.dot(n);
     let is_met = |target: Vec3| {
         let ray = segment(p, target);
-        let seen = looker.look(p, ray.direction);
+        let seen = tracer.trace(p, ray.direction);
         seen.is_none_or(|seen| seen.distance >= ray.t_max)
     };
     match cos > 0.0 && sample.target.is_none_or(is_met) {

@@ -85,7 +85,7 @@ const LOW: f32 = 0.8;
 
 /// A point in coordinates of one side: to the right, up and to the front.
 #[derive(Clone, Copy)]
-struct Placed {
+struct SidePoint {
     right: f32,
     height: f32,
     front: f32,
@@ -111,7 +111,7 @@ pub(super) fn facing(points: &[Point], bounds: Bounds3, horizon: &Horizon) -> Op
 }
 
 /// Returns true if the object is an animal on four legs with its head at this side.
-fn head_is_high(points: &[Placed], height: f32) -> bool {
+fn head_is_high(points: &[SidePoint], height: f32) -> bool {
     let of = |from: f32, to: f32| points.iter().filter(move |p| p.height >= from && p.height <= to);
     let (Some((back, front)), Some((left, right))) = (
         range(points.iter().map(|p| p.front), MIN_POINTS),
@@ -148,9 +148,8 @@ fn head_is_high(points: &[Placed], height: f32) -> bool {
     fore - hind >= STRIDE * length && between <= UNDER_BELLY * feet
 }
 
-/// Points in coordinates of the side at `azimuth`. The origin is the middle of the box; heights are
-/// from 0 to 1.
-fn placed(points: &[Point], bounds: Bounds3, horizon: &Horizon, azimuth: f32) -> Vec<Placed> {
+/// Points in coordinates of a side around the middle of the box; heights from 0 to 1.
+fn placed(points: &[Point], bounds: Bounds3, horizon: &Horizon, azimuth: f32) -> Vec<SidePoint> {
     let [front, right] = [azimuth, azimuth + 90.0].map(|azimuth| {
         let way = horizon.coordinates(horizon.direction(azimuth, 0.0));
         way.round()
@@ -158,7 +157,7 @@ fn placed(points: &[Point], bounds: Bounds3, horizon: &Horizon, azimuth: f32) ->
     let (center, height) = (bounds.center(), bounds.max.y - bounds.min.y);
     let place = |point: &Point| {
         let p = horizon.coordinates(point.p) - center;
-        Placed {
+        SidePoint {
             right: p.dot(right),
             height: p.y / height + 0.5,
             front: p.dot(front),
@@ -177,8 +176,8 @@ fn range(values: impl Iterator<Item = f32>, min: usize) -> Option<(f32, f32)> {
 }
 
 /// Area to sit on in front of a back-rest, as a share of the outline; 0 without a back-rest.
-fn seat_area(points: &[Placed], size: Vec3) -> f32 {
-    let extent = |of: fn(&Placed) -> f32| {
+fn seat_area(points: &[SidePoint], size: Vec3) -> f32 {
+    let extent = |of: fn(&SidePoint) -> f32| {
         let values = || points.iter().map(of);
         values().fold(f32::NEG_INFINITY, f32::max) - values().fold(f32::INFINITY, f32::min)
     };
@@ -218,7 +217,7 @@ fn seat_area(points: &[Placed], size: Vec3) -> f32 {
             return 0.0;
         }
         let band = from..=from + SEAT_BAND;
-        let cell = |p: &Placed| {
+        let cell = |p: &SidePoint| {
             let of = |x: f32| ((x + 0.5) * CELLS).clamp(0.0, CELLS - 1.0) as u32;
             of(p.right / width) * CELLS as u32 + of(p.front / depth)
         };
@@ -234,7 +233,7 @@ fn seat_area(points: &[Placed], size: Vec3) -> f32 {
 }
 
 /// Returns true if the object stands on two feet whose toes point to this side.
-fn toes_stick_out(points: &[Placed], height: f32) -> bool {
+fn toes_stick_out(points: &[SidePoint], height: f32) -> bool {
     let of_band = |band: RangeInclusive<f32>| points.iter().filter(move |p| band.contains(&p.height));
     let mut legs: Vec<f32> = of_band(ANKLES).map(|p| p.right).collect();
     legs.sort_unstable_by(f32::total_cmp);

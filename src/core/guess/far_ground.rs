@@ -5,8 +5,8 @@
 //! consist of triangles of several parts.
 
 use super::floors::upright_bounds;
-use super::look::Looker;
 use super::region::{Region, middle_bounds};
+use super::scene_tracer::SceneTracer;
 use super::triangles::{Triangle, for_each_triangle};
 use crate::math::{Bounds3, Horizon, Vec3};
 
@@ -29,10 +29,10 @@ const WIDE: f32 = 2.0;
 const MIN_REST: usize = 30;
 
 /// The looker's region without a ground that reaches far beyond the rest.
-pub(super) fn without_far_ground(looker: &Looker, horizon: &Horizon) -> Region {
-    let whole = looker.region;
+pub(super) fn without_far_ground(tracer: &SceneTracer, horizon: &Horizon) -> Region {
+    let whole = tracer.region;
     let visit = |max, visit: &mut dyn FnMut(&Triangle)| {
-        for_each_triangle(looker.scene, max, |triangle| {
+        for_each_triangle(tracer.scene, max, |triangle| {
             if whole.holds(&triangle.corners) {
                 visit(triangle);
             }

@@ -1,6 +1,6 @@
 //! Floors of a scene: flat surfaces with room above them.
 
-use super::look::Looker;
+use super::scene_tracer::SceneTracer;
 use crate::math::{Bounds3, Horizon, Vec3};
 use rayon::prelude::*;
 
@@ -45,17 +45,17 @@ impl Surface {
 /// Surfaces of the scene along vertical lines. Each line goes through a place of the horizontal
 /// plane.
 pub(super) struct Floors<'a> {
-    pub looker: &'a Looker<'a>,
+    pub tracer: &'a SceneTracer<'a>,
     pub horizon: &'a Horizon,
     bounds: Bounds3,
 }
 
 impl<'a> Floors<'a> {
-    pub fn new(looker: &'a Looker, horizon: &'a Horizon) -> Self {
+    pub fn new(tracer: &'a SceneTracer, horizon: &'a Horizon) -> Self {
         Self {
-            looker,
+            tracer,
             horizon,
-            bounds: upright_bounds(looker.region.bounds, horizon),
+            bounds: upright_bounds(tracer.region.bounds, horizon),
         }
     }
 
@@ -98,7 +98,7 @@ impl<'a> Floors<'a> {
         let mut y = top + 0.01 * self.height();
         while surfaces.len() < MAX_SURFACES {
             let origin = self.horizon.point(Vec3::new(x, y, z));
-            let Some(seen) = self.looker.look(origin, -self.horizon.up()) else {
+            let Some(seen) = self.tracer.trace(origin, -self.horizon.up()) else {
                 break;
             };
             y -= seen.distance;
@@ -122,7 +122,7 @@ impl<'a> Floors<'a> {
 
     /// Height of the nearest surface below a point; `None` if there is none.
     pub fn below(&self, p: Vec3) -> Option<f32> {
-        let seen = self.looker.look(self.horizon.point(p), -self.horizon.up())?;
+        let seen = self.tracer.trace(self.horizon.point(p), -self.horizon.up())?;
         Some(p.y - seen.distance)
     }
 
@@ -140,7 +140,7 @@ impl<'a> Floors<'a> {
         let half = HALF_WIDTH * surface.room;
         let knee = Vec3::new(x, surface.y + 0.25 * surface.room, z);
         [Vec3::X, Vec3::NEG_X, Vec3::Z, Vec3::NEG_Z].into_iter().all(|side| {
-            let wall = self.looker.look(self.horizon.point(knee), self.horizon.point(side));
+            let wall = self.tracer.trace(self.horizon.point(knee), self.horizon.point(side));
             let floor = self.below(knee + half * side);
             wall.is_none_or(|wall| wall.distance > half)
                 && floor.is_some_and(|y| (y - surface.y).abs() < EVEN * surface.room)

@@ -1,6 +1,6 @@
 //! Cameras that frame points.
 
-use super::look::Looker;
+use super::scene_tracer::SceneTracer;
 use super::triangles::for_each_triangle;
 use crate::math::{Horizon, Vec2, Vec3};
 
@@ -72,11 +72,11 @@ pub(super) struct Frame {
 impl Frame {
     /// Position and target of the camera that sees the scene from `back`, a unit vector towards the
     /// eye. Uses at most `max` of the scene's triangles.
-    pub fn place(&self, looker: &Looker, max: u64, horizon: &Horizon, back: Vec3) -> (Vec3, Vec3) {
+    pub fn place(&self, tracer: &SceneTracer, max: u64, horizon: &Horizon, back: Vec3) -> (Vec3, Vec3) {
         let slope = self.fill * (0.5 * self.fov.clamp(1.0, 179.0)).to_radians().tan();
         let mut frustum = Frustum::new(back, horizon.image_up(back), Vec2::new(slope * self.aspect, slope));
-        for_each_triangle(looker.scene, max, |triangle| {
-            if looker.region.holds(&triangle.corners) {
+        for_each_triangle(tracer.scene, max, |triangle| {
+            if tracer.region.holds(&triangle.corners) {
                 triangle.corners.iter().for_each(|&p| frustum.extend(p));
             }
         });
@@ -85,7 +85,7 @@ impl Frame {
         match eye.distance(target) > 0.0 && eye.is_finite() {
             true => (eye, target),
             false => {
-                let target = looker.region.bounds.center();
+                let target = tracer.region.bounds.center();
                 (target + back * (1.0 + target.abs().max_element()), target)
             }
         }

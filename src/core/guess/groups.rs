@@ -1,9 +1,9 @@
 //! Groups of connected parts of a scene, separated by gaps.
 
 use super::floors::upright_bounds;
-use super::look::Looker;
 use super::parts::Parts;
 use super::region::{Region, extent};
+use super::scene_tracer::SceneTracer;
 use crate::math::{Bounds3, Horizon, Vec3};
 
 /// Minimum extents of a ground that does not decide the framing of an object, in extents of the
@@ -26,9 +26,9 @@ const MAX_GROUPS: usize = 3;
 /// Groups of connected parts of the looker's region, the largest first. For example, a room stands
 /// on a separate ground, with lamps and trees around it. Sheets around all other parts belong to no
 /// group.
-pub(super) fn groups(looker: &Looker) -> Vec<Region> {
-    let whole = looker.region;
-    let mut boxes = Parts::of(looker).boxes();
+pub(super) fn groups(tracer: &SceneTracer) -> Vec<Region> {
+    let whole = tracer.region;
+    let mut boxes = Parts::of(tracer).boxes();
     boxes.sort_by(|a, b| extent(&b.0).total_cmp(&extent(&a.0)));
     boxes.truncate(MAX_PARTS);
     while let [first, others @ ..] = boxes.as_slice() {
@@ -55,9 +55,9 @@ pub(super) fn groups(looker: &Looker) -> Vec<Region> {
 }
 
 /// The looker's region without a ground that is much wider than the objects on it.
-pub(super) fn without_sheet(looker: &Looker, horizon: &Horizon) -> Region {
-    let whole = looker.region;
-    let mut boxes = Parts::of(looker).boxes();
+pub(super) fn without_sheet(tracer: &SceneTracer, horizon: &Horizon) -> Region {
+    let whole = tracer.region;
+    let mut boxes = Parts::of(tracer).boxes();
     boxes.sort_by(|a, b| extent(&b.0).total_cmp(&extent(&a.0)));
     let Some(((sheet, _), others)) = boxes.split_first() else {
         return whole;

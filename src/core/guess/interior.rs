@@ -2,8 +2,8 @@
 
 pub(super) use super::floors::upright_bounds;
 use super::floors::{Floors, PLACES, Surface};
-use super::look::{Looker, Seen, Tally};
 use super::rooms::Surroundings;
+use super::scene_tracer::{HitStatistics, SceneTracer, SurfaceHit};
 use super::spread::directions;
 use crate::math::{Horizon, Vec3};
 use rayon::prelude::*;
@@ -57,7 +57,7 @@ impl InteriorView {
 
 /// Kind of the places that are searched for views from inside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Inside {
+pub(super) enum PlaceKind {
     /// All places: the scene is an interior.
     Anywhere,
     /// Places that surfaces enclose with their fronts.
@@ -70,16 +70,16 @@ pub(super) enum Inside {
 
 /// Best view of each place of the floor with room to stand, the best first. The floor has `count`
 /// places along each side.
-pub(super) fn views(looker: &Looker, horizon: &Horizon, inside: Inside, count: u32) -> Vec<InteriorView> {
-    let floors = Floors::new(looker, horizon);
+pub(super) fn views(tracer: &SceneTracer, horizon: &Horizon, inside: PlaceKind, count: u32) -> Vec<InteriorView> {
+    let floors = Floors::new(tracer, horizon);
     let width = floors.width();
     let mut views: Vec<InteriorView> = floors
         .places(count)
         .par_iter()
         .flat_map_iter(|&(x, z)| {
             let eyes = eyes(&floors, x, z).into_iter();
-            let eyes = eyes.filter(|&(eye, _)| is_inside(looker, horizon, eye, inside));
-            eyes.filter_map(|(eye, height)| best_direction(looker, horizon, eye, height, width))
+            let eyes = eyes.filter(|&(eye, _)| is_inside(tracer, horizon, eye, inside));
+            eyes.filter_map(|(eye, height)| best_direction(tracer, horizon, eye, height, width))
         })
         .collect();
     // Stable sort: among equal views the first place wins.
@@ -119,52 +119,51 @@ pub(super) fn floor_of_best(horizon: &Horizon, views: &[InteriorView]) -> Option
     Some(usual_floor(horizon, &storey)?.y)
 }
 
-fn is_inside(looker: &Looker, horizon: &Horizon, eye: Vec3, inside: Inside) -> bool {
-    let around = || Surroundings::of(looker, eye, horizon.up(), 0);
+fn is_inside(tracer: &SceneTracer, horizon: &Horizon, eye: Vec3, inside: PlaceKind) -> bool {
+    let around = || Surroundings::of(tracer, eye, horizon.up(), 0);
     let has = |is: fn(Surroundings) -> bool| is(around());
     match inside {
-        Inside::Anywhere => true,
-        Inside::Rooms => has(|around| around.is_room()),
-        Inside::RoofedRooms => has(|around| around.is_room() && around.above >= ROOFED),
-        Inside::Hulls => has(|around| around.above >= ROOFED && (CLOSED..1.0).contains(&around.closed())),
+        PlaceKind::Anywhere => true,
+        PlaceKind::Rooms => has(|around| around.is_room()),
+        PlaceKind::RoofedRooms => has(|around| around.is_room() && around.above >= ROOFED),
+        PlaceKind::Hulls => has(|around| around.above >= ROOFED && (CLOSED..1.0).contains(&around.closed())),
     }
 }
 
-/// Share of rays that reach daylight, if `position` is in a room with a ceiling; `None` for other
-/// places. The rays start at points around `position`, because windows may be invisible from
-/// `position`.
-pub(super) fn openness_of_room(looker: &Looker, horizon: &Horizon, position: Vec3) -> Option<f32> {
-    if !is_inside(looker, horizon, position, Inside::RoofedRooms) {
+/// Share of the rays from around a place in a room with a ceiling that reach daylight; `None` for
+/// other places. Windows may be invisible from the place itself.
+pub(super) fn openness_of_room(tracer: &SceneTracer, horizon: &Horizon, position: Vec3) -> Option<f32> {
+    if !is_inside(tracer, horizon, position, PlaceKind::RoofedRooms) {
         return None;
     }
     let (mut open, mut count) = (0.0, 0.0f32);
     for (i, way) in (1..).zip(directions(0)) {
-        let distance = looker.look(position, way).map_or(0.0, |seen| seen.distance);
+        let distance = tracer.trace(position, way).map_or(0.0, |seen| seen.distance);
         let p = position + 0.5 * distance * way;
         for direction in directions(i) {
             count += 1.0;
-            open += f32::from(u8::from(sees_daylight(looker, horizon, p, direction)));
+            open += f32::from(u8::from(sees_daylight(tracer, horizon, p, direction)));
         }
     }
     Some(open / count.max(1.0))
 }
 
 /// Returns true if a ray leaves the scene, or hits a surface below the open sky.
-fn sees_daylight(looker: &Looker, horizon: &Horizon, p: Vec3, direction: Vec3) -> bool {
+fn sees_daylight(tracer: &SceneTracer, horizon: &Horizon, p: Vec3, direction: Vec3) -> bool {
     let is_below_sky = || {
-        let seen = looker.look(p, direction);
-        seen.is_some_and(|seen| looker.escapes(p + 0.999 * seen.distance * direction, horizon.up()))
+        let seen = tracer.trace(p, direction);
+        seen.is_some_and(|seen| tracer.escapes(p + 0.999 * seen.distance * direction, horizon.up()))
     };
-    looker.escapes(p, direction) || is_below_sky()
+    tracer.escapes(p, direction) || is_below_sky()
 }
 
 /// Reason for a missing view from inside, for users.
-pub(super) fn reason_for_none(looker: &Looker, horizon: &Horizon) -> &'static str {
-    let floors = Floors::new(looker, horizon);
+pub(super) fn reason_for_none(tracer: &SceneTracer, horizon: &Horizon) -> &'static str {
+    let floors = Floors::new(tracer, horizon);
     let (mut count, mut closed, mut backs) = (0, 0, 0);
     for (x, z) in floors.places(PLACES) {
         for (eye, _) in eyes(&floors, x, z) {
-            let around = Surroundings::of(looker, eye, horizon.up(), 0);
+            let around = Surroundings::of(tracer, eye, horizon.up(), 0);
             count += 1;
             closed += u32::from(around.closed() >= CLOSED);
             backs += u32::from(around.backs > around.fronts);
@@ -193,8 +192,13 @@ const SHOWN: f32 = 0.7;
 /// The view from outside through a side of the scene's box without a wall: some rooms are modelled
 /// to be seen like this. If several sides have no wall, the first from azimuth 0 on is used. `fov`
 /// is vertical, in degrees. `aspect` is the aspect ratio of the image, which the side fills.
-pub(super) fn through_open_side(looker: &Looker, horizon: &Horizon, fov: f32, aspect: f32) -> Option<InteriorView> {
-    let box_ = upright_bounds(looker.region.bounds, horizon);
+pub(super) fn through_open_side(
+    tracer: &SceneTracer,
+    horizon: &Horizon,
+    fov: f32,
+    aspect: f32,
+) -> Option<InteriorView> {
+    let box_ = upright_bounds(tracer.region.bounds, horizon);
     let (center, half) = (0.5 * box_.min + 0.5 * box_.max, 0.5 * (box_.max - box_.min));
     [0.0, 90.0, 270.0, 180.0].into_iter().find_map(|azimuth| {
         let out = horizon.coordinates(horizon.direction(azimuth, 0.0)).round();
@@ -205,7 +209,7 @@ pub(super) fn through_open_side(looker: &Looker, horizon: &Horizon, fov: f32, as
         let share = |i: u32| (i as f32 + 0.5) / SIDE_RAYS as f32 * 1.9 - 0.95;
         let goes_in = |i: &u32| {
             let origin = horizon.point(place(share(i % SIDE_RAYS), share(i / SIDE_RAYS)));
-            let seen = looker.look(origin, -horizon.point(out));
+            let seen = tracer.trace(origin, -horizon.point(out));
             seen.is_some_and(|seen| seen.is_front && seen.distance > 2.0 * OPEN.1 * depth)
         };
         let count = (0..SIDE_RAYS * SIDE_RAYS).filter(goes_in).count();
@@ -230,32 +234,38 @@ pub(super) fn through_open_side(looker: &Looker, horizon: &Horizon, fov: f32, as
 /// The best level view at `position`, for the eye height `height` in a scene of the width `width`.
 /// `None` if a surface is too near to the eye.
 pub(super) fn best_direction(
-    looker: &Looker,
+    tracer: &SceneTracer,
     horizon: &Horizon,
     position: Vec3,
     height: f32,
     width: f32,
 ) -> Option<InteriorView> {
-    let panorama = Panorama::take(looker, horizon, position);
+    let panorama = Panorama::take(tracer, horizon, position);
     let has_place = panorama.nearest() >= FREE_DISTANCE * height;
     has_place.then(|| panorama.best_view(horizon, position, height, width))
 }
 
-/// [`best_direction`] without the minimum distance to surfaces.
-pub(super) fn best_view(looker: &Looker, horizon: &Horizon, position: Vec3, height: f32, width: f32) -> InteriorView {
-    Panorama::take(looker, horizon, position).best_view(horizon, position, height, width)
+/// The best level view at `position`, for any distance of surfaces.
+pub(super) fn best_view(
+    tracer: &SceneTracer,
+    horizon: &Horizon,
+    position: Vec3,
+    height: f32,
+    width: f32,
+) -> InteriorView {
+    Panorama::take(tracer, horizon, position).best_view(horizon, position, height, width)
 }
 
 /// The level view at `position` towards `azimuth`, in degrees.
 pub(super) fn view_towards(
-    looker: &Looker,
+    tracer: &SceneTracer,
     horizon: &Horizon,
     position: Vec3,
     azimuth: f32,
     width: f32,
 ) -> InteriorView {
     let column = (azimuth / 360.0 * COLUMNS as f32).rem_euclid(COLUMNS as f32).round() as usize % COLUMNS;
-    let view = Panorama::take(looker, horizon, position).view(horizon, position, column, 0.0, width);
+    let view = Panorama::take(tracer, horizon, position).view(horizon, position, column, 0.0, width);
     InteriorView {
         direction: horizon.direction(azimuth, 0.0),
         ..view
@@ -275,15 +285,15 @@ fn eyes(floors: &Floors, x: f32, z: f32) -> Vec<(Vec3, f32)> {
 }
 
 /// Surfaces all around a point: columns by azimuth, each with rows from the bottom.
-struct Panorama(Vec<[Option<Seen>; ROWS]>);
+struct Panorama(Vec<[Option<SurfaceHit>; ROWS]>);
 
 impl Panorama {
-    fn take(looker: &Looker, horizon: &Horizon, position: Vec3) -> Self {
+    fn take(tracer: &SceneTracer, horizon: &Horizon, position: Vec3) -> Self {
         let column = |column: usize| {
             let azimuth = 360.0 * column as f32 / COLUMNS as f32;
             std::array::from_fn(|row| {
                 let elevation = PITCH * (2.0 * (row as f32 + 0.5) / ROWS as f32 - 1.0);
-                looker.look(position, horizon.direction(azimuth, elevation))
+                tracer.trace(position, horizon.direction(azimuth, elevation))
             })
         };
         Self((0..COLUMNS).map(column).collect())
@@ -305,7 +315,7 @@ impl Panorama {
     /// information in bits plus a term for the distance. Surfaces that block the view lower the
     /// score, and so do backs of surfaces, which are not meant to be seen.
     fn view(&self, horizon: &Horizon, position: Vec3, column: usize, height: f32, width: f32) -> InteriorView {
-        let mut tally = Tally::default();
+        let mut tally = HitStatistics::default();
         let (mut distances, mut near) = (Vec::with_capacity(WINDOW * ROWS), 0);
         for i in 0..WINDOW {
             let column = (column + COLUMNS + i - WINDOW / 2) % COLUMNS;

@@ -1,7 +1,7 @@
 //! Bodies of revolution: bottles, vases, mugs and lamps stand on their axis, and the opening of a
 //! vessel is above.
 
-use super::look::Looker;
+use super::scene_tracer::SceneTracer;
 use super::spread::radical_inverse;
 use crate::math::{Bounds3, Vec2, Vec3};
 use crate::sampling::warp::uniform_disk;
@@ -67,8 +67,8 @@ impl Lathe {
 
     /// Mean depth of the first surfaces around the axis, seen from its end in the direction `up`,
     /// in extents of the scene.
-    pub fn depth(&self, looker: &Looker, up: Vec3) -> f32 {
-        let bounds = looker.region.bounds;
+    pub fn depth(&self, tracer: &SceneTracer, up: Vec3) -> f32 {
+        let bounds = tracer.region.bounds;
         let (axis, extent) = (self.axis, bounds.max - bounds.min);
         let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
         let radius = CORE * 0.5 * extent[a].min(extent[b]);
@@ -79,7 +79,7 @@ impl Lathe {
             middle[a] += offset.x;
             middle[b] += offset.y;
             // The ray starts half an extent above the top.
-            let seen = looker.look(middle + height * up, -up);
+            let seen = tracer.trace(middle + height * up, -up);
             seen.map_or(1.0, |seen| (seen.distance / height - 0.5).clamp(0.0, 1.0))
         };
         (0..RAYS).map(depth).sum::<f32>() / RAYS as f32

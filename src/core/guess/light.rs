@@ -1,8 +1,8 @@
 //! The light of a scene with too few lit surfaces, by the kind of scene.
 
 use super::emitters::{self, Requirement};
-use super::look::Looker;
 use super::rooms::Surroundings;
+use super::scene_tracer::SceneTracer;
 use super::spread::points_inside;
 use super::survey::Survey;
 use crate::light::Light;
@@ -52,28 +52,28 @@ pub enum LightGuess {
 
 impl LightGuess {
     /// Light for a camera at `position` that looks at `target`; `None` if the scene's own emitters
-    /// light the view of the camera.
-    pub(super) fn new(looker: &Looker, survey: &Survey, position: Vec3, target: Vec3) -> Option<Self> {
-        if is_lit(looker, survey, position, target) {
+    /// light its view.
+    pub(super) fn new(tracer: &SceneTracer, survey: &Survey, position: Vec3, target: Vec3) -> Option<Self> {
+        if is_lit(tracer, survey, position, target) {
             return None;
         }
         if !survey.is_interior {
             return Some(Self::Studio);
         }
         if !survey.is_closed() {
-            return Some(Self::Daylight(sun_through_openings(looker, &survey.horizon)));
+            return Some(Self::Daylight(sun_through_openings(tracer, &survey.horizon)));
         }
-        let lamp = lamp(looker, &survey.horizon, position, target);
+        let lamp = lamp(tracer, &survey.horizon, position, target);
         Some(lamp.unwrap_or(Self::Daylight([-45.0, ELEVATIONS[0]])))
     }
 }
 
 /// Returns true if the scene's emitting surfaces light the view of a camera at `position`.
-fn is_lit(looker: &Looker, survey: &Survey, position: Vec3, target: Vec3) -> bool {
-    if looker.scene.lights().iter().all(Light::is_infinite) {
+fn is_lit(tracer: &SceneTracer, survey: &Survey, position: Vec3, target: Vec3) -> bool {
+    if tracer.scene.lights().iter().all(Light::is_infinite) {
         return false;
     }
-    let bounds = looker.region.bounds;
+    let bounds = tracer.region.bounds;
     let (way, half_angle, requirement) = match survey.is_interior {
         true => (target - position, INTERIOR_CONE.to_radians(), INTERIOR),
         false => {
@@ -83,32 +83,32 @@ fn is_lit(looker: &Looker, survey: &Survey, position: Vec3, target: Vec3) -> boo
         }
     };
     let direction = way.try_normalize().unwrap_or(Vec3::NEG_Z);
-    emitters::light(looker, position, (direction, half_angle), requirement)
+    emitters::light(tracer, position, (direction, half_angle), requirement)
 }
 
 /// Azimuth and elevation in degrees of the sun that lights the most points. If few points are in
-/// rooms, only the points in rooms are used: points beyond the walls are in the sun anyway.
-fn sun_through_openings(looker: &Looker, horizon: &Horizon) -> [f32; 2] {
-    let points: Vec<Vec3> = points_inside(looker.region.bounds).collect();
-    let is_room = |&(i, p): &(u32, Vec3)| Surroundings::of(looker, p, horizon.up(), i).is_room();
+/// rooms, only these are used: points beyond the walls are in the sun anyway.
+fn sun_through_openings(tracer: &SceneTracer, horizon: &Horizon) -> [f32; 2] {
+    let points: Vec<Vec3> = points_inside(tracer.region.bounds).collect();
+    let is_room = |&(i, p): &(u32, Vec3)| Surroundings::of(tracer, p, horizon.up(), i).is_room();
     let rooms = (0..).zip(points.iter().copied()).filter(is_room);
     let rooms: Vec<Vec3> = rooms.map(|(_, p)| p).collect();
     let are_few = (rooms.len() as f32) < FEW * points.len() as f32;
-    let in_rooms = are_few.then(|| best_sun(looker, horizon, &rooms)).flatten();
+    let in_rooms = are_few.then(|| best_sun(tracer, horizon, &rooms)).flatten();
     in_rooms
-        .or_else(|| best_sun(looker, horizon, &points))
+        .or_else(|| best_sun(tracer, horizon, &points))
         .unwrap_or([-45.0, ELEVATIONS[0]])
 }
 
 /// The sun that lights the most of `points`; `None` if no sun lights any.
-fn best_sun(looker: &Looker, horizon: &Horizon, points: &[Vec3]) -> Option<[f32; 2]> {
+fn best_sun(tracer: &SceneTracer, horizon: &Horizon, points: &[Vec3]) -> Option<[f32; 2]> {
     let mut best = (None, 0);
     for elevation in ELEVATIONS {
         for i in 0..AZIMUTHS {
             // Turn the sun a few degrees away from the walls, which mostly stand along the axes
             let azimuth = -150.0 + 360.0 * (i as f32) / AZIMUTHS as f32 + 7.0;
             let direction = horizon.direction(azimuth, elevation);
-            let lit = points.iter().filter(|&&p| looker.escapes(p, direction)).count();
+            let lit = points.iter().filter(|&&p| tracer.escapes(p, direction)).count();
             // Another sun must light a tenth more points, so that rounding does not decide.
             if lit * 10 > best.1 * 11 {
                 best = (Some([azimuth, elevation]), lit);
@@ -119,10 +119,12 @@ fn best_sun(looker: &Looker, horizon: &Horizon, points: &[Vec3]) -> Option<[f32;
 }
 
 /// A lamp below the ceiling, between the camera and its target; `None` if there is no ceiling.
-fn lamp(looker: &Looker, horizon: &Horizon, position: Vec3, target: Vec3) -> Option<LightGuess> {
+fn lamp(tracer: &SceneTracer, horizon: &Horizon, position: Vec3, target: Vec3) -> Option<LightGuess> {
     let middle = position.midpoint(target);
-    let above = looker.look(middle, horizon.up())?.distance;
-    let below = looker.look(middle, -horizon.up()).map_or(above, |floor| floor.distance);
+    let above = tracer.trace(middle, horizon.up())?.distance;
+    let below = tracer
+        .trace(middle, -horizon.up())
+        .map_or(above, |floor| floor.distance);
     let height = above + below;
     Some(LightGuess::Lamp {
         position: middle + (above - LAMP.1 * height) * horizon.up(),

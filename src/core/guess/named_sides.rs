@@ -1,7 +1,7 @@
 //! The front of an object from the names of its materials and parts: eyes, teeth and headlights are
 //! at the front, tails and tail lamps at the back.
 
-use super::look::Looker;
+use super::scene_tracer::SceneTracer;
 use super::surfaces::{Point, words};
 use super::triangles::for_each_triangle;
 use crate::math::{Horizon, Vec3};
@@ -47,10 +47,10 @@ const OFF_MIDDLE: f32 = 0.12;
 /// Minimum ratio of the distance to the front to the distance to the side.
 const STRAIGHT: f32 = 2.0;
 
-/// Direction of the front according to names; the vector may have any length. `None` if names do
-/// not show the front. `points` are spread over the surfaces.
-pub(super) fn named_front(looker: &Looker, points: &[Point], horizon: &Horizon) -> Option<Vec3> {
-    let scene = looker.scene;
+/// Direction of the front by names, of any length; `None` if names do not show it. `points` are
+/// spread over the surfaces.
+pub(super) fn named_front(tracer: &SceneTracer, points: &[Point], horizon: &Horizon) -> Option<Vec3> {
+    let scene = tracer.scene;
     let materials: Vec<Option<bool>> = scene.materials().iter().map(|m| is_front(&m.name)).collect();
     let names = scene.part_names();
     let parts: Vec<Option<bool>> = (0..=names.len() as u32)

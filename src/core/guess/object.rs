@@ -4,9 +4,9 @@ use super::facing::{facing, is_long_body};
 use super::file_axes::FileAxes;
 use super::framing::Frame;
 use super::interior::upright_bounds;
-use super::look::{Looker, Seen, Tally};
 use super::named_sides::named_front;
 use super::open_house;
+use super::scene_tracer::{HitStatistics, SceneTracer, SurfaceHit};
 use super::surfaces;
 use crate::camera::{Camera, CameraParameters};
 use crate::math::{Horizon, UVec2, Vec2, Vec3};
@@ -72,7 +72,7 @@ impl Front {
     /// The side that the file declares, or else the side with the most detail and materials: faces
     /// have eyes and noses, backs are smooth. Seats, feet, azimuth 0 and symmetry have a bonus.
     /// Edges of plates are not a front.
-    pub fn of(looker: &Looker, horizon: &Horizon, frame: &Frame, axes: &FileAxes) -> Self {
+    pub fn of(tracer: &SceneTracer, horizon: &Horizon, frame: &Frame, axes: &FileAxes) -> Self {
         let toward = |side: Vec3| {
             let azimuth = horizon.azimuth(side)?;
             Some((azimuth / 90.0).round().rem_euclid(4.0) * 90.0)
@@ -86,19 +86,19 @@ impl Front {
             };
         }
         let of_program = axes.usual_front.and_then(toward);
-        let points = surfaces::points(looker);
-        let named = named_front(looker, &points, horizon).and_then(toward);
-        let faced = facing(&points, upright_bounds(looker.region.bounds, horizon), horizon);
-        let is_long = is_long_body(&points, upright_bounds(looker.region.bounds, horizon), horizon);
+        let points = surfaces::points(tracer);
+        let named = named_front(tracer, &points, horizon).and_then(toward);
+        let faced = facing(&points, upright_bounds(tracer.region.bounds, horizon), horizon);
+        let is_long = is_long_body(&points, upright_bounds(tracer.region.bounds, horizon), horizon);
         let azimuths = [0.0, 180.0, 90.0, 270.0];
         let evidence: Vec<f32> = azimuths
             .par_iter()
             .map(|&azimuth| {
-                let side = Side::new(looker, horizon, azimuth);
+                let side = Side::new(tracer, horizon, azimuth);
                 if side.width <= EDGE * side.depth && side.height >= PLATE * side.depth {
                     return f32::NEG_INFINITY;
                 }
-                let picture = Picture::take(looker, horizon, frame, horizon.direction(azimuth, 5.0));
+                let picture = Picture::take(tracer, horizon, frame, horizon.direction(azimuth, 5.0));
                 let mut evidence = picture.detail().log2() + picture.materials() + SYMMETRY * picture.symmetry();
                 evidence += if faced == Some(azimuth) { FACING } else { 0.0 };
                 evidence += if named == Some(azimuth) { FACING } else { 0.0 };
@@ -146,8 +146,8 @@ impl Side {
         self.width > self.depth
     }
 
-    fn new(looker: &Looker, horizon: &Horizon, azimuth: f32) -> Self {
-        let bounds = upright_bounds(looker.region.bounds, horizon);
+    fn new(tracer: &SceneTracer, horizon: &Horizon, azimuth: f32) -> Self {
+        let bounds = upright_bounds(tracer.region.bounds, horizon);
         let size = bounds.max - bounds.min;
         let depth = size.dot(horizon.coordinates(horizon.direction(azimuth, 0.0)).abs());
         Self {
@@ -160,11 +160,11 @@ impl Side {
 
 /// Azimuth and elevation, in degrees, of the three-quarter view with the most information, for an
 /// object with its front at `front`.
-pub(super) fn three_quarter(looker: &Looker, horizon: &Horizon, frame: &Frame, front: f32) -> (f32, f32) {
-    if let Some(azimuth) = open_house::azimuth(looker, horizon, front) {
+pub(super) fn three_quarter(tracer: &SceneTracer, horizon: &Horizon, frame: &Frame, front: f32) -> (f32, f32) {
+    if let Some(azimuth) = open_house::azimuth(tracer, horizon, front) {
         return (azimuth, open_house::ELEVATION);
     }
-    let side = Side::new(looker, horizon, front);
+    let side = Side::new(tracer, horizon, front);
     let elevations: &[f32] = match side.height <= FLAT * side.width.max(side.depth) {
         true => &FLAT_ELEVATION,
         false => &ELEVATIONS,
@@ -182,7 +182,7 @@ pub(super) fn three_quarter(looker: &Looker, horizon: &Horizon, frame: &Frame, f
     let scores: Vec<f32> = candidates
         .par_iter()
         .map(|&(azimuth, elevation)| {
-            Picture::take(looker, horizon, frame, horizon.direction(azimuth, elevation)).information()
+            Picture::take(tracer, horizon, frame, horizon.direction(azimuth, elevation)).information()
         })
         .collect();
     candidates[first_best(&scores)]
@@ -195,16 +195,16 @@ fn first_best(scores: &[f32]) -> usize {
 }
 
 /// Surfaces that the rays of a coarse image hit, row by row.
-struct Picture(Vec<Option<Seen>>);
+struct Picture(Vec<Option<SurfaceHit>>);
 
 impl Picture {
-    fn take(looker: &Looker, horizon: &Horizon, frame: &Frame, back: Vec3) -> Self {
+    fn take(tracer: &SceneTracer, horizon: &Horizon, frame: &Frame, back: Vec3) -> Self {
         let square = Frame {
             aspect: 1.0,
             fill: FILL,
             ..*frame
         };
-        let (position, look_at) = square.place(looker, FEW, horizon, back);
+        let (position, look_at) = square.place(tracer, FEW, horizon, back);
         let parameters = CameraParameters {
             position,
             look_at,
@@ -220,7 +220,7 @@ impl Picture {
         let pixel = |i: u32| Vec2::new((i % RAYS) as f32 + 0.5, (i / RAYS) as f32 + 0.5);
         let seen = (0..RAYS * RAYS).map(|i| {
             let ray = camera.ray(pixel(i), Vec2::splat(0.5), 0.0);
-            looker.look(ray.origin, ray.direction)
+            tracer.trace(ray.origin, ray.direction)
         });
         Self(seen.collect())
     }
@@ -254,8 +254,8 @@ impl Picture {
         self.tally().entropies()[1]
     }
 
-    fn tally(&self) -> Tally {
-        let mut tally = Tally::default();
+    fn tally(&self) -> HitStatistics {
+        let mut tally = HitStatistics::default();
         self.0.iter().for_each(|seen| tally.add(seen.as_ref()));
         tally
     }

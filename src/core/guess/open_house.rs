@@ -2,7 +2,7 @@
 //! from a side whose outer wall is low, open or missing.
 
 use super::floors::{Floors, PLACES};
-use super::look::Looker;
+use super::scene_tracer::SceneTracer;
 use crate::math::{Horizon, Vec3};
 
 /// Elevation of the view of rooms without a ceiling, in degrees.
@@ -28,8 +28,8 @@ const MORE: f32 = 0.04;
 
 /// Azimuth from which most of the rooms is visible, in degrees; `None` if the scene has no rooms
 /// without a ceiling.
-pub(super) fn azimuth(looker: &Looker, horizon: &Horizon, front: f32) -> Option<f32> {
-    let floors = Floors::new(looker, horizon);
+pub(super) fn azimuth(tracer: &SceneTracer, horizon: &Horizon, front: f32) -> Option<f32> {
+    let floors = Floors::new(tracer, horizon);
     let (bounds, height) = (floors.bounds(), floors.height());
     let size = bounds.max - bounds.min;
     if height > LOW * size.x.min(size.z) {
@@ -42,7 +42,7 @@ pub(super) fn azimuth(looker: &Looker, horizon: &Horizon, front: f32) -> Option<
         let eye = Vec3::new(x, (bounds.min.y + WALL * height).max(top.y + OFF_SURFACE * height), z);
         let has_wall = |i: &u8| {
             let way = horizon.direction(f32::from(*i) * 45.0, 0.0);
-            looker.look(horizon.point(eye), way).is_some()
+            tracer.trace(horizon.point(eye), way).is_some()
         };
         let is_inside = top.y < bounds.min.y + INSIDE * height && (0..8).filter(has_wall).count() >= WALLS;
         is_inside.then(|| horizon.point(Vec3::new(x, top.y + OFF_SURFACE * height, z)))
@@ -54,7 +54,7 @@ pub(super) fn azimuth(looker: &Looker, horizon: &Horizon, front: f32) -> Option<
     let mut best = (front, f32::NEG_INFINITY);
     for turn in TURNS {
         let back = horizon.direction(front + turn, ELEVATION);
-        let shown = points.iter().filter(|&&p| looker.look(p, back).is_none()).count();
+        let shown = points.iter().filter(|&&p| tracer.trace(p, back).is_none()).count();
         let share = shown as f32 / points.len() as f32;
         if share > best.1 + MORE {
             best = (front + turn, share);

@@ -1,6 +1,6 @@
 //! Parts of a scene: connected components of its triangles, and the parts that rest on others.
 
-use super::look::Looker;
+use super::scene_tracer::SceneTracer;
 use super::triangles::for_each_triangle;
 use crate::math::{Bounds3, Vec3};
 use rayon::prelude::*;
@@ -24,7 +24,7 @@ const MAX_OWN: u32 = 3;
 
 /// Connected components of a scene, without its hull.
 pub(super) struct Parts<'a> {
-    looker: &'a Looker<'a>,
+    tracer: &'a SceneTracer<'a>,
     bounds: Bounds3,
     parts: Vec<Vec<Vec3>>,
     /// Part of each triangle, by the number that identifies the triangle. Triangles of the hull
@@ -34,15 +34,15 @@ pub(super) struct Parts<'a> {
 
 impl<'a> Parts<'a> {
     /// Parts of the looker's scene; empty for a scene with many triangles.
-    pub fn of(looker: &'a Looker) -> Self {
-        let bounds = looker.region.bounds;
+    pub fn of(tracer: &'a SceneTracer) -> Self {
+        let bounds = tracer.region.bounds;
         let mut parts = Self {
-            looker,
+            tracer,
             bounds,
             parts: Vec::new(),
             of_triangles: HashMap::new(),
         };
-        if looker.scene.placed_triangle_count() <= MAX_TRIANGLES {
+        if tracer.scene.placed_triangle_count() <= MAX_TRIANGLES {
             parts.find();
         }
         parts
@@ -52,9 +52,9 @@ impl<'a> Parts<'a> {
     fn find(&mut self) {
         let mut vertices: HashMap<[u32; 3], u32> = HashMap::new();
         let mut positions: Vec<Vec3> = Vec::new();
-        let mut joined = Joined::default();
+        let mut joined = DisjointSets::default();
         let mut first_vertices: Vec<(u64, u32)> = Vec::new();
-        for_each_triangle(self.looker.scene, MAX_TRIANGLES, |triangle| {
+        for_each_triangle(self.tracer.scene, MAX_TRIANGLES, |triangle| {
             let [a, b, c] = triangle.corners.map(|p| {
                 // Adding 0 turns −0 into 0.
                 let bits = (p + Vec3::ZERO).to_array().map(f32::to_bits);
@@ -146,7 +146,7 @@ impl<'a> Parts<'a> {
     fn touches(&self, number: u32, foot: Vec3, up: Vec3, touch: f32) -> bool {
         let mut way = 0.0;
         for _ in 0..=MAX_OWN {
-            let Some(seen) = self.looker.look(foot + (touch - way) * up, -up) else {
+            let Some(seen) = self.tracer.trace(foot + (touch - way) * up, -up) else {
                 return false;
             };
             way += seen.distance;
@@ -176,9 +176,9 @@ fn weight(part: &[Vec3], up: Vec3) -> f32 {
 
 /// Disjoint sets of numbers (union-find with path halving).
 #[derive(Default)]
-struct Joined(Vec<u32>);
+struct DisjointSets(Vec<u32>);
 
-impl Joined {
+impl DisjointSets {
     fn add(&mut self) -> u32 {
         let number = self.0.len() as u32;
         self.0.push(number);

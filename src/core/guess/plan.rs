@@ -1,8 +1,8 @@
 //! The plan of an interior: the scene below a horizontal cut, seen from above.
 
 use super::floors::Floors;
-use super::look::Looker;
 use super::scale::Scale;
+use super::scene_tracer::SceneTracer;
 use super::triangles::for_each_triangle;
 use crate::film::RgbImage;
 use crate::math::{Bounds3, Horizon, Vec2, Vec3};
@@ -107,7 +107,7 @@ impl Sheet {
 /// The plan of the looker's region at `cut`, `size` pixels along its larger edge. `cameras` are
 /// positions and targets.
 pub(super) fn plan(floors: &Floors, cut: Cut, cameras: &[(Vec3, Vec3)], size: usize) -> Plan {
-    let (looker, horizon) = (floors.looker, floors.horizon);
+    let (tracer, horizon) = (floors.tracer, floors.horizon);
     let mut bounds = floors.bounds();
     let cameras: Vec<[Vec3; 2]> = cameras
         .iter()
@@ -115,13 +115,13 @@ pub(super) fn plan(floors: &Floors, cut: Cut, cameras: &[(Vec3, Vec3)], size: us
         .collect();
     cameras.iter().for_each(|&[position, _]| bounds.extend(position));
     let sheet = Sheet::of(&bounds, size);
-    let shade = |i: usize| shade(looker, horizon, cut, sheet.point(i, cut.y()));
+    let shade = |i: usize| shade(tracer, horizon, cut, sheet.point(i, cut.y()));
     let mut image = RgbImage {
         width: sheet.width,
         height: sheet.height,
         pixels: (0..sheet.width * sheet.height).into_par_iter().map(shade).collect(),
     };
-    for_each_triangle(looker.scene, MAX_TRIANGLES, |triangle| {
+    for_each_triangle(tracer.scene, MAX_TRIANGLES, |triangle| {
         let corners = triangle.corners.map(|p| horizon.coordinates(p));
         if let Some([a, b]) = section(corners, cut.y()) {
             draw_line(&mut image, sheet.at(a), sheet.at(b));
@@ -148,14 +148,14 @@ pub(super) fn plan(floors: &Floors, cut: Cut, cameras: &[(Vec3, Vec3)], size: us
 }
 
 /// The colour below a point of the cut.
-fn shade(looker: &Looker, horizon: &Horizon, cut: Cut, p: Vec3) -> [f32; 3] {
-    let Some(seen) = looker.look(horizon.point(p), -horizon.up()) else {
+fn shade(tracer: &SceneTracer, horizon: &Horizon, cut: Cut, p: Vec3) -> [f32; 3] {
+    let Some(seen) = tracer.trace(horizon.point(p), -horizon.up()) else {
         return EMPTY;
     };
     if !seen.is_front {
         return BODY;
     }
-    let material = looker.material(&seen);
+    let material = tracer.material(&seen);
     let color = match material.maps.diffuse {
         Some(_) => TEXTURED,
         None => material.diffuse.to_array().map(|v| v.clamp(0.05, 0.9)),

@@ -1,6 +1,6 @@
 //! Rooms: points of a scene that surfaces enclose with their fronts.
 
-use super::look::{Looker, Tally};
+use super::scene_tracer::{HitStatistics, SceneTracer};
 use super::spread::{POINTS, directions, points_inside};
 use crate::math::Vec3;
 
@@ -38,11 +38,11 @@ pub(super) struct Surroundings {
 
 impl Surroundings {
     /// Surroundings of `p` along set `i` of the directions, with the up direction `up`.
-    pub fn of(looker: &Looker, p: Vec3, up: Vec3, i: u32) -> Self {
+    pub fn of(tracer: &SceneTracer, p: Vec3, up: Vec3, i: u32) -> Self {
         let (mut fronts, mut backs, mut above) = (0.0, 0.0, [0.0, 0.0f32]);
         let mut count = 0.0f32;
         for direction in directions(i) {
-            let seen = looker.look(p, direction);
+            let seen = tracer.trace(p, direction);
             count += 1.0;
             if direction.dot(up) > 0.0 {
                 above[1] += 1.0;
@@ -87,40 +87,40 @@ pub(super) struct Rooms {
 }
 
 impl Rooms {
-    pub fn of(looker: &Looker) -> Self {
-        let bounds = looker.region.bounds;
-        // Trace rays from points inside
-        let (mut within, mut points, mut escaped) = (Tally::default(), Vec::new(), 0);
+    pub fn of(tracer: &SceneTracer) -> Self {
+        let bounds = tracer.region.bounds;
+        // From inside
+        let (mut within, mut points, mut escaped) = (HitStatistics::default(), Vec::new(), 0);
         for (i, p) in (0..).zip(points_inside(bounds)) {
-            let mut around = Tally::default();
-            let seen: Vec<_> = directions(i).map(|direction| looker.look(p, direction)).collect();
+            let mut around = HitStatistics::default();
+            let seen: Vec<_> = directions(i).map(|direction| tracer.trace(p, direction)).collect();
             seen.iter().for_each(|seen| around.add(seen.as_ref()));
             if around.fronts as f32 >= ENCLOSED * around.rays as f32 {
                 points.push(p);
-                escaped += directions(i).filter(|&direction| looker.escapes(p, direction)).count();
+                escaped += directions(i).filter(|&direction| tracer.escapes(p, direction)).count();
                 seen.iter().for_each(|seen| within.add(seen.as_ref()));
             }
         }
 
-        // Trace rays from outside, towards points of the region
-        let mut without = Tally::default();
+        // From outside, towards points of the region
+        let mut without = HitStatistics::default();
         let reach = 2.0 * bounds.radius().max(f32::MIN_POSITIVE);
         for (i, p) in (0..).zip(points_inside(bounds)) {
             for direction in directions(i) {
-                let reach = match looker.region.group.is_some() {
-                    true => distance_to_surface(looker, p, -direction),
+                let reach = match tracer.region.group.is_some() {
+                    true => distance_to_surface(tracer, p, -direction),
                     false => reach,
                 };
-                without.add(looker.look(p - reach * direction, direction).as_ref());
+                without.add(tracer.trace(p - reach * direction, direction).as_ref());
             }
         }
-        let detail = |tally: &Tally| tally.entropies().iter().sum::<f32>();
+        let detail = |tally: &HitStatistics| tally.entropies().iter().sum::<f32>();
         Self {
             points,
             openness: escaped as f32 / within.rays.max(1) as f32,
             fronts: without.front_share(),
             more: detail(&within) - detail(&without),
-            group: looker.region.group,
+            group: tracer.region.group,
         }
     }
 
@@ -140,8 +140,8 @@ impl Rooms {
 }
 
 /// Distance from a point inside to the surface of the region's box, plus a margin.
-fn distance_to_surface(looker: &Looker, p: Vec3, direction: Vec3) -> f32 {
-    let bounds = looker.region.bounds;
+fn distance_to_surface(tracer: &SceneTracer, p: Vec3, direction: Vec3) -> f32 {
+    let bounds = tracer.region.bounds;
     let margin = 1e-3 * bounds.radius();
     let way = |axis: usize| {
         let end = if direction[axis] > 0.0 { bounds.max } else { bounds.min };

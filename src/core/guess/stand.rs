@@ -107,7 +107,7 @@ fn has_free_eyes(floors: &Floors, scale: &Scale, place: Vec3, (y, height): (f32,
     let up = floors.horizon.up();
     let eye = floors.horizon.point(Vec3::new(place.x, y + height, place.z));
     let is_free = |way: Vec3, distance: f32| {
-        let seen = floors.looker.look(eye, way);
+        let seen = floors.tracer.trace(eye, way);
         seen.is_none_or(|seen| seen.distance >= distance)
     };
     is_free(up, scale.length(FREE[0])) && is_free(-up, scale.length(FREE[1]).min(0.5 * height))
@@ -116,13 +116,13 @@ fn has_free_eyes(floors: &Floors, scale: &Scale, place: Vec3, (y, height): (f32,
 /// Returns true if there is a surface above eyes at the height `y`.
 fn has_ceiling(floors: &Floors, place: Vec3, y: f32) -> bool {
     let eye = floors.horizon.point(Vec3::new(place.x, y, place.z));
-    floors.looker.look(eye, floors.horizon.up()).is_some()
+    floors.tracer.trace(eye, floors.horizon.up()).is_some()
 }
 
 /// Returns true if surfaces show their backs around the eyes.
 fn is_in_body(floors: &Floors, place: Vec3, y: f32) -> bool {
     let eye = floors.horizon.point(Vec3::new(place.x, y, place.z));
-    let around = Surroundings::of(floors.looker, eye, floors.horizon.up(), 0);
+    let around = Surroundings::of(floors.tracer, eye, floors.horizon.up(), 0);
     around.backs > 0.5 && around.fronts < 0.1
 }
 

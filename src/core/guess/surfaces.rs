@@ -1,8 +1,8 @@
 //! Measures of a scene's surfaces along its axes, as evidence for its upright axis (`up`).
 
 use super::lathe::Lathe;
-use super::look::Looker;
 use super::parts::Parts;
+use super::scene_tracer::SceneTracer;
 use super::spread::radical_inverse;
 use super::triangles::{Triangle, for_each_triangle};
 use crate::material::Material;
@@ -126,14 +126,13 @@ pub(super) struct Surfaces {
     pub low: f32,
     /// Extents of the scene.
     pub extent: Vec3,
-    ways: [Way; 6],
+    measures: [UprightMeasures; 6],
 }
 
 /// Measures of a direction, as if it were up.
 #[derive(Clone, Copy)]
-pub(super) struct Way {
-    /// Number of parts that stand in this direction, divided by the number of parts that stand in
-    /// any direction.
+pub(super) struct UprightMeasures {
+    /// Share of the parts that stand in this direction, of the parts that stand in any direction.
     pub standing: f32,
     /// Area of the box around the lowest points, as a share of the scene's outline.
     pub contact: f32,
@@ -149,18 +148,18 @@ pub(super) struct Way {
 }
 
 impl Surfaces {
-    pub fn new(looker: &Looker) -> Self {
-        let bounds = looker.region.bounds;
+    pub fn new(tracer: &SceneTracer) -> Self {
+        let bounds = tracer.region.bounds;
         let extent = (bounds.max - bounds.min).max(Vec3::splat(f32::MIN_POSITIVE));
-        let points = points(looker);
+        let points = points(tracer);
         let count = (points.len() as f32).max(1.0);
         let mean = |of: fn(&Point) -> Vec3| points.iter().map(of).sum::<Vec3>() / count;
         let cells = Cells::new(&points, bounds);
-        let standing = Parts::of(looker).standing(&Direction::ALL.map(Direction::vector));
+        let standing = Parts::of(tracer).standing(&Direction::ALL.map(Direction::vector));
         let stand: f32 = standing.iter().sum();
         let oriented: Vec<(Vec3, Vec3)> = points.iter().map(|point| (point.p, point.n)).collect();
         let lathes = [0, 1, 2].map(|axis| Lathe::new(&oriented, bounds, axis));
-        let materials = looker.scene.materials();
+        let materials = tracer.scene.materials();
         let are_low: Vec<bool> = materials
             .iter()
             .map(|material| is_high(&material.name) == Some(false))
@@ -176,19 +175,19 @@ impl Surfaces {
             named: named(materials, &points) / extent,
             low: share(&points, |point| are_low[point.material as usize]),
             extent,
-            ways: Direction::ALL.map(|up| Way {
+            measures: Direction::ALL.map(|up| UprightMeasures {
                 standing: standing[up.index()] / (stand + FEW_STAND),
                 contact: contact(&points, bounds, up),
                 looks_up: share(&points, |point| point.n.dot(up.vector()) > LOOKS_UP),
-                open: open(looker, &points, up.vector()),
-                depth: lathes[up.axis].depth(looker, up.vector()),
+                open: open(tracer, &points, up.vector()),
+                depth: lathes[up.axis].depth(tracer, up.vector()),
                 is_on_zero: lowest(bounds, up).abs() <= AT_ORIGIN * extent[up.axis],
             }),
         }
     }
 
-    pub fn way(&self, up: Direction) -> &Way {
-        &self.ways[up.index()]
+    pub fn measures(&self, up: Direction) -> &UprightMeasures {
+        &self.measures[up.index()]
     }
 }
 
@@ -203,11 +202,11 @@ pub(super) struct Point {
 }
 
 /// Points all over the scene's surfaces; none if the surfaces have no area.
-pub(super) fn points(looker: &Looker) -> Vec<Point> {
+pub(super) fn points(tracer: &SceneTracer) -> Vec<Point> {
     let mut area = 0.0;
-    for_each_triangle(looker.scene, MAX_TRIANGLES, |triangle| area += triangle.area);
+    for_each_triangle(tracer.scene, MAX_TRIANGLES, |triangle| area += triangle.area);
     let (mut points, mut due) = (Vec::new(), 0.5);
-    for_each_triangle(looker.scene, MAX_TRIANGLES, |triangle| {
+    for_each_triangle(tracer.scene, MAX_TRIANGLES, |triangle| {
         due += POINTS * triangle.area / area;
         while due >= 1.0 {
             due -= 1.0;
@@ -266,9 +265,9 @@ fn contact(points: &[Point], bounds: Bounds3, up: Direction) -> f32 {
 }
 
 /// Share of the points above which there is no surface.
-fn open(looker: &Looker, points: &[Point], up: Vec3) -> f32 {
-    let offset = OFF_SURFACE * looker.region.bounds.radius() * up;
-    let is_open = |point: &&Point| looker.look(point.p + offset, up).is_none();
+fn open(tracer: &SceneTracer, points: &[Point], up: Vec3) -> f32 {
+    let offset = OFF_SURFACE * tracer.region.bounds.radius() * up;
+    let is_open = |point: &&Point| tracer.trace(point.p + offset, up).is_none();
     let tried = || points.iter().step_by(points.len().div_ceil(RAYS).max(1));
     tried().filter(is_open).count() as f32 / (tried().count() as f32).max(1.0)
 }

@@ -3,11 +3,11 @@
 use super::file_axes::FileAxes;
 use super::floors::Floors;
 use super::groups::groups;
-use super::interior::Inside;
-use super::look::Looker;
+use super::interior::PlaceKind;
 use super::region::Region;
 use super::rooms::Rooms;
-use super::up::{Sisters, UpScores};
+use super::scene_tracer::SceneTracer;
+use super::up::{SiblingFiles, UpScores};
 use crate::math::{Bounds3, Horizon, Vec3};
 
 /// Properties of a scene on which guesses depend.
@@ -40,17 +40,17 @@ impl Survey {
     /// guessed. `axes` are from comments of the file. If `wants_inside`, the camera is inside for
     /// any kind of scene.
     pub(super) fn new(
-        looker: &Looker,
+        tracer: &SceneTracer,
         up: Option<Vec3>,
         axes: &FileAxes,
         wants_inside: bool,
-    ) -> (Self, Region, Inside) {
+    ) -> (Self, Region, PlaceKind) {
         let said_up = up.and_then(Vec3::try_normalize);
-        let scores = |looker: &Looker, rooms: Option<&[Vec3]>| match said_up {
+        let scores = |tracer: &SceneTracer, rooms: Option<&[Vec3]>| match said_up {
             Some(_) => None,
-            None => Some(UpScores::new(looker, rooms, axes)),
+            None => Some(UpScores::new(tracer, rooms, axes)),
         };
-        let whole = looker.region;
+        let whole = tracer.region;
         let survey = |up_scores: Option<UpScores>, interior: Option<(f32, Region)>| {
             let best = up_scores.map(|scores| scores.best());
             let (openness, region) = interior.unwrap_or((1.0, whole));
@@ -65,15 +65,15 @@ impl Survey {
         };
         let of_object = |up_scores| {
             let (survey, region) = survey(up_scores, None);
-            (survey, region, Inside::RoofedRooms)
+            (survey, region, PlaceKind::RoofedRooms)
         };
         if whole.bounds.is_empty() {
             return of_object(None);
         }
-        let mut found = (*looker, Rooms::of(looker));
+        let mut found = (*tracer, Rooms::of(tracer));
         if !found.1.are_interior() {
-            for region in groups(looker) {
-                let group = Looker { region, ..*looker };
+            for region in groups(tracer) {
+                let group = SceneTracer { region, ..*tracer };
                 let rooms = Rooms::of(&group);
                 if rooms.are_interior() {
                     found = (group, rooms);
@@ -89,16 +89,16 @@ impl Survey {
             let up_scores = scores(&place, Some(&rooms.points));
             let (survey, region) = survey(up_scores, Some((rooms.openness, place.region)));
             if Floors::new(&place, &survey.horizon).has_wide_floor() {
-                return (survey, region, Inside::Anywhere);
+                return (survey, region, PlaceKind::Anywhere);
             }
         }
-        let up_scores = scores(looker, None);
+        let up_scores = scores(tracer, None);
         if !wants_inside {
             return of_object(up_scores);
         }
         let openness = if rooms.points.is_empty() { 1.0 } else { rooms.openness };
         let (survey, region) = survey(up_scores, Some((openness, place.region)));
-        (survey, region, Inside::RoofedRooms)
+        (survey, region, PlaceKind::RoofedRooms)
     }
 
     /// Returns true if other files of the folder can change the upright axis of an object.
@@ -106,13 +106,13 @@ impl Survey {
         !self.is_interior && self.up_scores.is_some_and(|scores| scores.are_close())
     }
 
-    /// The survey with the evidence of `sisters` for the upright axis, which interiors ignore. Also
-    /// returns true if the axis changed.
-    pub(super) fn with(self, sisters: &Sisters) -> (Self, bool) {
+    /// The survey with the evidence of `siblings` for the upright axis, which interiors ignore.
+    /// Also returns true if the axis changed.
+    pub(super) fn with(self, siblings: &SiblingFiles) -> (Self, bool) {
         let Some(scores) = self.up_scores.filter(|_| !self.is_interior) else {
             return (self, false);
         };
-        let (alone, up) = (scores.best(), scores.with(sisters).best());
+        let (alone, up) = (scores.best(), scores.with(siblings).best());
         let horizon = match up == alone {
             true => self.horizon,
             false => Horizon::new(up),

@@ -3,7 +3,7 @@
 //! Six directions compete. Each has a score in natural logarithms of odds: the frequency of the
 //! direction in OBJ files, plus a weighted sum of evidence (`OUTSIDE` and `INSIDE`). The measures
 //! come from `surfaces`; for an interior, also from rays from its rooms. Close scores are decided
-//! by other files of the folder (`Sisters`).
+//! by other files of the folder (`SiblingFiles`).
 //!
 //! Weights of objects are a logistic regression with fixed odds of the directions, with a ridge
 //! penalty. It was fitted to 173 public files, whose upright axis was identified by eye, and with a
@@ -16,7 +16,7 @@
 //! version with 6 kinds of evidence 16 and 21.
 
 use super::file_axes::FileAxes;
-use super::look::Looker;
+use super::scene_tracer::SceneTracer;
 use super::surfaces::{Direction, Surfaces};
 use crate::math::Vec3;
 
@@ -74,28 +74,28 @@ const CLEAR_ABOVE: f32 = 1.0;
 /// is not better: rims and table tops are wide too.
 fn rests(surfaces: &Surfaces, up: Direction) -> f32 {
     const WIDE: f32 = 0.3;
-    let contact = |up| surfaces.way(up).contact.min(WIDE);
+    let contact = |up| surfaces.measures(up).contact.min(WIDE);
     contact(up) - contact(up.opposite())
 }
 
 /// Parts stand on others; few hang.
 fn stands(surfaces: &Surfaces, up: Direction) -> f32 {
-    surfaces.way(up).standing
+    surfaces.measures(up).standing
 }
 
 /// More surfaces face up than down: terrain, plates and houses have no underside.
 fn looks_up(surfaces: &Surfaces, up: Direction) -> f32 {
-    (surfaces.way(up).looks_up - surfaces.way(up.opposite()).looks_up).clamp(-0.15, 0.15)
+    (surfaces.measures(up).looks_up - surfaces.measures(up.opposite()).looks_up).clamp(-0.15, 0.15)
 }
 
 /// More surfaces have open sky above than open space below.
 fn is_open(surfaces: &Surfaces, up: Direction) -> f32 {
-    (surfaces.way(up).open - surfaces.way(up.opposite()).open).clamp(-0.2, 0.2)
+    (surfaces.measures(up).open - surfaces.measures(up.opposite()).open).clamp(-0.2, 0.2)
 }
 
 /// Objects are modelled on the ground, at height 0.
 fn is_on_zero(surfaces: &Surfaces, up: Direction) -> f32 {
-    let is = |up| f32::from(u8::from(surfaces.way(up).is_on_zero));
+    let is = |up| f32::from(u8::from(surfaces.measures(up).is_on_zero));
     is(up) - is(up.opposite())
 }
 
@@ -127,7 +127,7 @@ fn is_lathe(surfaces: &Surfaces, up: Direction) -> f32 {
 
 /// Vessels are open above.
 fn is_vessel(surfaces: &Surfaces, up: Direction) -> f32 {
-    let depth = |up| surfaces.way(up).depth;
+    let depth = |up| surfaces.measures(up).depth;
     revolves(surfaces, up) * (depth(up) - depth(up.opposite()))
 }
 
@@ -152,7 +152,7 @@ fn is_ground(surfaces: &Surfaces, up: Direction) -> f32 {
     const THIN: f32 = 1e-3;
     const LOW: f32 = 0.5;
     let is_flat = surfaces.extent[up.axis] <= THIN * surfaces.extent.max_element();
-    let shows_front = surfaces.way(up).looks_up > surfaces.way(up.opposite()).looks_up;
+    let shows_front = surfaces.measures(up).looks_up > surfaces.measures(up.opposite()).looks_up;
     if is_flat && shows_front && surfaces.low > LOW {
         surfaces.low
     } else {
@@ -171,7 +171,7 @@ fn is_on_tip(surfaces: &Surfaces, up: Direction) -> f32 {
     let is_slender = surfaces.extent[up.axis] >= SLENDER * width;
     let has_sides = across.iter().any(|&axis| surfaces.mirror[axis] >= ALIKE);
     let is_round = over_others(surfaces.round, up) >= ROUND;
-    let is = is_slender && has_sides && !is_round && surfaces.way(up).contact <= TIP;
+    let is = is_slender && has_sides && !is_round && surfaces.measures(up).contact <= TIP;
     f32::from(u8::from(is))
 }
 
@@ -194,9 +194,9 @@ pub struct UpScores([f32; 6]);
 impl UpScores {
     /// Scores from the scene's shapes and the comments of its file; for an interior, also from
     /// points inside of its rooms.
-    pub(super) fn new(looker: &Looker, rooms: Option<&[Vec3]>, axes: &FileAxes) -> Self {
+    pub(super) fn new(tracer: &SceneTracer, rooms: Option<&[Vec3]>, axes: &FileAxes) -> Self {
         let usual = axes.usual_up;
-        let surfaces = Surfaces::new(looker);
+        let surfaces = Surfaces::new(tracer);
         let weighed = |evidence: &[(f32, Evidence)], up| -> f32 {
             evidence
                 .iter()
@@ -213,7 +213,7 @@ impl UpScores {
             None => Direction::ALL
                 .map(|up| USUAL[up.index()] + USUAL_FOR_PROGRAM * written(up) + of_file(up) + weighed(&OUTSIDE, up)),
             Some(rooms) => {
-                let rays = Direction::ALL.map(|up| Free::along(looker, rooms, up.vector()));
+                let rays = Direction::ALL.map(|up| FreeRays::along(tracer, rooms, up.vector()));
                 Direction::ALL.map(|up| {
                     USUAL_INSIDE[up.index()]
                         + USUAL_FOR_PROGRAM_INSIDE * written(up)
@@ -240,7 +240,7 @@ impl UpScores {
 
     /// Returns true if other files of the folder can change the best direction.
     pub(super) fn are_close(&self) -> bool {
-        self.margin() <= Sisters::LARGEST
+        self.margin() <= SiblingFiles::LARGEST
     }
 
     /// Score of the best direction, minus the score of the second best.
@@ -250,10 +250,10 @@ impl UpScores {
         scores[5] - scores[4]
     }
 
-    /// The scores after the evidence of other files has been added.
-    pub(super) fn with(&self, sisters: &Sisters) -> Self {
-        let max = sisters.0.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-        let evidence = |i: usize| (sisters.0[i] - max).max(-Sisters::LARGEST);
+    /// The scores with the evidence of other files.
+    pub(super) fn with(&self, siblings: &SiblingFiles) -> Self {
+        let max = siblings.0.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let evidence = |i: usize| (siblings.0[i] - max).max(-SiblingFiles::LARGEST);
         Self(std::array::from_fn(|i| self.0[i] + evidence(i)))
     }
 }
@@ -262,9 +262,9 @@ impl UpScores {
 /// each direction, it is the sum over these files of the logarithm of the probability that the
 /// direction is up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Sisters([f32; 6]);
+pub struct SiblingFiles([f32; 6]);
 
-impl Sisters {
+impl SiblingFiles {
     /// Maximum change of scores by all files together.
     const LARGEST: f32 = 2.0;
     /// Probability that the axis of a file does not depend on the other files.
@@ -282,31 +282,31 @@ impl Sisters {
 }
 
 /// Rooms are wider than high.
-fn is_low(rays: &[Free; 6], up: Direction) -> f32 {
+fn is_low(rays: &[FreeRays; 6], up: Direction) -> f32 {
     let length = |axis: usize| (rays[2 * axis].mean + rays[2 * axis + 1].mean).max(f32::MIN_POSITIVE);
     let across = (length((up.axis + 1) % 3) * length((up.axis + 2) % 3)).sqrt();
     (across / length(up.axis)).ln().clamp(-0.8, 0.8)
 }
 
 /// There is less clutter below ceilings than above floors.
-fn is_clear(rays: &[Free; 6], up: Direction) -> f32 {
+fn is_clear(rays: &[FreeRays; 6], up: Direction) -> f32 {
     (rays[up.index()].clear - rays[up.opposite().index()].clear).clamp(-0.15, 0.15)
 }
 
 /// Rays from points inside of an interior in one direction.
-struct Free {
+struct FreeRays {
     /// Mean length, to the scene's box if nothing is hit.
     mean: f32,
     /// Share of the rays that hit only the outermost surfaces.
     clear: f32,
 }
 
-impl Free {
+impl FreeRays {
     /// Share of the extent that contains the outermost surfaces.
     const OUTERMOST: f32 = 0.05;
 
-    fn along(looker: &Looker, rooms: &[Vec3], direction: Vec3) -> Self {
-        let bounds = looker.region.bounds;
+    fn along(tracer: &SceneTracer, rooms: &[Vec3], direction: Vec3) -> Self {
+        let bounds = tracer.region.bounds;
         let axis = direction.abs().max_position();
         let end = if direction[axis] > 0.0 {
             bounds.max[axis]
@@ -317,7 +317,7 @@ impl Free {
         let (mut sum, mut clear, mut count) = (0.0, 0.0, 0.0f32);
         for &p in rooms {
             let rest = (end - p[axis]).abs();
-            let length = looker.look(p, direction).map_or(rest, |seen| seen.distance.min(rest));
+            let length = tracer.trace(p, direction).map_or(rest, |seen| seen.distance.min(rest));
             sum += length;
             clear += f32::from(u8::from(rest - length <= Self::OUTERMOST * extent));
             count += 1.0;

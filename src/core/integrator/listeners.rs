@@ -37,7 +37,7 @@ macro_rules! rays_go_to_out {
 }
 
 /// A sink that sums the light of the rest of a path. Rays and records go to the sink of the path.
-pub(crate) struct Summed<'o, O> {
+pub(crate) struct SummingSink<'o, O> {
     out: &'o mut O,
     /// Sum of the light.
     pub sum: LightSum,
@@ -47,7 +47,7 @@ pub(crate) struct Summed<'o, O> {
     events: Vec<ScatteringEvent>,
 }
 
-impl<'o, O: Sink> Summed<'o, O> {
+impl<'o, O: Sink> SummingSink<'o, O> {
     /// Empty sum for a path of the sink `out`, after `depth` scattering events.
     pub fn new(depth: u32, out: &'o mut O) -> Self {
         Self {
@@ -59,7 +59,7 @@ impl<'o, O: Sink> Summed<'o, O> {
     }
 }
 
-impl<O: Sink> Sink for Summed<'_, O> {
+impl<O: Sink> Sink for SummingSink<'_, O> {
     fn weight(&mut self, _: f32) {}
 
     #[inline(always)]
@@ -101,16 +101,16 @@ impl<O: Sink> Sink for Summed<'_, O> {
     }
 }
 
-rays_go_to_out!(impl<O: RaySink> RaySink for Summed<'_, O>);
+rays_go_to_out!(impl<O: RaySink> RaySink for SummingSink<'_, O>);
 
 /// A sink that limits the luminance of a sample's light after the first bounce.
-pub(crate) struct Clamped<'o> {
+pub(crate) struct ClampingSink<'o> {
     out: &'o mut dyn Sink,
     /// Light after the first bounce.
     indirect: LightSum,
 }
 
-impl<'o> Clamped<'o> {
+impl<'o> ClampingSink<'o> {
     /// Empty sum for a sample of the sink `out`.
     pub fn new(out: &'o mut dyn Sink) -> Self {
         Self {
@@ -127,7 +127,7 @@ impl<'o> Clamped<'o> {
     }
 }
 
-impl Sink for Clamped<'_> {
+impl Sink for ClampingSink<'_> {
     fn weight(&mut self, weight: f32) {
         self.out.weight(weight);
     }
@@ -171,4 +171,4 @@ impl Sink for Clamped<'_> {
     }
 }
 
-rays_go_to_out!(impl RaySink for Clamped<'_>);
+rays_go_to_out!(impl RaySink for ClampingSink<'_>);

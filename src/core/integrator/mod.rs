@@ -26,8 +26,8 @@ pub use bidirectional::bdpt::{BidirectionalIntegrator, strategies};
 pub use bidirectional::light_tracing::LightIntegrator;
 pub use found_light::{FoundLight, LightSource, path_classes};
 pub use irradiance_cache::{
-    GatheredHemisphere, Gradients, IrradianceCache, IrradianceCacheIntegrator, Record, RecordMaker, RecordSite, Seen,
-    Strata,
+    GatheredHemisphere, Gradients, HemisphereHit, IrradianceCache, IrradianceCacheIntegrator, Record, RecordMaker,
+    RecordSite, Strata,
 };
 pub use metropolis::importance_image::{ImportanceImage, ImportanceImageMaker};
 pub use metropolis::mlt::PathSpaceIntegrator;
@@ -48,13 +48,13 @@ pub use path::strategy::{DirectLight, Directions, Heuristic, Strategy};
 pub use path::surface_areas::SurfaceAreas;
 pub use path::whitted::WhittedIntegrator;
 pub use path_record::{EmissionRecord, LightSampleRecord, PathEvent, ScatteringRecord};
-pub use photon::grid::{PhotonGrid, Placed};
+pub use photon::grid::{GridItem, PhotonGrid};
 pub use photon::photon_map::{FAR_SHARE, NEAR_SHARE, PhotonMapIntegrator, PhotonMaps, PhotonSlice};
 pub use photon::photons::{PHOTON_PATHS_A_WORK_ITEM, Photon, PhotonTracer};
 pub use photon::sppm::{IterationPhotons, ProgressivePhotonIntegrator};
-pub use photon::tree::{Nearest, PhotonTree};
+pub use photon::tree::{NearestPhotons, PhotonTree};
 pub use photon::vcm::{MAX_MERGED_PATHS, MergedPaths, VertexMergingIntegrator, WorkItemPaths};
-pub use pick::Picked;
+pub use pick::PickedSurface;
 pub use search_radius::{MERGING_PIXELS, PHOTON_PIXELS, ProgressiveRadius, Radii, SearchRadius};
 pub use vertex::Vertex;
 pub use visibility::{Site, VisibilityLearner};
@@ -94,14 +94,14 @@ pub trait SampleTracer: Sync {
 }
 
 /// A [`SampleTracer`] with its world.
-pub struct Traced<'a, T> {
+pub struct TracerIntegrator<'a, T> {
     /// Scene, backend and camera.
     pub world: World<'a, &'a dyn Accel>,
     /// Integrator from another crate.
     pub tracer: &'a T,
 }
 
-impl<T: SampleTracer> Integrator for Traced<'_, T> {
+impl<T: SampleTracer> Integrator for TracerIntegrator<'_, T> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         self.tracer.sample(&self.world, key, sampler, out);
     }
@@ -239,18 +239,24 @@ impl RaySink for &mut (dyn Sink + '_) {
 /// on the place within it, so any machine may compute any iteration.
 pub trait IterationIntegrator: Sync {
     /// Result of one part of the preparation.
-    type Part: Send;
+    type PreparationPart: Send;
     /// Result of the whole preparation, shared by samples and chains.
-    type Prepared: Sync;
+    type Preparation: Sync;
 
     /// Number of parts in which an iteration is prepared.
     fn preparations(&self) -> u32;
 
     /// Prepares part `index` of `iteration`. `out` counts the rays.
-    fn prepare<S: Sampler>(&self, iteration: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Self::Part;
+    fn prepare<S: Sampler>(
+        &self,
+        iteration: u32,
+        index: u32,
+        sampler: &mut S,
+        out: &mut impl RaySink,
+    ) -> Self::PreparationPart;
 
     /// Joins the parts, given in their order.
-    fn join(&self, iteration: u32, parts: Vec<Self::Part>) -> Self::Prepared;
+    fn join(&self, iteration: u32, parts: Vec<Self::PreparationPart>) -> Self::Preparation;
 
     /// Number of strategies whose light is summed separately.
     fn strategies(&self) -> usize {
@@ -268,7 +274,13 @@ pub trait IterationIntegrator: Sync {
     fn sends_light(&self) -> bool;
 
     /// Traces the sample `key` of a pixel.
-    fn sample<S: Sampler>(&self, prepared: &Self::Prepared, key: SampleKey, sampler: &mut S, out: &mut impl SplatSink);
+    fn sample<S: Sampler>(
+        &self,
+        prepared: &Self::Preparation,
+        key: SampleKey,
+        sampler: &mut S,
+        out: &mut impl SplatSink,
+    );
 
     /// Number of Markov chains of an iteration.
     fn chains(&self) -> u32 {
@@ -278,7 +290,7 @@ pub trait IterationIntegrator: Sync {
     /// Runs chain `index` of `iteration`.
     fn chain<S: Sampler>(
         &self,
-        _prepared: &Self::Prepared,
+        _prepared: &Self::Preparation,
         _iteration: u32,
         _index: u32,
         _sampler: &mut S,
@@ -323,10 +335,10 @@ pub trait RaySink {
 
 /// A sink for tests that counts no rays.
 #[cfg(test)]
-pub(crate) struct Uncounted;
+pub(crate) struct NullRaySink;
 
 #[cfg(test)]
-impl RaySink for Uncounted {
+impl RaySink for NullRaySink {
     fn ray(&mut self, _: RayKind) {}
     fn cut_walk(&mut self) {}
 }

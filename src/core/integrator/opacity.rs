@@ -95,14 +95,14 @@ impl Transmittance {
 }
 
 /// Random decisions of a ray at thin surfaces.
-pub(super) struct Passing {
+pub(super) struct ThinSurfaceChoices {
     /// Uniform in [0, 1). `None` before the first surface, if no number was given.
     u: Option<f32>,
     /// Factor of the light that passed.
     pub tint: Spectrum,
 }
 
-impl Passing {
+impl ThinSurfaceChoices {
     /// A ray before its first surface, with a uniform random number, if there is one.
     pub fn new(u: Option<f32>) -> Self {
         Self { u, tint: Spectrum::ONE }

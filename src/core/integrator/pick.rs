@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 /// The first surface of a pixel.
 #[derive(Clone, Copy, Debug)]
-pub struct Picked {
+pub struct PickedSurface {
     /// Hit of the ray through the middle of the pixel.
     pub hit: Hit,
     /// Point that was hit.
@@ -16,19 +16,19 @@ pub struct Picked {
 }
 
 /// Surfaces that are selected together: all surfaces of one material in one object.
-type Part = (u32, u32);
+type ObjectMaterial = (u32, u32);
 
 impl<A: Accel> World<'_, A> {
     /// Returns the first surface in the middle of `pixel`, if there is one.
-    pub fn pick(&self, pixel: UVec2) -> Option<Picked> {
+    pub fn pick(&self, pixel: UVec2) -> Option<PickedSurface> {
         let hit = self.first_hit(pixel.as_vec2() + 0.5)?;
         let position = self.scene.surface_point(&hit, self.camera.time(0.5)).p;
-        Some(Picked { hit, position })
+        Some(PickedSurface { hit, position })
     }
 
     /// Cells of a grid of `size` over the image that show the part of `picked`, row by row. The
     /// result is run lengths: cells without the part and cells with it in turns.
-    pub fn outline(&self, picked: &Picked, size: UVec2) -> Vec<u32> {
+    pub fn outline(&self, picked: &PickedSurface, size: UVec2) -> Vec<u32> {
         let part = self.part(&picked.hit);
         let cell = self.camera.resolution().as_vec2() / size.as_vec2();
         let row = |y: u32| -> Vec<bool> {
@@ -50,7 +50,7 @@ impl<A: Accel> World<'_, A> {
         (!is_ground).then_some(hit)
     }
 
-    fn part(&self, hit: &Hit) -> Part {
+    fn part(&self, hit: &Hit) -> ObjectMaterial {
         (self.scene.object(hit), self.scene.material_id(hit))
     }
 }

@@ -11,7 +11,7 @@
 //! `World::vertex` has a fast path for plain shapes with one normal and one material.
 
 use super::background::Backdrop;
-use super::opacity::{OpacityWalk, Passing, Transmittance, stops};
+use super::opacity::{OpacityWalk, ThinSurfaceChoices, Transmittance, stops};
 use super::path_record;
 use super::vertex::Vertex;
 use super::{RayKind, RaySink, Sink};
@@ -270,7 +270,7 @@ impl<'a, A: Accel> World<'a, A> {
             kind == RayKind::Camera && ground.is_some_and(|ground| ray.direction.dot(ground.normal()) >= 0.0)
         };
         let has_thin_surfaces = self.scene.has_thin_surfaces();
-        let mut passing = Passing::new(u);
+        let mut choices = ThinSurfaceChoices::new(u);
         // Ray parameter at which the surface stops the ray
         let mut stop = |hit: &Hit, tint: &mut Spectrum| {
             let stop = match self.scene.hull_hit(hit, &ray) {
@@ -280,11 +280,11 @@ impl<'a, A: Accel> World<'a, A> {
                     let stops = !is_below(hit)
                         && self.scene.is_met(hit, kind == RayKind::Camera)
                         && stops(hit, &ray, self.scene.opacity(hit))
-                        && !(has_thin_surfaces && passing.passes(hit, &ray, self.scene));
+                        && !(has_thin_surfaces && choices.passes(hit, &ray, self.scene));
                     stops.then_some(hit.t)
                 }
             };
-            *tint = passing.tint;
+            *tint = choices.tint;
             stop
         };
         let mut tint = Spectrum::ONE;

@@ -13,7 +13,7 @@ use super::exr_text::text_attribute;
 use super::header_limits::check_exr;
 use super::{FileError, Metadata};
 use crate::files::Output;
-use crate::files::input::{Counted, Input, Position, ReadFailure};
+use crate::files::input::{CountingReader, Input, Position, ReadFailure};
 use crate::files::memory::Allowance;
 use crate::film::{Accumulator, Film, MAX_PARTS, Rect, StateLayout};
 use crate::math::{Encode, UVec2};
@@ -192,7 +192,7 @@ pub struct Description {
 
 /// Reads the header of the file, without its pixels.
 pub fn describe_checkpoint(path: &Path) -> Result<Description, FileError> {
-    let opened = Opened::new(path)?;
+    let opened = OpenCheckpoint::new(path)?;
     Ok(Description {
         resolution: opened.resolution,
         crop: opened.crop,
@@ -204,7 +204,7 @@ pub fn describe_checkpoint(path: &Path) -> Result<Description, FileError> {
 /// if the data differ from the digest in the header.
 pub fn read_checkpoint(path: impl AsRef<Path>) -> Result<Checkpoint, FileError> {
     let path = path.as_ref();
-    Opened::new(path)?.read(path)
+    OpenCheckpoint::new(path)?.read(path)
 }
 
 fn damaged(path: &Path, error: &dyn std::fmt::Display) -> FileError {
@@ -212,8 +212,8 @@ fn damaged(path: &Path, error: &dyn std::fmt::Display) -> FileError {
 }
 
 /// A file whose header has been read.
-struct Opened {
-    reader: block::reader::Reader<Counted<BufReader<Input>>>,
+struct OpenCheckpoint {
+    reader: block::reader::Reader<CountingReader<BufReader<Input>>>,
     /// Length of the file in bytes.
     length: u64,
     /// Position of the reader in the file.
@@ -230,11 +230,11 @@ struct Opened {
     digest: String,
 }
 
-impl Opened {
+impl OpenCheckpoint {
     fn new(path: &Path) -> Result<Self, FileError> {
         let input = Input::open(path, "the file").map_err(|error| error.help_if_none("check the path"))?;
         let (length, failure) = (input.length(), input.failure());
-        let counted = Counted::new(input.buffered(path)?);
+        let counted = CountingReader::new(input.buffered(path)?);
         let position = counted.position();
         let reader = block::read(counted, false);
         let reader = reader.map_err(|e| failure.or(path, damaged(path, &e)))?;

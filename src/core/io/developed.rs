@@ -7,7 +7,7 @@ use crate::film::Image;
 
 /// A picture developed from a file.
 #[derive(Clone, Debug)]
-pub struct Developed {
+pub struct DevelopedPicture {
     /// Channels of the picture. A colour picture has `R`, `G`, `B` and, with alpha, `A`. The
     /// colours are multiplied by alpha.
     pub image: Image,
@@ -17,7 +17,7 @@ pub struct Developed {
     pub steps: String,
 }
 
-impl Developed {
+impl DevelopedPicture {
     /// Writes the channels unchanged.
     pub fn write_exr(&self, output: &Output, format: &ExrFormat) -> Result<(), FileError> {
         let header = Header {

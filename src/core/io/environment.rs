@@ -63,14 +63,14 @@ pub fn read_environment(path: &Path, allowance: Allowance) -> Result<Environment
 
 /// Values that were replaced for one reason: they were negative, infinite or NaN.
 #[derive(Clone, Copy, Default)]
-struct Replaced {
+struct ReplacedChannels {
     /// Number of texels with a replaced channel.
     texels: usize,
     /// Index of the texel with the largest replaced value, and this value.
     largest: Option<(usize, f32)>,
 }
 
-impl Replaced {
+impl ReplacedChannels {
     /// Counts the replaced `values` of the texel `index`.
     fn count(&mut self, index: usize, values: impl Iterator<Item = f32>) {
         let mut found = false;
@@ -109,7 +109,7 @@ impl Replaced {
 
 /// Replaces channels that are negative, infinite or NaN, and describes them.
 fn repair(image: &mut LatLongImage) -> Vec<String> {
-    let [mut negative, mut infinite, mut nan] = [Replaced::default(); 3];
+    let [mut negative, mut infinite, mut nan] = [ReplacedChannels::default(); 3];
     for (index, texel) in image.texels.iter_mut().enumerate() {
         if texel.is_valid() {
             continue;

@@ -43,7 +43,7 @@ pub use crate::files::{FileError, FileErrorKind, LoadObserver, Position};
 pub use checkpoint::{Checkpoint, Description, State, describe_checkpoint, read_checkpoint};
 pub use contact_sheet::{Mark, Panel, edge_of_plan, write_contact_sheet, write_sheet_with_plan};
 pub use cryptomatte::cryptomattes;
-pub use developed::Developed;
+pub use developed::DevelopedPicture;
 pub use exr::{Compression, ExrFormat};
 pub use figure::Figure;
 use finding::MAX_WRONG;

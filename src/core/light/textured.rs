@@ -44,8 +44,8 @@ pub struct Variation {
 /// Every lookup uses the finest level, so that sampled light and hit light are the same.
 #[derive(Clone, Debug)]
 pub struct TexturedTriangle {
-    /// Triangle with constant emission. The textures multiply its radiance.
-    even: Even,
+    /// Triangle with constant emission, the factor of the textures.
+    even: UniformTriangle,
     variation: Variation,
     /// Mean factor of the radiance, including opacity, by which the light is chosen.
     mean: Spectrum,
@@ -53,7 +53,7 @@ pub struct TexturedTriangle {
 
 /// A triangle that emits the same radiance everywhere.
 #[derive(Clone, Debug)]
-enum Even {
+enum UniformTriangle {
     Still(TriangleLight),
     Moving(Box<MovingTriangle>),
 }
@@ -63,8 +63,8 @@ impl Light {
     /// without emission gets radiance 0.
     pub fn varied(self, variation: Variation, textures: &[Texture]) -> Self {
         let even = match self {
-            Self::Triangle(light) => Even::Still(light),
-            Self::MovingTriangle(light) => Even::Moving(light),
+            Self::Triangle(light) => UniformTriangle::Still(light),
+            Self::MovingTriangle(light) => UniformTriangle::Moving(light),
             other => return other,
         };
         let mut light = TexturedTriangle {
@@ -77,8 +77,8 @@ impl Light {
             return Self::Textured(Box::new(light));
         }
         match light.even {
-            Even::Still(light) => Self::Triangle(light.emitting(Spectrum::ZERO)),
-            Even::Moving(light) => Self::MovingTriangle(Box::new(light.emitting(Spectrum::ZERO))),
+            UniformTriangle::Still(light) => Self::Triangle(light.emitting(Spectrum::ZERO)),
+            UniformTriangle::Moving(light) => Self::MovingTriangle(Box::new(light.emitting(Spectrum::ZERO))),
         }
     }
 }
@@ -87,14 +87,14 @@ impl TexturedTriangle {
     /// The triangle at `time` with constant emission. Points are sampled on this triangle.
     pub fn at(&self, time: f32) -> TriangleLight {
         match &self.even {
-            Even::Still(light) => *light,
-            Even::Moving(light) => light.at(time),
+            UniformTriangle::Still(light) => *light,
+            UniformTriangle::Moving(light) => light.at(time),
         }
     }
 
     /// Returns true if the triangle moves.
     pub fn is_moving(&self) -> bool {
-        matches!(self.even, Even::Moving(_))
+        matches!(self.even, UniformTriangle::Moving(_))
     }
 
     /// Factor of the radiance of [`TexturedTriangle::at`] for a ray that stops at the barycentric
@@ -162,24 +162,24 @@ impl TexturedTriangle {
     /// Power in watts: `π A L`, with the mean radiance.
     pub(super) fn power(&self) -> f64 {
         match &self.even {
-            Even::Still(light) => light.emitting(light.radiance() * self.mean).power(),
-            Even::Moving(light) => light.emitting(light.radiance() * self.mean).power(),
+            UniformTriangle::Still(light) => light.emitting(light.radiance() * self.mean).power(),
+            UniformTriangle::Moving(light) => light.emitting(light.radiance() * self.mean).power(),
         }
     }
 
     /// Bounds of a light with constant emission of the mean radiance.
     pub(super) fn bounds(&self) -> LightBounds {
         match &self.even {
-            Even::Still(light) => light.emitting(light.radiance() * self.mean).bounds(),
-            Even::Moving(light) => light.emitting(light.radiance() * self.mean).at(0.5).bounds(),
+            UniformTriangle::Still(light) => light.emitting(light.radiance() * self.mean).bounds(),
+            UniformTriangle::Moving(light) => light.emitting(light.radiance() * self.mean).at(0.5).bounds(),
         }
     }
 
     /// Estimate of the mean irradiance at `region`, without shadows.
     pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         match &self.even {
-            Even::Still(light) => light.emitting(light.radiance() * self.mean).irradiance(region),
-            Even::Moving(light) => light.emitting(light.radiance() * self.mean).irradiance(region),
+            UniformTriangle::Still(light) => light.emitting(light.radiance() * self.mean).irradiance(region),
+            UniformTriangle::Moving(light) => light.emitting(light.radiance() * self.mean).irradiance(region),
         }
     }
 

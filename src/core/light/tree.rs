@@ -201,7 +201,7 @@ impl LightTree {
         parts.into_iter().map(|part| part.cluster).collect()
     }
 
-    fn part(&self, lights: &[Light], region: &ReceiverRegion, index: usize, node: &Node) -> Part {
+    fn part(&self, lights: &[Light], region: &ReceiverRegion, index: usize, node: &Node) -> CutNode {
         let light = match node.count {
             1 => self.order.get(node.first as usize).and_then(|&i| lights.get(i)),
             _ => None,
@@ -216,7 +216,7 @@ impl LightTree {
                 )
             }
         };
-        Part {
+        CutNode {
             index,
             error,
             cluster: Cluster {
@@ -229,7 +229,7 @@ impl LightTree {
 }
 
 /// A node in a cut.
-struct Part {
+struct CutNode {
     index: usize,
     cluster: Cluster,
     /// Bound on the error of the irradiance; 0 for a single light.

@@ -1,6 +1,6 @@
 //! Reasons why a picture has no light or shows no surface.
 
-use super::Whole;
+use super::SceneErrorMaker;
 use super::view::{camera_rays, fine_camera_rays, inspect_view};
 use crate::accel::Accel;
 use crate::camera::Camera;
@@ -22,7 +22,7 @@ pub fn reason_for_darkness(
     scene: &Scene,
     camera: &Camera,
     resolution: UVec2,
-    whole: Whole,
+    whole: SceneErrorMaker,
 ) -> String {
     let is_invisible = scene.materials().iter().all(|material| material.opacity == 0.0);
     if scene.triangle_count() > 0 && is_invisible {

@@ -31,13 +31,13 @@ use faces::FaceLint;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Function that makes an error from a message about the scene as a whole.
-pub type Whole<'a> = &'a dyn Fn(String) -> FileError;
+/// Makes an error from a message about the scene as a whole.
+pub type SceneErrorMaker<'a> = &'a dyn Fn(String) -> FileError;
 
 /// Finds likely mistakes in the materials and meshes of a scene. OBJ files are read once more, one
 /// at a time, for the lines of their faces. `eye` is the position of the camera, if the scene file
 /// has one.
-pub fn inspect(inspection: &Inspection, eye: Option<Vec3>, whole: Whole) -> Vec<Finding> {
+pub fn inspect(inspection: &Inspection, eye: Option<Vec3>, whole: SceneErrorMaker) -> Vec<Finding> {
     let mut findings = definitions::inspect(inspection);
     findings.extend(inspection.scene.iter().flat_map(|scene| inspect_extent(scene, whole)));
     // If the camera is inside, walls emit inwards by intent.

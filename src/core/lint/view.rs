@@ -1,4 +1,4 @@
-use super::Whole;
+use super::SceneErrorMaker;
 use crate::accel::Accel;
 use crate::camera::Camera;
 use crate::geometry::{GeomId, Placement, rounding};
@@ -19,13 +19,13 @@ const MAX_ROUNDING: f32 = 0.01;
 const WALL_SHARE: f32 = 0.05;
 
 /// Finds coordinates that are too large for f32.
-pub fn inspect_extent(scene: &Scene, whole: Whole) -> Vec<Finding> {
+pub fn inspect_extent(scene: &Scene, whole: SceneErrorMaker) -> Vec<Finding> {
     let findings = [inspect_bounds(scene, whole), inspect_instances(scene, whole)];
     findings.into_iter().flatten().collect()
 }
 
 /// Finds coordinates that are so much larger than the scene that f32 rounds its shapes away.
-fn inspect_bounds(scene: &Scene, whole: Whole) -> Option<Finding> {
+fn inspect_bounds(scene: &Scene, whole: SceneErrorMaker) -> Option<Finding> {
     let bounds = scene.bounds();
     let (size, largest) = (
         2.0 * bounds.radius(),
@@ -44,9 +44,9 @@ fn inspect_bounds(scene: &Scene, whole: Whole) -> Option<Finding> {
 }
 
 /// Finds instances that are too far from the origin. The transformation of a ray into the
-/// instance's space has a rounding error, and rays are offset by it. The rounding error must be
-/// small relative to the instance's size.
-fn inspect_instances(scene: &Scene, whole: Whole) -> Option<Finding> {
+/// instance's space has a rounding error, by which rays are offset. It must be small relative to
+/// the instance's size.
+fn inspect_instances(scene: &Scene, whole: SceneErrorMaker) -> Option<Finding> {
     let extents: Vec<Bounds3> = scene.prototypes().iter().map(|p| bounds_of(scene, p.clone())).collect();
     let share = |instance: &Instance| {
         let bounds = extents[instance.prototype as usize];
@@ -116,7 +116,7 @@ pub fn inspect_view(
     scene: &Scene,
     camera: &Camera,
     resolution: UVec2,
-    whole: Whole,
+    whole: SceneErrorMaker,
 ) -> Option<Finding> {
     let rays: Vec<Ray> = camera_rays(camera, resolution).collect();
     let finding = |code, message: String, help: &str| {
@@ -163,7 +163,7 @@ pub fn inspect_place(
     scene: &Scene,
     camera: &Camera,
     (resolution, near): (UVec2, Option<f32>),
-    whole: Whole,
+    whole: SceneErrorMaker,
 ) -> Option<Finding> {
     let finding = |code, message: String| {
         let help = "`embrasure views SCENE -o views.png` shows cameras to choose from; --stand X,Z stands on the floor";
@@ -172,8 +172,8 @@ pub fn inspect_place(
     };
     let rays: Vec<Ray> = camera_rays(camera, resolution).collect();
     let origin = rays.first()?.origin;
-    let seen: Vec<Seen> = rays.iter().filter_map(|ray| Seen::by(accel, scene, ray)).collect();
-    let is_opaque = |seen: &&Seen| !seen.is_clear;
+    let seen: Vec<CameraHit> = rays.iter().filter_map(|ray| CameraHit::by(accel, scene, ray)).collect();
+    let is_opaque = |seen: &&CameraHit| !seen.is_clear;
     let opaque = seen.iter().filter(is_opaque).count();
     let backs = seen.iter().filter(is_opaque).filter(|seen| seen.is_back).count();
     if opaque > 0 && backs as f32 >= BEHIND * seen.len() as f32 {
@@ -205,7 +205,7 @@ pub fn inspect_place(
         .filter(|first| seen.len() == rays.len() && first.is_plain)?;
     let margin = ON_PLANE * scene.bounds().radius();
     let is_on = |p: Vec3| (p - first.point).dot(first.normal).abs() <= margin;
-    let is_like = |other: &Seen| {
+    let is_like = |other: &CameraHit| {
         let is_same_way = other.normal.dot(first.normal).abs() >= SAME_WAY;
         other.material == first.material && is_same_way && is_on(other.point)
     };
@@ -224,7 +224,7 @@ pub fn inspect_place(
     // A coarse grid of rays can miss small things.
     let is_alone = || {
         let mut fine = fine_camera_rays(camera, resolution);
-        fine.all(|ray| Seen::by(accel, scene, &ray).is_some_and(|seen| is_like(&seen)))
+        fine.all(|ray| CameraHit::by(accel, scene, &ray).is_some_and(|seen| is_like(&seen)))
     };
     if has_others && seen.iter().all(is_like) && is_alone() {
         return finding(
@@ -242,7 +242,7 @@ fn two_digits(x: f32) -> String {
 }
 
 /// A surface that a camera ray hits.
-struct Seen {
+struct CameraHit {
     point: Vec3,
     normal: Vec3,
     material: u32,
@@ -253,7 +253,7 @@ struct Seen {
     is_clear: bool,
 }
 
-impl Seen {
+impl CameraHit {
     fn by(accel: &dyn Accel, scene: &Scene, ray: &Ray) -> Option<Self> {
         let hit = accel.intersect(ray)?;
         let normal = scene.surface_point(&hit, 0.0).ng;

@@ -4,10 +4,10 @@
 /// A pattern for names: `*` matches any characters, `?` one character, and `\` escapes the next
 /// character.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Glob(Vec<Part>);
+pub struct Glob(Vec<Token>);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Part {
+enum Token {
     Any,
     One,
     Char(char),
@@ -20,10 +20,10 @@ impl Glob {
         let mut chars = pattern.chars();
         while let Some(c) = chars.next() {
             parts.push(match c {
-                '*' => Part::Any,
-                '?' => Part::One,
-                '\\' => Part::Char(chars.next().unwrap_or(c)),
-                c => Part::Char(c),
+                '*' => Token::Any,
+                '?' => Token::One,
+                '\\' => Token::Char(chars.next().unwrap_or(c)),
+                c => Token::Char(c),
             });
         }
         Self(parts)
@@ -31,7 +31,7 @@ impl Glob {
 
     /// Pattern that matches only `name`.
     pub fn exact(name: &str) -> Self {
-        Self(name.chars().map(Part::Char).collect())
+        Self(name.chars().map(Token::Char).collect())
     }
 
     /// Returns true if all of `name` matches.
@@ -43,12 +43,12 @@ impl Glob {
         let mut star: Option<(usize, usize)> = None;
         while at < name.len() {
             match self.0.get(part) {
-                Some(Part::Any) => {
+                Some(Token::Any) => {
                     star = Some((part, at));
                     part += 1;
                 }
-                Some(Part::One) => (part, at) = (part + 1, at + 1),
-                Some(Part::Char(c)) if *c == name[at] => (part, at) = (part + 1, at + 1),
+                Some(Token::One) => (part, at) = (part + 1, at + 1),
+                Some(Token::Char(c)) if *c == name[at] => (part, at) = (part + 1, at + 1),
                 _ => match &mut star {
                     Some((first, reach)) => {
                         *reach += 1;
@@ -58,19 +58,19 @@ impl Glob {
                 },
             }
         }
-        self.0[part..].iter().all(|part| *part == Part::Any)
+        self.0[part..].iter().all(|part| *part == Token::Any)
     }
 
     /// Returns true if the pattern has no wildcards. It then matches only [`Glob::literal`].
     pub fn is_exact(&self) -> bool {
-        self.0.iter().all(|part| matches!(part, Part::Char(_)))
+        self.0.iter().all(|part| matches!(part, Token::Char(_)))
     }
 
     /// The pattern's characters without wildcards, to search for similar names.
     pub fn literal(&self) -> String {
         let chars = self.0.iter().filter_map(|part| match part {
-            Part::Char(c) => Some(*c),
-            Part::Any | Part::One => None,
+            Token::Char(c) => Some(*c),
+            Token::Any | Token::One => None,
         });
         chars.collect()
     }
@@ -82,9 +82,9 @@ impl Glob {
         let mut text = String::new();
         for part in &self.0 {
             match part {
-                Part::Any => text.push('*'),
-                Part::One => text.push('?'),
-                Part::Char(c) => {
+                Token::Any => text.push('*'),
+                Token::One => text.push('?'),
+                Token::Char(c) => {
                     let needs_escape = matches!(c, '*' | '?' | '\\');
                     if needs_escape || left % 2 == 1 {
                         text.push('\\');
@@ -98,7 +98,7 @@ impl Glob {
         }
         // If the pattern has only wildcards, repeat `*`, which matches the same names.
         if left > 0 {
-            text.push_str(&"*".repeat(if self.0.contains(&Part::Any) { left } else { 0 }));
+            text.push_str(&"*".repeat(if self.0.contains(&Token::Any) { left } else { 0 }));
         }
         text
     }

@@ -25,7 +25,7 @@ mod run;
 pub use backend::AnyAccel;
 pub use compiled::CompiledIntegrator;
 pub use error::{Error, InvalidSetting};
-pub use run::{Prepared, RenderContext};
+pub use run::{Preparation, RenderContext};
 
 use crate::integrator::{DirectLight, Directions, strategies};
 use crate::light::{LightChoice, SelectionMode, TriangleSampling};

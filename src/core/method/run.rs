@@ -15,8 +15,8 @@ use crate::integrator::{
 use crate::math::UVec2;
 use crate::options::{DirectSettings, IrradianceCacheSettings, MaxDepth, Method, PathReuse, PathSettings};
 use crate::render::{
-    self, DynSink, Irradiance, Monomorphic, Observer, Outcome, Recorded, SampleIntegrator, Statistics, StopCondition,
-    companions,
+    self, DynSink, Irradiance, Monomorphic, Observer, Outcome, SampleIntegrator, SampleRecord, Statistics,
+    StopCondition, companions,
 };
 use crate::sampler::{RenderSampler, SampleKey, Sampler};
 use std::sync::OnceLock;
@@ -70,7 +70,7 @@ macro_rules! metropolis {
 
 /// Data of all samples of an image, made once, before the first sample.
 #[derive(Debug)]
-pub struct Prepared {
+pub struct Preparation {
     irradiance: Irradiance,
     photons: OnceLock<PhotonMaps>,
     importance: OnceLock<ImportanceImage>,
@@ -78,7 +78,7 @@ pub struct Prepared {
     ao_distance: OnceLock<f32>,
 }
 
-impl Prepared {
+impl Preparation {
     /// Empty data for an image of `resolution` pixels.
     pub fn new(resolution: UVec2, seed: u64) -> Self {
         Self {
@@ -104,7 +104,7 @@ pub struct RenderContext<'a, A> {
     /// Scene, backend and camera.
     pub world: World<'a, A>,
     /// Data made once, before the first sample.
-    pub prepared: &'a Prepared,
+    pub prepared: &'a Preparation,
 }
 
 // Derived impls would require `A: Clone`, though `A` is only behind a reference.
@@ -309,13 +309,13 @@ impl Method {
         RenderContext { world, prepared }: RenderContext<&dyn Accel>,
         (resolution, pixel, index): (UVec2, UVec2, u32),
         sampler: &RenderSampler,
-        keep: &mut dyn FnMut(Recorded),
+        keep: &mut dyn FnMut(SampleRecord),
     ) -> bool {
         struct Record<'a, S> {
             place: (UVec2, UVec2),
             index: u32,
             numbers: (&'a S, &'a Filter),
-            keep: &'a mut dyn FnMut(Recorded),
+            keep: &'a mut dyn FnMut(SampleRecord),
         }
         impl<S: Sampler> Task for Record<'_, S> {
             type Output = bool;

@@ -9,18 +9,18 @@ use super::{Named, OptionGroup, Value};
 use crate::integrator::{Directions, Survival};
 use std::any::Any;
 
-/// Text of a parameter's value in files. It is `auto` if the method chooses the value.
-trait Described {
+/// Text of a parameter's value for files: `auto` if the method chooses it.
+trait ParameterText {
     fn described(&self) -> String;
 }
 
-impl<T: Value> Described for T {
+impl<T: Value> ParameterText for T {
     fn described(&self) -> String {
         self.text()
     }
 }
 
-impl<T: Value> Described for Option<T> {
+impl<T: Value> ParameterText for Option<T> {
     fn described(&self) -> String {
         self.map_or("auto".into(), |value| value.text())
     }

@@ -122,7 +122,7 @@ struct Filling {
     /// Sites that may need a record.
     found: VecDeque<RecordSite>,
     /// Records in progress.
-    batch: Vec<Making>,
+    batch: Vec<RecordInProgress>,
 }
 
 /// A pass over some of the pixels.
@@ -147,7 +147,7 @@ struct Pass {
 
 /// A record in progress.
 #[derive(Debug)]
-struct Making {
+struct RecordInProgress {
     place: RecordSite,
     record: Option<Option<Record>>,
 }
@@ -186,7 +186,7 @@ impl Filling {
             if self.batch.iter().any(|making| making.record.is_none()) {
                 return (Outcome::Stopped, statistics);
             }
-            for Making { place, record } in self.batch.drain(..) {
+            for RecordInProgress { place, record } in self.batch.drain(..) {
                 let layer = maker.layer(&place);
                 if let Some(record) = record
                     .flatten()
@@ -203,7 +203,7 @@ impl Filling {
             // The next sites that still need a record
             while let Some(place) = self.found.pop_front() {
                 if !self.cache.covers(place.p(), place.n(), maker.layer(&place)) {
-                    self.batch.push(Making { place, record: None });
+                    self.batch.push(RecordInProgress { place, record: None });
                 }
                 if self.batch.len() == BATCH {
                     break;
@@ -241,7 +241,7 @@ impl Filling {
     }
 }
 
-impl Making {
+impl RecordInProgress {
     /// Makes the record, unless it exists or `observer` stops.
     fn make<A: Accel>(&mut self, maker: &RecordMaker<A>, seed: u64, observer: &impl Observer) -> Statistics {
         let mut statistics = Statistics::default();

@@ -27,7 +27,7 @@ use crate::sampler::{SampleKey, Sampler};
 
 mod record;
 
-pub use record::{Recorded, record_iteration};
+pub use record::{SampleRecord, record_iteration};
 
 /// Maximum number of work items whose light is kept until all earlier items are added. It bounds
 /// memory and changes no bit.
@@ -227,7 +227,7 @@ impl<'a> WorkItem<'a> {
     fn of<I: IterationIntegrator>(
         mut self,
         integrator: &I,
-        prepared: &I::Prepared,
+        prepared: &I::Preparation,
         (work, index): (Work, u32),
         sampler: &impl Sampler,
         observer: &impl Observer,

@@ -30,7 +30,7 @@ pub use dispatch::{DynSink, Monomorphic, SampleIntegrator};
 pub use groups::companions;
 pub use importance_image::importance_image;
 pub use irradiance::Irradiance;
-pub use iterations::{Recorded, record_iteration, render_iterations};
+pub use iterations::{SampleRecord, record_iteration, render_iterations};
 pub use noise_level::render_samples;
 pub use observer::{Observer, Outcome};
 pub use photons::photon_maps;

@@ -163,7 +163,7 @@ mod tests {
 
     /// Light of mean 1, with a deviation of 0.1 in the left half of the image and 1 in the right
     /// half.
-    struct Noisy;
+    struct NoisyIntegrator;
 
     const SIZE: UVec2 = UVec2::new(128, 64);
 
@@ -171,7 +171,7 @@ mod tests {
         if x < SIZE.x / 2 { 0.1 } else { 1.0 }
     }
 
-    impl Integrator for Noisy {
+    impl Integrator for NoisyIntegrator {
         fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
             sampler.start(key);
             out.weight(1.0);
@@ -187,7 +187,8 @@ mod tests {
 
     fn rendered(level: f64, max: u32, seed: u64) -> Film {
         let mut film = Film::new(SIZE, Rect::full(SIZE));
-        let (outcome, statistics) = render_to_noise(&Noisy, &Independent::new(seed), &mut film, level, max, &());
+        let (outcome, statistics) =
+            render_to_noise(&NoisyIntegrator, &Independent::new(seed), &mut film, level, max, &());
         assert_eq!(outcome, Outcome::Complete);
         let taken: u64 = film
             .tiles()
@@ -255,7 +256,7 @@ mod tests {
             max: UVec2::ONE,
         };
         let mut film = Film::new(SIZE, crop);
-        render_to_noise(&Noisy, &Independent::new(0), &mut film, 0.5, 1 << 20, &());
+        render_to_noise(&NoisyIntegrator, &Independent::new(0), &mut film, 0.5, 1 << 20, &());
         assert!(film.tiles()[0].samples() >= 64 * 256);
     }
 

@@ -11,7 +11,7 @@ use super::observer::{Observer, Outcome, should_leave};
 use super::pixel_sample::{PartedSample, PixelSample};
 use super::schedule::{last_cut, passes};
 use super::statistics::{DroppedSample, Statistics};
-use crate::film::{Film, PixelBlock, Tile, Turn};
+use crate::film::{Film, PixelBlock, SampleChange, Tile};
 use crate::integrator::SAMPLES_AT_ONCE;
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
@@ -89,7 +89,7 @@ fn advance_passes<S: Sampler>(
             integrator,
             sampler,
             tile,
-            (start..next, Turn::TakeBack),
+            (start..next, SampleChange::TakeBack),
             observer,
         )?)
     } else {
@@ -97,7 +97,7 @@ fn advance_passes<S: Sampler>(
     };
     let mut statistics = Statistics::default();
     for pass in passes(start..end) {
-        let taken = render_tile(integrator, sampler, tile, (pass, Turn::Add), observer)?;
+        let taken = render_tile(integrator, sampler, tile, (pass, SampleChange::Add), observer)?;
         statistics = statistics.merge(taken);
     }
     Some(match again {
@@ -116,7 +116,7 @@ fn render_tile<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
     tile: &mut Tile,
-    (samples, turn): (Range<u32>, Turn),
+    (samples, change): (Range<u32>, SampleChange),
     observer: &impl Observer,
 ) -> Option<Statistics> {
     let mut sampler = sampler.clone();
@@ -195,7 +195,7 @@ fn render_tile<S: Sampler>(
             start = end;
         }
         for (&pixel, block) in group.iter().zip(&blocks) {
-            tile.change(pixel, block, turn);
+            tile.change(pixel, block, change);
             if !is_cropped(pixel) {
                 statistics.samples += samples.len() as u64;
             }
@@ -215,9 +215,9 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
 
     /// Counts its samples. Each takes many rays.
-    struct Slow(AtomicU64);
+    struct SlowIntegrator(AtomicU64);
 
-    impl Integrator for Slow {
+    impl Integrator for SlowIntegrator {
         fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
             self.0.fetch_add(1, Ordering::Relaxed);
             sampler.start(key);
@@ -227,7 +227,7 @@ mod tests {
         }
     }
 
-    struct StopAt<'a>(&'a Slow, u64);
+    struct StopAt<'a>(&'a SlowIntegrator, u64);
 
     impl Observer for StopAt<'_> {
         fn progress(&self, _: u64) {}
@@ -245,14 +245,14 @@ mod tests {
         let new = || Film::new(UVec2::new(40, 20), Rect::full(UVec2::new(40, 20)));
         let mut whole = new();
         assert_eq!(
-            render(&Slow(AtomicU64::new(0)), &sampler, &mut whole, 90, &()).0,
+            render(&SlowIntegrator(AtomicU64::new(0)), &sampler, &mut whole, 90, &()).0,
             Outcome::Complete
         );
         let (mut film, mut patience, mut stops) = (new(), 100, 0);
         // Also between cuts
         for end in [50, 90] {
             loop {
-                let slow = Slow(AtomicU64::new(0));
+                let slow = SlowIntegrator(AtomicU64::new(0));
                 let (outcome, statistics) = render(&slow, &sampler, &mut film, end, &StopAt(&slow, patience));
                 if outcome == Outcome::Complete {
                     break;

@@ -4,7 +4,7 @@
 use super::builder::{SceneBuilder, SceneReport, bounds_of, place_textures, used_positions};
 use super::duplicates::remove_repeated_instances;
 use super::ground::Ground;
-use super::recognise::{self, FlatPanes, Panes, Part, max_thickness};
+use super::recognise::{self, EmitterShape, FlatPanes, Panes, max_thickness};
 use super::validate::{BuildError, check_extent, check_reach};
 use super::{Instance, LightNumbering, Scene, Shape};
 use crate::color::Spectrum;
@@ -438,8 +438,10 @@ impl Scene {
                 .0
                 .into_iter()
                 .map(|part| match part {
-                    Part::Triangle(prim) => varied(prim),
-                    Part::Rectangle(corner, edges) => Light::Rectangle(RectangleLight::new(corner, edges, radiance)),
+                    EmitterShape::Triangle(prim) => varied(prim),
+                    EmitterShape::Rectangle(corner, edges) => {
+                        Light::Rectangle(RectangleLight::new(corner, edges, radiance))
+                    }
                 })
                 .collect(),
             _ => (0..mesh.triangles.len() as u32).map(PrimId).map(varied).collect(),

@@ -1,7 +1,7 @@
 //! Textures and their filtered lookups.
 
 use super::levels::Level;
-use super::samples::{LINEAR, Samples, Stored, Texels, decode_short};
+use super::samples::{LINEAR, Samples, StoredPicture, Texels, decode_short};
 use super::{Wrap, half};
 use crate::color::Spectrum;
 use crate::math::{Encode, Vec2, Vec3};
@@ -77,7 +77,7 @@ impl Texture {
         if !(1..=4).contains(&channels) || expected == 0 || texels.len() != expected || width.max(height) > LONGEST {
             return None;
         }
-        let Stored {
+        let StoredPicture {
             samples,
             levels,
             max_value,

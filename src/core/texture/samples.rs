@@ -53,7 +53,7 @@ static SRGB: LazyLock<Codes> = LazyLock::new(|| LINEAR.map(srgb::decode));
 /// Floats above this are treated as infinite, so that a mean of floats is always finite.
 pub(super) const LARGEST: f32 = f32::MAX / 4.0;
 /// A picture with its levels, as stored.
-pub(super) struct Stored {
+pub(super) struct StoredPicture {
     pub samples: Samples,
     pub levels: Vec<Level>,
     /// Largest sample without alpha.
@@ -74,7 +74,7 @@ impl Texels {
 
     /// Adds the coarser levels of a picture of `size` (columns, rows). Samples stay as compact as a
     /// lossless format allows.
-    pub(super) fn store(self, size: (usize, usize), channels: usize) -> Stored {
+    pub(super) fn store(self, size: (usize, usize), channels: usize) -> StoredPicture {
         let is_alpha = |c| channels % 2 == 0 && c + 1 == channels;
         let mut replaced = 0;
         let (samples, levels, max_value);
@@ -112,7 +112,7 @@ impl Texels {
                 }
             }
         }
-        Stored {
+        StoredPicture {
             samples,
             levels,
             max_value,

@@ -2,7 +2,7 @@
 //! triangles, or is refused with a line.
 
 use crate::support::shared;
-use embrasure::description::{Loaded, SceneFile, load_scene};
+use embrasure::description::{LoadedScene, SceneFile, load_scene};
 use embrasure::io::FileError;
 use embrasure::scene::SceneBuilder;
 use std::fs;
@@ -18,12 +18,12 @@ fn obj_files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-fn load(path: &Path) -> Result<Loaded, FileError> {
+fn load(path: &Path) -> Result<LoadedScene, FileError> {
     load_scene(&SceneFile::of_obj(path), SceneBuilder::new())
 }
 
-/// Triangles loaded from a file, including those without area.
-fn triangles(loaded: &Loaded) -> u64 {
+/// Triangles that a program gets of a file, those without area too.
+fn triangles(loaded: &LoadedScene) -> u64 {
     let skipped = |words: &str| -> u64 {
         let of = |text: &str| text.split(words).nth(1)?.rsplit(' ').next()?.parse::<u64>().ok();
         loaded.warnings.iter().filter_map(|w| of(&w.text)).sum()
@@ -47,8 +47,8 @@ fn counted(path: &Path) -> u64 {
     text.lines().map(|line| corners(line).saturating_sub(2)).sum()
 }
 
-/// Loads a scene without its libraries; each wrong statement is an error.
-fn load_without_libraries(path: &Path) -> Result<Loaded, FileError> {
+/// A scene without its libraries, where each wrong statement is an error.
+fn load_without_libraries(path: &Path) -> Result<LoadedScene, FileError> {
     let folder = tempfile::tempdir().unwrap();
     let copy = folder.path().join("t.obj");
     let mut bytes = fs::read(path).unwrap();

@@ -103,14 +103,14 @@ fn gradients_below_a_rectangle_match_closed_form() {
             let q = p.as_vec3a() + w * distance;
             let is_lit = (-0.3..=1.1).contains(&q.x) && (-0.6..=0.5).contains(&q.y);
             match is_lit {
-                true => Seen {
+                true => HemisphereHit {
                     radiance: Spectrum::rgb(1.0, 2.0, 0.0),
                     distance,
                 },
-                false => Seen::NOTHING,
+                false => HemisphereHit::NOTHING,
             }
         };
-        let seen: Vec<Seen> = (0..strata.rays()).map(look).collect();
+        let seen: Vec<HemisphereHit> = (0..strata.rays()).map(look).collect();
         let gathered = strata.gather(&seen);
 
         // Compare with differences of the closed form
@@ -154,12 +154,12 @@ fn gradients_in_a_box_match_differences() {
             // Find the first wall along the ray
             let to = |p: f32, w: f32, min: f32, max: f32| ((if w > 0.0 { max } else { min }) - p) / w;
             let distance = to(p.x, w.x, -1.0, 1.0).min(to(p.y, w.y, -1.0, 1.0)).min(2.0 / w.z);
-            Seen {
+            HemisphereHit {
                 radiance: Spectrum::splat(radiance(p + w * distance)),
                 distance,
             }
         };
-        let seen: Vec<Seen> = (0..strata.rays()).map(look).collect();
+        let seen: Vec<HemisphereHit> = (0..strata.rays()).map(look).collect();
         strata.gather(&seen)
     };
     let p = Vec3::new(0.3, 0.2, 0.0);

@@ -21,7 +21,7 @@ use crate::math::{Affine3A, Bounds3, Ray};
 use crate::scene::Scene;
 use std::ops::Range;
 use tree::{Leaf, Tree};
-use watertight::{MovingTriangleLeaf, Sheared, TriangleLeaf};
+use watertight::{MovingTriangleLeaf, ShearedRay, TriangleLeaf};
 
 /// Name that users type.
 pub const NAME: &str = "obvhs";
@@ -128,7 +128,7 @@ impl Shapes {
     /// Closest hit before `t_max`, which is set to the distance of the hit.
     #[inline(always)]
     fn intersect(&self, ray: &Ray, t_max: &mut f32) -> Option<Hit> {
-        let sheared = Sheared::new(ray);
+        let sheared = ShearedRay::new(ray);
         let mut closest = None;
         let mut visit = |triangle: &TriangleLeaf, t_max: &mut f32| {
             if let Some((t, b1, b2)) = sheared.intersect(triangle, ray.t_min, *t_max) {
@@ -153,7 +153,7 @@ impl Shapes {
     /// Returns true if there is a hit before `t_max`.
     #[inline(always)]
     fn occluded(&self, ray: &Ray, t_max: f32) -> bool {
-        let sheared = Sheared::new(ray);
+        let sheared = ShearedRay::new(ray);
         let meets = |triangle: &TriangleLeaf, t_max: &mut f32| sheared.intersect(triangle, ray.t_min, *t_max).is_some();
         self.still.walk(ray, &mut t_max.clone(), meets)
             || self.moving.walk(ray, &mut t_max.clone(), |moving, t_max| {

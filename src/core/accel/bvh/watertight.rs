@@ -64,14 +64,14 @@ impl Leaf for MovingTriangleLeaf {
 
 /// A ray prepared for triangles: axes permuted and sheared so that the ray points along +z (Woop,
 /// Benthin and Wald 2013, "Watertight Ray/Triangle Intersection").
-pub(super) struct Sheared {
+pub(super) struct ShearedRay {
     origin: Vec3,
     direction: Vec3,
     axes: [usize; 3],
     shear: [f32; 2],
 }
 
-impl Sheared {
+impl ShearedRay {
     pub fn new(ray: &Ray) -> Self {
         let d = ray.direction;
         let z = (0..3).fold(0, |best, axis| if d[axis].abs() > d[best].abs() { axis } else { best });

@@ -16,7 +16,7 @@ const GUARD: [u32; 64] = [0xA5A5_A5A5; 64];
 
 /// A query, followed by guard words: a library with longer hits overwrites them.
 #[repr(C, align(16))]
-struct Guarded {
+struct GuardedQuery {
     query: RTCRayHit,
     guard: [u32; 64],
 }
@@ -99,7 +99,7 @@ fn check(device: &Device) -> Result<(), EmbreeError> {
     attach_instance(device, &scene, INSTANCE, &prototype, &aside)?;
     scene.commit(device)?;
     for trial in &TRIALS {
-        let mut answer = Guarded {
+        let mut answer = GuardedQuery {
             query: trial.query(),
             guard: GUARD,
         };
@@ -132,8 +132,8 @@ impl Trial {
         query
     }
 
-    /// Returns an error with the difference between library and headers, if `answer` shows one.
-    fn judge(&self, answer: &Guarded) -> Result<(), &'static str> {
+    /// Fault of the library with this answer, if any.
+    fn judge(&self, answer: &GuardedQuery) -> Result<(), &'static str> {
         let RTCRayHit { ray, hit } = &answer.query;
         let near = |a: f32, b: f32| (a - b).abs() < 1e-5;
         if answer.guard != GUARD {
@@ -153,16 +153,16 @@ mod tests {
     use super::*;
 
     /// Answer of a library without a fault.
-    fn right(trial: &Trial) -> Guarded {
+    fn right(trial: &Trial) -> GuardedQuery {
         let mut query = trial.query();
         query.ray.tfar = 2.0;
         (query.hit.u, query.hit.v) = (0.25, 0.5);
         (query.hit.geomID, query.hit.primID) = (0, 0);
         query.hit.instID[0] = trial.inst;
-        Guarded { query, guard: GUARD }
+        GuardedQuery { query, guard: GUARD }
     }
 
-    fn judged(trial: &Trial, change: impl Fn(&mut Guarded)) -> Result<(), &'static str> {
+    fn judged(trial: &Trial, change: impl Fn(&mut GuardedQuery)) -> Result<(), &'static str> {
         let mut answer = right(trial);
         change(&mut answer);
         trial.judge(&answer)
@@ -180,7 +180,7 @@ mod tests {
             assert_eq!(judged(trial, |a| a.query.hit.primID = 7), Err(ERRS));
             assert_eq!(judged(trial, |a| a.query.hit.instID[0] = 7), Err(ERRS));
         }
-        let nothing = |a: &mut Guarded| a.query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        let nothing = |a: &mut GuardedQuery| a.query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         assert_eq!(judged(front, nothing), Err(ERRS));
         assert_eq!(judged(behind, nothing), Err(CULLS));
         assert_eq!(judged(copy, nothing), Err(CULLS));

@@ -46,7 +46,7 @@ pub enum Scale {
 
 /// The most extreme test of a scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Extreme {
+pub struct ExtremeTest {
     /// Scale of the test.
     pub scale: Scale,
     /// Number of tests of this scale: positions times channels.
@@ -79,9 +79,8 @@ pub struct Significance {
     /// Probability that noise makes the most extreme of all tests as extreme.
     pub p: f64,
     /// Most extreme test of each scale; scales without tests are left out.
-    pub extremes: Vec<Extreme>,
-    /// Kind of errors that pixels have in common, in the picture with the worse kind. It decides
-    /// which tests are made.
+    pub extremes: Vec<ExtremeTest>,
+    /// Common errors of pixels, in the picture where they are worse. They decide the tests.
     pub common: CommonErrors,
     /// Approximate number of rare samples that make most of the noise, if the pictures differ in
     /// their sampling (heavy tails); else `None`. With rare samples, only the whole is tested, and
@@ -144,7 +143,7 @@ impl Significance {
             extreme(Scale::Whole, spread_tests(&tiles, common).into_iter()),
         ];
         let scales = by_variance.into_iter().chain(by_spread);
-        let extremes: Vec<Extreme> = scales.flatten().collect();
+        let extremes: Vec<ExtremeTest> = scales.flatten().collect();
         let min = extremes.iter().map(|e| e.p).min_by(f64::total_cmp)?;
         Some(Self {
             level,
@@ -161,7 +160,7 @@ impl Significance {
     }
 
     /// The test with the smallest p.
-    pub fn worst(&self) -> Option<&Extreme> {
+    pub fn worst(&self) -> Option<&ExtremeTest> {
         self.extremes.iter().min_by(|a, b| a.p.total_cmp(&b.p))
     }
 }
@@ -213,15 +212,15 @@ struct Test {
 }
 
 /// The test with the smallest p, corrected for the number of tests.
-fn extreme(scale: Scale, tests: impl Iterator<Item = Test>) -> Option<Extreme> {
+fn extreme(scale: Scale, tests: impl Iterator<Item = Test>) -> Option<ExtremeTest> {
     let mut count = 0;
     let min = tests.inspect(|_| count += 1).min_by(|a, b| a.p.total_cmp(&b.p))?;
     Some(min.extreme(scale, count))
 }
 
 impl Test {
-    fn extreme(self, scale: Scale, tests: usize) -> Extreme {
-        Extreme {
+    fn extreme(self, scale: Scale, tests: usize) -> ExtremeTest {
+        ExtremeTest {
             scale,
             tests,
             window: self.window,
@@ -237,7 +236,7 @@ impl Test {
 
 impl Pixels {
     /// The most extreme pixel.
-    fn extreme(&self) -> Option<Extreme> {
+    fn extreme(&self) -> Option<ExtremeTest> {
         let mut tests = 0;
         let mut worst: Option<(Test, f64)> = None;
         for (at, pixel) in self.window.pixels().zip(&self.pixels) {

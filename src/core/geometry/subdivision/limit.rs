@@ -3,14 +3,14 @@
 //! Catmull and Clark: Halstead, Kass and DeRose 1993, appendix A. Loop: Hoppe et al. 1994,
 //! appendix. Creases: Biermann, Levin and Zorin 2000, appendix A.
 
-use super::refine::{Around, loop_factor, sums_of_neighbours};
+use super::refine::{Valence, loop_factor, sums_of_neighbours};
 use super::topology::{NONE, Scheme, Topology};
 use crate::math::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
-/// Positions of the vertices on the limit surface. Faces are quads or triangles.
-pub(super) fn positions(topology: &Topology, scheme: Scheme, positions: &[DVec3], around: &[Around]) -> Vec<DVec3> {
+/// Vertices on the limit surface. Faces are quads or triangles.
+pub(super) fn positions(topology: &Topology, scheme: Scheme, positions: &[DVec3], around: &[Valence]) -> Vec<DVec3> {
     let [sums, sharp_sums] = sums_of_neighbours(topology, positions);
     let mut of_diagonals = Vec::new();
     if scheme == Scheme::CatmullClark {
@@ -58,7 +58,7 @@ pub(super) fn normals(
     topology: &Topology,
     scheme: Scheme,
     positions: &[DVec3],
-    around: &[Around],
+    around: &[Valence],
 ) -> (Vec<DVec3>, Vec<u32>) {
     let mut of_corners = vec![NONE; topology.vertices.len()];
     let mut normals = vec![DVec3::ZERO; positions.len()];
@@ -120,7 +120,7 @@ impl Fan {
     }
 
     /// Unit normal at the vertex `p`.
-    fn normal(&self, scheme: Scheme, p: DVec3, around: Around) -> DVec3 {
+    fn normal(&self, scheme: Scheme, p: DVec3, around: Valence) -> DVec3 {
         let k = self.corners.len();
         let [t1, t2] = if self.is_closed || around.sharp == 1 {
             self.tangents(scheme, k)

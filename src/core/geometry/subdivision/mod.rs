@@ -25,7 +25,7 @@ mod tests;
 use crate::math::{DVec2, DVec3, Vec2, Vec3};
 use refine::{Rule, around_vertices};
 use std::collections::HashMap;
-pub use topology::{Irregular, Scheme};
+pub use topology::{IrregularEdges, Scheme};
 use topology::{NONE, Topology};
 
 /// Maximum number of steps: a face then becomes 4¹² faces.
@@ -55,7 +55,7 @@ pub struct ControlMesh<'a> {
 /// Triangles of a subdivided mesh. Each face of the control mesh becomes a consecutive range of
 /// these triangles, in order.
 #[derive(Clone, Debug, Default)]
-pub struct Subdivided {
+pub struct SubdividedMesh {
     /// Vertices on the limit surface.
     pub positions: Vec<Vec3>,
     /// Unit normals of the limit surface; zero if undefined.
@@ -71,8 +71,8 @@ pub struct Subdivided {
     pub uv_triangles: Vec<[u32; 3]>,
     /// Indices of the normals of each triangle.
     pub normal_triangles: Vec<[u32; 3]>,
-    /// Numbers of edges at which the surface is not smooth.
-    pub irregular: Irregular,
+    /// Edges without a smooth surface.
+    pub irregular: IrregularEdges,
 }
 
 impl ControlMesh<'_> {
@@ -120,7 +120,7 @@ impl ControlMesh<'_> {
     }
 
     /// Subdivides the mesh in `steps` steps, at least 1.
-    pub fn subdivided(&self, steps: u32) -> Subdivided {
+    pub fn subdivided(&self, steps: u32) -> SubdividedMesh {
         let scheme = self.scheme();
         let corners = self.joined_corners();
         let count = self.positions.len() as u32;
@@ -150,7 +150,7 @@ impl ControlMesh<'_> {
         let around = around_vertices(&topology);
         let (normals, of_corners) = limit::normals(&topology, scheme, &positions, &around);
         let limits = limit::positions(&topology, scheme, &positions, &around);
-        let mut subdivided = Subdivided {
+        let mut subdivided = SubdividedMesh {
             positions: limits.iter().map(|p| p.as_vec3a()).collect(),
             normals: normals.iter().map(|n| n.as_vec3a()).collect(),
             triangles: triangles(&topology.vertices, scheme),
@@ -159,7 +159,7 @@ impl ControlMesh<'_> {
                 .map(|(c, a)| [c.x as f32, c.y as f32, c.z as f32, a.x as f32])
                 .collect(),
             irregular,
-            ..Subdivided::default()
+            ..SubdividedMesh::default()
         };
         if let Some(uvs) = uvs {
             subdivided.uv_triangles = triangles(&uvs.corners(self, scheme, steps), scheme);

@@ -31,7 +31,7 @@ pub(super) enum Rule {
 
 /// Numbers of edges and faces around a vertex.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Around {
+pub(super) struct Valence {
     /// Number of edges.
     pub edges: u32,
     /// Number of corners of faces.
@@ -44,7 +44,7 @@ pub(super) struct Around {
     pub is_pinned: bool,
 }
 
-impl Around {
+impl Valence {
     /// Returns true if the vertex keeps its position: it is pinned, more than two sharp edges meet
     /// at the vertex, or it is the corner of a single face.
     pub fn is_corner(&self) -> bool {
@@ -58,8 +58,8 @@ impl Around {
 }
 
 /// Edges and faces around each vertex.
-pub(super) fn around_vertices(topology: &Topology) -> Vec<Around> {
-    let mut around = vec![Around::default(); topology.vertex_count as usize];
+pub(super) fn around_vertices(topology: &Topology) -> Vec<Valence> {
+    let mut around = vec![Valence::default(); topology.vertex_count as usize];
     for (around, &is_pinned) in around.iter_mut().zip(&topology.pinned) {
         around.is_pinned = is_pinned;
     }
@@ -111,7 +111,7 @@ pub(super) fn refined<V: VertexValue>(
     scheme: Scheme,
     rule: Rule,
     values: &[V],
-    around: &[Around],
+    around: &[Valence],
 ) -> Vec<V> {
     let value = |vertex: u32| values[vertex as usize];
     let mean = |a: V, b: V, t: f64| a * (1.0 - t) + b * t;

@@ -260,7 +260,7 @@ fn edges_that_are_not_manifold_stay_sharp() {
         ..ControlMesh::default()
     };
     let fine = mesh.subdivided(3);
-    let expected = Irregular {
+    let expected = IrregularEdges {
         non_manifold: 1,
         flipped: 0,
     };
@@ -358,7 +358,7 @@ fn vertices_at_one_place_are_joined() {
         ..ControlMesh::default()
     };
     let fine = mesh.subdivided(2);
-    assert_eq!(fine.irregular, Irregular::default());
+    assert_eq!(fine.irregular, IrregularEdges::default());
     assert_eq!(euler_characteristic(&fine.triangles), 2);
 }
 

@@ -58,7 +58,7 @@ pub(super) struct Topology {
 
 /// Numbers of edges at which the surface is not smooth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Irregular {
+pub struct IrregularEdges {
     /// Edges of three or more faces.
     pub non_manifold: u64,
     /// Edges between two faces of opposite orientation.
@@ -67,7 +67,7 @@ pub struct Irregular {
 
 impl Topology {
     /// Control mesh of faces with these `sizes`. `vertices` is the vertex of each corner.
-    pub fn new(sizes: &[u32], vertices: Vec<u32>, vertex_count: u32) -> (Self, Irregular) {
+    pub fn new(sizes: &[u32], vertices: Vec<u32>, vertex_count: u32) -> (Self, IrregularEdges) {
         let faces = match sizes {
             [first, others @ ..] if others.iter().all(|size| size == first) => Faces::Uniform(*first),
             _ => {
@@ -98,7 +98,7 @@ impl Topology {
     }
 
     /// Finds the edges: corners that join the same two vertices.
-    fn find_edges(&mut self) -> Irregular {
+    fn find_edges(&mut self) -> IrregularEdges {
         let corners = self.vertices.len() as u32;
         let key = |corner: u32| {
             let [a, b] = self.ends_of(corner);
@@ -107,7 +107,7 @@ impl Topology {
         };
         let mut keys: Vec<(u64, u32)> = (0..corners).into_par_iter().map(key).collect();
         keys.par_sort_unstable();
-        let mut irregular = Irregular::default();
+        let mut irregular = IrregularEdges::default();
         for group in keys.chunk_by(|(a, _), (b, _)| a == b) {
             let edge = self.edge_corners.len() as u32;
             let (ends, first) = group[0];

@@ -1,9 +1,9 @@
 //! Cameras inside: views of interiors, and cameras at given places.
 
-use super::{Asked, CameraFinder, CameraGuess, MAX_CANDIDATES, position_text, short};
+use super::{CameraFinder, CameraGuess, CameraRequest, MAX_CANDIDATES, position_text, short};
 use crate::camera::CameraError;
 use crate::guess::floors::{Floors, PLACES};
-use crate::guess::interior::{self, Inside, InteriorView};
+use crate::guess::interior::{self, InteriorView, PlaceKind};
 use crate::guess::plan::{self, Cut, Plan};
 use crate::guess::scale::Scale;
 use crate::guess::stand::{self, Stand};
@@ -33,19 +33,19 @@ const MANY_PLACES: u32 = 4 * PLACES;
 
 impl CameraFinder<'_> {
     pub(super) fn inside(&self) -> Option<CameraGuess> {
-        let Asked {
+        let CameraRequest {
             position,
             look_at,
             view,
             ..
-        } = self.asked;
+        } = self.request;
         let (horizon, width) = (self.horizon(), self.width());
         let view = match (position, look_at) {
-            (Some(position), None) => interior::best_direction(&self.looker, horizon, position, 0.0, width)?,
+            (Some(position), None) => interior::best_direction(&self.tracer, horizon, position, 0.0, width)?,
             (Some(_), Some(_)) => return None,
             (None, None) => {
-                let fov = self.asked.vertical_fov.unwrap_or(OPEN_SIDE_FOV);
-                let open_side = || interior::through_open_side(&self.looker, horizon, fov, self.aspect);
+                let fov = self.request.vertical_fov.unwrap_or(OPEN_SIDE_FOV);
+                let open_side = || interior::through_open_side(&self.tracer, horizon, fov, self.aspect);
                 if let Some(view) = (view == View::Auto).then(open_side).flatten() {
                     let words = format!("an interior, through its open side ({OTHERS})");
                     return Some(self.guess(view.position, view.target(), fov, words));
@@ -57,7 +57,7 @@ impl CameraFinder<'_> {
                     let way = target - view.position;
                     let seen = way
                         .try_normalize()
-                        .and_then(|direction| self.looker.look(view.position, direction));
+                        .and_then(|direction| self.tracer.trace(view.position, direction));
                     seen.is_none_or(|seen| seen.distance >= 0.99 * way.length())
                 };
                 let view = self.views_inside().into_iter().find(sees)?;
@@ -75,11 +75,11 @@ impl CameraFinder<'_> {
     /// Views from inside, the best first. If the scene is not an interior, these are views of its
     /// rooms. If any of the rooms have a ceiling, only views of rooms with a ceiling are returned.
     fn views_inside(&self) -> Vec<InteriorView> {
-        let views = |inside, count| interior::views(&self.looker, self.horizon(), inside, count);
-        if self.inside == Inside::Anywhere {
-            return views(Inside::Anywhere, PLACES);
+        let views = |inside, count| interior::views(&self.tracer, self.horizon(), inside, count);
+        if self.inside == PlaceKind::Anywhere {
+            return views(PlaceKind::Anywhere, PLACES);
         }
-        let kinds = [Inside::RoofedRooms, Inside::Rooms, Inside::Hulls];
+        let kinds = [PlaceKind::RoofedRooms, PlaceKind::Rooms, PlaceKind::Hulls];
         let mut tries = kinds.into_iter().flat_map(|kind| [(kind, PLACES), (kind, MANY_PLACES)]);
         tries
             .find_map(|(kind, count)| Some(views(kind, count)).filter(|views| !views.is_empty()))
@@ -93,9 +93,9 @@ impl CameraFinder<'_> {
 
     /// Error: no place inside of the scene is suitable for a camera.
     pub(super) fn nothing_inside(&self) -> CameraError {
-        let reason = match self.asked.look_at {
+        let reason = match self.request.look_at {
             Some(_) if !self.views_inside().is_empty() => "no place inside sees the point of --look-at",
-            _ => interior::reason_for_none(&self.looker, self.horizon()),
+            _ => interior::reason_for_none(&self.tracer, self.horizon()),
         };
         CameraError::no_place(
             "view",
@@ -106,15 +106,15 @@ impl CameraFinder<'_> {
 
     /// The camera that stands on the floor at the place `stand`.
     pub(super) fn standing(&self, stand: Stand) -> Result<CameraGuess, CameraError> {
-        let Asked {
+        let CameraRequest {
             look_at, yaw, origin, ..
-        } = self.asked;
+        } = self.request;
         let horizon = self.horizon();
-        let floors = Floors::new(&self.looker, horizon);
+        let floors = Floors::new(&self.tracer, horizon);
         let scale = self.scale(&floors);
         let height = stand.height.unwrap_or(scale.eyes);
         let usual = match self.inside {
-            Inside::Anywhere => interior::floor_of_best(horizon, &self.views_inside()),
+            PlaceKind::Anywhere => interior::floor_of_best(horizon, &self.views_inside()),
             _ => None,
         };
         let place = stand.coordinates(&floors, origin);
@@ -124,8 +124,8 @@ impl CameraFinder<'_> {
         let eye = horizon.point(Vec3::new(place.x, floor + height, place.z));
         let target = look_at.unwrap_or_else(|| {
             let view = match yaw {
-                Some(yaw) => interior::view_towards(&self.looker, horizon, eye, yaw, floors.width()),
-                None => interior::best_view(&self.looker, horizon, eye, height, floors.width()),
+                Some(yaw) => interior::view_towards(&self.tracer, horizon, eye, yaw, floors.width()),
+                None => interior::best_view(&self.tracer, horizon, eye, height, floors.width()),
             };
             view.target()
         });
@@ -143,22 +143,22 @@ impl CameraFinder<'_> {
 
     /// Unit of the file, from the file itself or from the height of its rooms.
     fn scale(&self, floors: &Floors) -> Scale {
-        Scale::new(self.asked.unit, floors.room_height(), floors.height())
+        Scale::new(self.request.unit, floors.room_height(), floors.height())
     }
 
     /// Error for a place without a floor.
     fn no_floor(&self, floors: &Floors, stand: &Stand) -> CameraError {
-        let bounds = self.looker.region.bounds;
+        let bounds = self.tracer.region.bounds;
         let axis = self.horizon().up().abs().max_position();
         let across: Vec<String> = (0..3)
             .filter(|&other| other != axis)
             .map(|other| {
                 let [min, max] = [bounds.min, bounds.max]
-                    .map(|p| position_text(short(p, self.size()), self.asked.origin)[other].clone());
+                    .map(|p| position_text(short(p, self.size()), self.request.origin)[other].clone());
                 format!("{} from {min} to {max}", ["x", "y", "z"][other])
             })
             .collect();
-        let is_anywhere = floors.at_any(stand.coordinates(floors, self.asked.origin));
+        let is_anywhere = floors.at_any(stand.coordinates(floors, self.request.origin));
         let reason = match is_anywhere {
             true => "has no floor with room for a camera above it",
             false => "has no floor",
@@ -197,7 +197,7 @@ impl CameraFinder<'_> {
 
     fn inside_fov(&self) -> f32 {
         let narrowed = (0.5 * INTERIOR_FOV.to_radians()).tan() / self.aspect.clamp(0.25, 4.0).sqrt();
-        self.asked
+        self.request
             .vertical_fov
             .unwrap_or_else(|| (2.0 * narrowed.atan()).to_degrees().round())
     }
@@ -208,7 +208,7 @@ impl CameraFinder<'_> {
         if !self.survey.is_interior {
             return None;
         }
-        let floors = Floors::new(&self.looker, self.horizon());
+        let floors = Floors::new(&self.tracer, self.horizon());
         let floor = interior::floor_of_best(self.horizon(), &self.views_inside());
         let floor = floor.unwrap_or(floors.bounds().min.y);
         let cut = Cut::above(floor, &self.scale(&floors));
@@ -220,7 +220,8 @@ impl CameraFinder<'_> {
     pub fn edges_text(&self, plan: &Plan) -> String {
         let text = |from: Vec3, to: Vec3, [from_side, to_side]: [&str; 2]| {
             let axis = (to - from).abs().max_position();
-            let [from, to] = [from, to].map(|p| position_text(short(p, self.size()), self.asked.origin)[axis].clone());
+            let [from, to] =
+                [from, to].map(|p| position_text(short(p, self.size()), self.request.origin)[axis].clone());
             format!("{} from {from} {from_side} to {to} {to_side}", ["x", "y", "z"][axis])
         };
         let [top_left, top_right, bottom_left] = plan.corners;

@@ -23,8 +23,8 @@ pub struct BidirectionalIntegrator<'a, A> {
 }
 
 impl<A: Accel> IterationIntegrator for BidirectionalIntegrator<'_, A> {
-    type Part = ();
-    type Prepared = ();
+    type PreparationPart = ();
+    type Preparation = ();
 
     fn preparations(&self) -> u32 {
         0

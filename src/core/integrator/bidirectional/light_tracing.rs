@@ -20,8 +20,8 @@ pub struct LightIntegrator<'a, A> {
 }
 
 impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
-    type Part = ();
-    type Prepared = ();
+    type PreparationPart = ();
+    type Preparation = ();
 
     fn preparations(&self) -> u32 {
         0

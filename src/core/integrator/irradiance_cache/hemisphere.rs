@@ -16,14 +16,14 @@ pub struct Strata {
 
 /// Radiance and distance found by a ray.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen {
+pub struct HemisphereHit {
     /// Radiance along the ray.
     pub radiance: Spectrum,
     /// Distance, scene units; infinite if the ray hits nothing.
     pub distance: f32,
 }
 
-impl Seen {
+impl HemisphereHit {
     /// No light and no surface.
     pub const NOTHING: Self = Self {
         radiance: Spectrum::ZERO,
@@ -71,7 +71,7 @@ impl Strata {
 
     /// Sums the results `seen` of the rays, in their order; a missing ray counts as no light and no
     /// surface.
-    pub fn gather(&self, seen: &[Seen]) -> GatheredHemisphere {
+    pub fn gather(&self, seen: &[HemisphereHit]) -> GatheredHemisphere {
         let count = self.rays() as f32;
         let radiance = seen.iter().fold(Spectrum::ZERO, |sum, ray| sum + ray.radiance);
         let squares: f64 = seen.iter().map(|ray| (ray.radiance.luminance() as f64).powi(2)).sum();
@@ -93,7 +93,7 @@ impl Strata {
     /// Rotational gradient (Ward and Heckbert 1992, the rotation gradient). The axis that rotates
     /// the normal towards a direction is a quarter turn beyond its azimuth, and the cosine of the
     /// angle with the normal grows by its sine.
-    fn rotational(&self, seen: &[Seen]) -> [Vec3; 3] {
+    fn rotational(&self, seen: &[HemisphereHit]) -> [Vec3; 3] {
         let Self { rows, columns } = *self;
         let mut sums = [Vec3::ZERO; 3];
         for column in 0..columns {
@@ -114,9 +114,12 @@ impl Strata {
     /// Translational gradient (Ward and Heckbert 1992, the translation gradient). Radiance differs
     /// across the boundary between strata. The boundary moves against the translation, the faster
     /// the nearer it is. It belongs to the nearer side, which hides the other one.
-    fn translational(&self, seen: &[Seen]) -> [Vec3; 3] {
+    fn translational(&self, seen: &[HemisphereHit]) -> [Vec3; 3] {
         let Self { rows, columns } = *self;
-        let ray = |row: u32, column: u32| seen.get((row * columns + column) as usize).unwrap_or(&Seen::NOTHING);
+        let ray = |row: u32, column: u32| {
+            seen.get((row * columns + column) as usize)
+                .unwrap_or(&HemisphereHit::NOTHING)
+        };
         let sin_to = |row: u32| (row as f32 / rows as f32).sqrt();
         let mut sums = [Vec3::ZERO; 3];
         for column in 0..columns {

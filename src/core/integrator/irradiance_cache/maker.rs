@@ -1,12 +1,12 @@
 //! Makes records of irradiance: their positions and their rays.
 
-use super::hemisphere::{Seen, Strata};
+use super::hemisphere::{HemisphereHit, Strata};
 use super::record::Record;
 use super::{MAX_MIRRORS, layer};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::{Side, SurfacePoint};
-use crate::integrator::listeners::Summed;
+use crate::integrator::listeners::SummingSink;
 use crate::integrator::path::integrator::PathNumbers;
 use crate::integrator::path::state::PathState;
 use crate::integrator::vertex::Vertex;
@@ -125,7 +125,7 @@ impl<A: Accel> RecordMaker<'_, A> {
         let mut dropped = 0;
         let look = |index| {
             if out.is_cancelled() {
-                return Seen::NOTHING;
+                return HemisphereHit::NOTHING;
             }
             let key = SampleKey {
                 sample: index,
@@ -154,7 +154,7 @@ impl<A: Accel> RecordMaker<'_, A> {
             }
             seen
         };
-        let seen: Vec<Seen> = (0..strata.rays()).map(look).collect();
+        let seen: Vec<HemisphereHit> = (0..strata.rays()).map(look).collect();
         let gathered = strata.gather(&seen);
         let gradients = gathered.gradients.to_world(&frame);
 
@@ -182,10 +182,10 @@ impl<A: Accel> RecordMaker<'_, A> {
 
     /// Surface that `ray` hits, after `depth` scattering events, including the one at the start of
     /// `ray`.
-    fn look<S: Sampler>(&self, numbers: PathNumbers<S>, ray: &Ray, depth: u32, out: &mut impl Sink) -> Seen {
+    fn look<S: Sampler>(&self, numbers: PathNumbers<S>, ray: &Ray, depth: u32, out: &mut impl Sink) -> HemisphereHit {
         let traced = self.path.world.intersect(ray, RayKind::Bounce, out);
         let (Some(hit), _) = traced else {
-            return Seen::NOTHING;
+            return HemisphereHit::NOTHING;
         };
         // Emission that the ray hits is direct light.
         let path = PathState {
@@ -193,9 +193,9 @@ impl<A: Accel> RecordMaker<'_, A> {
             skips_emission: true,
             ..PathState::new(*ray)
         };
-        let mut light = Summed::new(depth, out);
+        let mut light = SummingSink::new(depth, out);
         self.path.li(path, Some(traced), numbers, &mut light);
-        Seen {
+        HemisphereHit {
             radiance: light.sum.radiance,
             distance: hit.t,
         }

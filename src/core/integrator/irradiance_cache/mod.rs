@@ -33,7 +33,7 @@ mod maker;
 mod record;
 
 pub use cache::IrradianceCache;
-pub use hemisphere::{GatheredHemisphere, Seen, Strata};
+pub use hemisphere::{GatheredHemisphere, HemisphereHit, Strata};
 pub use maker::{RecordMaker, RecordSite};
 pub use record::{Gradients, Record};
 
@@ -118,7 +118,7 @@ impl<A: Accel> Integrator for IrradianceCacheIntegrator<'_, A> {
                 return;
             }
             let Some(next) = next else { return };
-            path.go_on(next);
+            path.advance(next);
             only_mirrors &= path.is_delta();
         }
     }

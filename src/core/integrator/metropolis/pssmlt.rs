@@ -151,8 +151,8 @@ impl State {
 }
 
 impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
-    type Part = Vec<Seed>;
-    type Prepared = Vec<Seed>;
+    type PreparationPart = Vec<Seed>;
+    type Preparation = Vec<Seed>;
 
     fn preparations(&self) -> u32 {
         match self.lengths().is_empty() {
@@ -462,7 +462,7 @@ mod tests {
     use crate::color::Spectrum;
     use crate::film::{Filter, FilterKind};
     use crate::geometry::Mesh;
-    use crate::integrator::{MetropolisDirect, Uncounted};
+    use crate::integrator::{MetropolisDirect, NullRaySink};
     use crate::material::Material;
     use crate::math::{UVec2, Vec3};
     use crate::scene::SceneBuilder;
@@ -521,12 +521,16 @@ mod tests {
             },
             importance: &ImportanceImage::even(),
         };
-        let seed = |origin| integrator.seed(origin, &mut Uncounted).map_or(0.0, |seed| seed.weight);
+        let seed = |origin| {
+            integrator
+                .seed(origin, &mut NullRaySink)
+                .map_or(0.0, |seed| seed.weight)
+        };
         let step = |origin| {
             let numbers = PrimarySampler::new(mix(origin));
             let target = |length| {
                 integrator
-                    .state(PathShape { length, turn: 0 }, &numbers, &mut Uncounted)
+                    .state(PathShape { length, turn: 0 }, &numbers, &mut NullRaySink)
                     .target
             };
             integrator.lengths().map(|length| target(length) as f64).sum::<f64>()

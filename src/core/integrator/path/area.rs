@@ -27,7 +27,7 @@ pub struct AreaIntegrator<'a, A> {
 }
 
 /// A path between two vertices.
-struct Next {
+struct PathSegment {
     path: PathState,
     /// The surface point that the ray must hit; `None` at the camera and along a delta lobe.
     target: Option<Hit>,
@@ -76,14 +76,20 @@ impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
 impl<A: Accel> AreaIntegrator<'_, A> {
     /// The path towards a point on some surface, or in the direction of a delta lobe; `None` if
     /// neither scatters light to the viewer.
-    fn next(&self, path: &PathState, vertex: &Vertex, sampler: &impl Sampler, out: &mut impl Sink) -> Option<Next> {
+    fn next(
+        &self,
+        path: &PathState,
+        vertex: &Vertex,
+        sampler: &impl Sampler,
+        out: &mut impl Sink,
+    ) -> Option<PathSegment> {
         let depth = path.depth;
         let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
         let u = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
         let smooth = vertex.smooth_probability();
         if u_lobe >= smooth {
             let sample = vertex.sample(u_lobe, u)?;
-            return Some(Next {
+            return Some(PathSegment {
                 path: path.after(path.scatter(&self.world, vertex, &sample, (1.0, 1), out)),
                 target: None,
             });
@@ -136,7 +142,7 @@ impl<A: Accel> AreaIntegrator<'_, A> {
             }),
             ..PathState::new(ray)
         };
-        Some(Next {
+        Some(PathSegment {
             path: next,
             target: Some(target),
         })

@@ -1,6 +1,6 @@
 //! Camera rays of several samples, traced as one packet.
 
-use super::state::{PathState, Traced};
+use super::state::{PathState, RayResult};
 use crate::accel::Accel;
 use crate::color::Spectrum;
 use crate::geometry::Hit;
@@ -73,7 +73,7 @@ impl CameraPacket {
     }
 
     /// Path of the sample `i`, and the result of its first ray query.
-    pub fn path(&self, i: usize) -> (PathState, Traced) {
+    pub fn path(&self, i: usize) -> (PathState, RayResult) {
         (PathState::new(self.rays[i]), (self.hits[i], self.transmittances[i]))
     }
 }

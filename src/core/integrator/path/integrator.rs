@@ -17,10 +17,10 @@
 
 use super::camera_packet::CameraPacket;
 use super::direct::{Direct, LightNumbers, trace};
-use super::state::{Onward, PathState, Traced};
+use super::state::{NextSegment, PathState, RayResult};
 use crate::accel::Accel;
 use crate::bsdf::Bsdf;
-use crate::integrator::listeners::Clamped;
+use crate::integrator::listeners::ClampingSink;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{Integrator, Roulette, SAMPLES_AT_ONCE, Sink, Strategy, World};
 use crate::material::BsdfSlot;
@@ -72,7 +72,7 @@ impl<A: Accel> Integrator for PathIntegrator<'_, A> {
 
 /// Calls `trace` with sinks that limit indirect light to the luminance `limit`.
 pub(crate) fn with_clamped(limit: f32, out: &mut [impl Sink], trace: impl FnOnce(&mut [&mut dyn Sink])) {
-    let mut clamped: Vec<Clamped> = out.iter_mut().map(|out| Clamped::new(out)).collect();
+    let mut clamped: Vec<ClampingSink> = out.iter_mut().map(|out| ClampingSink::new(out)).collect();
     let mut sinks: Vec<&mut dyn Sink> = clamped.iter_mut().map(|out| out as _).collect();
     trace(&mut sinks);
     clamped.into_iter().for_each(|out| out.finish(limit));
@@ -101,7 +101,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
     pub(crate) fn li<S: Sampler>(
         &self,
         mut path: PathState,
-        mut traced: Option<Traced>,
+        mut traced: Option<RayResult>,
         numbers: PathNumbers<S>,
         out: &mut impl Sink,
     ) {
@@ -131,7 +131,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             // Add direct light. Its ray is traced last, so that the next ray follows without delay
             trace(direct, &self.world, (&path, &vertex), out);
             match next {
-                Some(next) => path.go_on(next),
+                Some(next) => path.advance(next),
                 None => return,
             }
         }
@@ -147,7 +147,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         roulette: Roulette,
         u: &VertexNumbers<S>,
         out: &mut impl Sink,
-    ) -> Option<Onward> {
+    ) -> Option<NextSegment> {
         let directions = self.strategy.directions;
         let sample = directions.sample(vertex, u.lobe(vertex.bsdf), u.direction)?;
         // Radiance shrinks on its way into glass and grows again on its way out: roulette ignores

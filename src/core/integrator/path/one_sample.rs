@@ -62,7 +62,7 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
             let Some(sample) = strategy.directions.sample(&vertex, u_lobe, direction) else {
                 return;
             };
-            path.go_on(path.scatter(world, &vertex, &sample, (1.0 / (1.0 - probability), 1), out));
+            path.advance(path.scatter(world, &vertex, &sample, (1.0 / (1.0 - probability), 1), out));
         }
     }
 }

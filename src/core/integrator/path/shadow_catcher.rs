@@ -11,7 +11,7 @@
 //! If nothing stands on the ground, both estimates are bit-identical, and the ground has no noise.
 
 use super::integrator::{PathIntegrator, PathNumbers};
-use super::state::{PathState, Traced};
+use super::state::{PathState, RayResult};
 use crate::accel::{Accel, Empty};
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
@@ -26,7 +26,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
     #[inline(never)]
     pub(super) fn catch_shadow<S: Sampler>(
         &self,
-        (path, traced): (PathState, Traced),
+        (path, traced): (PathState, RayResult),
         numbers: PathNumbers<S>,
         out: &mut impl Sink,
     ) {
@@ -46,7 +46,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             light_samples: self.light_samples,
             clamp_indirect: None,
         };
-        let mut unshadowed = Unshadowed {
+        let mut unshadowed = UnshadowedSink {
             sum: LightSum::default(),
             separates_parts: out.separates_parts(),
             separates_paths: out.separates_paths(),
@@ -60,13 +60,13 @@ impl<A: Accel> PathIntegrator<'_, A> {
 }
 
 /// Sums light, and ignores everything else.
-struct Unshadowed {
+struct UnshadowedSink {
     sum: LightSum,
     separates_parts: bool,
     separates_paths: bool,
 }
 
-impl Sink for Unshadowed {
+impl Sink for UnshadowedSink {
     fn weight(&mut self, _: f32) {}
 
     fn light(&mut self, light: FoundLight) {
@@ -87,7 +87,7 @@ impl Sink for Unshadowed {
     }
 }
 
-impl RaySink for Unshadowed {
+impl RaySink for UnshadowedSink {
     fn ray(&mut self, _: RayKind) {}
     fn cut_walk(&mut self) {}
 }

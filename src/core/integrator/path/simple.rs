@@ -55,7 +55,7 @@ impl<A: Accel> Integrator for SimpleIntegrator<'_, A> {
             let u_lobe = sampler.get_1d(Dimension::bounce(path.depth, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(path.depth, Bounce::Direction));
             let Some(sample) = vertex.sample(u_lobe, u) else { return };
-            path.go_on(path.scatter(world, &vertex, &sample, (1.0, 1), out));
+            path.advance(path.scatter(world, &vertex, &sample, (1.0, 1), out));
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::math::Ray;
 use crate::sampling::Wavelength;
 
 /// Closest hit of a ray, and the transmittance before it.
-pub(crate) type Traced = (Option<Hit>, Spectrum);
+pub(crate) type RayResult = (Option<Hit>, Spectrum);
 
 /// State of a path between two vertices.
 #[derive(Clone, Copy, Debug)]
@@ -60,7 +60,7 @@ impl PathState {
     pub fn intersect<A: Accel>(
         &mut self,
         world: &World<A>,
-        traced: Option<Traced>,
+        traced: Option<RayResult>,
         out: &mut impl Sink,
     ) -> Option<Hit> {
         let (hit, transmittance) = match traced {
@@ -120,9 +120,9 @@ impl PathState {
         sample: &BsdfSample,
         (factor, light_samples): (f32, u32),
         out: &mut impl Sink,
-    ) -> Onward {
+    ) -> NextSegment {
         path_record::scatter(self.depth, vertex, sample, factor, out);
-        Onward {
+        NextSegment {
             ray: world.ray_along(vertex, sample.wi),
             beta: self.beta * sample.weight * factor,
             roulette_scale: self.roulette_scale * (sample.eta * sample.eta),
@@ -132,7 +132,7 @@ impl PathState {
 
     /// Continues to the next vertex.
     #[inline(always)]
-    pub fn go_on(&mut self, next: Onward) {
+    pub fn advance(&mut self, next: NextSegment) {
         self.ray = next.ray;
         self.depth += 1;
         self.beta = next.beta;
@@ -142,18 +142,18 @@ impl PathState {
     }
 
     /// State after a scattering event.
-    pub fn after(mut self, next: Onward) -> Self {
-        self.go_on(next);
+    pub fn after(mut self, next: NextSegment) -> Self {
+        self.advance(next);
         self
     }
 }
 
 /// Next segment from a vertex. It has 128 bytes, which compilers move without a call.
-pub(crate) struct Onward {
+pub(crate) struct NextSegment {
     pub ray: Ray,
     pub beta: Spectrum,
     pub roulette_scale: Spectrum,
     pub prev: PrevVertex,
 }
 
-const _: () = assert!(size_of::<Option<Onward>>() <= 128);
+const _: () = assert!(size_of::<Option<NextSegment>>() <= 128);

@@ -27,16 +27,16 @@ impl Branch {
         }
     }
 
-    /// Adds emission and direct light at the end of the branch, as along a path. Then calls `go_on`
-    /// with the vertex and the path, to follow the next branches. Past `max_depth` scattering
-    /// events only emission is added.
+    /// Adds emission and direct light at the end of the branch, as along a path. Then calls
+    /// `continue_path` with the vertex and the path, to follow the next branches. Past `max_depth`
+    /// scattering events only emission is added.
     pub fn follow<A: Accel, O: Sink>(
         self,
         (world, strategy): (&World<A>, &Strategy),
         max_depth: Option<u32>,
         sampler: &impl Sampler,
         out: &mut O,
-        go_on: impl FnOnce(&Vertex, &PathState, &mut O),
+        continue_path: impl FnOnce(&Vertex, &PathState, &mut O),
     ) {
         if out.is_cancelled() {
             return;
@@ -52,6 +52,6 @@ impl Branch {
         let u = LightNumbers::draw(sampler, self.node);
         let direct = Direct::sample(world, (&path, &vertex), strategy, 1, &u, out);
         trace(direct, world, (&path, &vertex), out);
-        go_on(&vertex, &path, out);
+        continue_path(&vertex, &path, out);
     }
 }

@@ -13,12 +13,12 @@ use crate::math::float::gamma;
 use crate::math::hash::mix;
 
 /// Items that have a position.
-pub trait Placed: Copy {
+pub trait GridItem: Copy {
     /// Position in world space.
     fn place(&self) -> Vec3;
 }
 
-impl Placed for Photon {
+impl GridItem for Photon {
     fn place(&self) -> Vec3 {
         self.p()
     }
@@ -74,7 +74,7 @@ fn width(level: i32) -> f32 {
     f32::exp2(level as f32)
 }
 
-impl<T: Placed> PhotonGrid<T> {
+impl<T: GridItem> PhotonGrid<T> {
     /// Grid of `photons`, to be searched within `radii` at `time`.
     pub fn new(photons: Vec<T>, radii: &Radii, time: f32) -> Self {
         // Counting sort by bucket

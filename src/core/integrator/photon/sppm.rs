@@ -98,14 +98,20 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
 }
 
 impl<'a, A: Accel> IterationIntegrator for ProgressivePhotonIntegrator<'a, A> {
-    type Part = (f32, Vec<Photon>);
-    type Prepared = IterationPhotons<'a>;
+    type PreparationPart = (f32, Vec<Photon>);
+    type Preparation = IterationPhotons<'a>;
 
     fn preparations(&self) -> u32 {
         PhotonTracer::<A>::work_items(self.paths())
     }
 
-    fn prepare<S: Sampler>(&self, iteration: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Self::Part {
+    fn prepare<S: Sampler>(
+        &self,
+        iteration: u32,
+        index: u32,
+        sampler: &mut S,
+        out: &mut impl RaySink,
+    ) -> Self::PreparationPart {
         let tracer = PhotonTracer {
             world: self.world,
             max_depth: self.max_depth,
@@ -120,7 +126,7 @@ impl<'a, A: Accel> IterationIntegrator for ProgressivePhotonIntegrator<'a, A> {
         )
     }
 
-    fn join(&self, iteration: u32, parts: Vec<Self::Part>) -> Self::Prepared {
+    fn join(&self, iteration: u32, parts: Vec<Self::PreparationPart>) -> Self::Preparation {
         let time = parts.first().map_or(0.0, |(time, _)| *time);
         let (camera, ball) = (self.world.camera, self.world.scene.ball());
         let radii = self.radius.of_iteration(iteration, camera, &ball);
@@ -136,7 +142,13 @@ impl<'a, A: Accel> IterationIntegrator for ProgressivePhotonIntegrator<'a, A> {
         false
     }
 
-    fn sample<S: Sampler>(&self, prepared: &Self::Prepared, key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
+    fn sample<S: Sampler>(
+        &self,
+        prepared: &Self::Preparation,
+        key: SampleKey,
+        sampler: &mut S,
+        out: &mut impl SplatSink,
+    ) {
         self.follow(prepared, key, sampler, out);
     }
 }
@@ -187,7 +199,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             let Some(factor) = self.roulette.play(depth, judged, decision) else {
                 return;
             };
-            path.go_on(path.scatter(world, &vertex, &sample, (factor, 1), out));
+            path.advance(path.scatter(world, &vertex, &sample, (factor, 1), out));
         }
     }
 }

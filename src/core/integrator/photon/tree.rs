@@ -25,7 +25,7 @@ pub struct PhotonTree {
 
 /// The photons nearest to a point.
 #[derive(Debug)]
-pub struct Nearest<'t> {
+pub struct NearestPhotons<'t> {
     /// Photons, unsorted.
     pub photons: Vec<&'t Photon>,
     /// Square of the search radius: there are no other photons within it.
@@ -81,7 +81,7 @@ impl PhotonTree {
     ///
     /// The mean of `(count − 1) / (π r²)` is the density of points that are spread evenly over a
     /// plane, if the point with number `count` has distance r.
-    pub fn nearest(&self, p: Vec3, count: usize, radius: f32, counts: impl Fn(&Photon) -> bool) -> Nearest<'_> {
+    pub fn nearest(&self, p: Vec3, count: usize, radius: f32, counts: impl Fn(&Photon) -> bool) -> NearestPhotons<'_> {
         // Sorted by the bits of squared distances, which have the order of the numbers, as all are
         // at least 0; then by index in the tree
         let mut heap: BinaryHeap<(u32, usize)> = BinaryHeap::with_capacity(count + 1);
@@ -119,7 +119,7 @@ impl PhotonTree {
         if heap.len() == count {
             heap.pop();
         }
-        Nearest {
+        NearestPhotons {
             photons: heap.into_iter().map(|(_, i)| &self.photons[i]).collect(),
             squared,
         }

@@ -6,7 +6,7 @@
 //! about 500 bytes per vertex, so there are fewer of them than pixels in a large image.
 
 use super::density::is_one_surface;
-use super::grid::{PhotonGrid, Placed};
+use super::grid::{GridItem, PhotonGrid};
 use super::photons::PhotonTracer;
 use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::{Connector, Merging};
@@ -74,7 +74,7 @@ struct Visit {
     vertex: u32,
 }
 
-impl Placed for Visit {
+impl GridItem for Visit {
     fn place(&self) -> Vec3 {
         Vec3::from_array(self.p)
     }
@@ -105,14 +105,20 @@ impl<'a, A: Accel> VertexMergingIntegrator<'a, A> {
 }
 
 impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
-    type Part = WorkItemPaths<'a>;
-    type Prepared = MergedPaths<'a>;
+    type PreparationPart = WorkItemPaths<'a>;
+    type Preparation = MergedPaths<'a>;
 
     fn preparations(&self) -> u32 {
         PhotonTracer::<A>::work_items(self.paths())
     }
 
-    fn prepare<S: Sampler>(&self, iteration: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Self::Part {
+    fn prepare<S: Sampler>(
+        &self,
+        iteration: u32,
+        index: u32,
+        sampler: &mut S,
+        out: &mut impl RaySink,
+    ) -> Self::PreparationPart {
         let tracer = PhotonTracer {
             world: self.world,
             max_depth: self.max_depth,
@@ -133,7 +139,7 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
         WorkItemPaths { time, paths }
     }
 
-    fn join(&self, iteration: u32, parts: Vec<Self::Part>) -> Self::Prepared {
+    fn join(&self, iteration: u32, parts: Vec<Self::PreparationPart>) -> Self::Preparation {
         let time = parts.first().map_or(0.0, |part| part.time);
         let radii = self.radii(iteration);
         let paths: Vec<Vec<PathVertex>> = parts.into_iter().flat_map(|part| part.paths).collect();
@@ -165,7 +171,13 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
         true
     }
 
-    fn sample<S: Sampler>(&self, prepared: &Self::Prepared, key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
+    fn sample<S: Sampler>(
+        &self,
+        prepared: &Self::Preparation,
+        key: SampleKey,
+        sampler: &mut S,
+        out: &mut impl SplatSink,
+    ) {
         let scene = self.world.scene;
         let connector = self.connector(&prepared.radii);
         // Both subpaths

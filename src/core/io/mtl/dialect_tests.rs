@@ -17,15 +17,15 @@ fn in_dialect(dialect: MtlDialect) -> LibraryOptions {
     }
 }
 
-type Read = (Vec<Material>, Vec<Vec<MapSlot>>, Vec<String>);
+type ReadMaterials = (Vec<Material>, Vec<Vec<MapSlot>>, Vec<String>);
 
 /// Materials of a library, the slots of their textures, and messages of a render.
-fn read(text: &str, dialect: MtlDialect) -> Read {
+fn read(text: &str, dialect: MtlDialect) -> ReadMaterials {
     read_of(None, text, dialect)
 }
 
 /// [`read`] for a library of an OBJ file with the text `obj`.
-fn read_of(obj: Option<&str>, text: &str, dialect: MtlDialect) -> Read {
+fn read_of(obj: Option<&str>, text: &str, dialect: MtlDialect) -> ReadMaterials {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.mtl");
     std::fs::write(&path, text).unwrap();

@@ -89,13 +89,13 @@ impl MapStatement {
             mapping: Mapping::default(),
             ignored: Vec::new(),
         };
-        let mut words = Words(rest);
+        let mut words = RemainingWords(rest);
         map.options(&mut words)?;
         let name = words.0.trim();
         // A longer text is not a name, and would be parsed many times.
         let ends = name.match_indices(" -").filter(|_| name.len() <= MAX_NAME);
         let after = ends.map(|(end, _)| end).find_map(|end| {
-            let (mut read, mut words) = (map.clone(), Words(&name[end..]));
+            let (mut read, mut words) = (map.clone(), RemainingWords(&name[end..]));
             read.file = name[..end].trim().to_string();
             let is_all = read.options(&mut words).is_ok() && words.0.trim().is_empty();
             (is_all && !read.file.is_empty()).then_some(read)
@@ -108,7 +108,7 @@ impl MapStatement {
     }
 
     /// Parses the next options.
-    fn options(&mut self, words: &mut Words) -> Result<(), String> {
+    fn options(&mut self, words: &mut RemainingWords) -> Result<(), String> {
         while let Some(option) = words.option() {
             match option {
                 "-s" => self.mapping.scale = words.vector(option, 1.0)?,
@@ -150,9 +150,9 @@ impl MapStatement {
 }
 
 /// Remaining words of a statement.
-struct Words<'a>(&'a str);
+struct RemainingWords<'a>(&'a str);
 
-impl<'a> Words<'a> {
+impl<'a> RemainingWords<'a> {
     fn next(&mut self) -> Option<&'a str> {
         let word = self.peek()?;
         self.0 = &self.0.trim_start()[word.len()..];

@@ -402,10 +402,10 @@ fn counts_alone(key: &str) -> String {
 }
 
 /// A wrong value: the value that replaces it, if any, and the error.
-type Wrong<T> = (Option<T>, Complaint);
+type InvalidValue<T> = (Option<T>, Complaint);
 
 /// Returns the value or its replacement, and stores the error.
-fn read<T>(complaint: &mut Option<Complaint>, value: Result<T, Wrong<T>>) -> Option<T> {
+fn read<T>(complaint: &mut Option<Complaint>, value: Result<T, InvalidValue<T>>) -> Option<T> {
     match value {
         Ok(value) => Some(value),
         Err((used, what)) => {
@@ -416,7 +416,7 @@ fn read<T>(complaint: &mut Option<Complaint>, value: Result<T, Wrong<T>>) -> Opt
 }
 
 /// Parses the last word as a number. Options like `-halo` may come before it.
-fn number(key: &str, rest: &str, [low, high]: [f32; 2], help: &'static str) -> Result<f32, Wrong<f32>> {
+fn number(key: &str, rest: &str, [low, high]: [f32; 2], help: &'static str) -> Result<f32, InvalidValue<f32>> {
     let value: Option<f32> = rest.split_whitespace().next_back().and_then(|word| word.parse().ok());
     let Some(value) = value.filter(|n| n.is_finite()) else {
         return Err((None, (format!("{key} is `{}`; it has no effect", excerpt(rest)), help)));
@@ -433,7 +433,7 @@ fn number(key: &str, rest: &str, [low, high]: [f32; 2], help: &'static str) -> R
 }
 
 /// Parses an illumination model.
-fn model(rest: &str) -> Result<u32, Wrong<u32>> {
+fn model(rest: &str) -> Result<u32, InvalidValue<u32>> {
     let help = "write a number from 0 to 10";
     let is_model = |n: &u32| *n <= 10;
     match rest.parse::<u32>().ok().filter(is_model) {
@@ -450,7 +450,7 @@ fn model(rest: &str) -> Result<u32, Wrong<u32>> {
 
 /// Parses a colour: one number for a grey, or three. After `xyz` the numbers are CIE XYZ, from 0 to
 /// 1 in the format, so that white is 1 1 1. Colours outside of Rec.709 are clamped.
-fn color(key: &str, rest: &str) -> Result<Spectrum, Wrong<Spectrum>> {
+fn color(key: &str, rest: &str) -> Result<Spectrum, InvalidValue<Spectrum>> {
     let after_xyz = rest
         .strip_prefix("xyz")
         .filter(|numbers| numbers.starts_with(char::is_whitespace));

@@ -6,7 +6,7 @@ use super::libraries::LibraryName;
 use super::outline::{NONE, Section, VertexData};
 use super::parts::{CurrentNames, PartState};
 use super::polygon::MAX_CLIPPED;
-use super::remarks::{Remark, Remarks, Skipped, ignored};
+use super::remarks::{Remark, Remarks, SkippedElement, ignored};
 use crate::io::PartFilter;
 use crate::io::statements::{MRGB, Statement, place_of, split_keyword, whole_statements};
 use crate::io::{FileError, MAX_WRONG, Position};
@@ -19,13 +19,13 @@ use std::str;
 const NAMES: [&str; 3] = ["vertex", "texture coordinate", "normal"];
 
 /// Error in a statement: the message, the wrong word, and the remedy.
-struct Fault {
+struct StatementError {
     word: String,
     message: String,
     help: String,
 }
 
-impl Fault {
+impl StatementError {
     fn new(word: &str, message: impl Into<String>, help: impl Into<String>) -> Self {
         let (word, message, help) = (word.into(), message.into(), help.into());
         Self { word, message, help }
@@ -65,7 +65,7 @@ pub(super) struct Chunk<'a> {
     /// Indices of wrong positions, sorted.
     pub wrong_positions: Vec<usize>,
     /// First wrong `vt` index and first wrong `vn` index of the current face.
-    lost: [Option<Fault>; 2],
+    lost: [Option<StatementError>; 2],
     /// Point of the file's coordinates that becomes the origin.
     origin: DVec3,
     keep_lines: bool,
@@ -144,7 +144,7 @@ impl<'a> Chunk<'a> {
         statement: &str,
         rest: &str,
         words: &mut impl Iterator<Item = &'w str>,
-    ) -> Result<Vec3, Fault> {
+    ) -> Result<Vec3, StatementError> {
         let near: [f32; 3] = numbers_of(statement, words, 3)?;
         if self.origin == DVec3::ZERO {
             return Ok(near.into());
@@ -155,7 +155,7 @@ impl<'a> Chunk<'a> {
         Ok((p - self.origin).as_vec3a())
     }
 
-    fn read(&mut self, whole: &Statement, line: usize) -> Result<(), Fault> {
+    fn read(&mut self, whole: &Statement, line: usize) -> Result<(), StatementError> {
         let statement = &*whole.text;
         let (keyword, rest) = split_keyword(statement);
         match keyword {
@@ -234,11 +234,11 @@ impl<'a> Chunk<'a> {
             "p" | "l" if self.wires.is_some() => self.read_wire(keyword == "l", rest, line)?,
             "p" => self
                 .remarks
-                .skip(Skipped::Point, rest.split_ascii_whitespace().count(), line),
-            "l" => self.remarks.skip(Skipped::Line, 1, line),
-            "curv" | "curv2" | "cdc" => self.remarks.skip(Skipped::Curve, 1, line),
-            "surf" | "bzp" | "bsp" | "cdp" => self.remarks.skip(Skipped::Surface, 1, line),
-            // Skip blocks of zero bytes
+                .skip(SkippedElement::Point, rest.split_ascii_whitespace().count(), line),
+            "l" => self.remarks.skip(SkippedElement::Line, 1, line),
+            "curv" | "curv2" | "cdc" => self.remarks.skip(SkippedElement::Curve, 1, line),
+            "surf" | "bzp" | "bsp" | "cdp" => self.remarks.skip(SkippedElement::Surface, 1, line),
+            // Blocks that are filled with zeros
             _ if keyword.bytes().all(|byte| byte == 0) => {}
             _ => match ignored(keyword) {
                 Some(index) => self.remarks.ignore(index, line),
@@ -255,7 +255,7 @@ impl<'a> Chunk<'a> {
     }
 
     /// Reads a line or points if their part is shown.
-    fn read_wire(&mut self, is_line: bool, words: &str, line: usize) -> Result<(), Fault> {
+    fn read_wire(&mut self, is_line: bool, words: &str, line: usize) -> Result<(), StatementError> {
         let is_shown = |wires: &mut Wires| wires.parts.is_shown(wires.section.face_count());
         if !self.wires.as_mut().is_some_and(is_shown) {
             return Ok(());
@@ -266,11 +266,11 @@ impl<'a> Chunk<'a> {
             self.lost = [None, None];
             corner.map(|[v, ..]| v)
         };
-        let vertices: Result<Vec<u32>, Fault> = words.split_ascii_whitespace().map(vertex).collect();
+        let vertices: Result<Vec<u32>, StatementError> = words.split_ascii_whitespace().map(vertex).collect();
         let vertices = vertices.map_err(|fault| fault.and("the element is left out"))?;
         if is_line && vertices.len() < 2 {
             let message = format!("a line of {} vertices", vertices.len());
-            return Err(Fault::new(
+            return Err(StatementError::new(
                 "l",
                 message,
                 "name two vertices or more, or write a point (`p`)",
@@ -287,7 +287,7 @@ impl<'a> Chunk<'a> {
         Ok(())
     }
 
-    fn read_face(&mut self, corners: &str, line: usize) -> Result<(), Fault> {
+    fn read_face(&mut self, corners: &str, line: usize) -> Result<(), StatementError> {
         let start = self.section.corner_count();
         if corners.split_ascii_whitespace().nth(2).is_none() {
             self.remarks.add(Remark::ShortFace, line);
@@ -310,7 +310,7 @@ impl<'a> Chunk<'a> {
         let Ok(size) = u32::try_from(size) else {
             self.section.truncate(start);
             let message = format!("a face of {size} corners");
-            return Err(Fault::new("f", message, "cut the face into smaller ones"));
+            return Err(StatementError::new("f", message, "cut the face into smaller ones"));
         };
         let line = self.keep_lines.then(|| u32::try_from(line).unwrap_or(u32::MAX));
         self.section.push_face(size, line);
@@ -319,13 +319,13 @@ impl<'a> Chunk<'a> {
 
     /// Indices, from 0, of a corner like `v`, `v/vt`, `v//vn` or `v/vt/vn`. A wrong `vt` or `vn` is
     /// treated as missing, and its fault is stored in `lost`.
-    fn corner(&mut self, word: &str) -> Result<[u32; 3], Fault> {
+    fn corner(&mut self, word: &str) -> Result<[u32; 3], StatementError> {
         let mut corner = [NONE; 3];
         // Bytes are split faster than strings, since the words are short.
         for (kind, part) in word.as_bytes().split(|&b| b == b'/').enumerate() {
             let Some(slot) = corner.get_mut(kind) else {
                 let message = format!("`{}` has too many parts", excerpt(word));
-                return Err(Fault::new(word, message, "write v, v/vt, v//vn or v/vt/vn"));
+                return Err(StatementError::new(word, message, "write v, v/vt, v//vn or v/vt/vn"));
             };
             if !part.is_empty() || kind == 0 {
                 match (self.index(kind, part, word), kind) {
@@ -343,15 +343,14 @@ impl<'a> Chunk<'a> {
         Ok(corner)
     }
 
-    /// Index, from 0, that `part` of the corner `word` states. `kind` is 0 for positions, 1 for
-    /// texture coordinates and 2 for normals.
-    fn index(&self, kind: usize, part: &[u8], word: &str) -> Result<u32, Fault> {
+    /// Index, from 0, of a part of the corner `word`.
+    fn index(&self, kind: usize, part: &[u8], word: &str) -> Result<u32, StatementError> {
         let Some(index) = str::from_utf8(part).ok().and_then(|part| part.parse::<i64>().ok()) else {
             let message = match kind {
                 0 => format!("`{}` is not a face corner", excerpt(word)),
                 _ => format!("{} index in `{}` is not a number", NAMES[kind], excerpt(word)),
             };
-            return Err(Fault::new(word, message, "write v, v/vt, v//vn or v/vt/vn"));
+            return Err(StatementError::new(word, message, "write v, v/vt, v//vn or v/vt/vn"));
         };
         let so_far = (self.before.elements[kind] + self.vertices.counts()[kind]) as i64;
         let total = self.total.elements[kind] as i64;
@@ -365,7 +364,7 @@ impl<'a> Chunk<'a> {
         let (name, keyword, shown) = (NAMES[kind], KEYWORDS[kind], excerpt(word));
         if index == 0 {
             let message = format!("{name} index 0 in `{shown}`");
-            return Err(Fault::new(word, message, "OBJ indices start at 1"));
+            return Err(StatementError::new(word, message, "OBJ indices start at 1"));
         }
         let help = match (index < 0, total) {
             (_, 0) => format!("the file has no `{keyword}` line"),
@@ -374,7 +373,7 @@ impl<'a> Chunk<'a> {
             (false, _) => format!("the file has {total} `{keyword}` lines: use 1 to {total}"),
         };
         let message = format!("{name} index {index} in `{shown}` is out of range");
-        Err(Fault::new(word, message, help))
+        Err(StatementError::new(word, message, help))
     }
 
     /// Number of a smoothing group, 0 for none.
@@ -389,9 +388,8 @@ impl<'a> Chunk<'a> {
     }
 }
 
-/// Parses the first `N` numbers of `rest`. The first `needed` numbers must exist; other missing
-/// numbers are 0.
-fn numbers<const N: usize>(statement: &str, rest: &str, needed: usize) -> Result<[f32; N], Fault> {
+/// Parses the first `N` numbers of `rest`. After the first `needed`, missing numbers are 0.
+fn numbers<const N: usize>(statement: &str, rest: &str, needed: usize) -> Result<[f32; N], StatementError> {
     numbers_of(statement, &mut rest.split_ascii_whitespace(), needed)
 }
 
@@ -400,7 +398,7 @@ fn numbers_of<'w, const N: usize>(
     statement: &str,
     words: &mut impl Iterator<Item = &'w str>,
     needed: usize,
-) -> Result<[f32; N], Fault> {
+) -> Result<[f32; N], StatementError> {
     let mut numbers = [0.0; N];
     let mut count = 0;
     for (slot, word) in numbers.iter_mut().zip(words) {
@@ -409,12 +407,16 @@ fn numbers_of<'w, const N: usize>(
     }
     if count < needed {
         let message = format!("{needed} numbers expected: `{}`", excerpt(statement));
-        return Err(Fault::new(split_keyword(statement).0, message, "complete the line"));
+        return Err(StatementError::new(
+            split_keyword(statement).0,
+            message,
+            "complete the line",
+        ));
     }
     Ok(numbers)
 }
 
-fn number(word: &str) -> Result<f32, Fault> {
+fn number(word: &str) -> Result<f32, StatementError> {
     if let Ok(number) = word.parse() {
         return Ok(number);
     }
@@ -423,14 +425,14 @@ fn number(word: &str) -> Result<f32, Fault> {
         return Ok(f32::NAN);
     }
     let message = format!("`{}` is not a number", excerpt(word));
-    Err(Fault::new(word, message, "write a decimal number"))
+    Err(StatementError::new(word, message, "write a decimal number"))
 }
 
 /// Fault of the first number in `rest` that is infinite or NaN.
-fn not_finite(rest: &str) -> Fault {
+fn not_finite(rest: &str) -> StatementError {
     let is_finite = |word: &str| number(word).is_ok_and(f32::is_finite);
     let word = rest.split_ascii_whitespace().find(|word| !is_finite(word));
     let word = word.unwrap_or(rest);
     let message = format!("`{}` is not a finite number", excerpt(word));
-    Fault::new(word, message, "write a finite coordinate")
+    StatementError::new(word, message, "write a finite coordinate")
 }

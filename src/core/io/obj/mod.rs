@@ -125,7 +125,7 @@ const NO_FACES: &str = "no faces in this OBJ file";
 
 /// Contents of a file without faces.
 #[derive(Default)]
-pub(super) struct Faceless {
+pub(super) struct FacelessFile {
     /// Number of vertices.
     pub vertices: usize,
     /// True if the file has texture coordinates or names materials. Meshes do, point clouds do not.
@@ -137,20 +137,20 @@ pub(super) struct Faceless {
 }
 
 /// Error of a file without faces.
-pub(super) fn no_faces(path: &Path, file: Faceless) -> FileError {
+pub(super) fn no_faces(path: &Path, file: FacelessFile) -> FileError {
     let vertices = match file.vertices {
         1 => "1 vertex".to_string(),
         n => format!("{n} vertices"),
     };
     let (message, help) = match file {
-        Faceless {
+        FacelessFile {
             skipped: Some(elements),
             ..
         } => (
             format!("{NO_FACES}: its {elements} are skipped"),
             "render lines and points with --line-width, or export a mesh with its faces (`f` lines)",
         ),
-        Faceless {
+        FacelessFile {
             is_of_mesh: true,
             is_cut: true,
             ..
@@ -158,7 +158,7 @@ pub(super) fn no_faces(path: &Path, file: Faceless) -> FileError {
             format!("{NO_FACES}: it is cut off in its last line, after {vertices} and before its faces"),
             "copy or download the file again",
         ),
-        Faceless {
+        FacelessFile {
             is_of_mesh: false,
             vertices: 1..,
             ..
@@ -166,7 +166,7 @@ pub(super) fn no_faces(path: &Path, file: Faceless) -> FileError {
             format!("{NO_FACES}: it is a point cloud of {vertices}"),
             "reconstruct its surface, and export that with its faces (`f` lines)",
         ),
-        Faceless { vertices: 1.., .. } => (
+        FacelessFile { vertices: 1.., .. } => (
             format!("{NO_FACES}: of its mesh there are {vertices} alone"),
             "export the mesh with its faces (`f` lines), or copy the file again if it was longer",
         ),
@@ -235,7 +235,7 @@ pub(super) fn read_obj(
     outline.set_whole_names(&materials.iter().map(|found| found.material.name.as_str()).collect());
     findings.extend(outline.remarks.findings(path));
     let wrong_count = outline.wrong_count;
-    let faceless = Faceless {
+    let faceless = FacelessFile {
         vertices: outline.vertices.positions.len(),
         is_of_mesh: !outline.vertices.uvs.is_empty() || outline.uses_materials(),
         is_cut,

@@ -26,7 +26,7 @@ pub(super) enum Remark {
 
 /// An element that is not rendered.
 #[derive(Clone, Copy)]
-pub(super) enum Skipped {
+pub(super) enum SkippedElement {
     /// A line of any number of points.
     Line,
     /// A point.
@@ -37,7 +37,7 @@ pub(super) enum Skipped {
     Surface,
 }
 
-/// Noun and keyword of each kind of skipped element, indexed by [`Skipped`].
+/// Nouns and keywords, indexed by [`SkippedElement`].
 const SKIPPED: [[&str; 2]; 4] = [["line", "l"], ["point", "p"], ["curve", "curv"], ["surface", "surf"]];
 
 const FREE_FORM: &str = "it belongs to free-form curves and surfaces, which are skipped";
@@ -84,7 +84,7 @@ pub(super) fn ignored(keyword: &str) -> Option<usize> {
 pub(super) struct Remarks {
     /// Tallies, indexed by [`Remark`].
     tallies: [Tally; 7],
-    /// Elements that are not rendered: counts, indexed by [`Skipped`], and their places.
+    /// Elements that are not rendered: counts, indexed by [`SkippedElement`], and their places.
     skipped_counts: [u64; 4],
     skipped: Tally,
     /// Tallies, indexed by [`IGNORED`].
@@ -108,7 +108,7 @@ impl Remarks {
     }
 
     /// Counts elements that are not rendered.
-    pub fn skip(&mut self, what: Skipped, count: usize, line: usize) {
+    pub fn skip(&mut self, what: SkippedElement, count: usize, line: usize) {
         self.skipped_counts[what as usize] += count as u64;
         self.skipped.add(count as u64, &[line]);
     }
@@ -237,8 +237,9 @@ impl Remarks {
             };
             let message = format!("{elements} {verb}");
             let finding = self.skipped.finding(path, Severity::Note, "skipped-elements", message);
-            let has_wires =
-                self.skipped_counts[Skipped::Line as usize] + self.skipped_counts[Skipped::Point as usize] > 0;
+            let has_wires = self.skipped_counts[SkippedElement::Line as usize]
+                + self.skipped_counts[SkippedElement::Point as usize]
+                > 0;
             finding.map(|mut finding| {
                 if has_wires {
                     let help = "--line-width W renders lines as tubes and points as spheres of that diameter";

@@ -5,7 +5,7 @@ use super::colors::Colors;
 use super::outline::{Outline, Section};
 use crate::files::memory::Allowance;
 use crate::files::{MemoryLimit, in_words};
-use crate::geometry::{ControlMesh, Irregular};
+use crate::geometry::{ControlMesh, IrregularEdges};
 use crate::io::load_options::LoadParameters;
 use crate::io::{FileError, Finding, Findings, Severity};
 use half::f16;
@@ -111,7 +111,7 @@ fn check_memory(path: &Path, mesh: &ControlMesh, steps: u32, allowance: Allowanc
 }
 
 /// Adds a finding about edges that stay sharp because no smooth surface passes through them.
-fn report_sharp_edges(path: &Path, irregular: Irregular, findings: &mut Findings) {
+fn report_sharp_edges(path: &Path, irregular: IrregularEdges, findings: &mut Findings) {
     let count = |count: u64, one: &str, several: &str| match count {
         0 => None,
         1 => Some(format!("1 {one}")),

@@ -10,7 +10,7 @@
 mod materials;
 
 use super::mtl::{FileMaterial, ObjContext, Signature, library_path};
-use super::obj::{Faceless, Group, ObjFile, chosen_origin, no_faces};
+use super::obj::{FacelessFile, Group, ObjFile, chosen_origin, no_faces};
 use super::{FileError, Findings, LoadObserver, LoadOptions, Severity};
 use crate::files::input::Input;
 use crate::files::memory::Allowance;
@@ -33,7 +33,7 @@ const OPTIONS: tobj::LoadOptions = tobj::LoadOptions {
 const BYTES_OF_A_BYTE: u64 = 12;
 
 /// Triangles that are consecutive in the file and share a material.
-struct Part {
+struct MaterialRun {
     /// Name of the material. `None` if there is none, or if no library before the `usemtl` defines
     /// it.
     material: Option<String>,
@@ -49,14 +49,14 @@ type Materials = tobj::MTLLoadResult;
 fn read_parts(
     reader: &mut impl BufRead,
     library: &dyn Fn(&Path) -> Materials,
-) -> Result<(Vec<Part>, Vec<tobj::Material>), String> {
+) -> Result<(Vec<MaterialRun>, Vec<tobj::Material>), String> {
     let (models, materials) = guarded(|| tobj::load_obj_buf(reader, &OPTIONS, library))
         .map_err(panicked)?
         .map_err(|error| error.to_string())?;
     // If no material was read, `materials` is the error of the last library.
     let materials = materials.unwrap_or_default();
     let name = |id: usize| materials.get(id).map(|material| material.name.clone());
-    let parts = models.into_iter().map(|model| Part {
+    let parts = models.into_iter().map(|model| MaterialRun {
         material: model.mesh.material_id.and_then(name),
         mesh: mesh(model.mesh),
     });
@@ -158,7 +158,7 @@ pub(super) fn read_obj(
             .for_each(|p| *p -= origin);
     }
     if groups.is_empty() {
-        return Err(no_faces(path, Faceless::default()));
+        return Err(no_faces(path, FacelessFile::default()));
     }
     let is_finite = |group: &Group| group.mesh.positions.iter().all(|p| p.is_finite());
     if !groups.iter().all(is_finite) {
@@ -194,8 +194,8 @@ fn open_library(path: PathBuf, options: &LoadOptions, findings: &mut Findings) -
 }
 
 /// Triangles of each material, in the order of first use.
-fn into_groups(parts: Vec<Part>) -> Vec<Group> {
-    let mut members: Vec<Vec<Part>> = Vec::new();
+fn into_groups(parts: Vec<MaterialRun>) -> Vec<Group> {
+    let mut members: Vec<Vec<MaterialRun>> = Vec::new();
     let mut index_of: HashMap<Option<String>, usize> = HashMap::new();
     for part in parts {
         let index = *index_of.entry(part.material.clone()).or_insert(members.len());
@@ -209,7 +209,7 @@ fn into_groups(parts: Vec<Part>) -> Vec<Group> {
 
 /// Joins parts of one material to a group. If some parts have normals, the others get the normals
 /// of their triangles. Missing texture coordinates are 0.
-fn joined(parts: Vec<Part>) -> Group {
+fn joined(parts: Vec<MaterialRun>) -> Group {
     let material = parts.first().and_then(|part| part.material.clone());
     let has_uvs = parts.iter().any(|part| !part.mesh.uvs.is_empty());
     let has_normals = parts.iter().any(|part| !part.mesh.normals.is_empty());

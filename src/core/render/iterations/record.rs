@@ -9,7 +9,7 @@ use crate::sampler::{SampleKey, Sampler};
 
 /// The record of a sample or chain of an iteration.
 #[derive(Clone, Debug)]
-pub struct Recorded {
+pub struct SampleRecord {
     /// Key of the sample. A chain has its number as column, and a row below all images.
     pub key: SampleKey,
     /// Path events.
@@ -28,7 +28,7 @@ pub fn record_iteration<I: IterationIntegrator, S: Sampler>(
     (sampler, filter): (&S, &Filter),
     (resolution, pixel): (UVec2, UVec2),
     index: u32,
-    keep: &mut dyn FnMut(Recorded),
+    keep: &mut dyn FnMut(SampleRecord),
 ) {
     let observer = &();
     let prepare = |part, sampler: &mut S, rays: &mut CountedRays| integrator.prepare(index, part, sampler, rays);
@@ -65,7 +65,7 @@ pub fn record_iteration<I: IterationIntegrator, S: Sampler>(
             .iter()
             .fold(Spectrum::ZERO, |sum, (_, light)| sum + *light);
         if work_item.key.pixel() == pixel || !light.is_black() {
-            keep(Recorded {
+            keep(SampleRecord {
                 key: work_item.key,
                 events: work_item.record.unwrap_or_default(),
                 weight: work_item.weight,

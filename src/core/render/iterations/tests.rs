@@ -4,11 +4,11 @@ use crate::sampler::SamplerKind;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Integrator that counts its samples.
-struct Counting(AtomicU64);
+struct CountingIntegrator(AtomicU64);
 
-impl IterationIntegrator for &Counting {
-    type Part = ();
-    type Prepared = ();
+impl IterationIntegrator for &CountingIntegrator {
+    type PreparationPart = ();
+    type Preparation = ();
 
     fn preparations(&self) -> u32 {
         0
@@ -30,13 +30,13 @@ impl IterationIntegrator for &Counting {
 }
 
 /// Stops or pauses after `stop` or `pause` samples.
-struct Impatient<'a> {
-    counting: &'a Counting,
+struct StoppingObserver<'a> {
+    counting: &'a CountingIntegrator,
     stop: u64,
     pause: u64,
 }
 
-impl Observer for Impatient<'_> {
+impl Observer for StoppingObserver<'_> {
     fn progress(&self, _: u64) {}
 
     fn should_stop(&self) -> bool {
@@ -50,8 +50,8 @@ impl Observer for Impatient<'_> {
 
 /// Renders iterations of 32 × 32 pixels, until two are done.
 fn iterations(film: &mut Film, stop: u64, pause: u64) -> (Outcome, u64) {
-    let counting = Counting(AtomicU64::new(0));
-    let observer = Impatient {
+    let counting = CountingIntegrator(AtomicU64::new(0));
+    let observer = StoppingObserver {
         counting: &counting,
         stop,
         pause,

@@ -7,4 +7,4 @@ mod rectangles;
 pub(super) use components::{components, welded};
 pub use panes::Panes;
 pub(super) use panes::{FlatPanes, max_thickness};
-pub(super) use rectangles::{Part, parts};
+pub(super) use rectangles::{EmitterShape, parts};

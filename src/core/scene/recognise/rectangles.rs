@@ -14,16 +14,15 @@ const RIGHT: f32 = 1e-5;
 
 /// A light of an emitting mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::scene) enum Part {
+pub(in crate::scene) enum EmitterShape {
     Triangle(PrimId),
     /// A rectangle of two triangles: a corner, and the two edges from the corner. The cross product
     /// of the edges points along the normal.
     Rectangle(Vec3, [Vec3; 2]),
 }
 
-/// Rectangles and other triangles of `mesh`, in order. Also returns the index of the part to which
-/// each triangle belongs.
-pub(in crate::scene) fn parts(mesh: &Mesh) -> (Vec<Part>, Vec<u32>) {
+/// Rectangles and other triangles of `mesh`, in order, and the index of the part of each triangle.
+pub(in crate::scene) fn parts(mesh: &Mesh) -> (Vec<EmitterShape>, Vec<u32>) {
     let count = mesh.triangles.len() as u32;
     let (mut parts, mut numbers) = (Vec::new(), Vec::new());
     let mut prim = 0;
@@ -33,12 +32,12 @@ pub(in crate::scene) fn parts(mesh: &Mesh) -> (Vec<Part>, Vec<u32>) {
         let next = (prim + 1 < count).then(|| mesh.corners(PrimId(prim + 1)));
         match next.and_then(|next| rectangle(corners, next)) {
             Some((corner, edges)) => {
-                parts.push(Part::Rectangle(corner, edges));
+                parts.push(EmitterShape::Rectangle(corner, edges));
                 numbers.extend([number; 2]);
                 prim += 2;
             }
             None => {
-                parts.push(Part::Triangle(PrimId(prim)));
+                parts.push(EmitterShape::Triangle(PrimId(prim)));
                 numbers.push(number);
                 prim += 1;
             }
@@ -97,7 +96,7 @@ mod tests {
                 let mesh = mesh(&SQUARE, &[turned(diagonal[0], first), turned(diagonal[1], second)]);
                 let (parts, numbers) = parts(&mesh);
                 assert_eq!(numbers, [0, 0]);
-                let [Part::Rectangle(corner, [a, b])] = parts[..] else {
+                let [EmitterShape::Rectangle(corner, [a, b])] = parts[..] else {
                     panic!("no rectangle")
                 };
                 let normal = mesh.surface_point(PrimId(0), 0.3, 0.3).ng;
@@ -126,7 +125,11 @@ mod tests {
         ];
         for (name, corners) in quads {
             let (parts, numbers) = parts(&mesh(&corners, &[[0, 1, 2], [0, 2, 3]]));
-            assert_eq!(parts, [Part::Triangle(PrimId(0)), Part::Triangle(PrimId(1))], "{name}");
+            assert_eq!(
+                parts,
+                [EmitterShape::Triangle(PrimId(0)), EmitterShape::Triangle(PrimId(1))],
+                "{name}"
+            );
             assert_eq!(numbers, [0, 1], "{name}");
         }
         // If the windings are opposite, the diagonal has the same direction in both triangles.
@@ -148,7 +151,7 @@ mod tests {
         ];
         let (parts, numbers) = parts(&mesh(&SQUARE, &triangles));
         assert_eq!(numbers, [0, 1, 1, 2, 3, 3, 4]);
-        assert!(matches!(parts[1], Part::Rectangle(..)) && matches!(parts[3], Part::Rectangle(..)));
-        assert_eq!(parts[2], Part::Triangle(PrimId(3)));
+        assert!(matches!(parts[1], EmitterShape::Rectangle(..)) && matches!(parts[3], EmitterShape::Rectangle(..)));
+        assert_eq!(parts[2], EmitterShape::Triangle(PrimId(3)));
     }
 }

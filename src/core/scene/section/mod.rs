@@ -102,12 +102,12 @@ impl SectionPlane {
 
 /// Meshes that are not part of a prototype after a section, and the index of the object of each.
 #[derive(Default)]
-struct Standing {
+struct RemainingMeshes {
     meshes: Vec<(Mesh, MaterialId)>,
     objects: Vec<u32>,
 }
 
-impl Standing {
+impl RemainingMeshes {
     fn push(&mut self, mesh: Mesh, material: MaterialId, object: u32) {
         if !mesh.triangles.is_empty() {
             self.meshes.push((mesh, material));
@@ -157,7 +157,7 @@ impl SceneBuilder {
             keeps_all: true,
             ..SectionReport::default()
         };
-        let mut standing = Standing::default();
+        let mut remaining = RemainingMeshes::default();
         let mut cut: Vec<CutObject> = Vec::new();
         let meshes = std::mem::take(&mut self.meshes).into_iter();
         let objects = std::mem::take(&mut self.mesh_objects);
@@ -165,14 +165,14 @@ impl SceneBuilder {
             let treatment = self.treatment(material, light);
             let place = plane.place(used_positions(&mesh));
             if treatment.is_exempt {
-                standing.push(mesh, material, object);
+                remaining.push(mesh, material, object);
                 continue;
             }
             report.note(place);
             match place {
-                Place::Kept => standing.push(mesh, material, object),
+                Place::Kept => remaining.push(mesh, material, object),
                 Place::Removed if treatment.keeps_removed => {
-                    standing.push(mesh, self.hidden_material(material), object);
+                    remaining.push(mesh, self.hidden_material(material), object);
                 }
                 Place::Removed => {}
                 Place::Crossed if mesh.deforms() => return Err(self.moves_across(object)),
@@ -184,7 +184,7 @@ impl SceneBuilder {
                         });
                     }
                     let edges = cut.last_mut().map(|last| &mut last.edges);
-                    self.add_halves((&mesh, material, object), plane, treatment, edges, &mut standing);
+                    self.add_halves((&mesh, material, object), plane, treatment, edges, &mut remaining);
                 }
             }
         }
@@ -225,10 +225,10 @@ impl SceneBuilder {
                         let mesh = mesh.transformed(*transform);
                         let treatment = self.treatment(material, light);
                         if treatment.is_exempt {
-                            standing.push(mesh, material, object);
+                            remaining.push(mesh, material, object);
                         } else {
                             let edges = Some(&mut edges);
-                            self.add_halves((&mesh, material, object), plane, treatment, edges, &mut standing);
+                            self.add_halves((&mesh, material, object), plane, treatment, edges, &mut remaining);
                         }
                     }
                     cut.push(CutObject { object, edges });
@@ -245,10 +245,10 @@ impl SceneBuilder {
                 let name = self.objects.get(object as usize).map_or("", String::as_str);
                 report.add_open(name, &self.parts, &outlines.open);
                 report.inward += outlines.inward;
-                standing.push(cap_mesh(&fill(&outlines.closed), plane), cap, object);
+                remaining.push(cap_mesh(&fill(&outlines.closed), plane), cap, object);
             }
         }
-        (self.meshes, self.mesh_objects) = (standing.meshes, standing.objects);
+        (self.meshes, self.mesh_objects) = (remaining.meshes, remaining.objects);
         Ok(report)
     }
 
@@ -272,15 +272,15 @@ impl SceneBuilder {
         plane: &SectionPlane,
         treatment: Treatment,
         edges: Option<&mut Vec<CutEdge>>,
-        standing: &mut Standing,
+        remaining: &mut RemainingMeshes,
     ) {
         let mut halves = clip(mesh, plane);
         for half in [&mut halves.kept, &mut halves.removed] {
             remove_degenerate(half);
         }
-        standing.push(halves.kept, material, object);
+        remaining.push(halves.kept, material, object);
         if treatment.keeps_removed {
-            standing.push(halves.removed, self.hidden_material(material), object);
+            remaining.push(halves.removed, self.hidden_material(material), object);
         }
         if let Some(edges) = edges.filter(|_| treatment.has_caps) {
             edges.append(&mut halves.edges);

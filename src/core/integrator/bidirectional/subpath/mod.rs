@@ -194,7 +194,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
     }
 
     /// Samples a direction in which the subpath continues from `surface`.
-    fn scatter(&self, surface: &Surface, u_lobe: f32, u: Vec2) -> Option<Onwards> {
+    fn scatter(&self, surface: &Surface, u_lobe: f32, u: Vec2) -> Option<Continuation> {
         let scene = self.world.scene;
         let back = surface.back;
         let is_from_camera = self.mode == TransportMode::Radiance;
@@ -216,7 +216,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             (false, true) => (sample.pdf, surface.pdf_from_light(w, back)),
             (false, false) => (sample.pdf, surface.pdf_from_camera(scene, w, back)),
         };
-        Some(Onwards {
+        Some(Continuation {
             ray: surface.ray_onwards(self.world, back, w, self.mode),
             weight,
             is_delta: sample.is_delta(),
@@ -244,7 +244,7 @@ fn delta_jacobian(cos_back: f32, cos_onwards: f32, eta: f32) -> f32 {
 }
 
 /// A sampled direction in which a subpath continues.
-struct Onwards {
+struct Continuation {
     ray: Ray,
     weight: Spectrum,
     is_delta: bool,

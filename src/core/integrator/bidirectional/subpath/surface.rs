@@ -17,12 +17,12 @@ use std::ops::Deref;
 
 /// A BSDF: a reference into the scene, or owned by the vertex if it varies over the surface.
 #[derive(Clone, Debug)]
-pub(crate) enum Held<'a> {
+pub(crate) enum BsdfRef<'a> {
     ByScene(&'a Bsdf),
     Here(Box<Bsdf>),
 }
 
-impl Deref for Held<'_> {
+impl Deref for BsdfRef<'_> {
     type Target = Bsdf;
     fn deref(&self) -> &Bsdf {
         match self {
@@ -39,7 +39,7 @@ pub(crate) struct Surface<'a> {
     /// Surface point, with the shading normal not bent to a viewer.
     pub point: SurfacePoint,
     frame: Frame,
-    pub bsdf: Held<'a>,
+    pub bsdf: BsdfRef<'a>,
     /// The body behind the surface, as in [`Ray::body`].
     body: u32,
     /// True if normals or material vary here.
@@ -57,7 +57,7 @@ impl<'a> Surface<'a> {
                 hit,
                 frame: Frame::from_z(point.ns),
                 point,
-                bsdf: Held::ByScene(bsdf),
+                bsdf: BsdfRef::ByScene(bsdf),
                 body: world.scene.body_behind(&hit),
                 is_detailed: false,
                 back,
@@ -71,8 +71,8 @@ impl<'a> Surface<'a> {
             frame: world.scene.frame(&hit, &point),
             point,
             bsdf: match world.scene.bsdf_at(&hit, ray.time, footprint) {
-                Cow::Borrowed(bsdf) => Held::ByScene(bsdf),
-                Cow::Owned(bsdf) => Held::Here(Box::new(bsdf)),
+                Cow::Borrowed(bsdf) => BsdfRef::ByScene(bsdf),
+                Cow::Owned(bsdf) => BsdfRef::Here(Box::new(bsdf)),
             },
             body: world.scene.body_behind(&hit),
             is_detailed: true,

@@ -84,13 +84,13 @@ impl Cut {
 /// Distribution of the number of vertices that replace `deleted` ones, `min` to `max` (p_a1):
 /// mostly the same number.
 #[derive(Clone, Copy, Debug)]
-struct Added {
+struct VertexCounts {
     deleted: usize,
     min: usize,
     max: usize,
 }
 
-impl Added {
+impl VertexCounts {
     fn weight(self, count: usize) -> f64 {
         match count.abs_diff(self.deleted) {
             _ if count < self.min || count > self.max => 0.0,
@@ -178,10 +178,10 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
     }
 
     /// Distribution of the number of vertices that replace those of `cut`.
-    fn added(&self, x: &Path, cut: Cut) -> Added {
+    fn added(&self, x: &Path, cut: Cut) -> VertexCounts {
         let others = x.len() - cut.count;
         let is_at_end = cut.kept == 0 || cut.kept + cut.count == x.len();
-        Added {
+        VertexCounts {
             deleted: cut.count,
             // At least one at an end, or if nothing is deleted
             min: usize::from(is_at_end || cut.count == 0).max(self.space.min_vertices.saturating_sub(others)),

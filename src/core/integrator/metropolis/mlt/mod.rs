@@ -73,7 +73,7 @@ use lens_subpath::LensSubpath;
 use numbers::Numbers;
 use path::Path;
 use perturbation::{CameraChain, PathPerturbation, caustic_start};
-use seed::{Found, Seeds};
+use seed::{SamplePaths, Seeds};
 use space::PathSpace;
 
 /// Metropolis light transport: Markov chains of paths, each a mutation of the previous one. Paths
@@ -220,8 +220,8 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
 }
 
 impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
-    type Part = Vec<Found>;
-    type Prepared = Seeds;
+    type PreparationPart = Vec<SamplePaths>;
+    type Preparation = Seeds;
 
     fn preparations(&self) -> u32 {
         let space = self.space();
@@ -231,7 +231,13 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
         }
     }
 
-    fn prepare<S: Sampler>(&self, iteration: u32, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<Found> {
+    fn prepare<S: Sampler>(
+        &self,
+        iteration: u32,
+        index: u32,
+        sampler: &mut S,
+        out: &mut impl RaySink,
+    ) -> Vec<SamplePaths> {
         let space = self.space();
         let first = index * SEEDS_AT_ONCE;
         let samples = first..self.seeds().min(first.saturating_add(SEEDS_AT_ONCE));
@@ -246,9 +252,9 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
             .collect()
     }
 
-    fn join(&self, _: u32, parts: Vec<Vec<Found>>) -> Seeds {
+    fn join(&self, _: u32, parts: Vec<Vec<SamplePaths>>) -> Seeds {
         let space = self.space();
-        let samples: Vec<Found> = parts.into_iter().flatten().collect();
+        let samples: Vec<SamplePaths> = parts.into_iter().flatten().collect();
         Seeds::new(&samples, (space.min_vertices, space.max_vertices))
     }
 

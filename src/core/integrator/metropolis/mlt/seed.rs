@@ -31,11 +31,11 @@ pub(super) struct Seed {
 }
 
 /// Light and number of vertices of the paths of a sample, in their order.
-pub type Found = Vec<(f64, usize)>;
+pub type SamplePaths = Vec<(f64, usize)>;
 
 impl Seeds {
     /// Paths of all `samples`. `lengths` are their minimum and maximum number of vertices.
-    pub(super) fn new(samples: &[Found], lengths: (usize, usize)) -> Self {
+    pub(super) fn new(samples: &[SamplePaths], lengths: (usize, usize)) -> Self {
         let mut seeds = Self::default();
         let mut total = 0.0;
         let mut by_length = [0, 1].map(|_| vec![0.0; lengths.1 + 1]);

@@ -6,7 +6,7 @@ use crate::camera::{Camera, CameraParameters};
 use crate::color::Spectrum;
 use crate::film::Filter;
 use crate::geometry::{Mesh, Placement};
-use crate::integrator::{Heuristic, ImportanceImageMaker, MetropolisDirect, Uncounted};
+use crate::integrator::{Heuristic, ImportanceImageMaker, MetropolisDirect, NullRaySink};
 use crate::material::Material;
 use crate::math::{Affine3A, UVec2, Vec3};
 use crate::sampler::Independent;
@@ -122,7 +122,7 @@ fn look<T>(
         max_depth: Some(4),
         roulette: Roulette::default(),
     };
-    let work_item = |index| maker.work_item(index, &mut Independent::new(8), &mut Uncounted);
+    let work_item = |index| maker.work_item(index, &mut Independent::new(8), &mut NullRaySink);
     let work_items: Vec<_> = (0..ImportanceImageMaker::<BruteForce>::WORK_ITEMS)
         .map(work_item)
         .collect();
@@ -156,9 +156,9 @@ fn features(path: &Path) -> Vec<f64> {
 fn is_balanced(what: &str, integrator: &PathSpaceIntegrator<BruteForce>, (name, kind): (&str, Mutation)) {
     const SAMPLES: u32 = 6000;
     let space = integrator.space();
-    let (mut rays, mut sampler) = (Uncounted, Independent::new(7));
+    let (mut rays, mut sampler) = (NullRaySink, Independent::new(7));
     let light_of = |(path, light): &(Path, f64)| (*light, path.len());
-    let found: Vec<Found> = (0..512)
+    let found: Vec<SamplePaths> = (0..512)
         .map(|i| {
             let seed = integrator.seed(&space, 0, i, &mut sampler, &mut rays);
             seed.iter().map(light_of).collect()

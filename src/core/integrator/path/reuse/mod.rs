@@ -45,10 +45,10 @@ mod viewers;
 use super::camera_packet::CameraPacket;
 use super::direct::trace;
 use super::integrator::{PathIntegrator, PathNumbers, with_clamped};
-use super::state::{PathState, Traced};
+use super::state::{PathState, RayResult};
 use crate::accel::Accel;
 use crate::color::Spectrum;
-use crate::integrator::listeners::Summed;
+use crate::integrator::listeners::SummingSink;
 use crate::integrator::{Integrator, Roulette, SAMPLES_AT_ONCE, Sink};
 use crate::material::BsdfSlot;
 use crate::sampler::{SampleKey, Sampler};
@@ -144,7 +144,7 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
     #[inline(always)]
     fn find_end<'v, S: Sampler>(
         &'v self,
-        (mut path, traced): (PathState, Traced),
+        (mut path, traced): (PathState, RayResult),
         [to_first, numbers]: [PathNumbers<S>; 2],
         slots: &'v [BsdfSlot<'v>],
         (first, end): (&mut Option<FirstVertex<'v>>, &mut Option<End<'v>>),
@@ -186,12 +186,12 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
             let next = self.scatter(&path, &vertex, roulette(first), &u, out);
             trace(direct, &self.world, (&path, &vertex), out);
             let Some(next) = next else { return };
-            path.go_on(next);
+            path.advance(next);
             if first.is_some() && !is_first {
                 break;
             }
         }
-        let mut rest = Summed::new(path.depth, out);
+        let mut rest = SummingSink::new(path.depth, out);
         let integrator = PathIntegrator {
             roulette: roulette(first),
             ..*self

@@ -7,10 +7,10 @@ use crate::bsdf::{BsdfSample, ScatteringEvent};
 use crate::color::Spectrum;
 use crate::geometry::Hit;
 use crate::integrator::found_light::LightSum;
-use crate::integrator::listeners::Summed;
+use crate::integrator::listeners::SummingSink;
 use crate::integrator::path::direct::{LIGHTS_BETWEEN_CHECKS, each_emission};
 use crate::integrator::path::integrator::{PathIntegrator, PathNumbers, VertexNumbers};
-use crate::integrator::path::state::{PathState, Traced};
+use crate::integrator::path::state::{PathState, RayResult};
 use crate::integrator::path::strategy::PrevVertex;
 use crate::integrator::{FoundLight, PathEvent, RayKind, RaySink, SAMPLES_AT_ONCE, Sink, World, path_record};
 use crate::light::{LightId, LightSample};
@@ -115,7 +115,7 @@ impl<'v> End<'v> {
                 own.record(PathEvent::SharedPath);
             }
             let traced = world.intersect(&next.ray, RayKind::Bounce, own);
-            let mut rest = Summed::new(next.depth, own);
+            let mut rest = SummingSink::new(next.depth, own);
             path.li(next, Some(traced), numbers, &mut rest);
             // Light scattered behind the end, and light emitted at the end of the ray
             let mut light = rest.sum;
@@ -249,7 +249,7 @@ impl<'v> End<'v> {
 impl<A: Accel> PathIntegrator<'_, A> {
     /// Returns true if the ray of `path`, with the ray query result `traced`, finds emitted light.
     #[inline(always)]
-    fn finds_emission(&self, path: &PathState, (hit, _): Traced) -> bool {
+    fn finds_emission(&self, path: &PathState, (hit, _): RayResult) -> bool {
         let scene = self.world.scene;
         match hit {
             Some(hit) => scene.shape(hit.geom).first_light.is_some() && self.is_emitting(path, Some(hit)),
@@ -273,7 +273,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
     #[inline(always)]
     fn add_emitted(
         &self,
-        (path, traced): (&PathState, Traced),
+        (path, traced): (&PathState, RayResult),
         pdf: f32,
         light: LightSum,
         out: &mut impl Sink,
@@ -287,7 +287,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
     #[inline(never)]
     fn with_emission(
         &self,
-        (path, (hit, transmittance)): (&PathState, Traced),
+        (path, (hit, transmittance)): (&PathState, RayResult),
         pdf: f32,
         light: LightSum,
         out: &mut impl Sink,
@@ -300,7 +300,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             skips_emission: false,
             ..*path
         };
-        let mut sum = Summed::new(path.depth, out);
+        let mut sum = SummingSink::new(path.depth, out);
         sum.sum = light;
         self.strategy.add_found(&self.world, &path, vertex.as_ref(), &mut sum);
         sum.sum

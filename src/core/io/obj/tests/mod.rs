@@ -13,18 +13,18 @@ use crate::math::Vec3;
 
 /// Contents of a file, and its warnings.
 #[derive(Debug)]
-struct Read {
+struct ReadObj {
     groups: Vec<Group>,
     materials: Vec<FileMaterial>,
     warnings: Vec<String>,
 }
 
-fn load_file(path: &Path, options: &LoadOptions) -> Result<Read, FileError> {
+fn load_file(path: &Path, options: &LoadOptions) -> Result<ReadObj, FileError> {
     let mut findings = Findings::default();
     let ObjFile { groups, materials, .. } = load_obj(path, options, Allowance::default(), &(), &mut findings)?;
     match findings.first_error() {
         Some(error) => Err(error.clone()),
-        None => Ok(Read {
+        None => Ok(ReadObj {
             groups,
             materials,
             warnings: findings.warnings().into_iter().map(|w| w.text).collect(),
@@ -32,19 +32,19 @@ fn load_file(path: &Path, options: &LoadOptions) -> Result<Read, FileError> {
     }
 }
 
-fn load_with(text: impl AsRef<[u8]>, options: &LoadOptions) -> Result<Read, FileError> {
+fn load_with(text: impl AsRef<[u8]>, options: &LoadOptions) -> Result<ReadObj, FileError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.obj");
     fs::write(&path, text).unwrap();
     load_file(&path, options)
 }
 
-fn load(text: impl AsRef<[u8]>) -> Result<Read, FileError> {
+fn load(text: impl AsRef<[u8]>) -> Result<ReadObj, FileError> {
     load_with(text, &LoadOptions::default())
 }
 
-/// Reads a file; wrong statements are errors.
-fn load_strictly(text: impl AsRef<[u8]>) -> Result<Read, FileError> {
+/// Reads a file with wrong statements as errors.
+fn load_strictly(text: impl AsRef<[u8]>) -> Result<ReadObj, FileError> {
     let options = LoadOptions {
         strict: true,
         ..LoadOptions::default()

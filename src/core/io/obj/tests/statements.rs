@@ -1,4 +1,4 @@
-use super::{Read, SQUARE, corners, load, load_strictly, mesh};
+use super::{ReadObj, SQUARE, corners, load, load_strictly, mesh};
 use crate::math::Vec3;
 
 #[test]
@@ -145,7 +145,7 @@ fn corners_lack_what_they_name_wrongly() {
     for (wrong, right, words) in cases {
         let of = |lines: &str| load(format!("{SQUARE}vt 0 1\nvn 0 0 1\nf 1/1/1 2/1/1 4/1/1\n{lines}")).unwrap();
         let (found, expected) = (of(wrong), of(right));
-        let meshes = |read: &Read| format!("{:?}", read.groups);
+        let meshes = |read: &ReadObj| format!("{:?}", read.groups);
         assert_eq!(meshes(&found), meshes(&expected), "{wrong}");
         assert_eq!(expected.warnings.len(), 0, "{wrong}");
         assert_eq!(found.warnings.len(), words.len(), "{wrong}: {:?}", found.warnings);
@@ -167,7 +167,7 @@ fn faces_with_wrong_positions_are_left_out() {
         );
         let right = "v 2 0 0\nf 1 2 3\ns 1\nusemtl red\nf 1 3 4\ns off\n";
         let [found, expected] = [&*lines, right].map(|lines| load(format!("{SQUARE}{lines}")).unwrap());
-        let triangles = |read: &Read| -> Vec<(Option<String>, Vec<[Vec3; 3]>)> {
+        let triangles = |read: &ReadObj| -> Vec<(Option<String>, Vec<[Vec3; 3]>)> {
             let of_group = |group: &crate::io::obj::Group| {
                 let all = (0..group.mesh.triangles.len() as u32).map(|t| corners(&group.mesh, t));
                 (group.material.clone(), all.collect())

@@ -10,7 +10,7 @@ use crate::color::Spectrum;
 use crate::film::Filter;
 use crate::geometry::Mesh;
 use crate::integrator::bidirectional::subpath::MAX_VERTICES;
-use crate::integrator::{Heuristic, Radii, Roulette, SearchRadius, Uncounted, World};
+use crate::integrator::{Heuristic, NullRaySink, Radii, Roulette, SearchRadius, World};
 use crate::material::{Gloss, Material};
 use crate::math::UVec2;
 use crate::sampler::{Dimension, Independent, SampleKey, Sampler};
@@ -109,7 +109,7 @@ fn each_sample(connector: &Connector<BruteForce>, count: u32, mut look: impl FnM
         sampler.start(key);
         let film = key.pixel().as_vec2() + sampler.get_2d(Dimension::PIXEL);
         let ray = connector.world.ray_through(film, 0.0, &sampler);
-        look(&connector.subpaths(ray, &sampler, &mut Uncounted));
+        look(&connector.subpaths(ray, &sampler, &mut NullRaySink));
     }
 }
 

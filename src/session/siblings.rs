@@ -3,7 +3,7 @@
 //! names, sizes and first lines.
 
 use crate::files::memory::Allowance;
-use crate::guess::{Asked, CameraFinder, Sisters};
+use crate::guess::{CameraFinder, CameraRequest, SiblingFiles};
 use crate::io::load_obj::load_obj;
 use crate::io::obj::{file_axes, first_comment};
 use crate::io::{Findings, LoadOptions};
@@ -19,10 +19,10 @@ const MAX_BYTES: u64 = 1 << 20;
 /// Maximum number of files whose size and first line are compared.
 const MAX_COMPARED: usize = 64;
 
-/// Evidence for the upright axis from OBJ files beside `obj` that the same program wrote. Interiors
-/// and unreadable files give no evidence.
-pub(super) fn sisters(obj: &Path, backend: Backend, pool: &rayon::ThreadPool) -> Sisters {
-    let mut sisters = Sisters::default();
+/// Evidence from files beside `obj` that the same program wrote. Interiors and unreadable files
+/// have none.
+pub(super) fn siblings(obj: &Path, backend: Backend, pool: &rayon::ThreadPool) -> SiblingFiles {
+    let mut siblings = SiblingFiles::default();
     for path in beside(obj) {
         let Some(scene) = pool.install(|| shape(&path)) else {
             continue;
@@ -30,16 +30,16 @@ pub(super) fn sisters(obj: &Path, backend: Backend, pool: &rayon::ThreadPool) ->
         let Ok(accel) = backend.for_guesses().build(&scene, pool) else {
             continue;
         };
-        let asked = Asked {
+        let request = CameraRequest {
             axes: file_axes(&path),
-            ..Asked::default()
+            ..CameraRequest::default()
         };
-        let survey = pool.install(|| *CameraFinder::new(&scene, accel.as_dyn(), asked, 1.0).survey());
+        let survey = pool.install(|| *CameraFinder::new(&scene, accel.as_dyn(), request, 1.0).survey());
         if let (Some(scores), false) = (survey.up_scores, survey.is_interior) {
-            sisters.add(&scores);
+            siblings.add(&scores);
         }
     }
-    sisters
+    siblings
 }
 
 /// OBJ files beside `obj` whose first comment is of the same kind, sorted by name.

@@ -16,7 +16,7 @@ const CELLS: f32 = 3.0;
 
 /// Traces rays in a scene at time 0.
 #[derive(Clone, Copy)]
-pub(super) struct Looker<'a> {
+pub(super) struct SceneTracer<'a> {
     pub scene: &'a Scene,
     pub accel: &'a dyn Accel,
     /// Region that contains most of the scene.
@@ -25,7 +25,7 @@ pub(super) struct Looker<'a> {
 
 /// Surface that a ray hits.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seen {
+pub(super) struct SurfaceHit {
     /// Ray parameter: scene units if the direction is a unit vector.
     pub distance: f32,
     /// Unit normal of the triangle, from its winding.
@@ -37,9 +37,9 @@ pub(super) struct Seen {
     pub triangle: u64,
 }
 
-impl Looker<'_> {
+impl SceneTracer<'_> {
     /// The first surface that is not cut out and not the ground.
-    pub fn look(&self, origin: Vec3, direction: Vec3) -> Option<Seen> {
+    pub fn trace(&self, origin: Vec3, direction: Vec3) -> Option<SurfaceHit> {
         let mut ray = Ray::new(origin, direction);
         for _ in 0..MAX_CUTOUTS {
             let hit = self.accel.intersect(&ray)?;
@@ -48,14 +48,14 @@ impl Looker<'_> {
                 ray.t_min = hit.t;
                 continue;
             }
-            return Some(self.seen(&hit, direction));
+            return Some(self.surface_hit(&hit, direction));
         }
         None
     }
 
     /// Reflectance of the surface: luminance of its diffuse plus specular colour, at most 1, or 0.5
     /// if textures or vertices define it.
-    pub fn reflectance(&self, seen: &Seen) -> f32 {
+    pub fn reflectance(&self, seen: &SurfaceHit) -> f32 {
         let material = self.material(seen);
         if material.maps.diffuse.is_some() || material.maps.vertex_color {
             0.5
@@ -65,7 +65,7 @@ impl Looker<'_> {
     }
 
     /// Material of the surface.
-    pub fn material(&self, seen: &Seen) -> &Material {
+    pub fn material(&self, seen: &SurfaceHit) -> &Material {
         &self.scene.materials()[seen.material as usize]
     }
 
@@ -86,10 +86,10 @@ impl Looker<'_> {
         false
     }
 
-    fn seen(&self, hit: &Hit, direction: Vec3) -> Seen {
+    fn surface_hit(&self, hit: &Hit, direction: Vec3) -> SurfaceHit {
         let [p0, p1, p2] = self.scene.corners(hit, 0.0);
         let normal = crate::geometry::triangle_normal(p0, p1, p2);
-        Seen {
+        SurfaceHit {
             distance: hit.t,
             normal,
             is_front: normal.dot(direction) < 0.0,
@@ -101,7 +101,7 @@ impl Looker<'_> {
 
 /// Statistics of the surfaces that a bundle of rays hits; all rays have the same weight.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Tally {
+pub(super) struct HitStatistics {
     pub rays: u32,
     pub hits: u32,
     /// Number of hits on fronts.
@@ -111,9 +111,9 @@ pub(super) struct Tally {
     triangles: BTreeMap<u64, u32>,
 }
 
-impl Tally {
+impl HitStatistics {
     /// Adds the result of one ray.
-    pub fn add(&mut self, seen: Option<&Seen>) {
+    pub fn add(&mut self, seen: Option<&SurfaceHit>) {
         self.rays += 1;
         let Some(seen) = seen else { return };
         self.hits += 1;

@@ -20,7 +20,7 @@ impl SampleTracer for SkyVisibility {
     fn sample<S: Sampler>(&self, world: &World<&dyn Accel>, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         // Find the first surface. This also fills the channels of albedo, normals and depth
         let slot = BsdfSlot::new();
-        let Some(vertex) = world.look(key, sampler, &slot, out) else {
+        let Some(vertex) = world.first_vertex(key, sampler, &slot, out) else {
             return;
         };
 

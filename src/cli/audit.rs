@@ -33,7 +33,7 @@ const LEAK_BUDGET: f64 = 1e-6;
 const PACKET: usize = 16;
 
 /// Maximum number of disagreements in the text; the report has more.
-const MAX_TOLD: usize = 5;
+const MAX_LISTED: usize = 5;
 
 /// Report of an audit as JSON. It has enough data to trace every ray again, also on another
 /// machine.
@@ -327,7 +327,7 @@ impl Report {
             text += &format!(": {}", causes.join(", "));
         }
         text.push('\n');
-        for ray in self.rays.iter().take(MAX_TOLD) {
+        for ray in self.rays.iter().take(MAX_LISTED) {
             let packet = if ray.packet { ", in a packet" } else { "" };
             text += &format!(
                 "  {} {}{packet} from {} along {}",

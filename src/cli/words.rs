@@ -39,14 +39,14 @@ macro_rules! outln {
 /// Prints to the standard error.
 macro_rules! err {
     ($($words:tt)*) => {
-        $crate::cli::words::say(format_args!($($words)*))
+        $crate::cli::words::print_error(format_args!($($words)*))
     };
 }
 
 /// Prints a line to the standard error.
 macro_rules! errln {
     ($($words:tt)*) => {
-        $crate::cli::words::say(format_args!("{}\n", format_args!($($words)*)))
+        $crate::cli::words::print_error(format_args!("{}\n", format_args!($($words)*)))
     };
 }
 
@@ -92,7 +92,7 @@ pub(super) fn print_bytes(bytes: &[u8]) {
 
 /// Prints words that may contain names to the standard error. Errors are ignored, because they
 /// cannot be printed.
-pub(super) fn say(words: Arguments) {
+pub(super) fn print_error(words: Arguments) {
     let _ = io::stderr().lock().write_all(escaped(&words.to_string()).as_bytes());
 }
 

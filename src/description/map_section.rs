@@ -125,18 +125,18 @@ fn names_of<T>(named: &[(&'static str, T)]) -> Vec<&'static str> {
 impl TextureSection {
     /// Section of the picture `file` with the mapping `mapping`.
     pub(super) fn of(file: PathBuf, mapping: &Mapping) -> Self {
-        fn said<T>(value: T) -> Option<Spanned<T>> {
+        fn spanned<T>(value: T) -> Option<Spanned<T>> {
             Some(Spanned::new(0..0, value))
         }
         let default = Mapping::default();
-        let number = |value: f32, default: f32| said(value).filter(|_| value != default);
-        let name_of = |name: Option<&str>| name.and_then(|name| said(name.to_string()));
+        let number = |value: f32, default: f32| spanned(value).filter(|_| value != default);
+        let name_of = |name: Option<&str>| name.and_then(|name| spanned(name.to_string()));
         let wrap = WRAPS.iter().find(|(_, wrap)| *wrap == mapping.wrap);
         let channel = Channel::NAMES.iter().find(|(_, c)| Some(*c) == mapping.channel);
         Self {
             file: Spanned::new(0..0, file),
-            scale: said(mapping.scale.to_array()).filter(|_| mapping.scale != default.scale),
-            offset: said(mapping.offset.to_array()).filter(|_| mapping.offset != default.offset),
+            scale: spanned(mapping.scale.to_array()).filter(|_| mapping.scale != default.scale),
+            offset: spanned(mapping.offset.to_array()).filter(|_| mapping.offset != default.offset),
             wrap: name_of(wrap.filter(|_| mapping.wrap != default.wrap).map(|(name, _)| *name)),
             channel: name_of(channel.map(|(name, _)| *name)),
             base: number(mapping.base, default.base),
@@ -144,7 +144,7 @@ impl TextureSection {
             height: number(mapping.bump, default.bump),
             // The midlevel is included in `base`
             midlevel: None,
-            flip_green: said(true).filter(|_| mapping.flips_green),
+            flip_green: spanned(true).filter(|_| mapping.flips_green),
         }
     }
 

@@ -24,7 +24,7 @@ const VERSION: u32 = 1;
 const MAX_SPELLINGS: usize = 8;
 
 /// A value without a place in a file.
-fn said<T>(value: T) -> Spanned<T> {
+fn spanned<T>(value: T) -> Spanned<T> {
     Spanned::new(0..0, value)
 }
 
@@ -43,7 +43,7 @@ impl SceneFile {
     /// An invalid patch.
     pub fn with(&self, options: &SceneOptions, camera: &CameraDescription) -> Result<Self, FileError> {
         let mut file = self.clone();
-        file.version = Some(said(VERSION));
+        file.version = Some(spanned(VERSION));
         file.options = SceneOptions {
             camera: CameraOptions::of(camera),
             ..*options
@@ -142,7 +142,7 @@ fn own_patches<S: Clone>(patches: Vec<Patch<S>>, set_over: impl Fn(&mut S, S)) -
         let free = spellings.find(|text| taken.insert(text.clone()));
         match (free, written.last_mut()) {
             (None, Some((_, last))) => set_over(last, section),
-            (free, _) => written.push((said(free.unwrap_or_default()), section)),
+            (free, _) => written.push((spanned(free.unwrap_or_default()), section)),
         }
     }
     written

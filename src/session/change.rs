@@ -49,10 +49,10 @@ impl Session {
         let accel = self.accel_for_guesses()?;
         let free = CameraSettings {
             options: CameraOptions {
-                up: self.said_camera.up,
+                up: self.given_camera.up,
                 ..CameraOptions::default()
             },
-            axes: self.said_camera.axes,
+            axes: self.given_camera.axes,
             ..CameraSettings::default()
         };
         let finder = || free.finder(&self.scene, accel.as_dyn(), self.settings.resolution, self.siblings);

@@ -32,17 +32,17 @@ fn settled(settings: &Settings, parameters: &CameraParameters) -> Settings {
     settings
 }
 
-/// Returns true if the scene may need guessed light. This is so if nothing in the scene emits,
-/// according to the `warnings` of loading, or if only surfaces of the OBJ file emit.
-pub(super) fn may_want_light(file: &SceneFile, settings: &Settings, (scene, warnings): (&Scene, &[Warning])) -> bool {
+/// Returns true if the scene may need guessed light: nothing in it emits, according to the
+/// `warnings` of loading, or only surfaces of the OBJ file emit.
+pub(super) fn may_need_light(file: &SceneFile, settings: &Settings, (scene, warnings): (&Scene, &[Warning])) -> bool {
     let is_dark = || warnings.iter().any(|w| w.kind == DEFAULT_LIGHT);
     let is_lit_by_surfaces = || file.light.is_empty() && scene.lights().iter().all(|light| !light.is_infinite());
     settings.guesses.light && scene.triangle_count() > 0 && (is_dark() || is_lit_by_surfaces())
 }
 
-/// Returns true if `--env` lights the scene, so that an object may get a guessed ground. There must
-/// be no finite light, because a ground supports only few finite lights.
-pub(super) fn may_want_ground(file: &SceneFile, settings: &Settings, scene: &Scene) -> bool {
+/// Returns true if `--env` lights an object that may get a guessed ground. There must be no finite
+/// light, because a ground supports only few of them.
+pub(super) fn may_need_ground(file: &SceneFile, settings: &Settings, scene: &Scene) -> bool {
     let method = settings.method();
     settings.guesses.ground
         && file.ground.is_none()
@@ -89,7 +89,7 @@ pub(super) fn changed(
 ) -> Option<LitFile> {
     let up = viewpoint.scene_up.unwrap_or(Vec3::Y);
     let is_object = survey.is_some_and(|survey| !survey.is_interior);
-    let has_ground = is_object && may_want_ground(file, settings, scene);
+    let has_ground = is_object && may_need_ground(file, settings, scene);
     let is_turned = up != Vec3::Y && has_ground_to_turn(file, settings.guesses);
     let lights = file.lights_seen_from(viewpoint);
     if lights.is_none() && !has_ground && !is_turned {

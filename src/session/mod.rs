@@ -84,7 +84,7 @@ pub struct Session {
     siblings: SiblingFiles,
     /// Camera settings as given, without guesses. `settings` include guesses if light or ground
     /// were guessed or changed.
-    said_camera: CameraSettings,
+    given_camera: CameraSettings,
     /// Description of the guess of light or ground, if one was made.
     lit_words: Option<LitWords>,
     /// The scene file with guessed light, or with light that was placed for a guessed camera.
@@ -171,7 +171,7 @@ impl Session {
                 guess_seconds: guess_seconds + relit.guess_seconds,
                 lit_words: lit.words,
                 lit_file: Some(lit.file.clone()),
-                said_camera: settings.camera,
+                given_camera: settings.camera,
                 siblings,
                 ..relit
             });
@@ -185,7 +185,7 @@ impl Session {
             backdrop: backdrop(&settings, &description.parameters),
             scene_hash: OnceLock::new(),
             filter: settings.filter(),
-            said_camera: settings.camera,
+            given_camera: settings.camera,
             paths: light_paths(&settings)?,
             settings,
             scene,
@@ -255,7 +255,7 @@ impl Session {
             siblings: SiblingFiles::default(),
             lit_words: None,
             lit_file: None,
-            said_camera: settings.camera,
+            given_camera: settings.camera,
             files: Vec::new(),
             memory,
             pool: thread_pool(settings.threads)?,
@@ -359,7 +359,7 @@ impl Session {
     /// Errors of building an acceleration structure.
     pub fn candidate_cameras(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
         let accel = self.accel_for_guesses()?;
-        let camera = &self.said_camera;
+        let camera = &self.given_camera;
         let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution, self.siblings);
         Ok(self.pool.install(|| finder().candidates()))
     }
@@ -373,7 +373,7 @@ impl Session {
     /// Errors of building an acceleration structure.
     pub fn plan(&self, cameras: &[CameraGuess], size: usize) -> Result<Option<(Plan, String)>, Error> {
         let accel = self.accel_for_guesses()?;
-        let camera = &self.said_camera;
+        let camera = &self.given_camera;
         let finder = || camera.finder(&self.scene, accel.as_dyn(), self.settings.resolution, self.siblings);
         Ok(self.pool.install(|| {
             let finder = finder();
@@ -496,8 +496,8 @@ pub(crate) fn camera_and_lit(
     pool: &rayon::ThreadPool,
 ) -> Result<(FoundCamera, Option<LitFile>), Error> {
     let selection = GuessSelection {
-        survey: lighting::may_want_ground(file, settings, scene),
-        light: lighting::may_want_light(file, settings, (scene, warnings)),
+        survey: lighting::may_need_ground(file, settings, scene),
+        light: lighting::may_need_light(file, settings, (scene, warnings)),
     };
     let (found, surveyed) = settings.camera_and_survey(file, scene, pool, selection)?;
     let parameters = &found.description.parameters;

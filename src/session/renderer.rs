@@ -317,10 +317,10 @@ impl<'a> Renderer<'a> {
     /// something to report. `name` is the scene file.
     pub fn camera_warning(&self, name: &Path) -> Option<Warning> {
         let (session, settings) = (self.session, self.session.settings());
-        session.said_camera.position?;
+        session.given_camera.position?;
         let accel = self.accel.as_dyn();
         let finding = inspect_camera(
-            &session.said_camera,
+            &session.given_camera,
             (session.scene(), accel),
             (session.camera(), settings.resolution),
             &|message| FileError::new(name, message),

@@ -17,7 +17,7 @@ type Keys = Vec<(&'static str, Value)>;
 /// Data for pages about all settable keys.
 pub(super) fn tables() -> Value {
     let table = |keys: Keys| -> Value {
-        let free = keys.into_iter().filter(|(_, holds)| !holds_text(holds));
+        let free = keys.into_iter().filter(|(_, holds)| !is_text(holds));
         free.map(|(key, holds)| json!({ "key": key, "holds": holds, "alone": !NEVER_ALONE.contains(&key) }))
             .collect()
     };
@@ -58,17 +58,17 @@ pub(super) fn check_light(kind: &str, key: &str) -> Result<(), String> {
 fn check(owner: &str, key: &str, keys: &[(&str, Value)]) -> Result<(), String> {
     match keys.iter().find(|(known, _)| *known == key) {
         None => Err(format!("{owner} has no key `{key}` that a page could set")),
-        Some((_, holds)) if holds_text(holds) => Err(format!(
+        Some((_, holds)) if is_text(holds) => Err(format!(
             "a page cannot set `{key}` of {owner}: keys with names and paths could make the program read any file of this machine\n  help: edit the scene file, which the viewer then reloads"
         )),
         Some(_) => Ok(()),
     }
 }
 
-/// Returns true if a value of the schema `holds` may be a free string, not a choice.
-fn holds_text(holds: &Value) -> bool {
+/// Returns true if a value of this schema may be a string other than a choice.
+fn is_text(holds: &Value) -> bool {
     let one_of = holds["anyOf"].as_array().into_iter().flatten();
-    holds["type"] == "string" || one_of.into_iter().any(holds_text)
+    holds["type"] == "string" || one_of.into_iter().any(is_text)
 }
 
 #[cfg(test)]

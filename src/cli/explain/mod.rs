@@ -227,7 +227,7 @@ fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSour
                 .get(i.prototype as usize)
                 .is_some_and(|p| p.contains(&geom.0))
         };
-        let bases: Vec<u32> = if scene.standing().contains(&geom.0) {
+        let bases: Vec<u32> = if scene.world_meshes().contains(&geom.0) {
             vec![0]
         } else {
             scene

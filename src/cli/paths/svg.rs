@@ -83,7 +83,7 @@ fn begin(text: &mut String, name: &str, x: f64) {
 fn context(scene: &Scene) -> Vec<[Vec3; 2]> {
     let mut edges = Vec::new();
     if scene.placed_triangle_count() <= MAX_TRIANGLES {
-        for geom in scene.standing() {
+        for geom in scene.world_meshes() {
             let mesh = scene.mesh(GeomId(geom));
             for triangle in &mesh.triangles {
                 let [a, b, c] = triangle.map(|i| mesh.positions[i as usize]);
@@ -92,7 +92,7 @@ fn context(scene: &Scene) -> Vec<[Vec3; 2]> {
         }
         return edges;
     }
-    for geom in scene.standing() {
+    for geom in scene.world_meshes() {
         let bounds: Bounds3 = scene.mesh(GeomId(geom)).positions.iter().copied().collect();
         let corner = bounds.corners();
         for i in 0..8 {

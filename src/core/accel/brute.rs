@@ -39,13 +39,13 @@ impl<'a> BruteForce<'a> {
 
     fn hits(&self, ray: &Ray) -> impl Iterator<Item = Hit> + use<'a> {
         let (scene, ray, time) = (self.scene, *ray, ray.time as f64);
-        let standing = scene.standing().map(|geom| (GeomId(geom), InstanceId::NONE, None));
+        let world_meshes = scene.world_meshes().map(|geom| (GeomId(geom), InstanceId::NONE, None));
         let instances = (0..).zip(scene.instances()).flat_map(move |(inst, instance)| {
             let placement = placed(&instance.placement, time);
             let meshes = scene.prototypes()[instance.prototype as usize].clone();
             meshes.map(move |geom| (GeomId(geom), InstanceId(inst), Some(placement)))
         });
-        standing.chain(instances).flat_map(move |(geom, inst, placement)| {
+        world_meshes.chain(instances).flat_map(move |(geom, inst, placement)| {
             let mesh = scene.mesh(geom);
             (0..mesh.triangles.len() as u32).map(PrimId).filter_map(move |prim| {
                 let corners = corners_at(mesh, prim, time, placement.as_ref());

@@ -129,8 +129,8 @@ impl<'a> CameraFinder<'a> {
         let declared = request.axes.declared.map(|axes| axes.up);
         let given = request.up.or(declared).or(request.axes.only_up);
         let up = given.or(height_axis(request.origin));
-        let wants_inside = request.stand.is_some() || request.orbit.is_none() && request.view == View::Inside;
-        let (survey, region, inside) = Survey::new(&tracer, up, &request.axes, wants_inside);
+        let needs_inside = request.stand.is_some() || request.orbit.is_none() && request.view == View::Inside;
+        let (survey, region, inside) = Survey::new(&tracer, up, &request.axes, needs_inside);
         let (survey, is_up_of_siblings) = survey.with(&request.siblings);
         tracer.region = if survey.is_interior {
             region

@@ -33,7 +33,7 @@ pub(super) fn without_far_ground(tracer: &SceneTracer, horizon: &Horizon) -> Reg
     let whole = tracer.region;
     let visit = |max, visit: &mut dyn FnMut(&Triangle)| {
         for_each_triangle(tracer.scene, max, |triangle| {
-            if whole.holds(&triangle.corners) {
+            if whole.contains(&triangle.corners) {
                 visit(triangle);
             }
         });

@@ -76,7 +76,7 @@ impl Frame {
         let slope = self.fill * (0.5 * self.fov.clamp(1.0, 179.0)).to_radians().tan();
         let mut frustum = Frustum::new(back, horizon.image_up(back), Vec2::new(slope * self.aspect, slope));
         for_each_triangle(tracer.scene, max, |triangle| {
-            if tracer.region.holds(&triangle.corners) {
+            if tracer.region.contains(&triangle.corners) {
                 triangle.corners.iter().for_each(|&p| frustum.extend(p));
             }
         });

@@ -100,7 +100,7 @@ impl Region {
     }
 
     /// Returns true if all corners of a triangle lie in the region.
-    pub fn holds(&self, corners: &[Vec3; 3]) -> bool {
+    pub fn contains(&self, corners: &[Vec3; 3]) -> bool {
         corners.iter().all(|&corner| self.has(corner))
     }
 
@@ -191,12 +191,14 @@ impl Region {
             return;
         }
         let (mut bounds, mut outside) = (Bounds3::EMPTY, Bounds3::EMPTY);
-        for_each_triangle(scene, MAX_TRIANGLES, |triangle| match self.holds(&triangle.corners) {
-            true => triangle.corners.iter().for_each(|&p| bounds.extend(p)),
-            false => {
-                self.left_out += 1;
-                let out = triangle.corners.iter().filter(|&&p| !self.has(p));
-                out.for_each(|&p| outside.extend(p));
+        for_each_triangle(scene, MAX_TRIANGLES, |triangle| {
+            match self.contains(&triangle.corners) {
+                true => triangle.corners.iter().for_each(|&p| bounds.extend(p)),
+                false => {
+                    self.left_out += 1;
+                    let out = triangle.corners.iter().filter(|&&p| !self.has(p));
+                    out.for_each(|&p| outside.extend(p));
+                }
             }
         });
         if !bounds.is_empty() && !outside.is_empty() {

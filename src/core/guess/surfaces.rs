@@ -23,8 +23,8 @@ const CELLS: i32 = 20;
 /// Points are on the lowest plane along an axis if they lie within this share of the extent.
 const CONTACT: f32 = 0.015;
 /// Minimum cosine between up and the normal of a surface that faces up.
-const LOOKS_UP: f32 = 0.2;
-/// Share of the extent along an axis within which a coordinate is treated as 0.
+const MIN_UP_COSINE: f32 = 0.2;
+/// Share of the extent along an axis within which a coordinate is 0.
 const AT_ORIGIN: f32 = 0.02;
 /// Share of standing parts that is treated as few. It is added to a divisor, so that a few standing
 /// parts are weak evidence.
@@ -137,7 +137,7 @@ pub(super) struct UprightMeasures {
     /// Area of the box around the lowest points, as a share of the scene's outline.
     pub contact: f32,
     /// Share of the surfaces that face up.
-    pub looks_up: f32,
+    pub faces_up: f32,
     /// Share of the surfaces with nothing above.
     pub open: f32,
     /// Depth of the first surfaces below the top of a body of revolution around the axis, in
@@ -178,7 +178,7 @@ impl Surfaces {
             measures: Direction::ALL.map(|up| UprightMeasures {
                 standing: standing[up.index()] / (stand + FEW_STAND),
                 contact: contact(&points, bounds, up),
-                looks_up: share(&points, |point| point.n.dot(up.vector()) > LOOKS_UP),
+                faces_up: share(&points, |point| point.n.dot(up.vector()) > MIN_UP_COSINE),
                 open: open(tracer, &points, up.vector()),
                 depth: lathes[up.axis].depth(tracer, up.vector()),
                 is_on_zero: lowest(bounds, up).abs() <= AT_ORIGIN * extent[up.axis],

@@ -37,13 +37,13 @@ impl Survey {
 
     /// Surveys the scene. Returns the survey, the region that guesses use (the looker's, or the
     /// part of it that is an interior), and the kind of places inside. If `up` is given, it is not
-    /// guessed. `axes` are from comments of the file. If `wants_inside`, the camera is inside for
+    /// guessed. `axes` are from comments of the file. If `needs_inside`, the camera is inside for
     /// any kind of scene.
     pub(super) fn new(
         tracer: &SceneTracer,
         up: Option<Vec3>,
         axes: &FileAxes,
-        wants_inside: bool,
+        needs_inside: bool,
     ) -> (Self, Region, PlaceKind) {
         let said_up = up.and_then(Vec3::try_normalize);
         let scores = |tracer: &SceneTracer, rooms: Option<&[Vec3]>| match said_up {
@@ -79,7 +79,7 @@ impl Survey {
                     found = (group, rooms);
                     break;
                 }
-                if wants_inside && rooms.points.len() > found.1.points.len() {
+                if needs_inside && rooms.points.len() > found.1.points.len() {
                     found = (group, rooms);
                 }
             }
@@ -93,7 +93,7 @@ impl Survey {
             }
         }
         let up_scores = scores(tracer, None);
-        if !wants_inside {
+        if !needs_inside {
             return of_object(up_scores);
         }
         let openness = if rooms.points.is_empty() { 1.0 } else { rooms.openness };

@@ -51,7 +51,7 @@ pub(super) fn for_each_triangle(scene: &Scene, max: u64, mut visit: impl FnMut(&
         next -= count;
     };
     let ground = scene.ground().map(|ground| ground.geom().0);
-    for geom in scene.standing().filter(|geom| Some(*geom) != ground) {
+    for geom in scene.world_meshes().filter(|geom| Some(*geom) != ground) {
         visit_mesh(GeomId(geom), InstanceId::NONE, None);
     }
     for (inst, instance) in (0..).map(InstanceId).zip(scene.instances()) {

@@ -44,8 +44,8 @@ type Evidence = fn(&Surfaces, Direction) -> f32;
 /// Weights of the evidence in objects.
 const OUTSIDE: [(f32, Evidence); 15] = [
     (5.5, rests),
-    (2.6, stands),
-    (6.5, looks_up),
+    (2.6, stands_on_parts),
+    (6.5, faces_up),
     (2.7, is_open),
     (1.9, is_on_zero),
     (3.6, is_off_center),
@@ -61,7 +61,7 @@ const OUTSIDE: [(f32, Evidence); 15] = [
 ];
 /// Weights of the evidence in interiors.
 const INSIDE: [(f32, Evidence); 4] = [
-    (1.5, stands),
+    (1.5, stands_on_parts),
     (0.5, is_on_zero),
     (0.7, has_upright_textures),
     (2.0, is_named),
@@ -79,13 +79,13 @@ fn rests(surfaces: &Surfaces, up: Direction) -> f32 {
 }
 
 /// Parts stand on others; few hang.
-fn stands(surfaces: &Surfaces, up: Direction) -> f32 {
+fn stands_on_parts(surfaces: &Surfaces, up: Direction) -> f32 {
     surfaces.measures(up).standing
 }
 
 /// More surfaces face up than down: terrain, plates and houses have no underside.
-fn looks_up(surfaces: &Surfaces, up: Direction) -> f32 {
-    (surfaces.measures(up).looks_up - surfaces.measures(up.opposite()).looks_up).clamp(-0.15, 0.15)
+fn faces_up(surfaces: &Surfaces, up: Direction) -> f32 {
+    (surfaces.measures(up).faces_up - surfaces.measures(up.opposite()).faces_up).clamp(-0.15, 0.15)
 }
 
 /// More surfaces have open sky above than open space below.
@@ -152,7 +152,7 @@ fn is_ground(surfaces: &Surfaces, up: Direction) -> f32 {
     const THIN: f32 = 1e-3;
     const LOW: f32 = 0.5;
     let is_flat = surfaces.extent[up.axis] <= THIN * surfaces.extent.max_element();
-    let shows_front = surfaces.measures(up).looks_up > surfaces.measures(up.opposite()).looks_up;
+    let shows_front = surfaces.measures(up).faces_up > surfaces.measures(up.opposite()).faces_up;
     if is_flat && shows_front && surfaces.low > LOW {
         surfaces.low
     } else {

@@ -76,7 +76,7 @@ impl Transmittance {
 
     /// Multiplies by the transmittance of the surface at `hit` for `ray`.
     pub fn cross(&mut self, hit: &Hit, ray: &Ray, scene: &Scene, is_from_camera: bool) {
-        if scene.misses_lamp(hit, ray) || !scene.is_met(hit, is_from_camera) {
+        if scene.misses_lamp(hit, ray) || !scene.is_visible(hit, is_from_camera) {
             return;
         }
         let opacity = scene.opacity(hit);

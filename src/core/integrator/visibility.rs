@@ -96,7 +96,7 @@ impl SitesByCell {
 /// Returns true if a choice of lights of `scene` by `mode` learns visibility.
 fn learns_visibility(scene: &Scene, mode: SelectionMode) -> bool {
     let is_sky = |light: &Light| matches!(light, Light::Constant(_) | Light::Environment(_));
-    let is_asked = match mode {
+    let is_enabled = match mode {
         SelectionMode::Visibility => true,
         // With lamps only, learning gains nothing (docs/notebook/2026-11.md).
         SelectionMode::Auto => scene.lights().iter().any(is_sky),
@@ -104,12 +104,12 @@ fn learns_visibility(scene: &Scene, mode: SelectionMode) -> bool {
     };
     // On a shadow-catching ground the blocked light counts: it comes from directions that are not
     // visible.
-    is_asked && scene.ground().is_none()
+    is_enabled && scene.ground().is_none()
 }
 
 impl<A: Accel> VisibilityLearner<'_, A> {
     /// Returns true if visibility must be learned and is not yet learned.
-    pub fn is_wanted(&self) -> bool {
+    pub fn is_needed(&self) -> bool {
         let selection = self.world.light_selection;
         learns_visibility(self.world.scene, selection.mode()) && !selection.is_learned()
     }

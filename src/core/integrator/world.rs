@@ -184,14 +184,14 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     /// Returns true if surfaces and lights do not move while the shutter is open.
-    pub fn stands_still(&self) -> bool {
+    pub fn is_still(&self) -> bool {
         let [open, close] = self.camera.shutter();
         !self.scene.is_moving() || open == close
     }
 
     /// First surface of the sample `key`; adds it to the auxiliary channels. `None` if the ray
     /// leaves the scene.
-    pub fn look<'v>(
+    pub fn first_vertex<'v>(
         &'v self,
         key: SampleKey,
         sampler: &mut impl Sampler,
@@ -278,7 +278,7 @@ impl<'a, A: Accel> World<'a, A> {
                 HullHit::Enters(t) => Some(t),
                 HullHit::NoHull => {
                     let stops = !is_below(hit)
-                        && self.scene.is_met(hit, kind == RayKind::Camera)
+                        && self.scene.is_visible(hit, kind == RayKind::Camera)
                         && stops(hit, &ray, self.scene.opacity(hit))
                         && !(has_thin_surfaces && choices.passes(hit, &ray, self.scene));
                     stops.then_some(hit.t)
@@ -342,7 +342,7 @@ impl<'a, A: Accel> World<'a, A> {
         if !self.scene.hides_from_camera() {
             return self.transmittance(ray, out);
         }
-        if !self.scene.is_met(seen, true) {
+        if !self.scene.is_visible(seen, true) {
             return Transmittance::BLOCKED;
         }
         let passed = self.transmittance_by_walk(*ray, true, out);

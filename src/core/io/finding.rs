@@ -59,7 +59,7 @@ pub struct Finding {
 pub const DEFAULT_LIGHT: &str = "default-light";
 
 /// Notes that a render prints, because their assumptions change the picture.
-const TOLD_NOTES: [&str; 13] = [
+const REPORTED_NOTES: [&str; 13] = [
     DEFAULT_LIGHT,
     "mtl-dialect",
     "no-library",
@@ -113,8 +113,8 @@ impl fmt::Display for Finding {
         write!(f, "{place}: {severity}: {} [{}]", error.message, self.code)?;
         if !self.more.is_empty() {
             let lines: Vec<String> = self.more.iter().map(|p| p.line.to_string()).collect();
-            let told = 1 + self.more.len() as u64;
-            let rest = if self.count > told { ", …" } else { "" };
+            let listed = 1 + self.more.len() as u64;
+            let rest = if self.count > listed { ", …" } else { "" };
             write!(f, "\n  also: lines {}{rest}", lines.join(", "))?;
         }
         match &error.help {
@@ -143,7 +143,7 @@ impl Warning {
     /// Returns true if the warning is a note, which names an assumption. Other warnings name likely
     /// mistakes.
     pub fn is_note(&self) -> bool {
-        TOLD_NOTES.contains(&self.kind)
+        REPORTED_NOTES.contains(&self.kind)
     }
 }
 
@@ -179,7 +179,7 @@ impl Findings {
 
     /// Adds a finding that `file` has `count` more wrong statements, which were not reported
     /// separately.
-    pub(crate) fn add_untold(&mut self, severity: Severity, file: &Path, count: usize) {
+    pub(crate) fn add_unlisted(&mut self, severity: Severity, file: &Path, count: usize) {
         if count > 0 {
             let error = FileError::new(file, format!("{count} more statements are wrong"));
             let error = error.help("correct those above, and check again");
@@ -200,8 +200,8 @@ impl Findings {
 
     /// Messages that a render prints.
     pub fn warnings(&self) -> Vec<Warning> {
-        let told = |f: &&Finding| f.severity == Severity::Warning || TOLD_NOTES.contains(&f.code);
-        self.0.iter().filter(told).map(Finding::warning).collect()
+        let is_reported = |f: &&Finding| f.severity == Severity::Warning || REPORTED_NOTES.contains(&f.code);
+        self.0.iter().filter(is_reported).map(Finding::warning).collect()
     }
 }
 

@@ -40,7 +40,7 @@ impl SunLight {
 
     /// Radiance from the unit direction `wi`; zero beside the disc.
     pub fn radiance(&self, wi: Vec3) -> Spectrum {
-        match self.is_met(wi) {
+        match self.covers(wi) {
             true => self.radiance,
             false => Spectrum::ZERO,
         }
@@ -48,15 +48,15 @@ impl SunLight {
 
     /// Density per solid angle of the direction `wi`.
     pub fn pdf(&self, wi: Vec3) -> f32 {
-        match self.is_met(wi) {
+        match self.covers(wi) {
             true => uniform_cap_pdf(self.depth),
             false => 0.0,
         }
     }
 
-    /// Returns true if the disc lies in the direction `wi`. Half the squared distance of two unit
-    /// vectors is one minus their cosine, but without cancellation.
-    fn is_met(&self, wi: Vec3) -> bool {
+    /// Returns true if the disc lies in the direction `wi`. For unit vectors, half the squared
+    /// distance is one minus the cosine, without its cancellation.
+    fn covers(&self, wi: Vec3) -> bool {
         0.5 * (wi + self.direction).length_squared() <= self.depth
     }
 

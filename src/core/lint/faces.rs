@@ -168,7 +168,7 @@ impl<'a> FaceLint<'a> {
             for (i, face) in place.iter().enumerate().skip(1) {
                 let first = &place[0];
                 let is_harmless = if face.material == first.material {
-                    self.uses.get(face.material).is_some_and(Use::looks_alike_from_behind)
+                    self.uses.get(face.material).is_some_and(Use::is_same_from_behind)
                 } else {
                     are_apart && place.len() == 2
                 };

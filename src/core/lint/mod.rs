@@ -72,7 +72,7 @@ struct Use {
 
 impl Use {
     /// Returns true if a duplicate face with opposite winding does not change the picture.
-    fn looks_alike_from_behind(&self) -> bool {
+    fn is_same_from_behind(&self) -> bool {
         !self.emits && !self.refracts
     }
 }

@@ -195,7 +195,7 @@ impl Method {
         let (world, observer) = (world.with_accel(&accel), &observer);
         let mut statistics = Statistics::default();
         let learner = VisibilityLearner { world };
-        if self.weighs_lights() && learner.is_wanted() {
+        if self.weighs_lights() && learner.is_needed() {
             let Some((visibility, rays)) = render::learn_visibility(&learner, sampler, observer) else {
                 return (Outcome::Stopped, statistics);
             };

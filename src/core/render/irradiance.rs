@@ -158,7 +158,7 @@ impl Filling {
         let world = &maker.path.world;
         Self {
             cache: IrradianceCache::new(error, world.scene.bounds()),
-            passes: if world.stands_still() {
+            passes: if world.is_still() {
                 passes(resolution)
             } else {
                 VecDeque::new()
@@ -223,14 +223,14 @@ impl Filling {
             let chunk = pass.next..pass.count.min(pass.next + CHUNK);
             pass.next = chunk.end;
             let (pass, cache) = (&*pass, &self.cache);
-            let look = |index: u64| {
+            let site = |index: u64| {
                 let mut rays = Counter::new(observer);
-                let place = pass.look(index, maker, seed, &mut rays);
+                let place = pass.site(index, maker, seed, &mut rays);
                 let place = place.filter(|place| !cache.covers(place.p(), place.n(), maker.layer(place)));
                 (place, rays.0.counts)
             };
-            let looks: Vec<(Option<RecordSite>, RayCounts)> = chunk.into_par_iter().map(look).collect();
-            for (place, rays) in looks {
+            let sites: Vec<(Option<RecordSite>, RayCounts)> = chunk.into_par_iter().map(site).collect();
+            for (place, rays) in sites {
                 self.found.extend(place);
                 statistics.rays = statistics.rays.plus(rays);
             }
@@ -290,7 +290,7 @@ fn passes(resolution: UVec2) -> VecDeque<Pass> {
 
 impl Pass {
     /// Site of a record for the pixel `index` of the pass.
-    fn look<A: Accel>(&self, index: u64, maker: &RecordMaker<A>, seed: u64, rays: &mut Counter) -> Option<RecordSite> {
+    fn site<A: Accel>(&self, index: u64, maker: &RecordMaker<A>, seed: u64, rays: &mut Counter) -> Option<RecordSite> {
         let place = (index as u128 * self.stride as u128 % self.count as u128) as u64;
         let at = |n: u64| self.first + self.step * n as u32;
         let (x, y) = (at(place % self.columns), at(place / self.columns));

@@ -78,20 +78,20 @@ fn render_to_noise<S: Sampler>(
         // Estimate the remaining work. If a render was stopped within a round and continues, the
         // round is completed first.
         if film.tiles().iter().all(|tile| tile.samples() >= tile.target()) {
-            let wanted = wanted_blocks(film, level, max);
-            let left = film.tiles().iter().zip(&wanted).map(|(tile, &wanted)| {
+            let needed = needed_blocks(film, level, max);
+            let left = film.tiles().iter().zip(&needed).map(|(tile, &needed)| {
                 let blocks = tile.samples() / BLOCK;
-                tile.bounds().area() * (wanted.saturating_sub(blocks) * BLOCK) as u64
+                tile.bounds().area() * (needed.saturating_sub(blocks) * BLOCK) as u64
             });
             let left = left.sum();
             observer.expect(left, film.error().sqrt());
             if left == 0 {
                 break;
             }
-            for (tile, wanted) in film.tiles_mut().iter_mut().zip(wanted) {
+            for (tile, needed) in film.tiles_mut().iter_mut().zip(needed) {
                 let blocks = tile.samples() / BLOCK;
                 let step = (blocks as f64 * GROWTH).ceil() as u32;
-                tile.set_target(wanted.min(blocks.saturating_add(step)) * BLOCK);
+                tile.set_target(needed.min(blocks.saturating_add(step)) * BLOCK);
             }
         }
 
@@ -120,7 +120,7 @@ fn render_to_noise<S: Sampler>(
 }
 
 /// Final number of blocks of each tile, at most `max`.
-fn wanted_blocks(film: &Film, level: f64, max: u32) -> Vec<u32> {
+fn needed_blocks(film: &Film, level: f64, max: u32) -> Vec<u32> {
     let tiles = film.tiles();
     if film.error() <= level * level {
         return vec![0; tiles.len()];
@@ -141,8 +141,8 @@ fn wanted_blocks(film: &Film, level: f64, max: u32) -> Vec<u32> {
         let full: Vec<usize> = free().filter(|&i| c * roots[i] > max as f64).collect();
         if full.is_empty() {
             // Float casts saturate.
-            let wanted = |i: usize| if is_full[i] { max } else { (c * roots[i]).ceil() as u32 };
-            return (0..tiles.len()).map(wanted).collect();
+            let needed = |i: usize| if is_full[i] { max } else { (c * roots[i]).ceil() as u32 };
+            return (0..tiles.len()).map(needed).collect();
         }
         for i in full {
             is_full[i] = true;

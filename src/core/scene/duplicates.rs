@@ -181,12 +181,12 @@ impl Scene {
     /// Emitting triangles, in the world and in instances. The hull meshes of sphere and disk lights
     /// are not included.
     fn emitters(&self) -> impl Iterator<Item = (GeomId, PrimId, InstanceId)> {
-        let standing = self.standing().map(|geom| (geom, InstanceId::NONE));
+        let world_meshes = self.world_meshes().map(|geom| (geom, InstanceId::NONE));
         let placed = (0..).zip(&self.instances).flat_map(move |(inst, instance)| {
             let meshes = self.prototypes[instance.prototype as usize].clone();
             meshes.map(move |geom| (geom, InstanceId(inst)))
         });
-        standing.chain(placed).flat_map(move |(geom, inst)| {
+        world_meshes.chain(placed).flat_map(move |(geom, inst)| {
             let shape = self.shape(GeomId(geom));
             let emits = shape.first_light.is_some() && shape.numbering != LightNumbering::One;
             let count = if emits {

@@ -261,8 +261,8 @@ impl SceneBuilder {
 
     /// Box around the world at all times.
     pub fn bounds(&self) -> Bounds3 {
-        let standing = self.meshes.iter().flat_map(|(m, _)| used_positions(m));
-        let mut bounds: Bounds3 = standing.collect();
+        let positions = self.meshes.iter().flat_map(|(m, _)| used_positions(m));
+        let mut bounds: Bounds3 = positions.collect();
         let of_prototypes: Vec<Bounds3> = self.prototypes.iter().map(|p| bounds_of(p)).collect();
         for (prototype, placement) in &self.instances {
             let placed = placement.bounds(of_prototypes[prototype.0 as usize]);
@@ -340,7 +340,7 @@ impl Scene {
     /// Makes one light for each emitting triangle, or one light for a whole mesh such as a sphere,
     /// in the order of the light ids.
     fn add_lights_of_meshes(&mut self, sampling: TriangleSampling, of_materials: LightsOfMaterials) {
-        for geom in self.standing() {
+        for geom in self.world_meshes() {
             self.add_lights_of(GeomId(geom), InstanceId::NONE, sampling, of_materials);
         }
         for inst in 0..self.instances.len() {
@@ -360,7 +360,7 @@ impl Scene {
                 .clone()
                 .map(|geom| (geom, i.first_light.0))
         });
-        for (geom, before) in self.standing().map(|geom| (geom, 0)).chain(placed) {
+        for (geom, before) in self.world_meshes().map(|geom| (geom, 0)).chain(placed) {
             let Some(first) = self.shape(GeomId(geom)).first_light else {
                 continue;
             };

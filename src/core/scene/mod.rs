@@ -263,11 +263,11 @@ impl Scene {
         };
         let of_prototypes: Vec<u64> = self.prototypes.iter().map(count).collect();
         let of_instances = self.instances.iter().map(|i| of_prototypes[i.prototype as usize]);
-        count(&self.standing()) + of_instances.sum::<u64>()
+        count(&self.world_meshes()) + of_instances.sum::<u64>()
     }
 
-    /// Ids of the meshes that are not part of a prototype.
-    pub fn standing(&self) -> Range<u32> {
+    /// Ids of the meshes that stand in the world themselves.
+    pub fn world_meshes(&self) -> Range<u32> {
         0..self.prototypes.first().map_or(self.meshes.len() as u32, |p| p.start)
     }
 

@@ -22,9 +22,9 @@ impl Scene {
         self.hides_from_camera
     }
 
-    /// Returns true if the surface at `hit` is not hidden from the ray. `is_from_camera` is true
-    /// for rays from the camera to the first visible surface.
-    pub fn is_met(&self, hit: &Hit, is_from_camera: bool) -> bool {
+    /// Returns true if a ray hits the surface at `hit`. `is_from_camera` is true for rays from the
+    /// camera to the first visible surface.
+    pub fn is_visible(&self, hit: &Hit, is_from_camera: bool) -> bool {
         let material = self.material(hit);
         if is_from_camera {
             material.camera_visible

@@ -10,13 +10,11 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub struct UnlitBuilder {
     builder: SceneBuilder,
-    /// Number of meshes that are not part of a prototype, and number of meshes of each prototype
-    /// (`prototypes`).
-    standing: usize,
+    /// Number of meshes that stand in the world, and of all meshes of each prototype.
+    world_mesh_count: usize,
     prototypes: Vec<usize>,
-    /// Number of meshes of the built scene that are not part of a prototype, including lights that
-    /// have meshes.
-    standing_in_scene: usize,
+    /// Number of meshes that stand in the scene, including lamps.
+    world_meshes_in_scene: usize,
 }
 
 impl UnlitBuilder {
@@ -27,7 +25,7 @@ impl UnlitBuilder {
         self.builder.materials = lit.materials.iter().take(count).cloned().collect();
         self.builder.texture_filter = lit.texture_filter;
         self.builder.panes = lit.panes;
-        self.standing_in_scene = lit.meshes.len();
+        self.world_meshes_in_scene = lit.meshes.len();
     }
 
     /// The builder with the triangles and textures of `scene`, which was built from it. `None` if
@@ -36,14 +34,14 @@ impl UnlitBuilder {
     pub fn with_parts_of(self, scene: Scene) -> Option<SceneBuilder> {
         let Self {
             mut builder,
-            standing,
+            world_mesh_count,
             prototypes,
-            standing_in_scene,
+            world_meshes_in_scene,
         } = self;
         let ground = usize::from(scene.ground.is_some());
         let is_as_built = !scene.is_compact
             && scene.panes == 0
-            && scene.standing().len() == standing_in_scene + ground
+            && scene.world_meshes().len() == world_meshes_in_scene + ground
             && scene
                 .prototypes
                 .iter()
@@ -55,8 +53,8 @@ impl UnlitBuilder {
         let materials: Vec<MaterialId> = scene.shapes.iter().map(|shape| shape.material).collect();
         let meshes = Arc::try_unwrap(scene.meshes).ok()?;
         let mut all = meshes.into_iter().zip(materials);
-        builder.meshes = all.by_ref().take(standing).collect();
-        let lamps = standing_in_scene + ground - standing;
+        builder.meshes = all.by_ref().take(world_mesh_count).collect();
+        let lamps = world_meshes_in_scene + ground - world_mesh_count;
         all.by_ref().take(lamps).for_each(drop);
         builder.prototypes = prototypes
             .into_iter()
@@ -72,9 +70,9 @@ impl SceneBuilder {
     /// State of this builder without triangles and textures.
     pub fn unlit(&self) -> UnlitBuilder {
         UnlitBuilder {
-            standing: self.meshes.len(),
+            world_mesh_count: self.meshes.len(),
             prototypes: self.prototypes.iter().map(Vec::len).collect(),
-            standing_in_scene: self.meshes.len(),
+            world_meshes_in_scene: self.meshes.len(),
             builder: self.without_parts(),
         }
     }

@@ -10,8 +10,8 @@ use crate::material::Material;
 use std::path::PathBuf;
 use toml::Spanned;
 
-/// A value that has no place in a file.
-fn said<T>(value: T) -> Option<Spanned<T>> {
+/// A value without a place.
+fn spanned<T>(value: T) -> Option<Spanned<T>> {
     Some(Spanned::new(0..0, value))
 }
 
@@ -49,33 +49,33 @@ impl MaterialSection {
         macro_rules! say {
             ($($key:ident),+) => {
                 $(if material.$key != black.$key {
-                    section.$key = said(material.$key.clone().into());
+                    section.$key = spanned(material.$key.clone().into());
                 })+
             };
         }
         fields!(say);
-        section.diffuse = said(material.diffuse.into());
-        section.specular = said(material.specular.into());
+        section.diffuse = spanned(material.diffuse.into());
+        section.specular = spanned(material.specular.into());
         section.ior = None;
-        let model = |name: &str| if reflects { said(name.to_string()) } else { None };
+        let model = |name: &str| if reflects { spanned(name.to_string()) } else { None };
         let fresnel = match material.gloss {
             Gloss::Phong(exponent) => {
                 section.model = model("phong");
-                section.exponent = said(exponent).filter(|_| reflects || has(MapSlot::Exponent));
+                section.exponent = spanned(exponent).filter(|_| reflects || has(MapSlot::Exponent));
                 Fresnel::Full
             }
             Gloss::Blinn(exponent, fresnel) => {
                 section.model = model("blinn");
-                section.exponent = said(exponent).filter(|_| reflects || has(MapSlot::Exponent));
+                section.exponent = spanned(exponent).filter(|_| reflects || has(MapSlot::Exponent));
                 fresnel
             }
             Gloss::Ggx(fresnel) => {
-                section.model = said("ggx".to_string());
+                section.model = spanned("ggx".to_string());
                 fresnel
             }
             Gloss::Metallic(share) => {
-                section.metallic = said(share);
-                section.ior = said(material.ior);
+                section.metallic = spanned(share);
+                section.ior = spanned(material.ior);
                 Fresnel::Full
             }
             Gloss::Mirror(fresnel) => {
@@ -85,30 +85,30 @@ impl MaterialSection {
         };
         let has_facets = matches!(material.gloss, Gloss::Ggx(_) | Gloss::Metallic(_));
         if has_facets || (refracts && !material.thin && (material.roughness > 0.0 || has(MapSlot::Roughness))) {
-            section.roughness = said(material.roughness);
+            section.roughness = spanned(material.roughness);
         } else {
             (section.roughness, section.anisotropy) = (None, None);
         }
         match fresnel {
             Fresnel::Conductor { eta, k } => {
-                section.eta = said(ChannelValues(eta));
-                section.k = said(ChannelValues(k));
+                section.eta = spanned(ChannelValues(eta));
+                section.k = spanned(ChannelValues(k));
             }
-            Fresnel::Dielectric { eta } => section.ior = said(eta),
+            Fresnel::Dielectric { eta } => section.ior = spanned(eta),
             Fresnel::Full | Fresnel::Schlick { .. } => {}
         }
-        section.abbe = material.abbe.and_then(said).filter(|_| material.is_dispersive());
+        section.abbe = material.abbe.and_then(spanned).filter(|_| material.is_dispersive());
         if refracts {
             // Leave out `ior` for these facets: it would add a Fresnel term that they do not have
             if !matches!(material.gloss, Gloss::Ggx(_) | Gloss::Blinn(..)) {
-                section.ior = said(material.ior);
+                section.ior = spanned(material.ior);
             }
         } else {
             (section.thin, section.absorption) = (None, None);
         }
         for request in &found.maps {
             let Some(file) = path(request) else { continue };
-            let map = said(MapSection::Texture(Box::new(TextureSection::of(
+            let map = spanned(MapSection::Texture(Box::new(TextureSection::of(
                 file,
                 &request.statement.mapping,
             ))));

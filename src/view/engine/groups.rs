@@ -50,7 +50,7 @@ impl Engine<'_> {
 
     /// Sets the channels of `settings`: the user's channels, and the channels that pages show.
     pub(super) fn set_aovs(&self, settings: &mut Settings) {
-        settings.aovs.clone_from(&self.asked_aovs);
+        settings.aovs.clone_from(&self.requested_aovs);
         for (is_shown, aov) in [(self.shows_groups, Aov::Lights), (self.shows_ids, Aov::Ids)] {
             if is_shown && !settings.aovs.contains(&aov) {
                 settings.aovs.push(aov);

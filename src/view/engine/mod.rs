@@ -116,7 +116,7 @@ pub(super) struct Engine<'a> {
     /// Changes of materials and lights.
     edits: SceneChanges,
     /// Channels requested by the user.
-    asked_aovs: Vec<Aov>,
+    requested_aovs: Vec<Aov>,
     /// True if the light groups are separate channels, and true if ids are rendered.
     shows_groups: bool,
     shows_ids: bool,
@@ -235,7 +235,7 @@ impl<'a> Engine<'a> {
             exits_when_closed: view.exit_when_closed,
             closed_since: None,
             restore_point: None,
-            asked_aovs: settings.aovs.clone(),
+            requested_aovs: settings.aovs.clone(),
             text: request.file.text().into(),
             file: request.file,
             lights: request.lights,
@@ -377,7 +377,7 @@ impl<'a> Engine<'a> {
         for (key, value) in &self.changes {
             parameters::set((&mut request.options, &mut request.settings), key, value.as_deref())?;
         }
-        self.asked_aovs.clone_from(&request.settings.aovs);
+        self.requested_aovs.clone_from(&request.settings.aovs);
         self.set_aovs(&mut request.settings);
         let mut new = Session::load(&request.file, request.settings, &loading).map_err(|error| error.to_string())?;
         let is_same_shape = new.keep_accel_of(session).map_err(|error| error.to_string())?;

@@ -151,7 +151,7 @@ struct Openness;
 impl SampleTracer for Openness {
     fn sample<S: Sampler>(&self, world: &World<&dyn Accel>, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let slot = BsdfSlot::new();
-        let Some(vertex) = world.look(key, sampler, &slot, out) else {
+        let Some(vertex) = world.first_vertex(key, sampler, &slot, out) else {
             return;
         };
         let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));

@@ -215,7 +215,7 @@ fn rays_at(scene: &Scene, n: u32) -> [(&'static str, Vec<Ray>); 5] {
 
 /// First corner of each triangle in the world, in the form of a hit.
 fn all_triangles(scene: &Scene) -> Vec<Hit> {
-    let standing = scene.standing().map(|geom| (geom, InstanceId::NONE));
+    let world_meshes = scene.world_meshes().map(|geom| (geom, InstanceId::NONE));
     let instances = scene.instances().iter().enumerate().flat_map(|(id, instance)| {
         let meshes = scene.prototypes()[instance.prototype as usize].clone();
         meshes.map(move |geom| (geom, InstanceId(id as u32)))
@@ -229,7 +229,7 @@ fn all_triangles(scene: &Scene) -> Vec<Hit> {
         inst,
     };
     let triangles = |geom: u32| 0..scene.mesh(GeomId(geom)).triangles.len() as u32;
-    standing
+    world_meshes
         .chain(instances)
         .flat_map(|(geom, inst)| triangles(geom).map(move |prim| hit(geom, inst, prim)))
         .collect()

@@ -282,7 +282,7 @@ fn frozen(scene: &Scene, time: f32) -> Scene {
         };
         b.add_mesh(still, ids[scene.shape(geom).material.0 as usize]).unwrap();
     };
-    for geom in scene.standing() {
+    for geom in scene.world_meshes() {
         put(geom, Affine3A::IDENTITY);
     }
     for instance in scene.instances() {

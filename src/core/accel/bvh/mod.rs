@@ -31,7 +31,7 @@ pub const VERSION: &str = "0.4";
 /// Hierarchies of axis-aligned boxes: one over the triangles in world space, one over the
 /// instances, and one over the triangles of each prototype, in its own space.
 pub struct BvhAccel {
-    standing: Shapes,
+    world_shapes: Shapes,
     prototypes: Vec<Shapes>,
     instances: Tree<InstanceLeaf>,
     placements: Vec<Placement>,
@@ -80,7 +80,7 @@ impl BvhAccel {
             .filter(|instance| !instance.bounds.is_empty())
             .collect();
         Self {
-            standing: Shapes::new(scene, scene.standing()),
+            world_shapes: Shapes::new(scene, scene.world_meshes()),
             prototypes: scene
                 .prototypes()
                 .iter()
@@ -169,7 +169,7 @@ impl Shapes {
 impl Accel for BvhAccel {
     fn intersect(&self, ray: &Ray) -> Option<Hit> {
         let mut t_max = ray.t_max;
-        let mut closest = self.standing.intersect(ray, &mut t_max);
+        let mut closest = self.world_shapes.intersect(ray, &mut t_max);
         self.instances.walk(ray, &mut t_max, |instance, t_max| {
             let inside = self.in_prototype(instance, ray, *t_max);
             if let Some(hit) = self.prototypes[instance.prototype as usize].intersect(&inside, t_max) {
@@ -184,7 +184,7 @@ impl Accel for BvhAccel {
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
-        self.standing.occluded(ray, ray.t_max)
+        self.world_shapes.occluded(ray, ray.t_max)
             || self.instances.walk(ray, &mut ray.t_max.clone(), |instance, t_max| {
                 let inside = self.in_prototype(instance, ray, *t_max);
                 self.prototypes[instance.prototype as usize].occluded(&inside, *t_max)
@@ -202,6 +202,6 @@ impl Accel for BvhAccel {
     fn bytes(&self) -> u64 {
         let prototypes: u64 = self.prototypes.iter().map(Shapes::bytes).sum();
         let placements = size_of_val(self.placements.as_slice()) as u64;
-        self.standing.bytes() + prototypes + self.instances.bytes() + placements
+        self.world_shapes.bytes() + prototypes + self.instances.bytes() + placements
     }
 }

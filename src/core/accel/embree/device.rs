@@ -19,7 +19,7 @@ pub enum EmbreeError {
     },
     /// The loaded library does not match the headers of this build.
     #[error(
-        "Embree {found} was loaded, but this program was built for {wanted} or a later {}.x\n  \
+        "Embree {found} was loaded, but this program was built for {required} or a later {}.x\n  \
          help: install that version, or rebuild against the one that is installed",
         RTC_VERSION_MAJOR
     )]
@@ -27,7 +27,7 @@ pub enum EmbreeError {
         /// Version of the library.
         found: String,
         /// Version of the headers.
-        wanted: String,
+        required: String,
     },
     /// The build options of the loaded library differ from the options in its headers.
     #[error(
@@ -105,7 +105,7 @@ impl Device {
         }
         Err(EmbreeError::Version {
             found: self.version(),
-            wanted: format!("{RTC_VERSION_MAJOR}.{RTC_VERSION_MINOR}.{RTC_VERSION_PATCH}"),
+            required: format!("{RTC_VERSION_MAJOR}.{RTC_VERSION_MINOR}.{RTC_VERSION_PATCH}"),
         })
     }
 

@@ -20,8 +20,8 @@ pub struct EmbreeAccel<'a> {
     scene: SceneHandle,
     device: Device,
     /// Number of meshes in world space.
-    standing: u32,
-    /// Id of the first mesh of each instance's prototype.
+    world_mesh_count: u32,
+    /// First mesh of each instance.
     first_meshes: Vec<u32>,
     /// Arrays that Embree reads.
     meshes: Meshes<'a>,
@@ -96,9 +96,9 @@ impl<'a> EmbreeAccel<'a> {
             prototypes.push(prototype);
         }
         let handle = SceneHandle::new(&device, scene.is_compact())?;
-        attach_all(&handle, scene.standing())?;
-        let standing = scene.standing().end;
-        for (id, instance) in (standing..).zip(scene.instances()) {
+        attach_all(&handle, scene.world_meshes())?;
+        let world_mesh_count = scene.world_meshes().end;
+        for (id, instance) in (world_mesh_count..).zip(scene.instances()) {
             let prototype = &prototypes[instance.prototype as usize];
             attach_instance(&device, &handle, id, prototype, &instance.placement)?;
         }
@@ -107,7 +107,7 @@ impl<'a> EmbreeAccel<'a> {
         Ok(Self {
             scene: handle,
             device,
-            standing,
+            world_mesh_count,
             first_meshes: scene.instances().iter().map(first_mesh).collect(),
             meshes,
         })
@@ -119,7 +119,7 @@ impl<'a> EmbreeAccel<'a> {
         if inst == RTC_INVALID_GEOMETRY_ID {
             return (GeomId(geom), InstanceId::NONE);
         }
-        let inst = inst - self.standing;
+        let inst = inst - self.world_mesh_count;
         (GeomId(self.first_meshes[inst as usize] + geom), InstanceId(inst))
     }
 

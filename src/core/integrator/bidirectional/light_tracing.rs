@@ -44,7 +44,7 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
         // First view of the camera, only for the auxiliary channels
         let ray = self.world.camera_ray(key, None, sampler, out);
         if self.world.camera.lens_of(&ray).is_far {
-            self.look(ray, sampler, out);
+            self.trace_to_lights(ray, sampler, out);
         } else if let (Some(hit), _) = self.world.intersect(&ray, RayKind::Camera, out) {
             out.first_surface(Surface::new(&self.world, hit, &ray).first_seen(&self.world));
         }
@@ -71,7 +71,7 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
 impl<A: Accel> LightIntegrator<'_, A> {
     /// Adds the lights that `ray` hits. A sampled light never lies in the single direction of
     /// parallel rays.
-    fn look(&self, ray: Ray, sampler: &impl Sampler, out: &mut impl SplatSink) {
+    fn trace_to_lights(&self, ray: Ray, sampler: &impl Sampler, out: &mut impl SplatSink) {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, Some(0));
         let (camera, escape) = connector.camera_path(ray, sampler, out);
         let mut paths = Subpaths {

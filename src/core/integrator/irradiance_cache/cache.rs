@@ -123,14 +123,14 @@ impl IrradianceCache {
         is_covered
     }
 
-    /// Calls `look` with all records that may be valid at `p`.
+    /// Calls `visit` with all records that may be valid at `p`.
     #[inline(always)]
-    fn visit(&self, p: Vec3, layer: u32, mut look: impl FnMut(&Record)) {
+    fn visit(&self, p: Vec3, layer: u32, mut visit: impl FnMut(&Record)) {
         let (mut center, mut half) = (self.center, self.half);
         let mut next = self.roots.get(layer as usize).copied();
         while let Some(node) = next.and_then(|node| self.nodes.get(node as usize)) {
             for &index in &node.records {
-                look(&self.records[index as usize]);
+                visit(&self.records[index as usize]);
             }
             let octant = octant_of(p - center);
             half *= 0.5;
@@ -278,14 +278,14 @@ mod tests {
         }
     }
 
-    /// A cache of many records of all sizes, with three normals, in two layers. Calls `look` after
+    /// A cache of many records of all sizes, with three normals, in two layers. Calls `visit` after
     /// each of them.
-    fn full_cache(mut look: impl FnMut(&IrradianceCache)) -> IrradianceCache {
+    fn full_cache(mut visit: impl FnMut(&IrradianceCache)) -> IrradianceCache {
         let mut cache = IrradianceCache::new(0.3, BOUNDS);
         for (i, (p, _, u)) in places(1, 3000).enumerate() {
             let n = [Vec3::X, Vec3::Y, Vec3::Z][i % 3];
             cache.insert(record(p, n, 0.01 + u * u, Spectrum::splat(u)), i as u32 % 2);
-            look(&cache);
+            visit(&cache);
         }
         cache
     }

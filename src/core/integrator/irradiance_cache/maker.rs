@@ -123,7 +123,7 @@ impl<A: Accel> RecordMaker<'_, A> {
 
         // Light from all directions
         let mut dropped = 0;
-        let look = |index| {
+        let trace_ray = |index| {
             if out.is_cancelled() {
                 return HemisphereHit::NOTHING;
             }
@@ -136,7 +136,7 @@ impl<A: Accel> RecordMaker<'_, A> {
             let direction = frame.to_world(strata.direction(index, u));
             let origin = self.path.world.origin_on(&place.point, side, direction);
             let ray = Ray::new(origin, direction).when(place.point.time);
-            let mut seen = self.look(
+            let mut seen = self.trace_ray(
                 PathNumbers {
                     key,
                     sampler,
@@ -154,7 +154,7 @@ impl<A: Accel> RecordMaker<'_, A> {
             }
             seen
         };
-        let seen: Vec<HemisphereHit> = (0..strata.rays()).map(look).collect();
+        let seen: Vec<HemisphereHit> = (0..strata.rays()).map(trace_ray).collect();
         let gathered = strata.gather(&seen);
         let gradients = gathered.gradients.to_world(&frame);
 
@@ -182,7 +182,13 @@ impl<A: Accel> RecordMaker<'_, A> {
 
     /// Surface that `ray` hits, after `depth` scattering events, including the one at the start of
     /// `ray`.
-    fn look<S: Sampler>(&self, numbers: PathNumbers<S>, ray: &Ray, depth: u32, out: &mut impl Sink) -> HemisphereHit {
+    fn trace_ray<S: Sampler>(
+        &self,
+        numbers: PathNumbers<S>,
+        ray: &Ray,
+        depth: u32,
+        out: &mut impl Sink,
+    ) -> HemisphereHit {
         let traced = self.path.world.intersect(ray, RayKind::Bounce, out);
         let (Some(hit), _) = traced else {
             return HemisphereHit::NOTHING;

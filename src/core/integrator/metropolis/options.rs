@@ -134,7 +134,7 @@ impl Metropolis {
         match self.direct {
             MetropolisDirect::Ordinary => ordinary.sample(key, sampler, out),
             MetropolisDirect::Metropolis => {
-                ordinary.world.look(key, sampler, &BsdfSlot::new(), out);
+                ordinary.world.first_vertex(key, sampler, &BsdfSlot::new(), out);
             }
         }
     }

@@ -311,7 +311,8 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         // One of the paths, in proportion to its target
         let size = self.world.camera.resolution().as_vec2();
         let target = |c: &Contribution| {
-            let is_lamp = c.strategy.0 == 0 && !self.metropolis.carries_all() && paths.sees_by_delta(c.strategy.1);
+            let is_lamp =
+                c.strategy.0 == 0 && !self.metropolis.carries_all() && paths.is_light_seen_by_delta(c.strategy.1);
             let (place, scale) = match c.film {
                 Some(place) => (place, size.x * size.y),
                 None => (film, area.area()),
@@ -394,7 +395,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             if !is_whole && !escapes {
                 return;
             }
-            if s == 0 && !self.metropolis.carries_all() && paths.sees_by_delta(t) {
+            if s == 0 && !self.metropolis.carries_all() && paths.is_light_seen_by_delta(t) {
                 return;
             }
         }

@@ -58,7 +58,7 @@ fn two_digits(x: f32) -> f32 {
 impl<A: Accel> Integrator for AmbientOcclusion<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let slot = BsdfSlot::new();
-        let Some(vertex) = self.world.look(key, sampler, &slot, out) else {
+        let Some(vertex) = self.world.first_vertex(key, sampler, &slot, out) else {
             return;
         };
 

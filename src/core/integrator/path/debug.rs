@@ -72,7 +72,7 @@ impl<A: Accel> Integrator for DebugIntegrator<'_, A> {
             return;
         }
         let slot = BsdfSlot::new();
-        let Some(vertex) = self.world.look(key, sampler, &slot, out) else {
+        let Some(vertex) = self.world.first_vertex(key, sampler, &slot, out) else {
             return;
         };
         let (scene, hit) = (self.world.scene, vertex.hit);

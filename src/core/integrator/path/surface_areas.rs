@@ -21,12 +21,12 @@ impl SurfaceAreas {
         let of_meshes = |inst: InstanceId, geoms: std::ops::Range<u32>| {
             geoms.flat_map(move |geom| prims(GeomId(geom)).map(move |prim| (inst, GeomId(geom), prim)))
         };
-        let standing = of_meshes(InstanceId::NONE, scene.standing());
+        let world_meshes = of_meshes(InstanceId::NONE, scene.world_meshes());
         let instances = scene.instances().iter().enumerate().flat_map(|(id, instance)| {
             let geoms = scene.prototypes()[instance.prototype as usize].clone();
             of_meshes(InstanceId(id as u32), geoms)
         });
-        let triangles: Vec<_> = standing.chain(instances).collect();
+        let triangles: Vec<_> = world_meshes.chain(instances).collect();
         let areas: Vec<f64> = triangles.iter().map(|&id| area(scene, &hit(id), 0.0)).collect();
         Self {
             triangles,

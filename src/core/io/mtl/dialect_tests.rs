@@ -183,15 +183,16 @@ fn pictures_scale_the_specular_level_of_blender() {
             "{findings:?}"
         );
     }
-    // The metallic-roughness model of the PBR extension uses no constant `Ks`.
-    let (_, _, told) = read("newmtl m\nPr 0.5\nKs 0.5\nmap_Ks a.png\n", MtlDialect::Auto);
+    // The model of the extension has no constant `Ks`.
+    let (_, _, messages) = read("newmtl m\nPr 0.5\nKs 0.5\nmap_Ks a.png\n", MtlDialect::Auto);
     assert!(
-        told.iter()
+        messages
+            .iter()
             .any(|words| words.contains("Ks has no effect with Pr or Pm")),
-        "{told:?}"
+        "{messages:?}"
     );
-    let (_, _, told) = read("newmtl m\nPr 0.5\nmap_Ks a.png\n", MtlDialect::Auto);
-    assert!(told.is_empty(), "{told:?}");
+    let (_, _, messages) = read("newmtl m\nPr 0.5\nmap_Ks a.png\n", MtlDialect::Auto);
+    assert!(messages.is_empty(), "{messages:?}");
 }
 
 #[test]
@@ -251,11 +252,11 @@ fn maya_writes_glass_for_everything() {
         "newmtl blackSG\nillum 4\nKd 0 0 0\n",
         "newmtl lambert2SG1\nillum 4\nKd 0 0 0\nTf 1 1 1\n",
     ] {
-        let (materials, _, told) = read(statements, MtlDialect::Auto);
+        let (materials, _, messages) = read(statements, MtlDialect::Auto);
         assert!(materials[0].transmission.is_black(), "{statements}");
         assert!(
-            told[0].contains("a file of Maya by its habits") && told[0].contains("--mtl-dialect spec"),
-            "{told:?}"
+            messages[0].contains("a file of Maya by its habits") && messages[0].contains("--mtl-dialect spec"),
+            "{messages:?}"
         );
         assert!(!read(statements, MtlDialect::Spec).0[0].transmission.is_black());
     }
@@ -286,13 +287,13 @@ fn maya_writes_glass_for_everything() {
 fn a_texture_that_glass_would_hide_is_opaque() {
     let ghost = "newmtl m\nillum 4\nKd 1 1 1\nTf 1 1 1\nNi 1.00\nmap_Kd a.png\n";
     let other = "newmtl n\nillum 2\nKd 0.5\n";
-    let (materials, _, told) = read(&format!("{ghost}{other}"), MtlDialect::Auto);
+    let (materials, _, messages) = read(&format!("{ghost}{other}"), MtlDialect::Auto);
     assert_eq!((materials[0].diffuse, materials[0].opacity), (Spectrum::ONE, 1.0));
     assert!(materials[0].transmission.is_black());
     assert!(
-        told.len() == 1
-            && told[0].contains("t.mtl:2: illum 4 with Ni 1 would make the texture of material `m` invisible"),
-        "{told:?}"
+        messages.len() == 1
+            && messages[0].contains("t.mtl:2: illum 4 with Ni 1 would make the texture of material `m` invisible"),
+        "{messages:?}"
     );
     for change in [
         ["Ni 1.00", "Ni 1.2"],
@@ -353,36 +354,36 @@ fn the_extension_counts_in_every_dialect() {
 #[test]
 fn guesses_are_told_where_they_change_something() {
     let kitchen = format!("{NATIVE_3}{}", blender(250.0, 1.0, 0.5, 1.45, 1.0, 2));
-    let (_, _, told) = read(&kitchen, MtlDialect::Auto);
+    let (_, _, messages) = read(&kitchen, MtlDialect::Auto);
     assert!(
-        told.len() == 1
-            && told[0]
+        messages.len() == 1
+            && messages[0]
                 .contains("t.mtl:1: written by Blender 3.6.0; Ks and Ns are read as specular level and roughness"),
-        "{told:?}"
+        "{messages:?}"
     );
-    assert!(told[0].contains("--mtl-dialect spec"), "{told:?}");
-    let (_, _, told) = read(&blender(250.0, 1.0, 0.5, 1.45, 1.0, 2), MtlDialect::Auto);
+    assert!(messages[0].contains("--mtl-dialect spec"), "{messages:?}");
+    let (_, _, messages) = read(&blender(250.0, 1.0, 0.5, 1.45, 1.0, 2), MtlDialect::Auto);
     assert!(
-        told[0].contains("recognised as a file of Blender by its habits"),
-        "{told:?}"
+        messages[0].contains("recognised as a file of Blender by its habits"),
+        "{messages:?}"
     );
     for (dialect, count) in [(MtlDialect::Spec, 0), (MtlDialect::Blender, 0)] {
-        let (materials, _, told) = read(&kitchen, dialect);
-        assert_eq!(told.len(), count, "{told:?}");
+        let (materials, _, messages) = read(&kitchen, dialect);
+        assert_eq!(messages.len(), count, "{messages:?}");
         let is_letter = materials[0].gloss == Gloss::Phong(250.0);
         assert_eq!(is_letter, dialect == MtlDialect::Spec);
     }
-    // Print no note if the literal reading gives the same material.
-    let (_, _, told) = read(
+    // The literal reading is the same.
+    let (_, _, messages) = read(
         "# 3ds Max Wavefront OBJ Exporter\nnewmtl m\nKd 0.5\nNs 10\nKs 0 0 0\n",
         MtlDialect::Auto,
     );
-    assert!(told.is_empty(), "{told:?}");
-    // If `Tr` were read literally, nothing would be visible.
-    let (materials, _, told) = read("newmtl m\nTr 1\n", MtlDialect::Auto);
+    assert!(messages.is_empty(), "{messages:?}");
+    // In the literal reading nothing would be visible.
+    let (materials, _, messages) = read("newmtl m\nTr 1\n", MtlDialect::Auto);
     assert!(
-        materials[0].opacity == 1.0 && told[0].contains("`Tr` is read as opacity"),
-        "{told:?}"
+        materials[0].opacity == 1.0 && messages[0].contains("`Tr` is read as opacity"),
+        "{messages:?}"
     );
 }
 
@@ -410,12 +411,12 @@ fn rhino_wings_3d_3dfier_and_assimp_write_highlights() {
         assert_eq!((matte.opacity, matte.transmission), (0.5, Spectrum::ZERO), "{header}");
     }
     // 3dfier writes no comment, and one colour for all statements.
-    let (materials, _, told) = read(
+    let (materials, _, messages) = read(
         "newmtl Forest\nKa 0.3 0.4 0.3\nKd 0.3 0.4 0.3\nKs 0.3 0.4 0.3\nillum 2\nNs 60.0000\n",
         MtlDialect::Auto,
     );
     assert_eq!(materials[0].gloss, Gloss::Metallic(0.0));
-    assert!(told[0].contains("a file of 3dfier by its habits"), "{told:?}");
+    assert!(messages[0].contains("a file of 3dfier by its habits"), "{messages:?}");
 }
 
 #[test]
@@ -423,15 +424,15 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
     let material = |name: &str, statements: &str| format!("newmtl {name}\n{statements}\n");
     let bright = material("roof", "Kd 0.87 0.26 0.28\nKs 0.87 0.26 0.28\nNs 60\nillum 2");
     let dark = material("rubber", "Kd 0.1\nKs 0.2\nNs 20");
-    let (materials, _, told) = read(&format!("{dark}{bright}"), MtlDialect::Auto);
-    // One program writes the whole library, so one material decides for all.
+    let (materials, _, messages) = read(&format!("{dark}{bright}"), MtlDialect::Auto);
+    // A library has one writer: one material decides for all.
     assert!(
         materials.iter().all(|m| m.gloss == Gloss::Metallic(0.0)),
         "{materials:?}"
     );
     assert!(
-        told.len() == 1 && told[0].contains("t.mtl:7: Kd + Ks of material `roof` is 1.74, more than all light"),
-        "{told:?}"
+        messages.len() == 1 && messages[0].contains("t.mtl:7: Kd + Ks of material `roof` is 1.74, more than all light"),
+        "{messages:?}"
     );
     // The colours of a picture are darker than its factor. A `Ks` that a dielectric may have
     // therefore does not show the dialect if `Kd` has a picture.
@@ -444,25 +445,25 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
     let picture = material("a", "Kd 0.5\nmap_Ks a.png\nNs 20");
     assert_eq!(auto(&picture).gloss, Gloss::Phong(20.0));
     // The sum is printed with enough digits to show that it is above 1.
-    for (kd, told) in [
+    for (kd, messages) in [
         ("0.504", " is 1.004, more"),
         ("0.5002", " is 1.0002, more"),
         ("0.7", " is 1.2, more"),
     ] {
         let (_, _, words) = read(&material("a", &format!("Kd {kd}\nKs 0.5\nNs 20")), MtlDialect::Auto);
-        assert!(words[0].contains(told), "{words:?}");
+        assert!(words[0].contains(messages), "{words:?}");
     }
-    // The file is read literally if the sums are at most 1, or if the user selects `spec`.
-    let (materials, _, told) = read(&dark, MtlDialect::Auto);
-    assert_eq!((materials[0].gloss, told.len()), (Gloss::Phong(20.0), 0));
+    // With sums up to 1 the file is literal, and also if the user chooses so.
+    let (materials, _, messages) = read(&dark, MtlDialect::Auto);
+    assert_eq!((materials[0].gloss, messages.len()), (Gloss::Phong(20.0), 0));
     let exact = material("a", "Kd 0.7 0.5 0.5\nKs 0.3 0.5 0.5\nNs 20");
     assert_eq!(auto(&exact).gloss, Gloss::Phong(20.0));
-    let (materials, _, told) = read(&bright, MtlDialect::Spec);
-    assert_eq!((materials[0].gloss, told.len()), (Gloss::Phong(60.0), 0));
-    let (materials, _, told) = read(&dark, MtlDialect::Highlight);
-    assert_eq!((materials[0].gloss, told.len()), (Gloss::Metallic(0.0), 0));
-    // Mirrors, glass, surfaces without a highlight and materials of the PBR extension do not show
-    // the dialect, and their meaning does not change with it.
+    let (materials, _, messages) = read(&bright, MtlDialect::Spec);
+    assert_eq!((materials[0].gloss, messages.len()), (Gloss::Phong(60.0), 0));
+    let (materials, _, messages) = read(&dark, MtlDialect::Highlight);
+    assert_eq!((materials[0].gloss, messages.len()), (Gloss::Metallic(0.0), 0));
+    // Mirrors, glass, surfaces without a highlight and the extension decide nothing, and keep their
+    // meaning.
     for statements in ["illum 3", "illum 5", "illum 1", "illum 7\nTf 1 1 1", "Pr 0.5"] {
         let other = material("other", &format!("Kd 0.8\nKs 0.8\nNs 20\n{statements}"));
         let alone = read(&format!("{other}{dark}"), MtlDialect::Auto).0;
@@ -478,14 +479,14 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
 #[test]
 fn highlights_of_exponent_0_have_no_effect() {
     let text = "newmtl m\nKd 0.5\nKs 0.3\nNs 0\n";
-    let (materials, _, told) = read(text, MtlDialect::Auto);
+    let (materials, _, messages) = read(text, MtlDialect::Auto);
     assert_eq!(
         (materials[0].diffuse, materials[0].specular),
         (Spectrum::splat(0.5), Spectrum::ZERO)
     );
     assert!(
-        told.len() == 1 && told[0].contains("t.mtl:4: Ks with Ns 0 is ignored"),
-        "{told:?}"
+        messages.len() == 1 && messages[0].contains("t.mtl:4: Ks with Ns 0 is ignored"),
+        "{messages:?}"
     );
     for &(name, dialect) in MtlDialect::NAMES {
         let material = &read(text, dialect).0[0];

@@ -405,7 +405,7 @@ impl<'a> Library<'a> {
 struct WrongStatements {
     kinds: Vec<WrongStatement>,
     /// Number of wrong statements after the first `MAX_WRONG` kinds.
-    untold: usize,
+    unlisted: usize,
 }
 
 /// An error of a statement, and of statements of other materials with the same error.
@@ -434,7 +434,7 @@ impl WrongStatements {
                 places: vec![place()],
             });
         } else {
-            self.untold += 1;
+            self.unlisted += 1;
         }
     }
 
@@ -452,7 +452,7 @@ impl WrongStatements {
             let finding = Finding::new(severity, "wrong-statement", error.at(first).help(help));
             findings.push(finding.repeated(kind.count, places));
         }
-        findings.add_untold(severity, path, self.untold);
+        findings.add_unlisted(severity, path, self.unlisted);
     }
 }
 

@@ -210,11 +210,11 @@ pub(super) fn read_obj(
     } else {
         Severity::Error
     };
-    let told = outline.wrong.len();
+    let listed = outline.wrong.len();
     for error in std::mem::take(&mut outline.wrong) {
         findings.add(severity, "wrong-statement", error);
     }
-    findings.add_untold(severity, path, outline.wrong_count - told);
+    findings.add_unlisted(severity, path, outline.wrong_count - listed);
     let context = ObjContext {
         signature,
         whole_names: outline.whole_names(),

@@ -308,7 +308,7 @@ fn whole_light_meets_both_halves_and_the_camera_one() {
     let (scene, _) = builder.build().unwrap();
     assert!(scene.hides_from_camera() && scene.lets_light_pass());
     let [mut seen, mut lit] = [0.0; 2];
-    for geom in scene.geom_ids().take(scene.standing().len()) {
+    for geom in scene.geom_ids().take(scene.world_meshes().len()) {
         let (mesh, material) = (
             scene.mesh(geom),
             &scene.materials()[scene.shape(geom).material.0 as usize],

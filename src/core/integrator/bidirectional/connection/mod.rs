@@ -80,7 +80,7 @@ impl Subpaths<'_> {
 
     /// Returns true if the camera subpath reaches its vertex number `count`, a light, only by delta
     /// lobes.
-    pub fn sees_by_delta(&self, count: usize) -> bool {
+    pub fn is_light_seen_by_delta(&self, count: usize) -> bool {
         let between = self.camera.iter().skip(1).take(count.saturating_sub(2));
         between.into_iter().all(|vertex| vertex.is_delta)
     }

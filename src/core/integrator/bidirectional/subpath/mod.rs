@@ -220,7 +220,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             ray: surface.ray_onwards(self.world, back, w, self.mode),
             weight,
             is_delta: sample.is_delta(),
-            is_one_way: is_from_camera && surface.goes_one_way(back, w, sample.is_delta()),
+            is_one_way: is_from_camera && surface.is_sample_one_way(back, w, sample.is_delta()),
             event: self.world.paths.map(|_| {
                 let (wo, wi) = if is_from_camera { (back, w) } else { (w, back) };
                 surface.event(scene, wo, wi, sample.is_delta())

@@ -106,7 +106,7 @@ impl<'a> Surface<'a> {
 
     /// [`Surface::is_one_way`] for a sampled direction `wi`. A delta lobe around a normal that is
     /// bent to `wo` is one-way too.
-    pub fn goes_one_way(&self, wo: Vec3, wi: Vec3, is_delta: bool) -> bool {
+    pub fn is_sample_one_way(&self, wo: Vec3, wi: Vec3, is_delta: bool) -> bool {
         is_delta && self.bends_for(wo) || self.is_one_way(wo, wi)
     }
 
@@ -128,7 +128,7 @@ impl<'a> Surface<'a> {
     /// lobe. The light comes from the direction `wi` and leaves in the direction `wo`. 0 if a
     /// camera path could not take the reverse way.
     pub fn adjoint_delta(&self, wo: Vec3, wi: Vec3) -> f32 {
-        match self.goes_one_way(wo, wi, true) {
+        match self.is_sample_one_way(wo, wi, true) {
             true => 0.0,
             false => self.point.adjoint_factor(wi, wo),
         }

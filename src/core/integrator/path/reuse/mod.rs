@@ -68,7 +68,7 @@ pub struct ReusingPathIntegrator<'a, A> {
 
 /// Number of vertices up to the end of a path: at most two mirrors or faces of glass, the first
 /// vertex, and the end.
-const MAX_VERTICES: usize = 4;
+const MAX_VERTICES_TO_END: usize = 4;
 
 impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
@@ -109,10 +109,12 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
 
             // Trace each path to its end, or completely if it has no end.
             // Slots are on the heap: they are large, and an array would be copied when it is made.
-            let slots: Vec<BsdfSlot> = (0..MAX_VERTICES * SAMPLES_AT_ONCE).map(|_| BsdfSlot::new()).collect();
+            let slots: Vec<BsdfSlot> = (0..MAX_VERTICES_TO_END * SAMPLES_AT_ONCE)
+                .map(|_| BsdfSlot::new())
+                .collect();
             let mut first_vertices = from_fn(|_| None);
             let mut ends: [_; SAMPLES_AT_ONCE] = from_fn(|_| None);
-            let slots = slots.chunks_exact(MAX_VERTICES);
+            let slots = slots.chunks_exact(MAX_VERTICES_TO_END);
             for ((i, out), slots) in out.iter_mut().enumerate().zip(slots) {
                 let (path, traced) = packet.path(i);
                 let to_first = PathNumbers::start(&integrator.world, keys[i], &mut of_first_vertices);

@@ -143,20 +143,20 @@ fn the_obj_file_names_the_writer_too() {
     );
     // If the library has no comment, the comment of the OBJ file names the program.
     let obj = Some("# Blender v2.54 (sub 0) OBJ File: ''\n# www.blender.org\nmtllib a.mtl\n");
-    let (materials, _, told) = read_of(obj, &surface, MtlDialect::Auto);
+    let (materials, _, messages) = read_of(obj, &surface, MtlDialect::Auto);
     assert_eq!(materials[0].gloss, Gloss::Metallic(0.0));
     assert!(
-        told[0].contains("t.mtl:1: written by Blender 2.54, as its OBJ file says; "),
-        "{told:?}"
+        messages[0].contains("t.mtl:1: written by Blender 2.54, as its OBJ file says; "),
+        "{messages:?}"
     );
     // A library written by hand is read literally. If a library has a comment, the comment decides
     // its dialect, not the OBJ file.
     for by_hand in ["newmtl m\nKd 0.2\nKs 0.5\nNs 30\n", "newmtl m\nKs 0.9\nillum 3\n"] {
-        let (materials, _, told) = read_of(obj, by_hand, MtlDialect::Auto);
-        assert_eq!((&materials[0], told.len()), (&auto(by_hand), 0));
+        let (materials, _, messages) = read_of(obj, by_hand, MtlDialect::Auto);
+        assert_eq!((&materials[0], messages.len()), (&auto(by_hand), 0));
     }
-    let (_, _, told) = read_of(obj, "# Rhino\nnewmtl m\nKd 0.2\nKs 0.5\nNs 30\n", MtlDialect::Auto);
-    assert!(told[0].contains("written by Rhino; "), "{told:?}");
+    let (_, _, messages) = read_of(obj, "# Rhino\nnewmtl m\nKd 0.2\nKs 0.5\nNs 30\n", MtlDialect::Auto);
+    assert!(messages[0].contains("written by Rhino; "), "{messages:?}");
     let rhino = read_of(Some("# Rhino\n"), "newmtl m\nKd 0.2\nKs 0.5\nNs 30\n", MtlDialect::Auto);
     assert_eq!(rhino.0[0].gloss, Gloss::Metallic(0.0));
 }

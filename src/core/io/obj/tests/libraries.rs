@@ -40,16 +40,16 @@ fn libraries_lie_close_by() {
         ("mtllib no.mtl a.mtl", &["in/a"]),
         ("mtllib huh a.mtl", &["in/a"]),
     ] {
-        let (found, told) = materials(&at, &format!("{statement}\nusemtl m"));
+        let (found, messages) = materials(&at, &format!("{statement}\nusemtl m"));
         assert_eq!(found, names, "{statement}");
         let is_exact = statement == "mtllib my red.mtl my blue.mtl";
         let wanted = if is_exact { 0 } else { names.len() };
         // Each name has at most one message. Unless the statement is exact, there is a message.
         assert!(
-            told.len() <= wanted.max(1) && (is_exact || !told.is_empty()),
-            "{statement}: {told:?}"
+            messages.len() <= wanted.max(1) && (is_exact || !messages.is_empty()),
+            "{statement}: {messages:?}"
         );
-        assert!(told.iter().all(|words| words.contains("t.obj:5: ")), "{told:?}");
+        assert!(messages.iter().all(|words| words.contains("t.obj:5: ")), "{messages:?}");
     }
 }
 
@@ -57,22 +57,26 @@ fn libraries_lie_close_by() {
 fn a_library_of_the_name_of_the_file_is_taken() {
     let at = folder(&["t.mtl", "a.mtl"]);
     let at = at.path();
-    let (names, told) = materials(at, "mtllib typo.mtl\nmtllib gone.mtl\nusemtl t");
-    assert_eq!((names.as_slice(), told.len()), (&["t".to_string()][..], 1));
+    let (names, messages) = materials(at, "mtllib typo.mtl\nmtllib gone.mtl\nusemtl t");
+    assert_eq!((names.as_slice(), messages.len()), (&["t".to_string()][..], 1));
     assert!(
-        told[0].contains("t.obj:5: material library `typo.mtl` is missing; `") && told[0].contains("t.mtl` is used"),
-        "{told:?}"
+        messages[0].contains("t.obj:5: material library `typo.mtl` is missing; `")
+            && messages[0].contains("t.mtl` is used"),
+        "{messages:?}"
     );
-    let (names, told) = materials(at, "usemtl t");
-    assert_eq!((names.as_slice(), told.len()), (&["t".to_string()][..], 1));
+    let (names, messages) = materials(at, "usemtl t");
+    assert_eq!((names.as_slice(), messages.len()), (&["t".to_string()][..], 1));
     assert!(
-        told[0].contains("t.obj: the file names no material library; "),
-        "{told:?}"
+        messages[0].contains("t.obj: the file names no material library; "),
+        "{messages:?}"
     );
-    // Without `usemtl`, the only material of the library is used for all faces.
-    let (names, told) = materials(at, "");
-    assert_eq!((names.as_slice(), told.len()), (&["t".to_string()][..], 2));
-    assert!(told[1].contains("no face names a material; all have `t`"), "{told:?}");
+    // Without `usemtl`, if the library has one material.
+    let (names, messages) = materials(at, "");
+    assert_eq!((names.as_slice(), messages.len()), (&["t".to_string()][..], 2));
+    assert!(
+        messages[1].contains("no face names a material; all have `t`"),
+        "{messages:?}"
+    );
     fs::write(at.join("t.mtl"), "newmtl t\nKd 1\nnewmtl u\nKd 1\n").unwrap();
     assert!(materials(at, "").0.is_empty());
     fs::write(at.join("t.mtl"), "newmtl t\nKd 1\n").unwrap();

@@ -38,9 +38,9 @@ fn numbers_are_read_as_written_in_the_wild() {
 fn polylines_and_points_are_no_faces() {
     let file = load(format!("{SQUARE}l 1 2 3 4\np 1 2\nf 1 2 3\nl 1 2\n")).unwrap();
     assert_eq!(file.groups[0].mesh.triangles.len(), 1);
-    let told = "t.obj:5: 2 lines (`l`) and 2 points (`p`) are skipped, the first is here";
+    let messages = "t.obj:5: 2 lines (`l`) and 2 points (`p`) are skipped, the first is here";
     assert!(
-        file.warnings.len() == 1 && file.warnings[0].contains(told),
+        file.warnings.len() == 1 && file.warnings[0].contains(messages),
         "{:?}",
         file.warnings
     );

@@ -13,7 +13,7 @@ use std::thread;
 use std::time::Duration;
 
 /// Time between two checks for signals.
-const LOOK: Duration = Duration::from_millis(50);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Maximum time to wait for the work after it was requested to stop.
 const PATIENCE: Duration = Duration::from_millis(500);
@@ -55,12 +55,12 @@ pub fn wait<T: Send>(
     status: &Status,
     progress: Option<&Py<PyAny>>,
 ) -> PyResult<T> {
-    let mut told = None;
-    let mut tell = |py: Python| {
+    let mut reported = None;
+    let mut report = |py: Python| {
         let now = status.progress();
         match progress {
-            Some(callback) if now.1 > 0 && told != Some(now) => {
-                told = Some(now);
+            Some(callback) if now.1 > 0 && reported != Some(now) => {
+                reported = Some(now);
                 callback.call1(py, now).map(drop)
             }
             _ => Ok(()),
@@ -73,15 +73,15 @@ pub fn wait<T: Send>(
             .recv_timeout(time)
     };
     loop {
-        match py.detach(|| receive(LOOK)) {
+        match py.detach(|| receive(POLL_INTERVAL)) {
             Ok(result) => {
-                tell(py)?;
+                report(py)?;
                 return Ok(result);
             }
             Err(RecvTimeoutError::Disconnected) => return Err(Error::new_err("the render has ended")),
             Err(RecvTimeoutError::Timeout) => {}
         }
-        if let Err(raised) = py.check_signals().and_then(|()| tell(py)) {
+        if let Err(raised) = py.check_signals().and_then(|()| report(py)) {
             status.stop.store(true, Ordering::Relaxed);
             // Wait for the end of the work, so that its memory is usually freed before the
             // exception arrives

@@ -75,14 +75,14 @@ impl Scene {
         }
     }
 
-    fn intersect(&self, query: &mut Guarded<RTCRayHit>) {
+    fn intersect(&self, query: &mut GuardedQuery<RTCRayHit>) {
         // SAFETY: the scene is committed; ray and hit may be read and written, and are aligned to
         // 16 bytes; null arguments stand for the defaults.
         unsafe { rtcIntersect1(self.0, &mut query.value, ptr::null_mut()) }
     }
 
-    fn occluded(&self, query: &mut Guarded<RTCRay>) {
-        // SAFETY: as for `intersect`, with a ray but no hit.
+    fn occluded(&self, query: &mut GuardedQuery<RTCRay>) {
+        // SAFETY: as for `intersect`, with a ray alone.
         unsafe { rtcOccluded1(self.0, &mut query.value, ptr::null_mut()) }
     }
 }
@@ -99,7 +99,7 @@ const GEOMETRY: u32 = 7;
 
 /// A value between guard bytes: a library with a larger structure would overwrite them.
 #[repr(C, align(16))]
-struct Guarded<T> {
+struct GuardedQuery<T> {
     before: [u8; 64],
     value: T,
     after: [u8; 64],
@@ -107,13 +107,13 @@ struct Guarded<T> {
 
 const CANARY: [u8; 64] = [0xA5; 64];
 
-impl<T> Guarded<T> {
+impl<T> GuardedQuery<T> {
     // The guards touch the value; padding between them would hide a short overrun.
     const TIGHT: () = assert!(size_of::<Self>() == size_of::<T>() + 128);
 
     fn new(value: T) -> Self {
         let () = Self::TIGHT;
-        Guarded {
+        GuardedQuery {
             before: CANARY,
             value,
             after: CANARY,
@@ -165,7 +165,7 @@ fn a_hit_is_read_back_and_stays_within_its_structure() {
     let device = Device::new();
     let scene = Scene::one_triangle(&device);
 
-    let mut query = Guarded::new(closest(downwards(0.25, 0.5)));
+    let mut query = GuardedQuery::new(closest(downwards(0.25, 0.5)));
     scene.intersect(&mut query);
     query.assert_intact();
 
@@ -192,7 +192,7 @@ fn a_miss_leaves_the_query_as_it_was() {
     let device = Device::new();
     let scene = Scene::one_triangle(&device);
 
-    let mut query = Guarded::new(closest(downwards(0.75, 0.75)));
+    let mut query = GuardedQuery::new(closest(downwards(0.75, 0.75)));
     scene.intersect(&mut query);
     query.assert_intact();
 
@@ -206,7 +206,7 @@ fn occlusion_is_told_by_tfar_alone() {
     let scene = Scene::one_triangle(&device);
 
     for (x, y, tfar) in [(0.25, 0.5, f32::NEG_INFINITY), (0.75, 0.75, f32::INFINITY)] {
-        let mut query = Guarded::new(downwards(x, y));
+        let mut query = GuardedQuery::new(downwards(x, y));
         scene.occluded(&mut query);
         query.assert_intact();
         assert_eq!(query.value.tfar, tfar);

@@ -22,9 +22,9 @@ use embrasure::texture::{Channel, Texture, Wrap};
 use std::fs;
 use std::path::Path;
 
-/// A kind of input file.
-pub struct Door {
-    /// Name of the fuzz target and of its folders.
+/// A kind of file that is read.
+pub struct FileKind {
+    /// Name of its fuzz target and of its folders.
     pub name: &'static str,
     /// Writes files that this kind may refer to.
     pub furnish: fn(&Path),
@@ -32,34 +32,34 @@ pub struct Door {
     pub check: fn(&Path, &[u8]),
 }
 
-/// All kinds of input files.
-pub const DOORS: [Door; 6] = [
-    Door {
+/// All of them.
+pub const FILE_KINDS: [FileKind; 6] = [
+    FileKind {
         name: "obj",
         furnish: furnish_scene,
         check: check_obj,
     },
-    Door {
+    FileKind {
         name: "mtl",
         furnish: furnish_mtl,
         check: check_mtl,
     },
-    Door {
+    FileKind {
         name: "scene",
         furnish: furnish_scene,
         check: check_scene_file,
     },
-    Door {
+    FileKind {
         name: "texture",
         furnish: |_| {},
         check: check_texture,
     },
-    Door {
+    FileKind {
         name: "environment",
         furnish: furnish_environment,
         check: check_environment,
     },
-    Door {
+    FileKind {
         name: "rendering",
         furnish: |_| {},
         check: check_rendering,
@@ -69,7 +69,7 @@ pub const DOORS: [Door; 6] = [
 /// Maximum number of triangles of a scene that is rendered by brute force.
 const MAX_RENDERED: u64 = 300;
 
-// ---- Kinds of files -----------------------------------------------------------------------------
+// ---- The kinds of files -------------------------------------------------------------------------
 
 fn check_obj(folder: &Path, bytes: &[u8]) {
     let path = folder.join("t.obj");

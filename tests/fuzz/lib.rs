@@ -2,7 +2,7 @@
 
 mod checks;
 
-use checks::DOORS;
+use checks::FILE_KINDS;
 use std::sync::OnceLock;
 use tempfile::TempDir;
 
@@ -24,14 +24,14 @@ pub fn init() {
 
 /// Reads `bytes` as a file of the kind `name`.
 pub fn check(name: &str, bytes: &[u8]) {
-    let door = DOORS
+    let kind = FILE_KINDS
         .iter()
-        .find(|door| door.name == name)
-        .expect("a door of this name");
+        .find(|kind| kind.name == name)
+        .expect("a kind of file of this name");
     let folder = FOLDER.get_or_init(|| {
         let folder = tempfile::tempdir().expect("a folder");
-        (door.furnish)(folder.path());
+        (kind.furnish)(folder.path());
         folder
     });
-    (door.check)(folder.path(), bytes);
+    (kind.check)(folder.path(), bytes);
 }

@@ -395,7 +395,7 @@ fn unwritable_image_affects_no_other_file() {
     let folder = scene();
     fs::write(folder.path().join("x.rescue.exr"), "mine").unwrap();
     let line = "render s.toml -q --threads 1 -o x.exr -o x.png --stats x.json";
-    let faulty = FaultyCommand::new(folder, line, &["x.exr", "x.png"]);
+    let faulty = FailingCommand::new(folder, line, &["x.exr", "x.png"]);
     faulty.restore();
     let out = faulty.run("rename", 1).unwrap();
     assert_eq!(code(&out), 1);
@@ -417,7 +417,7 @@ fn unwritable_image_affects_no_other_file() {
     assert_same_bits(&path("y.exr"), &faulty.right[0].1);
     // If a checkpoint has the sums, no rescue file is written.
     let line = "render s.toml -q --threads 1 --checkpoint c.exr -o z.exr";
-    let faulty = FaultyCommand::new(scene(), line, &["z.exr"]);
+    let faulty = FailingCommand::new(scene(), line, &["z.exr"]);
     faulty.restore();
     let out = faulty.run("rename", 2).unwrap();
     assert!(code(&out) == 1 && !words(&out).contains("rescue"), "{}", words(&out));
@@ -427,8 +427,8 @@ fn unwritable_image_affects_no_other_file() {
 /// System calls that the test can make fail.
 const CALLS: [&str; 6] = ["open", "read", "write", "fsync", "rename", "mmap"];
 
-/// A command in a folder of files, with failing system calls.
-struct FaultyCommand {
+/// A command in a folder of files, of which some calls fail.
+struct FailingCommand {
     folder: TempDir,
     /// Library that makes the calls fail.
     library: PathBuf,
@@ -440,8 +440,8 @@ struct FaultyCommand {
     right_folder: TempDir,
 }
 
-impl FaultyCommand {
-    /// Runs `line` in `folder`, which writes `outputs`.
+impl FailingCommand {
+    /// In `folder`, where `line` writes `outputs`.
     fn new(folder: TempDir, line: &'static str, outputs: &[&'static str]) -> Self {
         let right_folder = tempfile::tempdir().unwrap();
         let library = right_folder.path().join("inject.so");
@@ -582,7 +582,7 @@ fn renders_survive_faults_of_the_system() {
     let folder = scene();
     fs::write(folder.path().join("x.exr"), "an older picture").unwrap();
     let line = "render s.toml -q --threads 1 -o x.exr -o x.png --stats x.json";
-    FaultyCommand::new(folder, line, &["x.exr", "x.png", "x.json"]).check();
+    FailingCommand::new(folder, line, &["x.exr", "x.png", "x.json"]).check();
 }
 
 #[test]
@@ -594,7 +594,7 @@ fn checkpoints_survive_faults_of_the_system() {
         &split("render s.toml -q --spp 2 --checkpoint c.exr -o old.png"),
     );
     let line = "render s.toml -q --threads 1 --spp 3 --checkpoint c.exr --resume -o x.png";
-    FaultyCommand::new(folder, line, &["c.exr", "x.png"]).check();
+    FailingCommand::new(folder, line, &["c.exr", "x.png"]).check();
 }
 
 /// Regression: if the file system failed to answer, the file counted as missing, and an older
@@ -604,7 +604,7 @@ fn checkpoints_survive_faults_of_the_system() {
 fn checkpoint_is_kept_if_its_search_fails() {
     let folder = scene();
     let line = "render s.toml -q --threads 1 --spp 3 --checkpoint c.exr -o x.png";
-    let faulty = FaultyCommand::new(folder, line, &["c.exr", "x.png"]);
+    let faulty = FailingCommand::new(folder, line, &["c.exr", "x.png"]);
     let checkpoint = faulty.folder.path().join("c.exr");
     let kept = fs::read(&checkpoint).unwrap();
     let mut failed = 0;
@@ -632,11 +632,11 @@ fn merges_and_compares_survive_system_faults() {
         );
     }
     let line = "merge 1.exr 2.exr -q --threads 1 -o x.exr -o x.png --checkpoint c.exr";
-    let merge = FaultyCommand::new(folder, line, &["x.exr", "x.png", "c.exr"]);
+    let merge = FailingCommand::new(folder, line, &["x.exr", "x.png", "c.exr"]);
     merge.check();
     merge.restore();
     done(merge.folder.path(), &split("merge 1.exr 2.exr -q -o x.exr"));
-    let FaultyCommand { folder, .. } = merge;
-    let compare = FaultyCommand::new(folder, "compare x.exr x.exr -o d.png", &["d.png"]);
+    let FailingCommand { folder, .. } = merge;
+    let compare = FailingCommand::new(folder, "compare x.exr x.exr -o d.png", &["d.png"]);
     compare.check();
 }

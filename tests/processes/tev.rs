@@ -68,7 +68,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// The image that the viewer has assembled.
+/// What a viewer knows of its image.
 struct ViewerImage {
     name: String,
     size: [usize; 2],
@@ -118,7 +118,7 @@ impl ViewerImage {
     }
 }
 
-/// Image after the client has disconnected, and the lengths of all packets.
+/// Picture after the client has gone, and the lengths of all packets.
 fn watch(mut client: TcpStream) -> (ViewerImage, Vec<usize>) {
     let mut bytes = Vec::new();
     client.read_to_end(&mut bytes).unwrap();

@@ -57,36 +57,36 @@ fn share() -> u32 {
 
 /// Backend of this build, or brute force if there is no other.
 #[cfg(feature = "embree")]
-type BuildBackend<'a> = embrasure::accel::embree::EmbreeAccel<'a>;
+type BuiltAccel<'a> = embrasure::accel::embree::EmbreeAccel<'a>;
 #[cfg(all(feature = "obvhs", not(feature = "embree")))]
-type BuildBackend<'a> = embrasure::accel::bvh::BvhAccel;
+type BuiltAccel<'a> = embrasure::accel::bvh::BvhAccel;
 #[cfg(not(any(feature = "embree", feature = "obvhs")))]
-type BuildBackend<'a> = embrasure::accel::brute::BruteForce<'a>;
+type BuiltAccel<'a> = embrasure::accel::brute::BruteForce<'a>;
 
 /// A backend behind dynamic dispatch. The integrators are compiled for this type.
 pub type Backend<'a> = &'a dyn Accel;
 
 /// The acceleration structure of `scene`.
-pub fn backend(scene: &Scene) -> BuildBackend<'_> {
+pub fn backend(scene: &Scene) -> BuiltAccel<'_> {
     #[cfg(feature = "embree")]
-    return BuildBackend::new(scene, 2).expect("Embree");
+    return BuiltAccel::new(scene, 2).expect("Embree");
     #[cfg(not(feature = "embree"))]
-    return BuildBackend::new(scene);
+    return BuiltAccel::new(scene);
 }
 
-/// A scene with a light selection for tests.
-pub struct Lit<'a> {
+/// A scene with a choice of its lights.
+pub struct LitScene<'a> {
     scene: &'a Scene,
     choice: LightChoice,
 }
 
-impl<'a> From<&'a Scene> for Lit<'a> {
+impl<'a> From<&'a Scene> for LitScene<'a> {
     fn from(scene: &'a Scene) -> Self {
         (scene, LightChoice::default()).into()
     }
 }
 
-impl<'a> From<(&'a Scene, SelectionMode)> for Lit<'a> {
+impl<'a> From<(&'a Scene, SelectionMode)> for LitScene<'a> {
     fn from((scene, mode): (&'a Scene, SelectionMode)) -> Self {
         let choice = LightChoice {
             mode,
@@ -96,7 +96,7 @@ impl<'a> From<(&'a Scene, SelectionMode)> for Lit<'a> {
     }
 }
 
-impl<'a> From<(&'a Scene, LightChoice)> for Lit<'a> {
+impl<'a> From<(&'a Scene, LightChoice)> for LitScene<'a> {
     fn from((scene, choice): (&'a Scene, LightChoice)) -> Self {
         Self { scene, choice }
     }
@@ -104,7 +104,7 @@ impl<'a> From<(&'a Scene, LightChoice)> for Lit<'a> {
 
 /// Calls `look` with the world of `scene`, seen by `camera`.
 pub fn with_world<'a, T>(
-    scene: impl Into<Lit<'a>>,
+    scene: impl Into<LitScene<'a>>,
     camera: CameraParameters,
     resolution: UVec2,
     look: impl FnOnce(World<Backend>) -> T,
@@ -112,9 +112,9 @@ pub fn with_world<'a, T>(
     with_camera(scene, Camera::new(camera, resolution).unwrap(), look)
 }
 
-/// Calls `look` with the world of `scene`, seen by `camera`.
-pub fn with_camera<'a, T>(scene: impl Into<Lit<'a>>, camera: Camera, look: impl FnOnce(World<Backend>) -> T) -> T {
-    let Lit { scene, choice } = scene.into();
+/// Shows a scene to `look`, as `camera` sees it.
+pub fn with_camera<'a, T>(scene: impl Into<LitScene<'a>>, camera: Camera, look: impl FnOnce(World<Backend>) -> T) -> T {
+    let LitScene { scene, choice } = scene.into();
     let accel = backend(scene);
     let accel: Backend = &accel;
     let selection = scene.light_selection(choice);
@@ -133,13 +133,13 @@ pub fn path_tracer<A>(world: World<A>, max_depth: Option<u32>) -> PathIntegrator
     }
 }
 
-/// The path tracer, with or without path reuse between pixels.
-pub struct MaybeReusing<'a> {
+/// The path tracer, with path reuse between pixels or without.
+pub struct PathTracer<'a> {
     pub path: PathIntegrator<'a, Backend<'a>>,
     pub reuse: bool,
 }
 
-impl CompiledIntegrator for MaybeReusing<'_> {
+impl CompiledIntegrator for PathTracer<'_> {
     fn render(
         &self,
         sampler: &RenderSampler,
@@ -157,7 +157,7 @@ impl CompiledIntegrator for MaybeReusing<'_> {
 
 /// Renders `scene` by the default path tracer, with seed 0.
 pub fn render_film<'a>(
-    scene: impl Into<Lit<'a>>,
+    scene: impl Into<LitScene<'a>>,
     camera: CameraParameters,
     size: [u32; 2],
     spp: u32,

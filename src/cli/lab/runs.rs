@@ -100,8 +100,8 @@ pub(super) fn run(
     Ok(run)
 }
 
-/// Error: an interrupt has ended the render.
-struct Interrupted;
+/// An interrupt has ended the render.
+struct Interrupt;
 
 /// A render that advances step by step.
 struct Estimate<'a> {
@@ -183,7 +183,7 @@ impl<'a> Estimate<'a> {
 
     /// Takes the samples before `end`, which is at least `done`. Returns the seconds that they
     /// took. The samples are in `film`, or in a returned copy of it.
-    fn advance(&mut self, end: u32) -> Result<(Option<Film>, f64), Interrupted> {
+    fn advance(&mut self, end: u32) -> Result<(Option<Film>, f64), Interrupt> {
         if self.contender.settings.sampler.needs_count() || self.method.needs_count() {
             let mut film = self.new_film();
             self.seconds = self.preparing + self.take(&mut film, end)?;
@@ -209,8 +209,8 @@ impl<'a> Estimate<'a> {
         Film::new(self.contender.settings.resolution, self.contender.settings.crop())
     }
 
-    /// Computes the data that integrators need before the first sample.
-    fn prepare(&mut self) -> Result<(), Interrupted> {
+    /// Computes the data that must exist before the first sample.
+    fn prepare(&mut self) -> Result<(), Interrupt> {
         let start = Instant::now();
         let sampler = self.sampler(self.contender.settings.spp);
         let session = self.session();
@@ -222,7 +222,7 @@ impl<'a> Estimate<'a> {
     }
 
     /// Adds the samples before `end` to `film`, and returns the seconds that they took.
-    fn take(&self, film: &mut Film, end: u32) -> Result<f64, Interrupted> {
+    fn take(&self, film: &mut Film, end: u32) -> Result<f64, Interrupt> {
         let start = Instant::now();
         let (session, sampler) = (self.session(), self.sampler(end));
         let (context, stop) = (self.context(), StopCondition::at(end));
@@ -284,9 +284,9 @@ impl<'a> Estimate<'a> {
 }
 
 /// Returns an error unless all samples were taken.
-fn whole(outcome: Outcome) -> Result<(), Interrupted> {
+fn whole(outcome: Outcome) -> Result<(), Interrupt> {
     match outcome {
         Outcome::Complete => Ok(()),
-        Outcome::Stopped => Err(Interrupted),
+        Outcome::Stopped => Err(Interrupt),
     }
 }

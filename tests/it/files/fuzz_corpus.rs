@@ -3,7 +3,7 @@
 #[path = "../../fuzz/checks.rs"]
 mod checks;
 
-use checks::DOORS;
+use checks::FILE_KINDS;
 use embrasure::description::{SceneFile, load_scene};
 use embrasure::scene::SceneBuilder;
 use std::fs;
@@ -18,15 +18,15 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 
 /// Runs all inputs of one kind.
 fn run(name: &str) {
-    let door = DOORS.iter().find(|door| door.name == name).unwrap();
+    let kind = FILE_KINDS.iter().find(|kind| kind.name == name).unwrap();
     let place = tempfile::tempdir().unwrap();
-    (door.furnish)(place.path());
+    (kind.furnish)(place.path());
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz");
     let inputs = ["corpus", "findings"].map(|kind| files(&root.join(kind).join(name)));
     assert!(inputs[0].len() >= 9, "{} inputs", inputs[0].len());
     for path in inputs.iter().flatten() {
         println!("{}", path.display());
-        (door.check)(place.path(), &fs::read(path).unwrap());
+        (kind.check)(place.path(), &fs::read(path).unwrap());
     }
 }
 

@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 
 /// Content of an OBJ file as a reader returns it, sorted.
 #[derive(Default)]
-struct ObjContent {
-    /// Corners of triangles.
+struct ObjContents {
+    /// Corners of the triangles.
     positions: Vec<[Bits; 3]>,
     /// Triangles with the names of their materials.
     faces: Vec<([Bits; 3], Option<String>)>,
@@ -32,12 +32,12 @@ fn bits(v: Vec3) -> Bits {
     v.to_array().map(f32::to_bits)
 }
 
-fn read(path: &Path, reader: ObjReader) -> Result<ObjContent, String> {
+fn read(path: &Path, reader: ObjReader) -> Result<ObjContents, String> {
     let mut options = LoadOptions::default();
     options.parameters.obj_reader = Some(reader);
     let mut findings = Findings::default();
     let file = load_obj(path, &options, Allowance::default(), &(), &mut findings).map_err(|e| e.to_string())?;
-    let mut read = ObjContent::default();
+    let mut read = ObjContents::default();
     for group in &file.groups {
         let mesh = &group.mesh;
         for triangle in &mesh.triangles {

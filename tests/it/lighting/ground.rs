@@ -59,7 +59,7 @@ fn map() -> LatLongImage {
 
 /// Renders `scene` with `background` by path tracing, with or without path reuse.
 fn film_over<'a>(
-    scene: impl Into<Lit<'a>>,
+    scene: impl Into<LitScene<'a>>,
     camera: CameraParameters,
     background: Background,
     reuse: bool,
@@ -78,7 +78,7 @@ fn film_over<'a>(
         if background == Background::Transparent {
             film = film.with_backing(Backing::Transparent);
         }
-        render_into(&mut film, &MaybeReusing { path, reuse }, &independent(5), spp);
+        render_into(&mut film, &PathTracer { path, reuse }, &independent(5), spp);
         film
     })
 }

@@ -112,7 +112,7 @@ fn film(integrator: &dyn CompiledIntegrator, seed: u64, spp: u32, groups: usize)
 /// Calls `look` for each integrator that gathers light: with its name, and with a render by seed,
 /// samples per pixel and groups.
 fn with_each(world: World<Backend>, look: &mut impl FnMut(&str, &dyn Fn(u64, u32, usize) -> Film)) {
-    let path = |reuse| MaybeReusing {
+    let path = |reuse| PathTracer {
         path: PathIntegrator {
             world,
             strategy: Strategy::default(),
@@ -267,8 +267,7 @@ fn group_means_equal_renders_of_single_groups() {
     assert_eq!(compared, (4 * 5 - 1) * 12);
 }
 
-/// Integrator that adds 1 and 2 from two lights, with sample weight 0.5. Every third sample of the
-/// first light is NaN.
+/// Gives 1 and 2 by two lights, but NaN by the first one in each third sample, all of which count a half.
 struct NanIntegrator<'a>(&'a Scene);
 
 impl Integrator for NanIntegrator<'_> {

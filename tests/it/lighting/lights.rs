@@ -482,7 +482,7 @@ fn selection_by_place_and_by_power_agree() {
                     light_samples: 2,
                     ..path_tracer(world, Some(5))
                 };
-                let path = MaybeReusing {
+                let path = PathTracer {
                     path,
                     reuse: what == "shared",
                 };

@@ -334,7 +334,7 @@ fn estimators_agree_on_shaped_lamps() {
             ..path_tracer(world, Some(4))
         };
         let expected = renders(|seed| film_of(&path(DirectLight::Mis), resolution, budget(512), seed));
-        let reusing = MaybeReusing {
+        let reusing = PathTracer {
             path: path(DirectLight::Mis),
             reuse: true,
         };

@@ -104,7 +104,7 @@ fn estimators_agree_on_absorbing_bodies() {
                 ..path_tracer(world, Some(6))
             };
             let expected = renders(|seed| film_of(&path(DirectLight::Mis), resolution, budget(256), seed));
-            let reusing = MaybeReusing {
+            let reusing = PathTracer {
                 path: path(DirectLight::Mis),
                 reuse: true,
             };

@@ -1207,7 +1207,7 @@ fn strategies_agree_on_light_through_rough_glass() {
                 ..crate::support::path_tracer(world, Some(6))
             };
             let film = crate::support::film_of(
-                &crate::support::MaybeReusing { path, reuse },
+                &crate::support::PathTracer { path, reuse },
                 size,
                 crate::support::budget(1024),
                 3,

@@ -81,7 +81,7 @@ fn estimators_agree_on_opacity() {
         Mean::of(&(0..SEEDS).map(|seed| film_mean(&render(seed), 0)).collect::<Vec<f64>>())
     };
     with_world(&scene, camera, resolution, |world| {
-        let path = |direct, reuse| MaybeReusing {
+        let path = |direct, reuse| PathTracer {
             path: PathIntegrator {
                 strategy: Strategy {
                     direct,
@@ -92,7 +92,7 @@ fn estimators_agree_on_opacity() {
             reuse,
         };
         let naive = NaiveIntegrator::new(world, Some(4), Roulette::default());
-        let by = |path: MaybeReusing<'_>, spp| statistics(&|seed| film_of(&path, resolution, spp, seed));
+        let by = |path: PathTracer<'_>, spp| statistics(&|seed| film_of(&path, resolution, spp, seed));
         let all = [
             ("mis", by(path(DirectLight::Mis, false), 64)),
             ("light", by(path(DirectLight::Light, false), 64)),
@@ -303,7 +303,7 @@ fn curved_normals_do_not_leak() {
                 },
                 ..path_tracer(world, Some(8))
             };
-            let film = film_of(&MaybeReusing { path, reuse }, resolution, 64, 0);
+            let film = film_of(&PathTracer { path, reuse }, resolution, 64, 0);
             let brightest = film.pixels().map(|(_, a)| a.mean(0)).fold(0.0, f64::max);
             assert_eq!(brightest, 0.0, "{directions:?}, {reuse}");
         }

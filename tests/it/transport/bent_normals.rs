@@ -179,8 +179,8 @@ fn blocks(render: impl Fn(u64) -> Film) -> Blocks {
 
 /// Allowed difference between two integrators.
 #[derive(Clone, Copy, PartialEq)]
-enum Allowed {
-    /// Noise.
+enum AllowedDifference {
+    /// By noise.
     Noise,
     /// Noise and the blur of photons.
     Blur,
@@ -189,13 +189,13 @@ enum Allowed {
     Darkness,
 }
 
-/// Largest |t| over block means. Allowed differences are subtracted first.
-fn largest_t(reference: &Blocks, other: &Blocks, allowed: Allowed) -> f64 {
+/// Largest |t| of block means, of the differences that are not allowed.
+fn largest_t(reference: &Blocks, other: &Blocks, allowed: AllowedDifference) -> f64 {
     let t = |(expected, got): (Mean, Mean)| {
         let difference = match allowed {
-            Allowed::Noise => (got.value - expected.value).abs(),
-            Allowed::Blur => ((got.value - expected.value).abs() - BLUR * expected.value).max(0.0),
-            Allowed::Darkness => (got.value - expected.value).max(0.0),
+            AllowedDifference::Noise => (got.value - expected.value).abs(),
+            AllowedDifference::Blur => ((got.value - expected.value).abs() - BLUR * expected.value).max(0.0),
+            AllowedDifference::Darkness => (got.value - expected.value).max(0.0),
         };
         difference / got.error().hypot(expected.error()).max(1e-7)
     };
@@ -237,9 +237,13 @@ pub(super) fn compare(scene: &Scene, accel: &dyn Accel, camera: CameraParameters
         film_of(&naive, size, 8 * spp, 300 + seed)
     });
     let all = [
-        ("path", path(false, Directions::Bsdf), Allowed::Noise),
-        ("path by cosine", path(false, Directions::Cosine), Allowed::Noise),
-        ("path, reuse", path(true, Directions::Bsdf), Allowed::Noise),
+        ("path", path(false, Directions::Bsdf), AllowedDifference::Noise),
+        (
+            "path by cosine",
+            path(false, Directions::Cosine),
+            AllowedDifference::Noise,
+        ),
+        ("path, reuse", path(true, Directions::Bsdf), AllowedDifference::Noise),
         (
             "bdpt",
             blocks(|seed| {
@@ -251,7 +255,7 @@ pub(super) fn compare(scene: &Scene, accel: &dyn Accel, camera: CameraParameters
                 };
                 film_of_iterations(&bdpt, size, spp, 400 + seed)
             }),
-            Allowed::Noise,
+            AllowedDifference::Noise,
         ),
         (
             "vcm",
@@ -266,7 +270,7 @@ pub(super) fn compare(scene: &Scene, accel: &dyn Accel, camera: CameraParameters
                 };
                 film_of_iterations(&vcm, size, spp, 500 + seed)
             }),
-            Allowed::Blur,
+            AllowedDifference::Blur,
         ),
         (
             "sppm",
@@ -281,7 +285,7 @@ pub(super) fn compare(scene: &Scene, accel: &dyn Accel, camera: CameraParameters
                 };
                 film_of_iterations(&sppm, size, spp, 600 + seed)
             }),
-            Allowed::Blur,
+            AllowedDifference::Blur,
         ),
         (
             "light",
@@ -293,7 +297,7 @@ pub(super) fn compare(scene: &Scene, accel: &dyn Accel, camera: CameraParameters
                 };
                 film_of_iterations(&light, size, 4 * spp, 700 + seed)
             }),
-            Allowed::Darkness,
+            AllowedDifference::Darkness,
         ),
     ];
     all.map(|(name, other, allowed)| (name, largest_t(&naive, &other, allowed)))
@@ -372,7 +376,7 @@ fn assert_white(what: &str, scene: &Scene, camera: CameraParameters, skipped: &[
         ];
         let white: Blocks = vec![vec![1.0; all[0].1[0].len()]; 2];
         for (name, films) in all.into_iter().filter(|(name, _)| !skipped.contains(name)) {
-            let t = largest_t(&white, &films, Allowed::Noise);
+            let t = largest_t(&white, &films, AllowedDifference::Noise);
             let mean = films.iter().map(|film| film[film.len() - 1]).sum::<f64>() / films.len() as f64;
             println!("{what}, {name}: mean {mean:.5}, largest |t| {t:.2}");
             assert!(

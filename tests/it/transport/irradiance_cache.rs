@@ -288,10 +288,10 @@ fn the_furnace_is_one() {
     assert_unbiased("furnace", &film, 1.0);
 }
 
-/// Observer that requests a stop at every eighth call.
-struct FrequentStop(AtomicU64);
+/// Asks for a stop at every few calls.
+struct StoppingObserver(AtomicU64);
 
-impl Observer for FrequentStop {
+impl Observer for StoppingObserver {
     fn progress(&self, _: u64) {}
 
     fn should_stop(&self) -> bool {
@@ -324,7 +324,7 @@ fn interrupted_filling_gives_the_same_records() {
         let mut stops = 0;
         let mut all = Vec::new();
         for threads in [1, 3] {
-            for observer in [FrequentStop(AtomicU64::new(0)), FrequentStop(AtomicU64::new(3))] {
+            for observer in [StoppingObserver(AtomicU64::new(0)), StoppingObserver(AtomicU64::new(3))] {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
                 let irradiance = Irradiance::new(RESOLUTION, 7);
                 while pool.install(|| irradiance.fill(&maker, 0.3, &observer)).0 == Outcome::Stopped {

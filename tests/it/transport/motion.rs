@@ -18,13 +18,13 @@ fn shift(x: f32, y: f32, z: f32) -> Affine3A {
     affine_from_trs(Vec3::new(x, y, z), Vec3::ZERO, Vec3::ONE)
 }
 
-/// Path tracer with the default settings, or without path reuse.
-fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> MaybeReusing<'a> {
+/// The path tracer as users have it, or without sharing.
+fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> PathTracer<'a> {
     let path = PathIntegrator {
         light_samples: if reuse { 2 } else { 1 },
         ..path_tracer(world, Some(4))
     };
-    MaybeReusing { path, reuse }
+    PathTracer { path, reuse }
 }
 
 fn shutter(parameters: CameraParameters, shutter: [f32; 2]) -> Camera {

@@ -18,12 +18,12 @@ use embrasure::scene::{Scene, SceneBuilder};
 const RESOLUTION: UVec2 = UVec2::new(21, 18);
 const SEEDS: u64 = 32;
 
-fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> MaybeReusing<'a> {
+fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> PathTracer<'a> {
     let path = PathIntegrator {
         light_samples: 2,
         ..path_tracer(world, Some(6))
     };
-    MaybeReusing { path, reuse }
+    PathTracer { path, reuse }
 }
 
 fn cornell() -> CameraParameters {
@@ -36,9 +36,8 @@ fn means(film: &Film) -> [Vec<f64>; 3] {
     [0, 1, 2].map(|c| pixels.iter().map(|a| a.mean(c)).collect())
 }
 
-/// Asserts that path reuse has the means of `reference`. Means and variances are taken over seeds,
-/// because pixels of one film share errors and films of different seeds are independent.
-fn assert_same(what: &str, integrator: &MaybeReusing, reference: &Film, spp: u32) {
+/// Pixels of a film share errors, those of films with other seeds do not: means and variances are taken over seeds.
+fn assert_same(what: &str, integrator: &PathTracer, reference: &Film, spp: u32) {
     let films: Vec<_> = (0..SEEDS)
         .map(|seed| means(&film_of(integrator, RESOLUTION, budget(spp), 100 + seed)))
         .collect();
@@ -376,7 +375,7 @@ fn path_reuse_reduces_the_reported_error() {
 #[cfg_attr(not(long), ignore = "long")]
 fn reported_error_matches_spread_of_seeds() {
     let scene = own("cornell-box.toml");
-    type Render<'a> = &'a dyn Fn(&MaybeReusing, UVec2, u64) -> Film;
+    type Render<'a> = &'a dyn Fn(&PathTracer, UVec2, u64) -> Film;
     let check = |what: &str, width: u32, film: Render, range: std::ops::Range<f64>| {
         let resolution = UVec2::splat(width);
         let films: Vec<Film> = (0..8)

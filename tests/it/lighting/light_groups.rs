@@ -267,7 +267,8 @@ fn group_means_equal_renders_of_single_groups() {
     assert_eq!(compared, (4 * 5 - 1) * 12);
 }
 
-/// Gives 1 and 2 by two lights, but NaN by the first one in each third sample, all of which count a half.
+/// Gives 1 and 2 by two lights, but NaN by the first one in each third sample, all of which count a
+/// half.
 struct NanIntegrator<'a>(&'a Scene);
 
 impl Integrator for NanIntegrator<'_> {

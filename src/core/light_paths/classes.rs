@@ -7,17 +7,19 @@ use super::positions::{Positions, Set};
 use super::syntax::{BACKGROUND, POINT, SURFACE};
 use std::collections::HashMap;
 
-/// Number of kinds of events.
+/// Number of kinds of scattering events: the variants of [`EventKind`](crate::bsdf::EventKind).
 const KINDS: usize = 6;
-/// Lights, in the order of [`PathLight`](super::PathLight). Their classes come first.
+/// Symbols of the lights, in the order of [`PathLight`](super::PathLight). The first classes are
+/// the classes of their light before it scatters.
 const LIGHTS: [u16; 3] = [BACKGROUND, SURFACE, POINT];
 /// Maximum number of states before minimisation.
 const MAX_STATES: usize = 1 << 12;
 
-/// Transitions of each class by kind of event, and its parts.
+/// For each class: the next class by kind of scattering event, and the bit set of the class's
+/// parts.
 pub(super) type Classes = (Vec<[u8; KINDS]>, Vec<u64>);
 
-/// Classes of paths that `expressions` distinguish.
+/// Computes the classes of paths that `expressions` distinguish.
 pub(super) fn classes(expressions: &[Positions]) -> Result<Classes, LightPathError> {
     let states = States::new(expressions).ok_or_else(too_many)?;
     let class_of = states.minimised();
@@ -40,17 +42,17 @@ fn too_many() -> LightPathError {
     )
 }
 
-/// The product of the subset automata of all expressions.
+/// Deterministic automaton of all expressions: the product of their subset automata.
 struct States {
     next: Vec<[usize; KINDS]>,
     parts: Vec<u64>,
 }
 
 impl States {
-    /// Returns `None` if there are more than [`MAX_STATES`].
+    /// Returns `None` if there are more than [`MAX_STATES`] states.
     fn new(expressions: &[Positions]) -> Option<Self> {
-        // One start per light, even if starts are equal: light gets its first class without the
-        // automaton.
+        // Make a start state for each light, even if two start states are equal:
+        // `LightPaths::class_of` returns the class of a light without the automaton.
         let start = |&light: &u16| -> Vec<Set> { expressions.iter().map(|e| e.matching(e.first, light)).collect() };
         let mut sets: Vec<Vec<Set>> = LIGHTS.iter().map(start).collect();
         let mut known: HashMap<Vec<Set>, usize> = sets.iter().cloned().zip(0..).collect();
@@ -84,10 +86,10 @@ impl States {
         Some(states)
     }
 
-    /// Class of each state: states that no events distinguish share a class. Classes are numbered
-    /// by their first states.
+    /// Class of each state. Two states share a class if no sequence of events distinguishes them.
+    /// Classes are numbered in the order of their first states.
     fn minimised(&self) -> Vec<usize> {
-        // The starts stay separate.
+        // Each start state keeps a separate class.
         let of_state = |state: usize| (state.min(LIGHTS.len()), self.parts[state]);
         let mut classes = numbered((0..self.parts.len()).map(of_state));
         loop {
@@ -101,7 +103,7 @@ impl States {
     }
 }
 
-/// Numbers the keys in the order of their first occurrence; equal keys have one number.
+/// Numbers the keys in the order of their first occurrence. Equal keys get the same number.
 fn numbered<K: std::hash::Hash + Eq>(keys: impl Iterator<Item = K>) -> Vec<usize> {
     let mut numbers = HashMap::new();
     keys.map(|key| {

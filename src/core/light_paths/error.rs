@@ -1,6 +1,6 @@
 use std::fmt;
 
-/// Error in a part of the light or in an expression, with a hint.
+/// Error in a list of light parts or in a light path expression, with a hint.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LightPathError {
     /// Error message, with the position of the error.

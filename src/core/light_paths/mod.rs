@@ -1,17 +1,18 @@
-//! Parts of the light by their paths: bounces, direct and indirect light, and light path
+//! Separation of the light into parts by path: bounces, direct and indirect light, and light path
 //! expressions (Heckbert 1990, "Adaptive Radiosity Textures for Bidirectional Ray Tracing").
 //!
-//! Every part is an expression over the events of a path (`parts` has the named parts). `syntax`
-//! parses it, and `positions` converts it to a position automaton (Glushkov 1961). `classes`
-//! combines all parts to one deterministic automaton, whose states are the classes of paths.
+//! Every part is defined by an expression over the events of a path. `parts` lists the named parts,
+//! `syntax` parses expressions, and `positions` converts an expression to a position automaton
+//! (Glushkov 1961). `classes` combines the automata of all parts to one deterministic automaton.
+//! Its states are the classes of paths.
 //!
-//! The automaton reads a path from its light to the camera, for both notations of an expression. So
-//! light that arrives at a vertex has one class for all viewers of the vertex, which path reuse
-//! needs. Scattering moves light from its class to the classes after the event, to each by its
-//! share.
+//! The automaton reads a path from the light to the camera, even if the expression is written from
+//! the camera to the light. So light that arrives at a vertex has the same class for all pixels
+//! that use the vertex, as path reuse needs. A scattering event with several kinds of lobes divides
+//! the light of a class: each next class gets the share of its kind.
 //!
-//! Classes do not overlap, and their sums add up to the image exactly (`film/path_terms.rs`). Parts
-//! are sums over classes.
+//! Classes do not overlap, and the sum over all classes is exactly the image
+//! (`film/path_terms.rs`). The light of a part is a sum over classes.
 
 mod classes;
 mod error;
@@ -24,14 +25,14 @@ pub use parts::PathPart;
 
 use crate::bsdf::EventKind;
 
-/// Maximum number of classes of paths. `bounces` with direct and indirect light of all kinds of
-/// lobes has 21.
+/// Maximum number of classes of paths. `bounces` together with the direct and indirect parts of all
+/// kinds of lobes needs 21 classes.
 pub const MAX_CLASSES: usize = 64;
 
 /// Maximum number of parts.
 pub const MAX_PATH_PARTS: usize = 40;
 
-/// Source of the light, as expressions distinguish it.
+/// Kinds of light sources that expressions distinguish.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PathLight {
     /// Environments and other lights at infinity, and a background.
@@ -42,18 +43,18 @@ pub enum PathLight {
     Point,
 }
 
-/// Parts of the image that are separated by paths, and the automaton that separates them.
+/// The light parts of an image, and the automaton that separates them.
 #[derive(Clone, Debug)]
 pub struct LightPaths {
     layers: Vec<String>,
-    /// Class after each kind of event, for each class.
+    /// Next class, for each class and kind of scattering event.
     next: Vec<[u8; 6]>,
-    /// Bit set of the parts of each class, for paths that end at the camera.
+    /// For each class, the bit set of the parts that contain its light at the camera.
     parts: Vec<u64>,
 }
 
 impl LightPaths {
-    /// Automaton of all `parts`.
+    /// Builds the automaton of all `parts`.
     ///
     /// # Errors
     ///
@@ -79,7 +80,7 @@ impl LightPaths {
         self.next.len()
     }
 
-    /// Layer of each part.
+    /// Name of the image layer of each part.
     pub fn layers(&self) -> &[String] {
         &self.layers
     }

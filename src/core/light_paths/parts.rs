@@ -5,7 +5,7 @@ use super::positions::Positions;
 use super::syntax::parse;
 use crate::math::excerpt;
 
-/// Named parts, and their expressions.
+/// Names and expressions of the named parts.
 const NAMED: [(&str, &str); 9] = [
     ("emission", "CL"),
     ("direct", "C.L"),
@@ -18,13 +18,13 @@ const NAMED: [(&str, &str); 9] = [
     ("transmission_indirect", "C<T[GS]>.+L"),
 ];
 
-/// Layer of light with more bounces than the separated ones.
+/// Layer of the light with more bounces than the highest layer `bounce.N`.
 const REST: &str = "bounce.rest";
 /// Default maximum number of bounces that `bounces` separates.
 const USUAL_BOUNCES: u32 = 5;
 /// Maximum number of bounces that can be separated.
 const MAX_BOUNCES: u32 = 20;
-/// Maximum length of the name of an expression.
+/// Maximum length of the name of an expression, in characters.
 const MAX_NAME: usize = 23;
 
 /// A part of the image: the light of all paths that an expression matches.
@@ -37,22 +37,24 @@ pub struct PathPart {
 }
 
 impl PathPart {
-    /// Prefix of parts with an expression of the user.
+    /// Prefix of the names of parts with an expression of the user.
     const OWN: &str = "lpe:";
 
-    /// Names of all parts for `--aov`, for the help text.
+    /// Names of all parts that `--aov` accepts, for the help text.
     pub fn names() -> impl Iterator<Item = &'static str> {
         let named = NAMED.iter().map(|(name, _)| *name);
         named.chain(["bounces", "bounces:N", "bounce.N", "lpe:NAME=EXPRESSION"])
     }
 
-    /// Returns true if `name` is a name for [`PathPart::parse`].
+    /// Returns true if `name` is or begins like the name of a part. [`PathPart::parse`] checks the
+    /// number or the expression after the beginning.
     pub fn is_name(name: &str) -> bool {
         let is_bounces = name == "bounces" || name.starts_with("bounces:") || name.starts_with("bounce.");
         is_bounces || name.starts_with(Self::OWN) || NAMED.iter().any(|(known, _)| *known == name)
     }
 
-    /// Parses the name of one or several parts: `direct`, `bounces:4`, `lpe:NAME=EXPRESSION`.
+    /// Parses a name that stands for one or several parts: `direct`, `bounces:4`,
+    /// `lpe:NAME=EXPRESSION`.
     ///
     /// # Errors
     ///
@@ -93,7 +95,7 @@ impl PathPart {
     ///
     /// # Errors
     ///
-    /// If two different parts have one layer.
+    /// If two different parts have the same layer.
     pub fn add(all: &mut Vec<Self>, parts: Vec<Self>) -> Result<(), LightPathError> {
         let of_layer = |part: &Self| all.iter().find(|known| known.layer == part.layer);
         let clash = parts
@@ -113,7 +115,7 @@ impl PathPart {
         Ok(())
     }
 
-    /// Layer of its channels.
+    /// Name of the layer of the part's channels.
     pub fn layer(&self) -> &str {
         &self.layer
     }
@@ -123,11 +125,11 @@ impl PathPart {
         &self.expression
     }
 
-    /// Full name of the part: its layer, or for expressions of the user `lpe:NAME=EXPRESSION`.
+    /// Full name of the part: its layer, or `lpe:NAME=EXPRESSION` for an expression of the user.
     pub fn describe(&self) -> String {
         match self.layer.strip_prefix("lpe_").filter(|_| self.is_own) {
             Some(name) => format!("{}{name}={}", Self::OWN, self.expression),
-            // The rest depends on the other parts.
+            // The expression of `bounce.rest` depends on the number of separated bounces.
             None if self.layer == REST => format!("{REST}={}", self.expression),
             None => self.layer.clone(),
         }
@@ -149,7 +151,7 @@ impl PathPart {
         }
     }
 
-    /// Light that was scattered `count` times.
+    /// Part with the light that was scattered `count` times.
     fn bounce(count: u32) -> Self {
         match count {
             0 => Self::new("bounce.0", "CL"),
@@ -176,7 +178,7 @@ impl PathPart {
             expression: expression.chars().filter(|c| !c.is_whitespace()).collect(),
             is_own: true,
         };
-        // Positions in errors refer to the text with its spaces.
+        // Parse the text with its spaces, so that errors contain positions in the text of the user.
         Positions::new(&parse(expression)?)?;
         Ok(part)
     }

@@ -1,27 +1,27 @@
-//! Position automata of expressions: one state per symbol of the text (Glushkov 1961, "The Abstract
-//! Theory of Automata").
+//! Position automata of expressions (Glushkov 1961, "The Abstract Theory of Automata"). A position
+//! is one occurrence of a symbol, after repetitions are written out. Each position is a state.
 
 use super::error::LightPathError;
 use super::syntax::{CAMERA, LIGHTS, Node, Symbols};
 
-/// A set of positions.
+/// A set of positions, one bit each.
 pub(super) type Set = u128;
 
-/// Automaton of one expression, which reads paths from the light.
+/// Automaton of one expression. It reads a path from the light to the camera.
 #[derive(Clone, Debug)]
 pub(super) struct Positions {
     symbols: Vec<Symbols>,
-    /// Possible first positions: lights.
+    /// Positions of lights, at which a path may start.
     pub first: Set,
-    /// Possible next positions of each position.
+    /// For each position, the positions that may follow it.
     next: Vec<Set>,
-    /// Positions of the camera, which are always last.
+    /// Positions of the camera symbol, which ends every path.
     camera: Set,
 }
 
 impl Positions {
-    /// Automaton of `node`, which must start at the camera and end at a light, or the other way
-    /// round.
+    /// Builds the automaton of `node`. The expression must lead from the camera to a light, or from
+    /// a light to the camera.
     pub fn new(node: &Node) -> Result<Self, LightPathError> {
         let mut builder = Builder::default();
         let all = builder.add(node)?;
@@ -40,7 +40,8 @@ impl Positions {
                 "write C…L as in C<RD>L, or L…E as in LS+DE",
             ));
         }
-        // Reversed if it starts at the camera
+        // Positions before position `i`. They become the next positions if the expression starts at
+        // the camera.
         let before = |i: usize| {
             let precedes = |&j: &usize| follow[j] >> i & 1 == 1;
             (0..symbols.len()).filter(precedes).fold(0, |set, j| set | 1 << j)
@@ -68,13 +69,13 @@ impl Positions {
         })
     }
 
-    /// Elements of `positions` that match one of `symbols`.
+    /// Elements of `positions` that match at least one of `symbols`.
     pub fn matching(&self, positions: Set, symbols: Symbols) -> Set {
         let matches = |&i: &usize| positions >> i & 1 == 1 && self.symbols[i] & symbols != 0;
         (0..self.symbols.len()).filter(matches).fold(0, |set, i| set | 1 << i)
     }
 
-    /// Possible next positions of all `positions`.
+    /// Positions that may follow any of `positions`.
     pub fn following(&self, positions: Set) -> Set {
         let members = (0..self.symbols.len()).filter(|i| positions >> i & 1 == 1);
         members.fold(0, |set, i| set | self.next[i])
@@ -86,7 +87,7 @@ impl Positions {
     }
 }
 
-/// Possible first and last positions of an expression.
+/// Possible first and last positions of a part of an expression.
 #[derive(Clone, Copy)]
 struct Fragment {
     is_nullable: bool,
@@ -142,7 +143,8 @@ impl Builder {
                 },
             ),
             Node::Repeated { node, min, max } => {
-                // One copy per repetition; without a maximum the last copy is a loop.
+                // Add a copy of `node` for each repetition. Without a maximum, the last copy is a
+                // loop.
                 let copies = max.unwrap_or((*min).max(1));
                 let mut all = None;
                 for i in 0..copies {

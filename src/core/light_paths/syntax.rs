@@ -5,7 +5,7 @@ use super::error::LightPathError;
 /// A set of symbols, one bit each.
 pub(super) type Symbols = u16;
 
-/// Reflection, transmission; in the order of [`EventKind`](crate::bsdf::EventKind).
+/// Sets of scattering events, with the bits in the order of [`EventKind`](crate::bsdf::EventKind).
 const REFLECTED: Symbols = 0b000_111;
 const TRANSMITTED: Symbols = 0b111_000;
 const DIFFUSE: Symbols = 0b001_001;
@@ -13,32 +13,32 @@ const GLOSSY: Symbols = 0b010_010;
 const SPECULAR: Symbols = 0b100_100;
 /// All scattering events.
 pub(super) const EVENTS: Symbols = REFLECTED | TRANSMITTED;
-/// Lights, in the order of [`PathLight`](super::PathLight).
+/// Symbols of the lights, in the order of [`PathLight`](super::PathLight).
 pub(super) const BACKGROUND: Symbols = 1 << 6;
 pub(super) const SURFACE: Symbols = 1 << 7;
 pub(super) const POINT: Symbols = 1 << 8;
 pub(super) const LIGHTS: Symbols = BACKGROUND | SURFACE | POINT;
-/// The camera.
+/// Symbol of the camera.
 pub(super) const CAMERA: Symbols = 1 << 9;
 
-/// Maximum length of an expression, in characters: limits recursion.
+/// Maximum length of an expression, in characters. It limits the recursion of the parser.
 const MAX_LENGTH: usize = 200;
 /// Maximum count of a repetition.
 const MAX_COUNT: u32 = 100;
 
-/// Hint of all errors about symbols.
+/// Hint of errors about unknown symbols.
 const KNOWN: &str = "symbols are C or E (camera), L, O, B (lights), D, G, S (scattering), R, T (reflection, transmission) and . (any scattering)";
 
 /// A regular expression over symbols.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Node {
-    /// One of these symbols.
+    /// Matches any symbol of the set.
     Symbol(Symbols),
-    /// All nodes in their order.
+    /// Matches all nodes, one after another.
     Sequence(Vec<Node>),
-    /// Any one of the nodes.
+    /// Matches any one of the nodes.
     Either(Vec<Node>),
-    /// From `min` to `max` times; any number of times without `max`.
+    /// Matches `node` repeated `min` to `max` times; without `max`, `min` times or more.
     Repeated {
         node: Box<Node>,
         min: u32,
@@ -51,7 +51,7 @@ pub(super) fn parse(text: &str) -> Result<Node, LightPathError> {
     let symbols: Vec<(usize, char)> = text.chars().enumerate().filter(|(_, c)| !c.is_whitespace()).collect();
     if symbols.len() > MAX_LENGTH {
         let message = format!("the expression has {} characters", symbols.len());
-        return Err(LightPathError::new(message, format!("use {MAX_LENGTH} at most")));
+        return Err(LightPathError::new(message, format!("use at most {MAX_LENGTH}")));
     }
     let mut parser = Parser {
         length: text.chars().count(),
@@ -66,7 +66,7 @@ pub(super) fn parse(text: &str) -> Result<Node, LightPathError> {
 
 struct Parser<'a> {
     length: usize,
-    /// Remaining text, each character with its position.
+    /// Remaining characters, each with its position in the text.
     rest: &'a [(usize, char)],
 }
 
@@ -90,7 +90,7 @@ impl Parser<'_> {
         is_next
     }
 
-    /// Error at the next character.
+    /// Error: the next character is unexpected. `help` is a hint on how to correct it.
     fn unexpected(&self, help: impl Into<String>) -> LightPathError {
         let message = match self.rest.first() {
             Some(&(place, c)) => format!("unexpected `{}` at character {}", c.escape_default(), place + 1),
@@ -160,7 +160,7 @@ impl Parser<'_> {
         while let Some(digit) = self.peek().and_then(|c| c.to_digit(10)) {
             let next = count.unwrap_or(0) * 10 + digit;
             if next > MAX_COUNT {
-                return Err(self.unexpected(format!("counts are {MAX_COUNT} at most")));
+                return Err(self.unexpected(format!("the maximum count is {MAX_COUNT}")));
             }
             count = Some(next);
             self.take();
@@ -183,7 +183,7 @@ impl Parser<'_> {
         }))
     }
 
-    /// Parses `<RD>`: events that are in all sets.
+    /// Parses an event such as `<RD>`: the symbols that are in all sets between the brackets.
     fn event(&mut self) -> Result<Symbols, LightPathError> {
         self.take();
         let mut events = EVENTS;
@@ -200,7 +200,7 @@ impl Parser<'_> {
         Ok(events)
     }
 
-    /// Parses a letter, `[DG]` or `[^S]`.
+    /// Parses a set of symbols: a letter, `[DG]` or `[^S]`.
     fn set(&mut self) -> Result<Symbols, LightPathError> {
         if !self.takes('[') {
             return self.letter();
@@ -254,7 +254,8 @@ fn repeat(node: Node, (min, max): (u32, Option<u32>)) -> Node {
     }
 }
 
-/// All symbols of the sort of `symbols`. `None` if they have several sorts.
+/// All symbols of the same sort as `symbols`: scattering events, lights, or the camera. `None` if
+/// `symbols` has several sorts.
 fn sort(symbols: Symbols) -> Option<Symbols> {
     [EVENTS, LIGHTS, CAMERA].into_iter().find(|sort| symbols & !sort == 0)
 }

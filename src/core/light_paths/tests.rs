@@ -13,7 +13,7 @@ impl Dice {
     }
 }
 
-/// Ends of all matches of `node` that start at `start`, by definition.
+/// Ends of all matches of `node` in `word` that begin at `start`, by the definition of each node.
 fn ends(node: &Node, word: &[Symbols], start: usize) -> BTreeSet<usize> {
     match node {
         Node::Symbol(symbols) => {
@@ -49,7 +49,7 @@ const KINDS: [EventKind; 6] = [
 ];
 const LIGHTS: [PathLight; 3] = [PathLight::Background, PathLight::Surface, PathLight::Point];
 
-/// All sequences of at most `max` events, from the camera on.
+/// All sequences of 0 to `max` events, in the order from the camera to the light.
 fn sequences(max: usize) -> Vec<Vec<EventKind>> {
     let mut all = vec![Vec::new()];
     let mut start = 0;
@@ -95,7 +95,7 @@ fn named(names: &[&str]) -> Vec<PathPart> {
     parts
 }
 
-/// Checks all paths with at most four events.
+/// Compares the automaton of `expressions` with the definition, for all paths with 0 to 4 events.
 fn check(expressions: &[String]) {
     let parts: Vec<PathPart> = expressions.iter().flat_map(|e| own(e).unwrap()).collect();
     let paths = LightPaths::new(&parts).unwrap();
@@ -199,7 +199,7 @@ fn mistakes_are_named_with_their_place() {
         ("C()L", "`)` at character 3"),
         ("CD{3,1}L", "`}` at character 7"),
         ("CD{0}L", "`}` at character 5"),
-        ("CD{101}L", "counts are 100"),
+        ("CD{101}L", "the maximum count is 100"),
         ("CD{,3}L", "`,` at character 4"),
         ("C(.{50}){50}L", "longer than 128 events"),
         ("CV L", "`V` at character 2"),
@@ -284,7 +284,8 @@ fn names_are_checked() {
         .flat_map(|i| PathPart::parse(&format!("lpe:e{i}=CDL")).unwrap())
         .collect();
     assert!(LightPaths::new(&many[..40]).is_ok() && LightPaths::new(&many).is_err());
-    // Its states must distinguish which of the last seven events were diffuse.
+    // The automaton of this expression must distinguish which of the last seven events were
+    // diffuse.
     let deep = PathPart::parse("lpe:a=C.{7}D.*L").unwrap();
     assert!(
         LightPaths::new(&deep)
@@ -294,7 +295,8 @@ fn names_are_checked() {
     );
 }
 
-/// All named parts together need few classes, and each class is in the right number of parts.
+/// All named parts together need few classes, and each class is in exactly one part of each
+/// division of the image.
 #[test]
 fn named_parts_divide_all_paths() {
     let names: Vec<&str> = PathPart::names()

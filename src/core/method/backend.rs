@@ -24,9 +24,9 @@ impl Backend {
         InvalidSetting::new("backend", format!("{}: not built in", self.name()), help)
     }
 
-    /// Builds the acceleration structure of `scene` like [`Backend::build`], but valid as long as
-    /// the meshes of the scene stay. Light, materials and the camera may change. `None` for a
-    /// backend without a structure.
+    /// Builds the acceleration structure of `scene` like [`Backend::build`], but without a borrow
+    /// of the scene. It stays valid until the meshes of the scene change. Lights, materials and the
+    /// camera may change. Returns `None` for a backend without a structure.
     pub fn build_kept(self, scene: &Scene, pool: &rayon::ThreadPool) -> Result<Option<AnyAccel<'static>>, Error> {
         match self {
             #[cfg(feature = "embree")]
@@ -42,14 +42,14 @@ impl Backend {
                 _ => None,
             }),
             _ => {
-                // A program without these backends uses neither variable.
+                // If neither backend is built in, both variables are unused.
                 let _ = (scene, pool);
                 Ok(None)
             }
         }
     }
 
-    /// Builds the acceleration structure of `scene` with the threads of `pool`: the only code that
+    /// Builds the acceleration structure of `scene` with the threads of `pool`. No other code
     /// chooses the backend.
     pub fn build<'a>(self, scene: &'a Scene, pool: &rayon::ThreadPool) -> Result<AnyAccel<'a>, Error> {
         match self {
@@ -84,7 +84,7 @@ impl Backend {
 #[cfg(feature = "obvhs")]
 const OBVHS_BUILDING_BYTES: u64 = 400;
 
-/// The acceleration structure of any backend; copies share it.
+/// Acceleration structure of any backend. Clones share the structure.
 #[derive(Clone)]
 pub enum AnyAccel<'a> {
     /// Structure of Embree.
@@ -95,7 +95,7 @@ pub enum AnyAccel<'a> {
     Obvhs(Arc<bvh::BvhAccel>),
     /// No structure: every triangle is tested.
     Brute(brute::BruteForce<'a>),
-    /// Structure of one backend, with a share of its rays checked against another.
+    /// Structure of one backend. A share of its rays is checked against another backend.
     Audited(&'a Auditor<'a>),
 }
 

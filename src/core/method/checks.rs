@@ -9,16 +9,19 @@ use crate::light_paths::PathPart;
 use crate::options::{IntegratorKind, MaxDepth, Method, Named, Value, VertexMergingSettings};
 use crate::scene::Scene;
 
-/// Maximum number of rays to the last vertices of one branching sample: takes seconds.
+/// Maximum number of rays to the last vertices of one sample of `distributed`. Such a sample takes
+/// seconds.
 const MAX_BRANCHES: f64 = 1e7;
-/// Maximum number of scattering events if the strategies of all lengths are separated.
+/// Maximum `--max-depth` if the light of each bidirectional strategy is written to channels.
 const MAX_STRATEGIES_DEPTH: u32 = 6;
-/// Number of light samples per vertex above which choosing one lamp is surely better.
+/// Number of light samples per vertex above which sampling one chosen lamp is surely better than
+/// sampling all lamps.
 const MANY_SAMPLES: u32 = 32;
-/// Maximum number of light paths that are stored for merging: some 1.5 kB each.
+/// Maximum number of light paths that `vcm` stores for merging. A path takes some 1.5 kB.
 const MAX_MERGED_PHOTONS: u32 = 1 << 24;
 
-/// Returns true if the integrator shows other backgrounds than the lights.
+/// Returns true if the integrator can show a background that differs from the lights, such as a
+/// transparent one.
 fn shows_background(kind: IntegratorKind) -> bool {
     match kind {
         IntegratorKind::Path
@@ -41,8 +44,9 @@ fn shows_background(kind: IntegratorKind) -> bool {
     }
 }
 
-/// Returns true if the integrator supports a shadow-catching ground. `ao` and `debug` show it as a
-/// surface. Photons and records of irradiance do not reach far beyond the scene.
+/// Returns true if the integrator supports a shadow-catching ground. `ao` and `debug` show the
+/// ground as an ordinary surface. Methods with photons or records of irradiance do not support it:
+/// these do not reach far beyond the scene.
 fn catches_shadows(kind: IntegratorKind) -> bool {
     use IntegratorKind::{IrradianceCache, PhotonMap, ProgressivePhotons};
     shows_background(kind) && !matches!(kind, IrradianceCache | PhotonMap | ProgressivePhotons)
@@ -54,8 +58,8 @@ fn separates_paths(kind: IntegratorKind) -> bool {
     matches!(kind, Path | Naive | Direct | Bidirectional)
 }
 
-/// Returns true if all paths start at the camera, sample by sample. Such paths have a wavelength if
-/// glass disperses light.
+/// Returns true if all paths start at the camera, sample by sample. Such a path has one wavelength
+/// if glass disperses light.
 fn starts_at_camera(kind: IntegratorKind) -> bool {
     use IntegratorKind::{AmbientOcclusion, Area, Debug, Direct, Distributed, Naive, OneSample, Path, Whitted};
     matches!(
@@ -71,11 +75,12 @@ fn names_of(is: fn(IntegratorKind) -> bool) -> String {
 }
 
 impl Method {
-    /// Returns an error if the values of a method are incompatible.
+    /// Returns an error if the method would store too many photons, or trace too many rays per
+    /// sample.
     pub fn check(&self) -> Result<(), Error> {
         match self {
             Self::VertexMerging(VertexMergingSettings { photons: Some(n), .. }) if *n > MAX_MERGED_PHOTONS => {
-                let help = format!("{MAX_MERGED_PHOTONS} at most with vcm, whose iterations add up");
+                let help = format!("use at most {MAX_MERGED_PHOTONS} with vcm, whose iterations add up");
                 Err(InvalidSetting::new("photons", n, help).into())
             }
             _ => self.check_branches(),
@@ -94,12 +99,14 @@ impl Method {
         }
         Err(Error::Refused(format!(
             "--integrator distributed with --branching {branching} and a depth of {depth} traces {rays:.1e} rays for one sample\n  \
-             help: lower --branching, --tree-depth or --max-depth: branching ^ depth of {MAX_BRANCHES:.0} at most"
+             help: lower --branching, --tree-depth or --max-depth: the maximum of branching ^ depth is {MAX_BRANCHES:.0}"
         )))
     }
 
-    /// Checks if the method can find the lights of the scene: no ray hits light from single points
-    /// or directions. Returns an error if the scene has no other light, else a warning.
+    /// Checks if the method can find the lights of the scene. A method that does not sample lights
+    /// misses lights of a single point or direction, because no ray hits them. Returns an error if
+    /// the scene has no other lights, or if `area` would miss a sphere or disk light. Returns a
+    /// warning if only part of the light is missing.
     pub fn check_lights(&self, scene: &Scene) -> Result<Option<String>, Error> {
         let is_round = |light: &Light| matches!(light, Light::Sphere(_) | Light::Disk(_));
         if self.kind() == IntegratorKind::Area && scene.lights().iter().any(is_round) {
@@ -129,9 +136,9 @@ impl Method {
         Ok(Some(format!("{words}: its light is missing from the picture")))
     }
 
-    /// Returns an error if the method cannot show `background`. Methods that send light to other
-    /// pixels connect only surfaces; camera rays that leave the scene are only one of their
-    /// strategies.
+    /// Returns an error if the method cannot show `background`. Methods that splat light to other
+    /// pixels show only the lights: they connect surfaces, and camera rays that leave the scene are
+    /// only one of their strategies.
     pub fn check_background(&self, background: Background) -> Result<(), InvalidSetting> {
         if background == Background::Light || shows_background(self.kind()) {
             return Ok(());
@@ -145,8 +152,8 @@ impl Method {
         Err(InvalidSetting::new("background", value, help))
     }
 
-    /// Returns true if the method shows other backgrounds than the lights, such as a transparent
-    /// one.
+    /// Returns true if the method can show a background that differs from the lights, such as a
+    /// transparent one.
     pub fn shows_backgrounds(&self) -> bool {
         shows_background(self.kind())
     }
@@ -206,7 +213,7 @@ impl Method {
         (scene.is_moving() && open < close).then(|| words.into())
     }
 
-    /// Returns an error if glass disperses light and the method has no wavelengths.
+    /// Returns an error if glass disperses light and the paths of the method have no wavelength.
     pub fn check_dispersion(&self, scene: &Scene) -> Result<(), Error> {
         if !scene.is_dispersive() || starts_at_camera(self.kind()) {
             return Ok(());
@@ -221,7 +228,7 @@ impl Method {
         )))
     }
 
-    /// Returns a warning if all lamps are sampled at each vertex, and there are many.
+    /// Returns a warning if the method samples all lamps at each vertex and there are many lamps.
     pub fn check_lamps(&self, selection: &LightSelection) -> Option<String> {
         self.value::<SelectionMode>("light_selection")?;
         let lamps = selection.all()?;
@@ -233,8 +240,8 @@ impl Method {
         })
     }
 
-    /// Returns true if the method is unbiased and leaves no paths out, so that it can be a
-    /// reference. Light of single points and directions is a separate check
+    /// Returns true if the method is unbiased and omits no paths, so that its image can be a
+    /// reference. Lights of a single point or direction are a separate check
     /// ([`Method::check_lights`]).
     pub fn finds_all_light(&self) -> bool {
         match self.kind() {
@@ -243,11 +250,11 @@ impl Method {
             | IntegratorKind::Bidirectional
             | IntegratorKind::PrimarySpace
             | IntegratorKind::PathSpace => true,
-            // Light seen in mirrors and through glass is missing.
+            // `light` misses light that the camera sees in mirrors and through glass.
             IntegratorKind::Light
-            // Its variance has no bound.
+            // The variance of `area` has no bound.
             | IntegratorKind::Area
-            // These have shorter paths.
+            // All other methods omit long paths, or are biased.
             | IntegratorKind::Distributed
             | IntegratorKind::Direct
             | IntegratorKind::Whitted
@@ -280,7 +287,8 @@ impl Method {
         Err(InvalidSetting::new("aov", value, help))
     }
 
-    /// Returns an error for channels of strategies if the method has none, or too many.
+    /// Checks the channels of strategies. Returns an error if the method has no strategies, or too
+    /// many.
     pub fn check_strategies(&self) -> Result<(), InvalidSetting> {
         let wrong = |value: &str, help: &str| Err(InvalidSetting::new("aov", format!("strategies: {value}"), help));
         if self.kind() != IntegratorKind::Bidirectional {
@@ -293,7 +301,7 @@ impl Method {
             None => "their number has no limit without a --max-depth".into(),
         };
         let help = format!(
-            "use a --max-depth of {MAX_STRATEGIES_DEPTH} at most: that is {} ways to make a path, of 6 channels each",
+            "use a --max-depth of at most {MAX_STRATEGIES_DEPTH}: that is {} ways to make a path, of 6 channels each",
             strategies(MAX_STRATEGIES_DEPTH).count()
         );
         wrong(&value, &help)

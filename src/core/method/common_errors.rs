@@ -1,11 +1,11 @@
-//! Correlation of a method's errors. The renderer writes it as `embrasure.commonErrors`, for
-//! `compare/significance`.
+//! Correlation of a method's errors between pixels. The renderer writes it as
+//! `embrasure.commonErrors`, for `compare/significance`.
 
 use crate::compare::CommonErrors;
 use crate::options::{Method, PathReuse};
 
 impl Method {
-    /// Errors that pixels of an image have in common.
+    /// Errors that pixels of an image have in common, for significance tests.
     pub fn common_errors(&self) -> CommonErrors {
         match self {
             _ if self.repeats_directions() => CommonErrors::Picture,
@@ -19,7 +19,8 @@ impl Method {
             | Self::Direct(_)
             | Self::AmbientOcclusion(_)
             | Self::Debug(_) => CommonErrors::None,
-            // Light paths reach few pixels each, but photons within a fixed radius may reach many.
+            // A light path reaches few pixels, but photons within a fixed radius may reach many
+            // pixels.
             Self::VertexMerging(settings) if settings.photon_radius.is_some() => CommonErrors::Sample,
             Self::Light(_) | Self::Bidirectional(_) | Self::VertexMerging(_) => CommonErrors::Tile,
             Self::PrimarySpace(_) | Self::PathSpace(_) | Self::ProgressivePhotons(_) => CommonErrors::Sample,

@@ -1,4 +1,5 @@
-//! Renders with integrators that a program makes itself, compiled in this crate.
+//! Renders with integrators that the calling program constructs. The render loop is compiled in
+//! this crate.
 
 use crate::accel::Accel;
 use crate::film::Film;
@@ -15,9 +16,9 @@ use crate::sampler::RenderSampler;
 ///
 /// [`Integrator`](crate::integrator::Integrator) and
 /// [`IterationIntegrator`](crate::integrator::IterationIntegrator) are generic: a program that
-/// calls them compiles the integrator again, with its own optimisation level. This call is compiled
-/// here. [`Method`](crate::options::Method) makes integrators from settings, and their prepared
-/// data.
+/// calls them compiles the integrator again, with the optimisation level of the program.
+/// [`CompiledIntegrator::render`] is compiled in this crate. [`Method`](crate::options::Method)
+/// makes integrators, and the data that they need, from settings.
 pub trait CompiledIntegrator: Sync {
     /// Adds samples to every pixel of `film` until the condition `stop` holds.
     fn render(
@@ -29,7 +30,7 @@ pub trait CompiledIntegrator: Sync {
     ) -> (Outcome, Statistics);
 }
 
-/// Implements [`CompiledIntegrator`] for integrators of samples.
+/// Implements [`CompiledIntegrator`] for integrators that take samples of pixels.
 macro_rules! of_samples {
     ($($integrator:ident),+ $(,)?) => {$(
         impl CompiledIntegrator for $integrator<'_, &dyn Accel> {
@@ -46,7 +47,7 @@ macro_rules! of_samples {
     )+};
 }
 
-/// Implements [`CompiledIntegrator`] for integrators of iterations.
+/// Implements [`CompiledIntegrator`] for integrators that run iterations.
 macro_rules! of_iterations {
     ($($integrator:ident),+ $(,)?) => {$(
         impl CompiledIntegrator for $integrator<'_, &dyn Accel> {

@@ -1,14 +1,14 @@
-//! A method over a backend: the choice of the backend (`backend`) and of the integrator (`run`),
-//! settings and scenes that a method rejects (`checks`), and the correlation of its errors
-//! (`common_errors`). Sessions use it. Programs that make their own integrators render by
-//! `compiled`.
+//! Renders with a method over a backend. `backend` chooses the backend, `run` chooses the
+//! integrator, `checks` rejects settings and scenes that the method does not support, and
+//! `common_errors` describes the correlation of its errors. Sessions use this module. `compiled` is
+//! for programs that construct their own integrators.
 //!
-//! Functions take [`AnyAccel`] and [`RenderSampler`], and nothing generic: so they are compiled
-//! here, with full optimisation, and not in the calling program.
+//! Functions take [`AnyAccel`] and [`RenderSampler`] and are not generic, so they are compiled
+//! here, with full optimisation, and not again in the calling program.
 //!
-//! `path` and `direct` are monomorphised per backend for the samples of the image, because a call
+//! For the samples of the image, `path` and `direct` are monomorphised per backend, because a call
 //! that the compiler cannot inline costs some percent of a ray. All other integrators, and samples
-//! with separate light groups, call `&dyn Accel`. They are many: compiling each for every backend,
+//! with separate light groups, call `&dyn Accel`. Compiling each of them for every backend,
 //! observer and kind of light would take minutes, and rays are a smaller part of their work.
 //! `render/dispatch.rs` has the calls.
 //!
@@ -50,8 +50,8 @@ impl Method {
     }
 
     /// Returns true if the method samples lights at surface points and weights them by MIS against
-    /// other strategies. Without MIS, sampling by learned visibility would seldom find light that
-    /// no learning ray has seen, and then with a large weight.
+    /// other strategies. Without MIS, light selection by learned visibility would seldom sample
+    /// light that no learning ray has reached, and would then give the sample a large weight.
     fn weighs_lights(&self) -> bool {
         let has_choice = self.value::<SelectionMode>("light_selection").is_some();
         use IntegratorKind::{Area, Light, OneSample, Whitted};
@@ -67,8 +67,8 @@ impl Method {
         }
     }
 
-    /// Sampling of emitting triangles. It decides which triangles are joined to rectangles, so it
-    /// belongs to the scene.
+    /// Sampling of emitting triangles. The scene builder needs it, because it decides which
+    /// triangles are joined to rectangles.
     pub fn triangle_sampling(&self) -> TriangleSampling {
         self.value("triangle_sampling").unwrap_or_default()
     }
@@ -80,8 +80,8 @@ impl Method {
         builder
     }
 
-    /// Returns true if the method gathers light of single lights, so that they can be separated.
-    /// Records of irradiance contain all lights together.
+    /// Returns true if the method estimates the light of each source separately, as light groups
+    /// need. Records of irradiance contain the light of all sources together.
     pub fn gathers_light(&self) -> bool {
         use IntegratorKind::{AmbientOcclusion, Debug, IrradianceCache};
         !matches!(self.kind(), AmbientOcclusion | Debug | IrradianceCache)
@@ -93,8 +93,8 @@ impl Method {
         matches!(self.kind(), IntegratorKind::PhotonMap | IntegratorKind::IrradianceCache)
     }
 
-    /// Names of the method's strategies, in its order, by the number of light vertices and camera
-    /// vertices.
+    /// Names of the method's strategies, in the order of their channels. `s1_t2` is the strategy
+    /// with 1 light vertex and 2 camera vertices.
     pub fn strategies(&self) -> Vec<String> {
         match self {
             Self::Bidirectional(settings) => match settings.max_depth {
@@ -143,7 +143,7 @@ mod tests {
         })
     }
 
-    /// Common parameters of several methods are found by their names.
+    /// Parameters that several methods share are found by their names.
     #[test]
     fn shared_parameters_have_their_types() {
         for (_, kind) in IntegratorKind::NAMES {

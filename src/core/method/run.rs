@@ -21,7 +21,7 @@ use crate::render::{
 use crate::sampler::{RenderSampler, SampleKey, Sampler};
 use std::sync::OnceLock;
 
-/// Sampling of directions and of direct light, for methods with these parameters.
+/// Strategies for directions and direct light, from the settings of a method.
 macro_rules! strategy {
     ($settings:expr) => {
         Strategy {
@@ -32,7 +32,7 @@ macro_rules! strategy {
     };
 }
 
-/// Russian roulette, for methods with these parameters.
+/// Russian roulette, from the settings of a method.
 macro_rules! roulette {
     ($settings:expr) => {
         Roulette {
@@ -42,8 +42,8 @@ macro_rules! roulette {
     };
 }
 
-/// Search radius of progressive methods with these parameters; the default first radius is
-/// `$pixels` widths of a pixel.
+/// Search radius of a progressive method, from the settings of the method. The default first radius
+/// is `$pixels` times the width of a pixel.
 macro_rules! radius {
     ($settings:expr, $pixels:expr) => {
         ProgressiveRadius {
@@ -55,7 +55,7 @@ macro_rules! radius {
     };
 }
 
-/// Options of Markov chains, for methods with these parameters.
+/// Options of Markov chains, from the settings of a method.
 macro_rules! metropolis {
     ($settings:expr) => {
         Metropolis {
@@ -68,7 +68,7 @@ macro_rules! metropolis {
     };
 }
 
-/// Data of all samples of an image, made once, before the first sample.
+/// Data that all samples of an image use. Made once, before the first sample.
 #[derive(Debug)]
 pub struct Preparation {
     irradiance: Irradiance,
@@ -129,8 +129,8 @@ impl Method {
         if outcome == Outcome::Stopped {
             return (outcome, preparing);
         }
-        // Compiled separately for Embree; all other backends use dynamic dispatch, which costs
-        // about 1 % per query and keeps the build short.
+        // The render loop is compiled separately for Embree. All other backends use dynamic
+        // dispatch, which costs about 1 % per query and keeps the build short.
         let (outcome, statistics) = match world.accel {
             #[cfg(feature = "embree")]
             AnyAccel::Embree(accel) => {
@@ -146,7 +146,7 @@ impl Method {
         (outcome, preparing.merge(statistics))
     }
 
-    /// [`Method::render`] with one backend, after [`Method::prepare`].
+    /// [`Method::render`] for one type of backend, after [`Method::prepare`].
     fn render_by<A: Dispatch>(
         &self,
         RenderContext { world, prepared }: RenderContext<A>,
@@ -206,7 +206,7 @@ impl Method {
         (outcome, statistics.merge(others))
     }
 
-    /// [`Method::prepare`] for the data of this method.
+    /// Part of [`Method::prepare`]: makes the data that only this kind of method needs.
     fn prepare_method(
         &self,
         RenderContext { world, prepared }: RenderContext<&dyn Accel>,
@@ -233,7 +233,7 @@ impl Method {
                     return (Outcome::Stopped, statistics);
                 };
                 statistics.rays = rays;
-                // The first of several threads sets the maps for all.
+                // If several threads make maps, all use the maps of the first.
                 drop(prepared.photons.set(maps));
                 (Outcome::Complete, statistics)
             }
@@ -260,9 +260,10 @@ impl Method {
         }
     }
 
-    /// Traces the sample `key`, and the samples that a render traces together with it, after
-    /// [`Method::prepare`]. Calls `sink` for each sample, with true for `key`, to make its sink.
-    /// Returns false if the method has iterations, in which light may reach any pixel.
+    /// Traces the sample `key`, and the samples that a render traces together with it. Call
+    /// [`Method::prepare`] before. `sink` makes the sink of each sample; its argument is true for
+    /// the sample `key`. Returns false, and traces nothing, if the method has iterations, in which
+    /// light may reach any pixel.
     ///
     /// Backend and sink use dynamic dispatch, so that tracing single samples does not compile all
     /// integrators again.
@@ -302,8 +303,9 @@ impl Method {
         self.with_integrator(RenderContext { world, prepared }, sample)
     }
 
-    /// Runs iteration `index` after [`Method::prepare`], and calls `keep` with the record of each
-    /// sample and chain that lights `pixel`. Returns true if the method has iterations.
+    /// Runs iteration `index`, and calls `keep` with the record of each sample and chain that
+    /// contributes light to `pixel`. Call [`Method::prepare`] before. Returns true if the method
+    /// has iterations.
     pub fn record_iteration(
         &self,
         RenderContext { world, prepared }: RenderContext<&dyn Accel>,
@@ -337,7 +339,7 @@ impl Method {
         self.with_integrator(RenderContext { world, prepared }, record)
     }
 
-    /// Makes the integrator; the only code that chooses it.
+    /// Makes the integrator and runs `task` with it. No other code chooses the integrator.
     fn with_integrator<A: Dispatch, T: Task>(&self, context: RenderContext<A>, task: T) -> T::Output {
         let RenderContext { world, prepared } = context;
         // The path tracer is compiled separately for Embree; the many other integrators are
@@ -347,7 +349,7 @@ impl Method {
         let even = ImportanceImage::even();
         let importance = prepared.importance.get().unwrap_or(&even);
         match self {
-            // A dispersed path has one wavelength, which pixels do not share.
+            // Do not share dispersed paths: each has one wavelength, which differs between pixels.
             Self::Path(s) if s.reuse == PathReuse::Pixels && !world.scene.is_dispersive() => run(
                 world,
                 ReusingPathIntegrator { path: path(world, s) },
@@ -464,8 +466,9 @@ impl Method {
     }
 }
 
-/// Runs `task` with `fast`, compiled for the backend, for the samples of the image and with `any`
-/// for all others. A backend behind dynamic dispatch gains nothing from `fast` and uses only `any`.
+/// Runs `task` with an integrator in two forms. `fast` is compiled for the backend and takes the
+/// samples of the image. `any` takes all other samples. If the backend uses dynamic dispatch,
+/// `fast` would not be faster, and `any` takes all samples.
 fn run<A: Dispatch, T: Task>(_: World<A>, fast: impl Integrator, any: impl Integrator, task: T) -> T::Output {
     if A::IS_DYNAMIC {
         task.run(&any)
@@ -486,7 +489,8 @@ fn path<'a, A: Accel>(world: World<'a, A>, settings: &PathSettings) -> PathInteg
     }
 }
 
-/// Direct light is a path of depth 1, which roulette never ends.
+/// Path tracer for direct light: paths have a maximum depth of 1, and roulette never terminates
+/// them.
 fn direct<'a, A: Accel>(world: World<'a, A>, settings: &DirectSettings) -> PathIntegrator<'a, A> {
     PathIntegrator {
         world,

@@ -127,10 +127,13 @@ fn unsupported_outputs_are_errors() {
         ("--integrator bdpt --pixel 1,1", "no sample belongs to one pixel"),
         ("--integrator path --aov strategies", "--integrator bdpt"),
         ("--integrator light --aov strategies", "--integrator bdpt"),
-        ("--integrator bdpt --aov strategies --max-depth 7", "--max-depth of 6"),
+        (
+            "--integrator bdpt --aov strategies --max-depth 7",
+            "--max-depth of at most 6",
+        ),
         (
             "--integrator bdpt --aov strategies --max-depth none",
-            "--max-depth of 6",
+            "--max-depth of at most 6",
         ),
         (
             "--integrator irradiance-cache --aov lights",

@@ -1,9 +1,9 @@
 //! Cancellation of long work.
 //!
 //! Renders call their observer between samples, work items and iterations. A single sample may take
-//! long, too: loops that branch, gather, follow a chain or sample all lights call
-//! `RaySink::is_cancelled`, which calls the observer every sixteenth time. A cancelled loop
-//! returns, and its result is discarded with its tile or work item.
+//! long. Therefore loops that branch, gather, follow a chain or sample all lights call
+//! `RaySink::is_cancelled`, which calls the observer at every sixteenth call. A cancelled loop
+//! returns, and the incomplete tile or work item is discarded.
 //!
 //! Two limits bound the work of a sample: no path scatters more than 1024 times, for any
 //! `--max-depth` and roulette, and a sample of `distributed` has at most 10⁷ rays to its last
@@ -44,7 +44,7 @@ impl<'a> Cancellation<'a> {
         self.is_cancelled.get()
     }
 
-    /// Returns true if a loop was cancelled.
+    /// Returns true if a loop of the work item was cancelled. Does not call the observer.
     pub fn is_cancelled(&self) -> bool {
         self.is_cancelled.get()
     }

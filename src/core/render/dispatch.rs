@@ -1,5 +1,5 @@
-//! Integrators behind dynamic dispatch, with one call for a group of samples. Passes over tiles are
-//! compiled once. This module decides how often an integrator is compiled.
+//! Integrators behind dynamic dispatch. A call traces a group of samples, and passes over tiles are
+//! compiled once for all integrators. This module decides how often an integrator is compiled.
 
 use super::pixel_sample::PixelSample;
 use crate::integrator::{Integrator, Sink};
@@ -8,15 +8,16 @@ use crate::sampler::{SampleKey, Sampler};
 /// A sink behind dynamic dispatch.
 pub type DynSink<'s> = &'s mut (dyn Sink + 's);
 
-/// An integrator, as called by passes over tiles.
+/// Interface of an integrator for passes over tiles.
 pub trait SampleIntegrator<S>: Sync {
-    /// Pixels of a tile whose samples are traced together ([`Integrator::pixels_at_once`]).
+    /// Number of pixels of a tile whose samples are traced together
+    /// ([`Integrator::pixels_at_once`]).
     fn pixels_at_once(&self) -> usize;
 
     /// Traces samples of an image ([`Integrator::samples`]).
     fn samples(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [PixelSample]);
 
-    /// Traces samples into any sinks.
+    /// Traces samples with any type of sink.
     fn samples_into(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [DynSink]);
 }
 
@@ -36,11 +37,11 @@ impl<I: Integrator, S: Sampler> SampleIntegrator<S> for I {
     }
 }
 
-/// An integrator that is compiled for [`PixelSample`] too. `fast` equals `any`, except for its
-/// access to the backend.
+/// An integrator that is compiled for [`PixelSample`] and for sinks behind dynamic dispatch. `fast`
+/// and `any` are equal integrators, but `fast` calls the backend without dynamic dispatch.
 #[derive(Debug)]
 pub struct Monomorphic<I, J> {
-    /// Traces samples of images without parts of the light.
+    /// Traces samples of images that do not separate the light into parts.
     pub fast: I,
     /// Traces all other samples.
     pub any: J,

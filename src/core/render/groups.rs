@@ -1,12 +1,12 @@
 //! Groups of pixels that share their paths (`integrator/path/reuse`).
 //!
 //! The errors of the pixels of a group are correlated. Groups are random within a tile, so that no
-//! pattern shows, and new for each block of 64 samples. Within a block they are fixed, so that the
-//! samples of a pixel stay stratified for its companions. Tiles lie as in the full image, and a
-//! group includes pixels outside of the crop: a crop changes no bit.
+//! pattern shows, and new for each block of 64 samples. Within a block the groups are fixed, so
+//! that the samples of a pixel stay stratified for every pixel of its group. Tiles lie as in the
+//! full image, and a group includes pixels outside of the crop, so a crop changes no bit.
 //!
-//! `--pixel X,Y --sample K` traces the companions of the sample too and prints the light that the
-//! pixel receives from them.
+//! `--pixel X,Y --sample K` also traces the companions of the sample, which are the other samples
+//! of its group, and prints the light that the pixel receives from them.
 
 use crate::film::{BLOCK, Film, Rect};
 use crate::integrator::SAMPLES_AT_ONCE;
@@ -14,12 +14,12 @@ use crate::math::UVec2;
 use crate::math::hash::mix;
 use crate::sampler::SampleKey;
 
-/// The pixels of `cell`, in the order in which they are divided into groups for the sample with
-/// index `sample`.
+/// The pixels of `cell`, shuffled for the sample with index `sample`. Consecutive pixels form a
+/// group.
 ///
 /// Pixels of a group share errors. Random groups make no pattern, and the next block of samples has
-/// other groups. Within a block the groups are fixed, so that a pixel's samples stay stratified for
-/// all of them.
+/// other groups. Within a block the groups are fixed, so that the samples of a pixel stay
+/// stratified for all pixels of the group.
 pub(super) fn shuffled(cell: Rect, sample: u32) -> Vec<UVec2> {
     let mut pixels: Vec<UVec2> = cell.pixels().collect();
     let place = ((cell.min.y as u64) << 32) | cell.min.x as u64;
@@ -32,8 +32,8 @@ pub(super) fn shuffled(cell: Rect, sample: u32) -> Vec<UVec2> {
     pixels
 }
 
-/// The samples that a render traces together with `key`, including `key`, with an integrator that
-/// traces `pixels_at_once` pixels at once. Repeating a sample needs all of them.
+/// The samples that a render traces together with `key`, including `key`. `pixels_at_once` is the
+/// number of pixels that the integrator traces together. To repeat a sample, trace all of them.
 pub fn companions(pixels_at_once: usize, resolution: UVec2, key: SampleKey) -> Vec<SampleKey> {
     if pixels_at_once == 1 {
         return vec![key];
@@ -61,12 +61,12 @@ mod tests {
         };
         let first = shuffled(cell, 0);
         assert_eq!(in_order(first.clone()), cell.pixels().collect::<Vec<_>>());
-        // Equal groups within a block of samples, and other groups in the next block
+        // Groups are equal within a block of samples, and differ in the next block.
         assert_eq!(first, shuffled(cell, 63));
         assert_ne!(first, shuffled(cell, 64));
     }
 
-    /// Two pixels are in the same group of 16 of 256 as often as in random groups, neighbours too.
+    /// Two neighbouring pixels of 256 are in the same group of 16 as often as in random groups.
     #[test]
     fn neighbours_are_not_kept_together() {
         let (mut together, cells) = (0, 4000);
@@ -81,7 +81,7 @@ mod tests {
             let p = min + UVec2::splat(7);
             together += u32::from(place(p) == place(p + UVec2::X));
         }
-        // Binomial with p = 15/255
+        // The number of cells is binomial with p = 15/255
         let (n, p) = (cells as f64, 15.0 / 255.0);
         let z = (together as f64 - n * p) / (n * p * (1.0 - p)).sqrt();
         assert!(z.abs() < 4.0, "{together} of {cells}: {z}");

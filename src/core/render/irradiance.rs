@@ -5,9 +5,10 @@
 //! render and interruptions change no bit.
 //!
 //! Passes trace camera rays through the centre of every 32nd, 16th, … pixel, then through random
-//! points, and collect first matte surfaces that no record covers. Records are made 64 at a time in
-//! parallel. Records of a batch do not use each other. They are inserted in order, unless an
-//! earlier record of the batch covers them. Some 2 to 10 % are made in vain.
+//! points, and collect the first matte surfaces that no record covers. Records are made in
+//! parallel, in batches of 64 that do not use each other. Then the records of the batch are
+//! inserted in order. A record is discarded if an earlier record of the batch covers its place,
+//! which wastes some 2 to 10 % of the records.
 //!
 //! A `Renderer` that is stopped while it fills the cache keeps the records. A checkpoint does not
 //! store them: filling the cache again makes the same records.
@@ -27,14 +28,14 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// The irradiance cache of an image: filled before the first sample, and constant from then on.
 ///
-/// Its records depend on the scene, on the size and the camera of the whole image, and on the seed.
-/// They do not depend on threads, the crop, the samples or interruptions, so the bits of the image
-/// do not either.
+/// The records depend on the scene, on the size and the camera of the whole image, and on the seed.
+/// They do not depend on threads, the crop, the samples or interruptions, so these change no bit of
+/// the image.
 #[derive(Debug)]
 pub struct Irradiance {
     resolution: UVec2,
     seed: u64,
-    /// Progress, while the cache is incomplete.
+    /// State of the filling, while the cache is incomplete.
     filling: Mutex<Option<Filling>>,
     full: OnceLock<IrradianceCache>,
 }
@@ -56,13 +57,14 @@ impl Irradiance {
         (pixels / PIXELS_OF_A_RECORD).max(FEW_RECORDS)
     }
 
-    /// The cache; `None` if it is not filled.
+    /// Returns the cache, or `None` if it is not filled.
     pub fn cache(&self) -> Option<&IrradianceCache> {
         self.full.get()
     }
 
-    /// Fills the cache, if it is not filled, with records of `maker`. `error` is the relative error
-    /// of a record. If `observer` stops, progress is kept, and the next call continues.
+    /// Fills the cache with records that `maker` makes, if it is not filled. `error` is the
+    /// relative error of a record. If `observer` stops, the state is kept, and the next call
+    /// continues.
     ///
     /// The cache stays empty if the scene moves while the shutter is open: a record is valid only
     /// for its time.
@@ -75,40 +77,41 @@ impl Irradiance {
         if self.full.get().is_some() {
             return (Outcome::Complete, Statistics::default());
         }
-        // Moved out instead of locked: a thread that waits for others may run a second render
-        // meanwhile. That render starts again and gets the same records.
+        // Move the state out instead of holding the lock: a thread that waits for others may start
+        // a second render. That render begins with an empty state, and makes the same records.
         let filling = || self.filling.lock().unwrap_or_else(PoisonError::into_inner);
         let begun = filling().take();
         let mut begun = begun.unwrap_or_else(|| Filling::new(maker, error, self.resolution, self.seed));
         let (outcome, statistics) = begun.advance(maker, observer);
         match outcome {
             Outcome::Stopped => *filling() = Some(begun),
-            // The first result is used by all callers.
+            // If two calls fill the cache, all callers use the first result.
             Outcome::Complete => drop(self.full.set(begun.cache)),
         }
         (outcome, statistics)
     }
 }
 
-/// Distances between the pixels of the first passes. Each pass skips pixels of earlier passes.
+/// Distances between the pixels of the first passes. Each pass visits other pixels than the passes
+/// before; only the last pass visits all pixels.
 const STEPS: [u32; 6] = [32, 16, 8, 4, 2, 1];
 
-/// Passes with a random point in every pixel and on the lens: they reach other ways through glass,
-/// and surfaces between pixel centres.
+/// Number of passes with a random point in every pixel and on the lens. They find other ways
+/// through glass, and surfaces between pixel centres.
 const RANDOM_PASSES: u32 = 2;
 
-/// Pixels that are traced before their surfaces are processed.
+/// Number of pixels that are traced before records are made for their surfaces.
 const CHUNK: u64 = 4096;
 
-/// Number of records that are made at a time, independent of each other. Constant, since records
-/// must not depend on threads.
+/// Number of records of a batch, which are made independently of each other. It is constant,
+/// because records must not depend on threads.
 const BATCH: usize = 64;
 
-/// Minimum number of pixels per record. If the scene varies too much for this, as among leaves,
-/// path tracing is faster.
+/// Minimum number of pixels per record. If a scene needs more records, as among leaves, path
+/// tracing is faster.
 const PIXELS_OF_A_RECORD: u64 = 8;
 
-/// Number of records below which there is no limit.
+/// Number of records that every image may have.
 const FEW_RECORDS: u64 = 1 << 14;
 
 /// State of a cache that is being filled.
@@ -132,20 +135,20 @@ struct Pass {
     number: u32,
     /// True if the pass uses random points, false if pixel centres.
     is_random: bool,
-    /// First column and row, and distance to the next.
+    /// First column and row of the pass, and distance to the next column or row.
     first: u32,
     step: u32,
     /// Number of columns.
     columns: u64,
-    /// Number of pixels, and number of pixels traced so far.
+    /// Number of pixels of the pass, and number of pixels traced so far.
     count: u64,
     next: u64,
-    /// Index step from one pixel to the next. It has no common factor with `count`, so that all
-    /// pixels are visited, in an order far from each other.
+    /// Step of the index from one traced pixel to the next. It has no common factor with `count`,
+    /// so that the pass visits all pixels. Pixels that follow each other are far apart.
     stride: u64,
 }
 
-/// A record in progress.
+/// A record in progress. `record` is `None` until the attempt is complete.
 #[derive(Debug)]
 struct RecordInProgress {
     place: RecordSite,
@@ -153,7 +156,7 @@ struct RecordInProgress {
 }
 
 impl Filling {
-    /// Initial state.
+    /// State before the first pass.
     fn new<A: Accel>(maker: &RecordMaker<A>, error: f32, resolution: UVec2, seed: u64) -> Self {
         let world = &maker.path.world;
         Self {
@@ -174,8 +177,8 @@ impl Filling {
     fn advance<A: Accel>(&mut self, maker: &RecordMaker<A>, observer: &impl Observer) -> (Outcome, Statistics) {
         let mut statistics = Statistics::default();
         loop {
-            // Make records in parallel. Then insert them in order, unless an earlier one covers
-            // them.
+            // Make the records of the batch in parallel. Then insert them in order, except records
+            // that an earlier record covers.
             let seed = self.seed;
             let made = self
                 .batch
@@ -200,7 +203,7 @@ impl Filling {
                 return (Outcome::Complete, statistics);
             }
 
-            // The next sites that still need a record
+            // Collect the next sites that no record covers.
             while let Some(place) = self.found.pop_front() {
                 if !self.cache.covers(place.p(), place.n(), maker.layer(&place)) {
                     self.batch.push(RecordInProgress { place, record: None });
@@ -213,7 +216,7 @@ impl Filling {
                 continue;
             }
 
-            // Find more sites, in parallel
+            // Find more sites, in parallel.
             if observer.should_stop() {
                 return (Outcome::Stopped, statistics);
             }
@@ -247,11 +250,11 @@ impl RecordInProgress {
         let mut statistics = Statistics::default();
         if self.record.is_none() && !observer.should_stop() {
             let mut rays = Counter::new(observer);
-            // Passes through the same pixel have separate random numbers.
+            // Use separate random numbers for each pass through the same pixel.
             let pass = u64::from(self.place.key().sample);
             let mut sampler = Sobol::new(mix(!seed ^ pass));
             let (record, dropped) = maker.make(&self.place, &mut sampler, &mut rays);
-            // An incomplete record is made again.
+            // Discard an incomplete record. It is made again later.
             if rays.0.cancellation.is_cancelled() {
                 return statistics;
             }
@@ -269,7 +272,7 @@ fn passes(resolution: UVec2) -> VecDeque<Pass> {
     let random = (0..RANDOM_PASSES).map(|_| (1, true));
     let passes = (0..).zip(centres.chain(random));
     let pass = |(number, (step, is_random)): (u32, (u32, bool))| {
-        // In the middle of its squares, which only the last passes visit too
+        // Start in the middle of a square. Only passes over all pixels visit this pixel again.
         let first = step / 2;
         let along = |pixels: u32| u64::from(pixels.saturating_sub(first).div_ceil(step));
         let (columns, rows) = (along(resolution.x), along(resolution.y));
@@ -306,8 +309,8 @@ impl Pass {
     }
 }
 
-/// Number near `count` over the golden ratio, without a common factor with it: its multiples are
-/// spread evenly (Knuth 1973, §6.4).
+/// Number near `count` divided by the golden ratio, without a common factor with `count`. Multiples
+/// of this number, modulo `count`, are spread evenly (Knuth 1973, §6.4).
 fn stride(count: u64) -> u64 {
     let divisor = |mut a: u64, mut b: u64| {
         while b > 0 {

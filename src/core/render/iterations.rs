@@ -1,14 +1,14 @@
 //! Iterations of methods whose light paths contribute to any pixel (`IterationIntegrator`).
 //!
 //! The work of an iteration is divided into work items: blocks of pixels, and Markov chains. They
-//! run on any number of threads. Their light is added in their order, so that sums are plain f64
-//! and bits do not depend on threads. The light of at most `WORK_ITEMS_AT_ONCE` items is kept at a
-//! time.
+//! run on any number of threads. Their light is added in the order of the work items, so that sums
+//! are plain f64 and bits do not depend on threads. The light of a maximum of `WORK_ITEMS_AT_ONCE`
+//! items is kept at a time.
 //!
 //! If a render stops, an incomplete iteration is discarded, like the work of a tile. If only files
 //! must be written, the render pauses at the end of an iteration instead
-//! (`Observer::should_pause`). Errors of iterations are independent, so a pixel's accumulator has
-//! no blocks of 64 samples (`Accumulator::add_alone`).
+//! (`Observer::should_pause`). Errors of different iterations are independent, so the accumulator
+//! of a pixel needs no blocks of 64 samples (`Accumulator::add_alone`).
 
 use super::cancellation::{Cancellation, CountedRays};
 use super::light_parts::LightParts;
@@ -32,9 +32,10 @@ pub use record::{SampleRecord, record_iteration};
 /// Maximum number of work items whose light is kept until all earlier items are added. It bounds
 /// memory and changes no bit.
 const WORK_ITEMS_AT_ONCE: usize = 128;
-/// Approximate maximum bytes of this light. Each thread has at least one work item.
+/// Approximate maximum number of bytes of the kept light. Each thread keeps at least one work item,
+/// even if its light takes more.
 const BYTES_AT_ONCE: usize = 128 << 20;
-/// Approximate number of samples in a block of pixels, and of splats per sample.
+/// Approximate number of samples in a work item, and of splats per sample, to estimate its bytes.
 const SAMPLES_OF_A_WORK_ITEM: usize = 256;
 const LIGHTS_OF_A_SAMPLE: usize = 8;
 
@@ -42,8 +43,8 @@ const LIGHTS_OF_A_SAMPLE: usize = 8;
 /// of the item, and much more than the call.
 const PIXELS_BETWEEN_CHECKS: usize = 4;
 
-/// Adds iterations to `film`, after its existing ones, until the stop condition holds; its error is
-/// an estimate.
+/// Adds iterations to `film`, after the existing iterations, until the stop condition holds. The
+/// error of the condition is compared with the estimated error of the image.
 ///
 /// The result is bit-identical for any number of threads: the light of a work item depends only on
 /// its index, and work items are added in order. If the observer stops, the incomplete iteration is
@@ -80,8 +81,8 @@ pub fn render_iterations<I: IterationIntegrator, S: Sampler>(
     (Outcome::Complete, statistics)
 }
 
-/// Number of light groups that `film` separates. They are its first parts, before strategies and
-/// light paths.
+/// Number of light groups that `film` separates. Light groups are the first parts of the film,
+/// before strategies and light paths.
 fn groups_of(film: &Film, integrator: &impl IterationIntegrator) -> usize {
     film.parts_before_paths().saturating_sub(2 * integrator.strategies())
 }
@@ -99,7 +100,8 @@ fn light_bytes(separates_groups: bool, filter: &Filter, crop: Rect) -> usize {
     pixels.saturating_mul(size_of::<(UVec2, Spectrum)>() + group)
 }
 
-/// Number of work items that are kept at a time, if a splat has `light` bytes.
+/// Number of work items that are kept at a time with `threads` threads, if a splat has `light`
+/// bytes.
 fn work_items_at_once(light: usize, threads: usize) -> usize {
     let work_item = light.saturating_mul(SAMPLES_OF_A_WORK_ITEM * LIGHTS_OF_A_SAMPLE);
     (BYTES_AT_ONCE / work_item.max(1)).max(threads).min(WORK_ITEMS_AT_ONCE)
@@ -113,7 +115,7 @@ enum Work {
     Chain(u32),
 }
 
-/// The iteration with the index `index`; `None` if the observer stops.
+/// Runs the iteration with index `index`. Returns `None` if the observer stops.
 fn iteration<I: IterationIntegrator, S: Sampler>(
     integrator: &I,
     (sampler, filter): (&S, &Filter),
@@ -121,7 +123,7 @@ fn iteration<I: IterationIntegrator, S: Sampler>(
     index: u32,
     observer: &impl Observer,
 ) -> Option<(Iteration, Statistics)> {
-    // Preparation, shared by all work items
+    // Prepare the data that all work items share
     let prepare = |part, sampler: &mut S, rays: &mut CountedRays| integrator.prepare(index, part, sampler, rays);
     let (parts, rays) = in_work_items(integrator.preparations(), sampler, observer, prepare)?;
     let mut statistics = Statistics {
@@ -130,7 +132,7 @@ fn iteration<I: IterationIntegrator, S: Sampler>(
     };
     let prepared = integrator.join(index, parts);
 
-    // All work items, in batches
+    // Run all work items, in batches
     let seen = if integrator.sends_light() {
         Film::cells(film.resolution(), Rect::full(film.resolution()))
     } else {
@@ -157,7 +159,7 @@ fn iteration<I: IterationIntegrator, S: Sampler>(
         for work_item in work_items {
             statistics = statistics.merge(work_item.add_to(&mut iteration));
         }
-        // Progress, in samples
+        // Report progress, in samples
         let before = done;
         done += batch.len() as u64;
         let share = |work_items: u64| film.crop().area() * work_items / work.len() as u64;
@@ -167,32 +169,33 @@ fn iteration<I: IterationIntegrator, S: Sampler>(
     Some((iteration, statistics))
 }
 
-/// Film and filter that receive light.
+/// Film and filter that receive the light of an iteration.
 #[derive(Clone, Copy)]
 struct IterationTarget<'a> {
     filter: &'a Filter,
-    /// Number of light groups: the first parts of the light, before strategies (weighted and
-    /// unweighted).
+    /// Number of light groups, which are the first parts of the light. Strategies follow, each with
+    /// a weighted and an unweighted part.
     groups: usize,
-    /// Number of parts before the classes of paths.
+    /// Number of parts before the first class of paths.
     before_paths: usize,
     resolution: UVec2,
     crop: Rect,
-    /// As in [`IterationIntegrator::repeats`].
+    /// True if film positions repeat, as in [`IterationIntegrator::repeats`].
     repeats: bool,
 }
 
-/// Result of a work item.
+/// Sink of a work item, and its result.
 struct WorkItem<'a> {
     target: IterationTarget<'a>,
     light: Vec<(UVec2, Spectrum)>,
-    /// Light of parts: groups of lights, strategies, and classes of paths.
+    /// Light of parts, as pixel, index of the part, and light. Parts are light groups, strategies
+    /// and classes of paths.
     parts: Vec<(UVec2, usize, Spectrum)>,
     surfaces: Vec<(UVec2, FirstSurface)>,
-    /// Share of the background in each sample.
+    /// Pixels of samples that see the background, and the share of the background in each sample.
     backgrounds: Vec<(UVec2, Spectrum)>,
     statistics: Statistics,
-    /// Current sample, its filter weight, and the light in its own pixel.
+    /// Key and filter weight of the current sample, and its light in its own pixel.
     key: SampleKey,
     weight: f32,
     radiance: Spectrum,
@@ -200,7 +203,7 @@ struct WorkItem<'a> {
     groups: Option<LightParts<'static>>,
     view: Option<CameraView>,
     cancellation: Cancellation<'a>,
-    /// Path events, if they are recorded.
+    /// Path events of the work item, if they are recorded.
     record: Option<Vec<PathEvent>>,
 }
 
@@ -223,7 +226,7 @@ impl<'a> WorkItem<'a> {
         }
     }
 
-    /// Runs the work; `None` if the observer stops.
+    /// Runs the work of `work`. Returns `None` if the observer stops.
     fn of<I: IterationIntegrator>(
         mut self,
         integrator: &I,
@@ -278,10 +281,11 @@ impl<'a> WorkItem<'a> {
         (!self.cancellation.is_cancelled()).then_some(self)
     }
 
-    /// Adds light to `pixel`, and drops invalid light. Returns true if the light is kept.
+    /// Adds light to `pixel`, if the pixel is in the crop. Drops invalid light. Returns true if
+    /// light was added.
     fn fall_on(&mut self, pixel: UVec2, radiance: Spectrum) -> bool {
-        // Negative values are valid for a filter with negative lobes; the integrator's light was
-        // checked before.
+        // Negative light is valid here, because filters may have negative lobes. The light of the
+        // integrator was checked before.
         if !radiance.to_array().iter().all(|v| v.is_finite()) {
             self.drop(radiance);
             return false;
@@ -293,7 +297,9 @@ impl<'a> WorkItem<'a> {
         is_kept
     }
 
-    /// Adds to parts of the light, in the sample's own pixel or, with `film`, at a film position.
+    /// Adds light to parts of the image. An element of `light` is the index of the part and the
+    /// radiance. The light falls on the film position `film`; without `film`, on the sample's own
+    /// pixel.
     fn add_to_parts<const N: usize>(&mut self, light: [(usize, Spectrum); N], film: Option<Vec2>) {
         let mut add = |pixel: UVec2, weight: f32| {
             for (part, radiance) in light {
@@ -316,7 +322,7 @@ impl<'a> WorkItem<'a> {
         });
     }
 
-    /// Adds the light to `iteration`, and returns the statistics.
+    /// Adds the light of the work item to `iteration`, and returns the statistics.
     fn add_to(self, iteration: &mut Iteration) -> Statistics {
         for (pixel, radiance) in self.light {
             iteration.add(pixel, radiance);
@@ -446,7 +452,8 @@ impl SplatSink for WorkItem<'_> {
 }
 
 impl<'a> IterationTarget<'a> {
-    /// All pixels that the film position `film` contributes to, each with its filter value.
+    /// All pixels to which light at the film position `film` contributes, each with the value of
+    /// the filter.
     fn seen_by(self, film: Vec2) -> impl Iterator<Item = (UVec2, f32)> + 'a {
         let first = (!self.repeats).then_some(film);
         let repeated = self.repeats.then(|| self.repetitions(film));
@@ -454,11 +461,12 @@ impl<'a> IterationTarget<'a> {
         places.flat_map(move |film| self.seen_at(film))
     }
 
-    /// All film positions in reach of a panorama's pixels with the same direction as `film`: a turn
-    /// across, and over a pole to the other side.
+    /// All positions with the direction of `film` in a panorama, as far as the filter reaches
+    /// pixels from there. They lie whole turns to the side, or beyond a pole, half a turn to the
+    /// side.
     fn repetitions(self, film: Vec2) -> impl Iterator<Item = Vec2> + 'a {
         let size = self.resolution.as_vec2();
-        // Whole periods within reach
+        // Number of whole periods that the filter reaches
         let [across, down] = (self.filter.radius() / size).ceil().as_ivec2().to_array();
         let over = Vec2::new(film.x + 0.5 * size.x, -film.y);
         let rows =
@@ -466,9 +474,10 @@ impl<'a> IterationTarget<'a> {
         rows.flat_map(move |at| (-across - 1..=across).map(move |i| at + Vec2::new(i as f32 * size.x, 0.0)))
     }
 
-    /// Pixels that `film` contributes to, without repetitions.
+    /// Pixels to which light at the film position `film` contributes, without repetitions of a
+    /// panorama.
     fn seen_at(self, film: Vec2) -> impl Iterator<Item = (UVec2, f32)> + 'a {
-        // Pixels whose centre is within the filter's radius
+        // Range of pixels whose centres are within the filter's radius
         let reach = self.filter.radius();
         let size = self.resolution.as_vec2();
         let first = (film - (reach + 0.5)).ceil().max(Vec2::ZERO).as_ivec2();

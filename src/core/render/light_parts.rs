@@ -1,8 +1,8 @@
-//! Light of one sample by groups of lights and by classes of light paths.
+//! Light of one sample, separated by light groups and by classes of light paths.
 //!
-//! Light transport is linear in the lights. So a path's light from one group is an estimate of an
-//! image that only this group lights. Classes do not overlap. The sum of all light is kept
-//! separately, since adding the parts would round differently: `R G B` keep their bits.
+//! Light transport is linear in the lights. So the light that a path finds from one group is an
+//! estimate of the image that only this group lights. Classes do not overlap. The sum of all light
+//! is kept separately, because a sum of the parts would round differently: `R G B` keep their bits.
 
 use crate::bsdf::ScatteringEvent;
 use crate::color::Spectrum;
@@ -22,7 +22,7 @@ pub(super) struct LightParts<'a> {
 }
 
 impl<'a> LightParts<'a> {
-    /// No light yet.
+    /// Black parts.
     pub fn new(paths: Option<&'a LightPaths>) -> Self {
         Self {
             groups: [Spectrum::ZERO; LightGroups::MAX_GROUPS],
@@ -32,7 +32,8 @@ impl<'a> LightParts<'a> {
         }
     }
 
-    /// Adds light of one source. Light without a source, the sum of several, belongs to no part.
+    /// Adds `light` to its group and its classes. Light without a source is a sum over several
+    /// sources, and is not added.
     pub fn add(&mut self, light: &FoundLight) {
         let Some(source) = light.source.filter(|_| !light.radiance.is_black()) else {
             return;
@@ -50,13 +51,14 @@ impl<'a> LightParts<'a> {
         }
     }
 
-    /// Records the event by which the path leaves the vertex after `depth` scattering events.
+    /// Records the scattering event by which the path leaves a vertex. `depth` is the number of
+    /// earlier events.
     pub fn scattered(&mut self, depth: u32, event: ScatteringEvent) {
         self.events.truncate(depth as usize);
         self.events.push(event);
     }
 
-    /// Finishes the sample with the background and the ground that the camera ray sees.
+    /// Finishes the sample: applies the ground that the camera ray sees, and adds the background.
     pub fn finish(&mut self, view: &CameraView) {
         let CameraView::Ground(shadow) = view else { return };
         self.scale(shadow.light_factor());

@@ -1,24 +1,25 @@
 //! Adaptive sampling to a noise level: `--noise LEVEL`.
 //!
 //! A render ends when the estimated relative error of the image, the root of relMSE as
-//! `compare/metrics.rs` defines it, is LEVEL. The film stores for each pixel the spread of blocks
-//! of 64 samples; the error of a tile is the mean over its pixels. The estimate is unbiased for
-//! independent blocks, also with shared paths. It is a little too large for low-discrepancy points,
-//! whose blocks fill each other's gaps: the image is then better than the estimate. Unlike relMSE
-//! the estimate includes all pixels, and so is larger with fireflies. `Accumulator::squared_error`
-//! is the estimate for a pixel. Methods that make whole iterations compare the error of the whole
-//! image with LEVEL (`render/iterations.rs`).
+//! `compare/metrics.rs` defines it, is LEVEL. The film stores for each pixel the spread between
+//! blocks of 64 samples; the error of a tile is the mean over its pixels. The estimate is unbiased
+//! for independent blocks, even if pixels share paths. It is a little too large for low-discrepancy
+//! points: their blocks fill each other's gaps, so the image is better than the estimate. Unlike
+//! relMSE, the estimate includes all pixels, so fireflies make it larger.
+//! `Accumulator::squared_error` is the estimate for a pixel. Methods that make whole iterations
+//! compare the error of the whole image with LEVEL (`render/iterations.rs`).
 //!
 //! Tiles get samples in proportion to the root of the error after one block, which minimises the
 //! mean error (Neyman 1934). Stopping each tile at the same error would take as many samples as
-//! uniform sampling for the same mean error: errors fall as 1/n, so that noisy tiles gain what the
-//! others lose.
+//! uniform sampling for the same mean error: errors fall as 1/n, so noisy tiles would gain what the
+//! other tiles lose.
 //!
-//! Decisions are made between rounds and from the film only, so threads change no bit. They use the
-//! samples that are kept, which moves means a little (Kirk and Arvo 1991). The pixels of a tile
-//! therefore decide together, after at least 128 samples, and after more if the image has less than
-//! 256 pixels. docs/notebook/2026-11.md, "Stopping at a noise level", shows that no visible bias is
-//! left. A crop reaches the level separately; its pixels differ from those of the full image.
+//! Decisions are made between rounds and from the film only, so threads change no bit. The samples
+//! that decide are part of the image, which moves means a little (Kirk and Arvo 1991). The pixels
+//! of a tile therefore decide together, after at least 128 samples, and after more if the image has
+//! less than 256 pixels. docs/notebook/2026-11.md, "Stopping at a noise level", shows that no
+//! visible bias is left. A crop reaches the level separately, so its pixels differ from the same
+//! pixels of the full image.
 
 use super::dispatch::SampleIntegrator;
 use super::observer::{Observer, Outcome, should_leave};
@@ -30,13 +31,15 @@ use crate::film::{BLOCK, Film, Tile};
 use crate::sampler::Sampler;
 use rayon::prelude::*;
 
-/// Minimum number of differences between blocks, over all pixels, before the first decision.
+/// Minimum number of differences between blocks, summed over all pixels, for the first decision.
 const FIRST_DIFFERENCES: u64 = 256;
-/// Growth of a tile's number of blocks per round. After each round its error is more accurate.
+/// Maximum growth of a tile's number of blocks per round, as a share. After each round, the
+/// estimate of the tile's error is more accurate.
 const GROWTH: f64 = 0.25;
 
-/// Adds samples to every pixel of `film` until the condition `stop` holds: as [`render`] without a
-/// noise level, else until the error of the film is at most the level.
+/// Adds samples to every pixel of `film` until the condition `stop` holds. Without a noise level
+/// this is [`render`]. With a noise level the render ends when the estimated error of the film
+/// reaches the level.
 pub fn render_samples<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
@@ -50,17 +53,17 @@ pub fn render_samples<S: Sampler>(
     }
 }
 
-/// Adds samples to `film` until its estimated error ([`Film::error`], a squared relative error) is
-/// at most `level`². A pixel gets at most `max` samples, rounded down to whole blocks.
+/// Adds samples to `film` until its estimated error ([`Film::error`], a squared relative error)
+/// falls to `level`². A pixel gets a maximum of `max` samples, rounded down to whole blocks.
 ///
 /// Sample counts of tiles minimise the total error for the given work. With the squared error v of
 /// a tile after one block, Σ v/n is minimal for a given Σ n if n is proportional to √v (Neyman
 /// 1934). After each round, √v is estimated again from the differences between blocks.
 ///
-/// Decisions are made between rounds and from the film only, so bits do not depend on threads. They
-/// use the samples that are kept, which moves means a little (Kirk and Arvo 1991): a tile with too
-/// little light by chance probably gets too few samples. All pixels of a tile decide together, so
-/// that no pixel decides alone.
+/// Decisions are made between rounds and from the film only, so bits do not depend on threads. The
+/// samples that decide are part of the image, which moves means a little (Kirk and Arvo 1991): a
+/// tile that is too dark by chance probably gets too few samples. Therefore all pixels of a tile
+/// decide together.
 fn render_to_noise<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
@@ -70,7 +73,7 @@ fn render_to_noise<S: Sampler>(
     observer: &impl Observer,
 ) -> (Outcome, Statistics) {
     let max = max / BLOCK;
-    // Two blocks of every pixel, or more if there are few pixels
+    // Start with two blocks for every pixel, or more if there are few pixels
     let first = 1 + FIRST_DIFFERENCES.div_ceil(film.crop().area()) as u32;
     let first = first.min(max) * BLOCK;
     let (mut outcome, mut statistics) = render(integrator, sampler, film, first, observer);
@@ -95,7 +98,7 @@ fn render_to_noise<S: Sampler>(
             }
         }
 
-        // A round
+        // Run a round: add samples to each tile until it has its target
         let behind = film
             .tiles_mut()
             .par_iter_mut()
@@ -125,7 +128,7 @@ fn needed_blocks(film: &Film, level: f64, max: u32) -> Vec<u32> {
     if film.error() <= level * level {
         return vec![0; tiles.len()];
     }
-    // Squared error of one block, mean over the pixels of a tile
+    // Squared error of a tile after one block, as the mean over its pixels
     let one_block = |tile: &Tile| tile.error() * (tile.samples() / BLOCK) as f64;
     let roots: Vec<f64> = tiles.iter().map(|tile| one_block(tile).sqrt()).collect();
     let areas: Vec<f64> = tiles.iter().map(|tile| tile.bounds().area() as f64).collect();
@@ -199,7 +202,7 @@ mod tests {
         film
     }
 
-    /// Mean of `of` over the tiles of one half.
+    /// Mean of `of` over the tiles of the left or the right half.
     fn mean(film: &Film, left: bool, of: impl Fn(&Tile) -> f64) -> f64 {
         let tiles = film.tiles().iter().filter(|t| (t.bounds().min.x < SIZE.x / 2) == left);
         let values: Vec<f64> = tiles.map(of).collect();
@@ -211,7 +214,7 @@ mod tests {
         let level = 0.01;
         let film = rendered(level, 1 << 20, 3);
         assert!(film.error() <= level * level);
-        // Compared to the true mean, 1
+        // Error against the true mean, which is 1
         let error = mean_error(&film);
         assert!((error / (level * level) - 1.0).abs() < 0.1, "{error}");
         // Ten times the deviation takes ten times the samples.
@@ -224,7 +227,7 @@ mod tests {
         pixels.map(|(_, a)| (a.mean(0) - 1.0).powi(2) / 1.01).sum::<f64>() / film.crop().area() as f64
     }
 
-    /// Uniform sampling would need 1.7 times as many samples.
+    /// Uniform sampling would need 1.7 times as many samples as sampling to a noise level.
     #[test]
     fn samples_go_where_they_are_worth_most() {
         let level = 0.02;
@@ -238,7 +241,8 @@ mod tests {
         assert!(uniform / all > 1.5, "{all} samples per pixel instead of {uniform}");
     }
 
-    /// If the noisy half is limited, the quiet half gets more samples, as long as they help.
+    /// If the samples of the noisy half are limited, the quiet half gets more samples, as long as
+    /// they reduce the error of the image.
     #[test]
     fn others_make_up_for_what_may_not_be_had() {
         // Without a limit the halves need 625 and 6250 samples.
@@ -248,7 +252,7 @@ mod tests {
         assert!(noisy <= 5120.0 && quiet > 1000.0, "{quiet} {noisy}");
     }
 
-    /// The error estimate of one pixel is poor, so it takes more samples before it decides.
+    /// A single pixel takes more samples before it decides, because its error estimate is poor.
     #[test]
     fn few_pixels_look_longer() {
         let crop = Rect {
@@ -276,7 +280,7 @@ mod tests {
         assert_eq!(of(1), of(3));
     }
 
-    /// Means of pixels that decide together on their number of samples, over many images.
+    /// The mean over many images hardly moves, although pixels decide on their number of samples.
     #[test]
     fn means_hardly_move() {
         let pictures = 64;

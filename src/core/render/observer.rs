@@ -5,8 +5,8 @@ pub trait Observer: Sync {
     /// Called after `samples` more samples.
     fn progress(&self, samples: u64);
 
-    /// Estimates of the remaining `samples` and of the image's relative error `error`. Called by
-    /// renders without a known number of samples.
+    /// Receives the estimated number of remaining samples and the estimated relative error of the
+    /// image. Called by renders without a known number of samples.
     fn expect(&self, _samples: u64, _error: f64) {}
 
     /// Called during preparation: the irradiance cache now has `records` records.
@@ -62,7 +62,7 @@ impl Observer for &dyn Observer {
     }
 }
 
-/// Returns true if no new work must be started.
+/// Returns true if the render must stop or pause, and start no new work.
 pub(super) fn should_leave(observer: &impl Observer) -> bool {
     observer.should_stop() || observer.should_pause()
 }

@@ -10,13 +10,13 @@ use crate::color::Spectrum;
 use crate::film::{FilmSample, FirstSurface};
 use crate::integrator::{CameraView, FoundLight, RayKind, RaySink, Sink};
 
-/// Sink of one sample.
+/// Sink of one sample of a pixel.
 pub struct PixelSample<'a> {
     weight: f32,
     pub(super) radiance: Spectrum,
     surface: Option<FirstSurface>,
     view: Option<CameraView>,
-    /// Share of the background, after [`PixelSample::finish`].
+    /// Share of the background in the sample, set by [`PixelSample::finish`].
     background: Spectrum,
     pub(super) rays: RayCounts,
     pub(super) cancellation: Cancellation<'a>,
@@ -36,8 +36,8 @@ impl<'a> PixelSample<'a> {
     }
 
     /// Adds the background and the ground that the camera ray sees to the integrator's light and to
-    /// `parts`. Returns true if the sample is valid. An invalid sample is dropped, and is black in
-    /// all parts.
+    /// `parts`. Returns true if the sample is valid. The caller must drop an invalid sample
+    /// ([`PixelSample::drop_light`]).
     pub(super) fn finish(&mut self, parts: Option<&mut LightParts>) -> bool {
         let seen = match self.view.take() {
             None => self.radiance.is_valid().then_some((self.radiance, self.background)),
@@ -62,7 +62,7 @@ impl<'a> PixelSample<'a> {
         }
     }
 
-    /// The finished sample and its `parts`, times the filter weight, for the sums of the film.
+    /// Returns the finished sample and its `parts`, multiplied by the filter weight, for the film.
     pub(super) fn weighted<'s>(&'s mut self, parts: Option<&'s mut LightParts>) -> FilmSample<'s> {
         if let Some(surface) = &mut self.surface {
             surface.emitted *= self.weight;

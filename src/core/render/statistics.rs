@@ -15,8 +15,8 @@ pub struct RayCounts {
     pub bounce: u64,
     /// Rays towards a light.
     pub shadow: u64,
-    /// Walks through surfaces with opacity below 1 that were cut after 10,000 surfaces; each is
-    /// several of the rays above.
+    /// Walks of rays through surfaces with opacity below 1 that were cut after 10,000 surfaces. A
+    /// walk takes several of the rays above.
     pub cut: u64,
 }
 
@@ -40,12 +40,12 @@ impl RayCounts {
         }
     }
 
-    /// Number of all rays.
+    /// Number of rays of all kinds.
     pub fn total(self) -> u64 {
         self.camera + self.bounce + self.shadow
     }
 
-    /// Sum by purpose.
+    /// Sums of both counts, by purpose.
     pub fn plus(self, other: Self) -> Self {
         Self {
             camera: self.camera + other.camera,
@@ -108,8 +108,8 @@ impl Statistics {
         counts.accepted += accepted;
     }
 
-    /// Subtracts the samples of `before`, which were taken a second time. Their rays were traced
-    /// twice and count twice.
+    /// Subtracts the samples of `before`, which were taken before and only repeated, from the
+    /// number of samples. Their rays are added, because they were traced again.
     pub fn after(mut self, before: &Self) -> Self {
         self.rays = self.rays.plus(before.rays);
         self.samples = self.samples.saturating_sub(before.samples);

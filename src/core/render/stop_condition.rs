@@ -3,7 +3,7 @@
 pub struct StopCondition {
     /// Index of the last sample of a pixel, or of the last iteration, plus one.
     pub end: u32,
-    /// Relative error that ends the render earlier; `None`: all samples are taken.
+    /// Relative error at which the render ends earlier. `None`: the render takes all samples.
     pub noise: Option<f64>,
 }
 

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use std::array::from_fn;
 use std::ops::Range;
 
-/// Adds samples to every pixel of `film`, from its next sample to the one before index `end`.
+/// Adds samples to every pixel of `film`, from the next sample of the pixel to index `end` − 1.
 ///
 /// The result is bit-identical for any number of threads and interruptions: each tile of a pass is
 /// one task, whose result depends only on its pixels and sample indices.
@@ -32,8 +32,8 @@ pub fn render<S: Sampler>(
     let mut statistics = Statistics::default();
     let start = film.tiles().iter().map(Tile::next_sample).min().unwrap_or(end);
     for pass in passes(last_cut(start)..end) {
-        // Tiles are taken one by one: a thread with a run of tiles would keep all of them, and the
-        // other threads would wait for it at the end of the pass.
+        // Give tiles to threads one by one. If a thread took several tiles in a row, the other
+        // threads would wait for it at the end of the pass.
         let behind = film
             .tiles_mut()
             .par_iter_mut()
@@ -82,8 +82,8 @@ fn advance_passes<S: Sampler>(
 ) -> Option<Statistics> {
     let next = tile.next_sample();
     let start = last_cut(next).max(tile.first_sample());
-    // After a render that ended between cuts: take the last samples again, to sum them together
-    // with the new ones.
+    // If an earlier render ended between two cuts: take the samples after the last cut again and
+    // subtract them, so that they are summed together with the new samples.
     let again = if start < next {
         Some(render_tile(
             integrator,
@@ -106,8 +106,8 @@ fn advance_passes<S: Sampler>(
     })
 }
 
-/// Number of rays per sample from which samples are taken one by one, with a call of the observer
-/// before each. A gathering or branching method may take seconds per sample.
+/// Number of rays per sample above which samples are taken one by one, with a call of the observer
+/// before each sample. A method that gathers or branches may take seconds per sample.
 pub(super) const MANY_RAYS: u64 = 64;
 
 /// Takes `samples` of each pixel of `tile`, and adds their sums to the tile or subtracts them. If
@@ -121,15 +121,15 @@ fn render_tile<S: Sampler>(
 ) -> Option<Statistics> {
     let mut sampler = sampler.clone();
     let mut statistics = Statistics::default();
-    // A tile without parts of light has no cost for them.
+    // Parts of the light cost no time if the tile has none.
     let paths = tile.light_paths().cloned();
     let has_parts = paths.is_some() || tile.parts() > 0;
     let mut parts: Vec<LightParts> = Vec::new();
     let mut taken: [PixelSample; SAMPLES_AT_ONCE] = from_fn(|_| PixelSample::new(observer));
     let mut keys = [SampleKey::new(0, 0, 0); SAMPLES_AT_ONCE];
 
-    // Either many samples of a pixel at once, or one sample of each of many pixels. In the second
-    // case pixels share paths, so pixels outside of the crop are traced too.
+    // Trace either many samples of one pixel at once, or one sample of each of many pixels. In the
+    // second case pixels share paths, so pixels outside of the crop are traced too.
     let pixels_at_once = integrator.pixels_at_once().clamp(1, SAMPLES_AT_ONCE);
     let samples_at_once = SAMPLES_AT_ONCE / pixels_at_once;
     let pixels = match pixels_at_once {
@@ -139,7 +139,7 @@ fn render_tile<S: Sampler>(
     let mut blocks = vec![tile.block(); pixels_at_once];
     let bounds = tile.bounds();
     let is_cropped = |pixel| !bounds.contains(pixel);
-    // Samples of a pixel at once: 1 until their cost is known
+    // Number of samples of a pixel that are traced at once: 1 until their cost is known
     let mut samples_now = 1;
     for group in pixels.chunks(pixels_at_once) {
         if group.iter().all(|&pixel| is_cropped(pixel)) {
@@ -171,7 +171,7 @@ fn render_tile<S: Sampler>(
             } else {
                 integrator.samples(keys, &mut sampler, taken);
             }
-            // Samples are incomplete if the integrator was cancelled.
+            // If the integrator was cancelled, the samples are incomplete.
             if taken.iter().any(|sample| sample.cancellation.is_cancelled()) {
                 return None;
             }
@@ -237,7 +237,7 @@ mod tests {
         }
     }
 
-    /// Slow samples are stopped one by one. Incomplete tiles are unchanged then, and the result is
+    /// Slow samples are stopped one by one. Then incomplete tiles stay unchanged, and the result is
     /// bit-identical to a render without stops.
     #[test]
     fn slow_samples_are_stopped_within_tiles() {
@@ -249,7 +249,7 @@ mod tests {
             Outcome::Complete
         );
         let (mut film, mut patience, mut stops) = (new(), 100, 0);
-        // Also between cuts
+        // Both renders end between two cuts.
         for end in [50, 90] {
             loop {
                 let slow = SlowIntegrator(AtomicU64::new(0));

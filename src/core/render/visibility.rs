@@ -7,8 +7,9 @@ use crate::integrator::VisibilityLearner;
 use crate::light::VisibilityGrid;
 use crate::sampler::Sampler;
 
-/// Learns the visibility of the sky from surfaces. The outer value is `None` if the observer stops,
-/// the inner one if visibility gains nothing. Bit-identical for any number of threads.
+/// Learns the visibility of the sky from surfaces. Returns `None` if the observer stops. The
+/// visibility in the result is `None` if sampling by visibility gains nothing. The result is
+/// bit-identical for any number of threads.
 pub fn learn_visibility<A: Accel, S: Sampler>(
     learner: &VisibilityLearner<A>,
     sampler: &S,

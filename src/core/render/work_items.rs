@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Results of `work_item` for each index below `count`, in order, with the number of rays; `None`
-/// if the observer stops.
+/// Runs `work_item` for each index below `count`. Returns the results in the order of their
+/// indices, and the number of rays. Returns `None` if the observer stops.
 pub(super) fn in_work_items<T: Send, S: Sampler>(
     count: u32,
     sampler: &S,
@@ -26,8 +26,8 @@ pub(super) fn in_work_items<T: Send, S: Sampler>(
     Some((work_items, rays.into_iter().fold(RayCounts::default(), RayCounts::plus)))
 }
 
-/// Results of `task` for each index below `count`, in order, made in the current rayon pool; `None`
-/// if a result is `None`.
+/// Runs `task` for each index below `count` in the current rayon pool. Returns the results in the
+/// order of their indices, or `None` if any result is `None`.
 ///
 /// Each result has a separate lock, so tasks must be long. rayon's own iterators would be compiled
 /// again for each kind of task, which took 7 % of the time to compile this crate.

@@ -14,15 +14,15 @@ pub struct SampleRecord {
     pub key: SampleKey,
     /// Path events.
     pub events: Vec<PathEvent>,
-    /// Factor of the light in the sample's own pixel.
+    /// Filter weight of the light in the sample's own pixel.
     pub weight: f32,
     /// Light on the requested pixel.
     pub light: Spectrum,
 }
 
-/// Runs iteration `index` on this thread, except for its preparation. Calls `keep` with the record
-/// of each sample and chain that contributes to `pixel` of an image of `resolution` pixels, and
-/// with the record of the pixel's own sample.
+/// Runs iteration `index` on the calling thread; only the preparation may use other threads. Calls
+/// `keep` with the record of each sample and chain that contributes to `pixel` of an image of
+/// `resolution` pixels, and with the record of the pixel's own sample.
 pub fn record_iteration<I: IterationIntegrator, S: Sampler>(
     integrator: &I,
     (sampler, filter): (&S, &Filter),

@@ -61,15 +61,15 @@ fn iterations(film: &mut Film, stop: u64, pause: u64) -> (Outcome, u64) {
     (outcome, counting.0.into_inner())
 }
 
-/// A stop discards the iteration, and takes effect within its work items. A pause waits for the
-/// iteration's end for any number of requests.
+/// A stop takes effect within work items, and discards the iteration. A pause waits for the end of
+/// the iteration, even if it is requested many times.
 #[test]
 fn iterations_are_not_lost_by_pauses() {
     let new = || Film::new(UVec2::splat(32), Rect::full(UVec2::splat(32)));
     let mut stopped = new();
     let (outcome, samples) = iterations(&mut stopped, 100, u64::MAX);
     assert_eq!((outcome, stopped.samples()), (Outcome::Stopped, 0));
-    // Each thread may be in the middle of some pixels.
+    // Each thread may complete its pixels before the next call of the observer.
     assert!(
         samples <= 100 + (PIXELS_BETWEEN_CHECKS * rayon::current_num_threads()) as u64,
         "{samples}"
@@ -83,7 +83,7 @@ fn iterations_are_not_lost_by_pauses() {
     assert_eq!(light(&paused), light(&whole));
 }
 
-/// Fewer work items are kept if light takes much memory. Each thread has at least one.
+/// Fewer work items are kept if their light takes much memory, but at least one for each thread.
 #[test]
 fn large_work_items_are_few() {
     let crop = Rect::full(UVec2::splat(512));
@@ -97,7 +97,7 @@ fn large_work_items_are_few() {
         few * large * SAMPLES_OF_A_WORK_ITEM * LIGHTS_OF_A_SAMPLE <= BYTES_AT_ONCE,
         "{few}"
     );
-    // Light of groups takes memory
+    // Separate light groups take memory, so fewer work items are kept.
     assert!(few < work_items_at_once(light_bytes(false, &wide, crop), 2), "{few}");
     assert_eq!(work_items_at_once(large, 64), 64);
     // The reach of a filter is limited to the image.

@@ -1,13 +1,13 @@
 //! Background of camera rays that no surface stops, and the shadow-catching ground.
 //!
-//! Only camera rays see the background, including those that passed straight through surfaces of
-//! opacity below 1. Reflections and glass see the lights. So the background changes only the pixels
-//! that show it.
+//! Only camera rays see the background, including camera rays that passed straight through surfaces
+//! of opacity below 1. Mirrors and glass show the lights instead. So the background changes only
+//! the pixels that show it.
 //!
-//! An integrator passes the view of the camera ray (`CameraView`) to its sink, and the sink
-//! finishes the sample with it. The light of a sample is linear in its first vertex, so the
-//! ground's share of unshadowed light is a factor of all of it. Path reuse, roulette and the
-//! weights of multiple importance sampling do not depend on the ground.
+//! An integrator passes the background or the ground that the camera ray sees (`CameraView`) to its
+//! sink, and the sink finishes the sample with it. The light of a sample is linear in its first
+//! vertex, so on the ground all light of the sample is multiplied by one factor. Path reuse,
+//! roulette and the weights of multiple importance sampling therefore do not depend on the ground.
 
 use super::{FoundLight, LightSource};
 use crate::color::Spectrum;
@@ -25,11 +25,11 @@ pub enum Background {
     Transparent,
     /// Constant radiance, W·sr⁻¹·m⁻².
     Color(Spectrum),
-    /// A backdrop with this radiance, W·sr⁻¹·m⁻², below the horizon, which darkens towards the top.
+    /// Backdrop that darkens towards the top. The value is its radiance at the bottom, W·sr⁻¹·m⁻².
     Gradient(Spectrum),
 }
 
-/// The background with its orientation.
+/// The background and its orientation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Backdrop {
     /// The background.
@@ -57,7 +57,8 @@ impl Background {
     /// Default radiance of a gradient: light grey, below the clipping level of displays.
     pub const GRADIENT: Spectrum = Spectrum::splat(0.8);
 
-    /// Backing for display images, if they can show this background exactly.
+    /// Backing of display images that shows exactly this background. `None` if there is no such
+    /// backing.
     pub fn backing(self) -> Option<Backing> {
         match self {
             Self::Transparent => Some(Backing::Transparent),
@@ -83,27 +84,27 @@ impl Background {
     }
 }
 
-/// View of a camera ray that is not a surface.
+/// Background or ground that a camera ray sees.
 #[derive(Clone, Debug)]
 pub enum CameraView {
-    /// A transparent background or a colour, times the transmittance before it.
+    /// The background. The value is the transmittance of the surfaces before it.
     Background(Spectrum),
-    /// The ground: the background times the share of its light that arrives.
+    /// The ground, which shows the background times the share of unshadowed light.
     Ground(Shadow),
 }
 
 /// The ground at a point, seen by a camera ray.
 ///
-/// The share of light that arrives is `reflected · factor + base`, where `reflected` is the light
+/// The share of unshadowed light is `reflected · factor + base`, where `reflected` is the light
 /// that the sample finds. The ground is a diffuse surface of albedo ρ and irradiance E, which
 /// reflects ρ E / π. `factor` is π / (ρ E₀) for the irradiance E₀ without the scene.
 #[derive(Clone, Debug)]
 pub struct Shadow {
-    /// Factor from the reflected light to the share of light that arrives.
+    /// Factor from the reflected light to the share of unshadowed light.
     pub factor: Spectrum,
-    /// Share that is added to it.
+    /// Share that is added to the product of reflected light and `factor`.
     pub base: Spectrum,
-    /// Light of the background behind the ground. `None` if it is transparent.
+    /// Light of the background behind the ground. `None` if the background is transparent.
     pub background: Option<BackgroundLight>,
 }
 
@@ -129,7 +130,7 @@ impl BackgroundLight {
         }
     }
 
-    /// Light of each source, times `factor`.
+    /// Light of each source of the background, times `factor`.
     pub fn lights(&self, factor: Spectrum) -> impl Iterator<Item = FoundLight<'static>> + '_ {
         let (plain, lights) = match self {
             Self::Plain(radiance) => (Some((*radiance, LightSource::BACKGROUND)), &[][..]),
@@ -148,9 +149,9 @@ impl BackgroundLight {
 }
 
 impl CameraView {
-    /// Light of the sample, which found `radiance`, and its share of the background. `None` if a
-    /// value is not finite. On the ground both may be negative: a sample may find less light than
-    /// the unshadowed light that is subtracted.
+    /// Finishes a sample that found the light `radiance`. Returns the light of the sample, and the
+    /// share of the background in it. `None` if a value is not finite. On the ground both may be
+    /// negative: a sample may find less light than the unshadowed light that is subtracted.
     pub fn finish(&self, radiance: Spectrum) -> Option<(Spectrum, Spectrum)> {
         let (radiance, share) = match self {
             Self::Background(share) => (radiance, *share),
@@ -162,13 +163,13 @@ impl CameraView {
 }
 
 impl Shadow {
-    /// Factor of the light that the sample finds; 0 over a transparent background.
+    /// Factor of the light that the sample finds. It is 0 over a transparent background.
     pub fn light_factor(&self) -> Spectrum {
         let light = self.background.as_ref().map(BackgroundLight::radiance);
         light.map_or(Spectrum::ZERO, |light| self.factor * light)
     }
 
-    /// Light of a sample that found `radiance`, and its share of the background.
+    /// Light of a sample that found the light `radiance`, and the share of the background in it.
     fn seen(&self, radiance: Spectrum) -> (Spectrum, Spectrum) {
         let share = radiance * self.factor + self.base;
         let Some(background) = self.background.as_ref().map(BackgroundLight::radiance) else {

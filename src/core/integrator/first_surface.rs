@@ -38,8 +38,8 @@ impl<A: Accel> World<'_, A> {
         })
     }
 
-    /// View of the ground at `vertex`, if the integrator computes the light of the ground minus the
-    /// light that would arrive without the scene.
+    /// View of the ground at `vertex`, for an integrator whose light on the ground is negative: the
+    /// light that objects block.
     #[inline(never)]
     pub(super) fn shadow_view(&self, ground: &Ground, vertex: &Vertex, (ray, beta): (&Ray, Spectrum)) -> CameraView {
         let (factor, _) = ground.shadow(vertex.point.p, ray.time, self.scene.lights());
@@ -90,7 +90,7 @@ impl<A: Accel> World<'_, A> {
         out.camera_view(CameraView::Background(beta));
     }
 
-    /// First surface of a camera path: `vertex`.
+    /// Auxiliary channels of `vertex`, the first surface of a camera path.
     pub(super) fn first_surface(&self, vertex: &Vertex) -> FirstSurface {
         FirstSurface {
             features: self.features.then(|| self.features_of(vertex)),
@@ -114,7 +114,8 @@ impl<A: Accel> World<'_, A> {
     fn luminance_of_lamp(&self, vertex: &Vertex) -> f32 {
         let hit = &vertex.hit;
         let (p, to_camera) = (vertex.point.p, vertex.frame.to_world(vertex.wo));
-        // Sphere lamps need a point on the ray; only the density depends on its distance.
+        // Use a point on the ray as context for sphere lamps. Its distance changes only the
+        // density, which is not used.
         let context = LightSampleContext::any_side(p + to_camera * hit.t);
         let light = self
             .scene
@@ -124,7 +125,7 @@ impl<A: Accel> World<'_, A> {
 }
 
 impl<A: Accel> World<'_, A> {
-    /// Channels of `vertex` that `--aov` adds.
+    /// Channels that `--aov` adds, at `vertex`.
     #[inline(never)]
     fn features_of(&self, vertex: &Vertex) -> Features {
         let hit = &vertex.hit;

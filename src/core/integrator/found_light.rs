@@ -1,9 +1,9 @@
 //! Light that an integrator passes to its sink.
 //!
-//! Each light names its source and the scattering events between the source and the camera. The
-//! sink of a plain image adds the radiance. A sink that separates groups of lights or classes of
-//! paths sorts it too (`render/light_parts.rs`). `LightSum` keeps light that is multiplied by a
-//! common factor later.
+//! Each `FoundLight` has its source and the scattering events between the source and the camera.
+//! The sink of a plain image adds the radiance. A sink that separates groups of lights or classes
+//! of paths also adds it to the parts (`render/light_parts.rs`). `LightSum` keeps light that is
+//! multiplied by a common factor later.
 
 use super::Sink;
 use crate::bsdf::ScatteringEvent;
@@ -26,7 +26,8 @@ pub struct FoundLight<'e> {
     pub events: &'e [ScatteringEvent],
 }
 
-/// Source of light, as groups of lights and light path expressions distinguish it.
+/// Source of light: the group and the kind that light groups and light path expressions
+/// distinguish.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightSource {
     /// Index of the group of the light. `None` if the source is not a light.
@@ -36,13 +37,13 @@ pub struct LightSource {
 }
 
 impl LightSource {
-    /// Background that is not a light.
+    /// Source of background light that does not come from a light.
     pub const BACKGROUND: Self = Self {
         group: None,
         kind: PathLight::Background,
     };
 
-    /// The light `id` of `scene`.
+    /// Source of the light `id` of `scene`.
     #[inline(always)]
     pub fn of(id: LightId, scene: &Scene) -> Self {
         let kind = match scene.lights().get(id.0 as usize) {
@@ -78,7 +79,7 @@ impl FoundLight<'_> {
         }
     }
 
-    /// `radiance` of several sources.
+    /// `radiance` of several sources, after `scatterings` scattering events.
     #[inline(always)]
     pub fn sum(radiance: Spectrum, scatterings: u32) -> Self {
         Self {
@@ -93,8 +94,8 @@ impl FoundLight<'_> {
 /// Splits light of `kind` into the classes of `paths`. `events` lie between the light and the
 /// camera, the event next to the light first.
 ///
-/// Smooth lobes share an event in proportion to their values. So a mixture of diffuse and glossy
-/// lobes scatters each share into its class. This needs no random number.
+/// Diffuse and glossy lobes share a smooth scattering event in proportion to their values, and each
+/// share goes to its own class. This needs no random number.
 pub fn path_classes(
     radiance: Spectrum,
     kind: PathLight,
@@ -114,15 +115,15 @@ pub fn path_classes(
     })
 }
 
-/// Sum of light that is passed on later with a common factor. Has its parts if the sink separates
-/// them.
+/// Sum of light that is passed to a sink later, times a common factor. If the sink separates parts
+/// of the light, the sum contains its parts.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightSum {
     pub radiance: Spectrum,
     parts: Vec<LightPart>,
 }
 
-/// Part of a sum.
+/// Part of a sum: light of one source by one sequence of scattering events.
 #[derive(Clone, Debug)]
 pub(crate) struct LightPart {
     pub radiance: Spectrum,
@@ -132,7 +133,7 @@ pub(crate) struct LightPart {
 }
 
 impl LightSum {
-    /// Adds a part of the light that the sum contains.
+    /// Adds a part of the light that `radiance` contains.
     #[inline(never)]
     pub fn add_part(&mut self, light: FoundLight) {
         let Some(source) = light.source else { return };
@@ -169,7 +170,7 @@ impl LightSum {
 }
 
 impl LightPart {
-    /// The part as light.
+    /// The part as light for a sink.
     pub fn light(&self) -> FoundLight<'_> {
         FoundLight {
             radiance: self.radiance,

@@ -1,5 +1,5 @@
-//! Sinks between an integrator and the sink of a sample: for the rest of a shared path, and for
-//! clamped light.
+//! Sinks between an integrator and the sink of a sample. `Summed` sums the light of the rest of a
+//! shared path, and `Clamped` limits indirect light.
 
 use super::found_light::LightSum;
 use super::{CameraView, FoundLight, PathEvent, RayKind, RaySink, Sink};

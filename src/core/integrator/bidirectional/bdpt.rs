@@ -51,14 +51,14 @@ impl<A: Accel> IterationIntegrator for BidirectionalIntegrator<'_, A> {
 
     fn sample<S: Sampler>(&self, _: &(), key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
         let connector = Connector::new(&self.world, self.heuristic, self.roulette, self.max_depth);
-        // Both subpaths
+        // Trace both subpaths
         let ray = self.world.camera_ray(key, None, sampler, out);
         let mut paths = connector.subpaths(ray, sampler, out);
         if let Some(first) = paths.first_seen(&self.world) {
             out.first_surface(first);
         }
 
-        // All strategies that connect them
+        // Connect them by all strategies
         let mut found = Vec::new();
         connector.all(&mut paths, sampler, out, |contribution| found.push(contribution));
         for c in found {

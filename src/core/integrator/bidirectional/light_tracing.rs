@@ -6,9 +6,9 @@ use crate::math::Ray;
 use crate::sampler::{SampleKey, Sampler};
 
 /// Light tracing: paths start at lights, and every vertex is connected to the camera (Arvo 1986;
-/// Dutré, Lafortune and Willems 1993). Light that reaches the camera through a delta lobe, in
-/// mirrors and through glass, is missing: no connection can find it. A camera with parallel rays
-/// finds lamps by its camera rays.
+/// Dutré, Lafortune and Willems 1993). Light that reaches the camera by a delta lobe, in mirrors
+/// and through glass, is missing: no connection can find it. If the camera has parallel rays, lamps
+/// are found only by camera rays that hit them.
 #[derive(Debug)]
 pub struct LightIntegrator<'a, A> {
     /// World with the scene and the camera.
@@ -41,7 +41,8 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
 
     fn sample<S: Sampler>(&self, _: &(), key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, self.max_depth);
-        // First view of the camera, only for the auxiliary channels
+        // Trace the camera ray for the auxiliary channels. If camera rays are parallel, add lights
+        // that it hits
         let ray = self.world.camera_ray(key, None, sampler, out);
         if self.world.camera.lens_of(&ray).is_far {
             self.trace_to_lights(ray, sampler, out);
@@ -49,7 +50,7 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
             out.first_surface(Surface::new(&self.world, hit, &ray).first_seen(&self.world));
         }
 
-        // A light path, with each vertex connected to the camera
+        // Trace a light path, and connect each vertex to the camera
         let paths = Subpaths {
             light: connector.light_path(ray.time, sampler, out),
             time: ray.time,

@@ -14,24 +14,26 @@ pub struct IrradianceCache {
     error: f32,
     records: Vec<Record>,
     nodes: Vec<Node>,
-    /// Root of the records of each layer.
+    /// Root node of each layer of records.
     roots: Vec<u32>,
 }
 
 /// A cube of the octree.
 #[derive(Clone, Debug, Default)]
 struct Node {
-    /// Children, by the signs of x, y and z; 0 if there is none.
+    /// Index of the child in each octant, by the signs of x, y and z; 0 if there is no child.
     children: [u32; 8],
-    /// Records whose reach is between half and all of the side of the cube, and overlaps it.
+    /// Records whose reach is between half the side and the side of the cube, and overlaps the
+    /// cube. The reach is the maximum distance at which a record is used.
     records: Vec<u32>,
 }
 
-/// Error of existing records, relative to the maximum of valid ones, above which a new record is
-/// made. So records overlap, and few points of the image fall between them.
+/// Share of the maximum error. A new record is made if the errors of all existing records are above
+/// it. So records overlap, and few points of the image fall between them.
 const COVERED: f32 = 0.7;
 
-/// Distance of neighbouring records, relative to their reach: they limit each other's radius.
+/// Maximum distance between neighbouring records, relative to their reach. Neighbours limit each
+/// other's radius.
 const NEIGHBOURHOOD: f32 = 2.0;
 
 /// Maximum number of levels of the octree: floats cannot resolve smaller cubes.
@@ -66,11 +68,11 @@ impl IrradianceCache {
         &self.records
     }
 
-    /// Irradiance at the point `p` with unit normal `n`, of the records of `layer`. `None` without
-    /// a valid record.
+    /// Irradiance at the point `p` with unit normal `n`, interpolated between the records of
+    /// `layer`. `None` without a valid record.
     ///
-    /// The weight of a record is how far its estimated error is below the limit, so that its
-    /// influence ends without an edge (Tabellion and Lamorlette 2004).
+    /// The weight of a record falls linearly to 0 at the maximum error, so that its influence ends
+    /// without an edge (Tabellion and Lamorlette 2004).
     pub fn irradiance(&self, p: Vec3, n: Vec3, layer: u32) -> Option<Spectrum> {
         let mut sum = Spectrum::ZERO;
         let mut weights = 0.0;
@@ -84,8 +86,8 @@ impl IrradianceCache {
         (weights > 0.0).then(|| (sum / weights).max(Spectrum::ZERO))
     }
 
-    /// Statistics of the records of `layer` that are valid at the point `p` with unit normal `n`.
-    /// These are their number, reach and gradient, and whether one is within `dot`.
+    /// Statistics of the records of `layer` that are valid at the point `p` with unit normal `n`:
+    /// number, mean reach and gradient, and a dot (1) if a record is within the distance `dot`.
     pub fn points(&self, p: Vec3, n: Vec3, layer: u32, dot: f32) -> Points {
         let mut points = Points::default();
         let (mut gradient, mut weights) = (Vec3::ZERO, 0.0);
@@ -108,13 +110,14 @@ impl IrradianceCache {
         points
     }
 
-    /// Share of records whose light comes from few of their rays.
+    /// Share of doubtful records: most of their light comes from few of their rays.
     pub fn doubtful_share(&self) -> f64 {
         let doubtful = self.records.iter().filter(|record| record.is_doubtful()).count();
         doubtful as f64 / self.len().max(1) as f64
     }
 
-    /// Returns true if a point needs no new record, because others are near enough.
+    /// Returns true if existing records are so near that the point `p` with unit normal `n` needs
+    /// no new record.
     pub fn covers(&self, p: Vec3, n: Vec3, layer: u32) -> bool {
         let mut is_covered = false;
         self.visit(p, layer, |record| {
@@ -139,11 +142,11 @@ impl IrradianceCache {
         }
     }
 
-    /// Adds `record` to the records of `layer`. Its radius is limited to the radius of each
-    /// neighbour plus the distance to it, and vice versa. One of them finds nearby surfaces that
-    /// the other one missed (Křivánek, Bouatouch, Pattanaik and Žára 2006, "Making Radiance and
-    /// Irradiance Caching Practical: Adaptive Caching and Neighbor Clamping"). A record with an
-    /// invalid position or radius is left out.
+    /// Adds `record` to the records of `layer`. The radius of the record is limited to the radius
+    /// of each neighbour plus the distance to that neighbour, and vice versa: one of them may find
+    /// nearby surfaces that the other missed (Křivánek, Bouatouch, Pattanaik and Žára 2006, "Making
+    /// Radiance and Irradiance Caching Practical: Adaptive Caching and Neighbor Clamping"). A
+    /// record with an invalid position or radius is left out.
     pub fn insert(&mut self, mut record: Record, layer: u32) {
         if !(record.radius > 0.0 && record.radius.is_finite() && record.p.is_finite()) {
             return;
@@ -154,7 +157,7 @@ impl IrradianceCache {
         }
         let root = self.roots[layer as usize] as usize;
 
-        // Neighbours
+        // Limit the radii of the record and of its neighbours
         let mut neighbours = Vec::new();
         let cube = (root, self.center, self.half);
         self.find_neighbours(cube, &record, &mut neighbours);
@@ -168,7 +171,7 @@ impl IrradianceCache {
             other.radius = other.radius.min(record.radius + way);
         }
 
-        // All cubes of its size within its reach
+        // Insert the record into all cubes of its size within its reach
         let index = self.records.len() as u32;
         self.records.push(record);
         self.insert_into(cube, index, 0);
@@ -197,10 +200,11 @@ impl IrradianceCache {
         }
     }
 
-    /// Records so near to `record` that they limit each other's radius; some are found several
-    /// times.
+    /// Finds the records so near to `record` that they limit each other's radius. A record may be
+    /// found several times.
     fn find_neighbours(&self, (node, center, half): (usize, Vec3, f32), record: &Record, found: &mut Vec<u32>) {
-        // Records of a cube and of its children reach at most its side.
+        // The reach of records of a cube and of its children is not larger than the side of the
+        // cube.
         let reach = (self.error * record.radius).max(2.0 * half);
         if distance_to_cube(record.p, center, half) > NEIGHBOURHOOD * reach {
             return;
@@ -222,7 +226,7 @@ impl IrradianceCache {
     }
 }
 
-/// Octant of a cube that contains the point at `d` from its centre.
+/// Octant of a cube that contains the point at `d` from the centre of the cube.
 #[inline(always)]
 fn octant_of(d: Vec3) -> usize {
     d.cmpge(Vec3::ZERO).bitmask() as usize
@@ -314,7 +318,7 @@ mod tests {
         assert!(found > 300, "{found}");
     }
 
-    /// Neighbours of a record with a small radius have small radii too, in any order of insertion.
+    /// The radii of neighbours differ by no more than their distance, in any order of insertion.
     #[test]
     fn radii_change_no_quicker_than_the_way() {
         let mut looked = 0;
@@ -362,7 +366,7 @@ mod tests {
                 assert!((irradiance.mean() - field(p)).abs() < 1e-5, "{p}: {irradiance:?}");
                 known += 1;
             }
-            // The other side, another plane, another layer
+            // No record is valid on the other side, on another plane or in another layer.
             assert_eq!(cache.irradiance(p, Vec3::NEG_Z, 0), None);
             assert_eq!(cache.irradiance(p - 0.5 * Vec3::Z, Vec3::Z, 0), None);
             assert_eq!(cache.irradiance(p, Vec3::Z, 1), None);
@@ -370,7 +374,7 @@ mod tests {
         assert!(known > 490, "{known}");
     }
 
-    /// Odd records are not found, and cause no panic.
+    /// Records with an extreme or invalid radius are not found, and cause no panic.
     #[test]
     fn odd_records_do_no_harm() {
         for bounds in [BOUNDS, Bounds3::EMPTY] {

@@ -31,7 +31,7 @@ impl HemisphereHit {
     };
 }
 
-/// Irradiance of a whole hemisphere.
+/// Irradiance from a whole hemisphere, with its gradients.
 #[derive(Clone, Copy, Debug)]
 pub struct GatheredHemisphere {
     /// Irradiance, W·m⁻².
@@ -45,8 +45,8 @@ pub struct GatheredHemisphere {
 }
 
 impl Strata {
-    /// Strata for about `rays` rays. At half height they are about as wide as high, with π times as
-    /// many columns as rows.
+    /// Strata for about `rays` rays. There are π times as many columns as rows, so that strata at
+    /// half height are about as wide as high.
     pub fn new(rays: u32) -> Self {
         let rows = (rays as f32 / PI).sqrt().round().max(2.0);
         Self {
@@ -60,7 +60,8 @@ impl Strata {
         self.rows * self.columns
     }
 
-    /// Local direction of the ray `index`, at `u` within its stratum.
+    /// Local direction of the ray `index`. `u` is the position of the ray within its stratum, 0 to
+    /// 1.
     pub fn direction(&self, index: u32, u: Vec2) -> Vec3 {
         let (row, column) = (index / self.columns, index % self.columns);
         let squared = (row as f32 + u.x) / self.rows as f32;
@@ -123,7 +124,7 @@ impl Strata {
         let sin_to = |row: u32| (row as f32 / rows as f32).sqrt();
         let mut sums = [Vec3::ZERO; 3];
         for column in 0..columns {
-            // Boundaries between rows, moved towards the normal by translations along the azimuth
+            // Boundaries between rows move towards the normal if the point moves along the azimuth
             let mut along = Spectrum::ZERO;
             for row in 1..rows {
                 let (inner, outer) = (ray(row - 1, column), ray(row, column));
@@ -133,7 +134,7 @@ impl Strata {
             }
             add(&mut sums, along, self.tangent(column as f32 + 0.5, 0.0));
 
-            // Boundaries with the previous column, rotated away by translations across it
+            // Boundaries with the previous column rotate away if the point moves across the azimuth
             let mut across = Spectrum::ZERO;
             let before = (column + columns - 1) % columns;
             for row in 0..rows {

@@ -16,14 +16,14 @@ use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
 /// Minimum and maximum radius of a record in widths of a pixel (Křivánek et al. 2006; Tabellion and
-/// Lamorlette 2004). A smaller record costs more rays than the paths of the few pixels that it
-/// serves. A larger one would miss changes far from it that are still visible.
+/// Lamorlette 2004). A smaller record costs more rays than the paths of the few pixels that use it.
+/// A larger record would miss visible changes of the light far from it.
 const PIXELS: [f32; 2] = [20.0, 200.0];
 
 /// Makes records of irradiance.
 #[derive(Debug)]
 pub struct RecordMaker<'a, A> {
-    /// Traces the light that hemisphere rays find; without path reuse.
+    /// Path tracer for the light that hemisphere rays find, without path reuse.
     pub path: PathIntegrator<'a, A>,
     /// Approximate number of hemisphere rays.
     pub rays: u32,
@@ -66,8 +66,9 @@ impl<A: Accel> RecordMaker<'_, A> {
         layer(self.path.max_depth, place.depth)
     }
 
-    /// First matte surface of the sample `key` through the point `film` (pixels), behind mirrors
-    /// and glass. `None` if the path scatters by another lobe first, or hits no surface.
+    /// Finds the first matte surface of the sample `key` through the point `film` (pixels). The
+    /// path may pass mirrors and glass before. `None` if the path scatters by another lobe first,
+    /// or hits no surface.
     pub fn find<S: Sampler>(
         &self,
         key: SampleKey,
@@ -92,7 +93,7 @@ impl<A: Accel> RecordMaker<'_, A> {
                     point: vertex.point,
                     side: 1f32.copysign(vertex.wo.z),
                     depth,
-                    // As if the path were straight
+                    // Width of a pixel as if the path were straight
                     pixel: world.camera.pixel_width(first.at(length), time),
                     key,
                 });
@@ -109,10 +110,10 @@ impl<A: Accel> RecordMaker<'_, A> {
         None
     }
 
-    /// The record at `place`, and the number of rays with invalid light. `None` if no valid record
-    /// is possible.
+    /// Makes the record at `place`, and counts the rays with invalid light. The record is `None` if
+    /// no valid record is possible.
     ///
-    /// Emission of the first surface that a ray hits is left out: it is direct light.
+    /// Emission of the first surface that a ray hits is left out, because it is direct light.
     pub fn make<S: Sampler>(&self, place: &RecordSite, sampler: &mut S, out: &mut impl Sink) -> (Option<Record>, u64) {
         let strata = Strata::new(self.rays);
         let frame = Frame::from_z(place.n());
@@ -121,7 +122,7 @@ impl<A: Accel> RecordMaker<'_, A> {
             false => Side::Front,
         };
 
-        // Light from all directions
+        // Trace rays in all directions
         let mut dropped = 0;
         let trace_ray = |index| {
             if out.is_cancelled() {
@@ -146,7 +147,7 @@ impl<A: Accel> RecordMaker<'_, A> {
                 place.depth + 1,
                 out,
             );
-            // Surfaces nearer than a pixel change within the pixel.
+            // Within a pixel, nearer surfaces are not resolved.
             seen.distance = seen.distance.max(place.pixel).max(f32::MIN_POSITIVE);
             if !seen.radiance.is_valid() {
                 seen.radiance = Spectrum::ZERO;
@@ -193,7 +194,7 @@ impl<A: Accel> RecordMaker<'_, A> {
         let (Some(hit), _) = traced else {
             return HemisphereHit::NOTHING;
         };
-        // Emission that the ray hits is direct light.
+        // Leave out the emission that the ray hits, because it is direct light.
         let path = PathState {
             depth,
             skips_emission: true,
@@ -209,7 +210,8 @@ impl<A: Accel> RecordMaker<'_, A> {
 }
 
 /// Returns true if the indirect light of `vertex`, after `depth` mirrors or panes, may be in a
-/// cache. It must be the same for all directions, and the depth limit must allow it.
+/// cache. The surface must scatter light equally in all directions, and the depth limit must allow
+/// indirect light.
 pub(super) fn is_cached(vertex: &Vertex, depth: u32, max_depth: Option<u32>) -> bool {
     depth <= MAX_MIRRORS && vertex.bsdf.is_lambert() && max_depth.is_none_or(|max| depth + 1 < max)
 }

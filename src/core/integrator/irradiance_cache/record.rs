@@ -21,16 +21,18 @@ pub struct Record {
     pub effective_rays: f32,
 }
 
-/// Effective rays below which a record is doubtful: its irradiance has a standard error of a sixth
-/// or more.
+/// Number of effective rays below which a record is doubtful: its irradiance has a standard error
+/// of a sixth or more.
 const FEW_RAYS: f32 = 36.0;
 
-/// Gradients of irradiance, in every channel.
+/// Gradients of irradiance, one for each channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gradients {
-    /// Change by rotation of the normal: along the axis of rotation, per radian.
+    /// Gradient for rotations of the normal, per radian. The dot product with the axis of rotation
+    /// is the change of irradiance.
     pub rotational: [Vec3; 3],
-    /// Change by translation: along its direction, per scene unit. It lies in the surface.
+    /// Gradient for translations, per scene unit, in the tangent plane. The dot product with the
+    /// translation is the change of irradiance.
     pub translational: [Vec3; 3],
 }
 
@@ -39,16 +41,16 @@ pub struct Gradients {
 const BEHIND: f32 = 0.1;
 
 impl Record {
-    /// Returns true if few of its rays brought most of its light: they found a caustic that other
-    /// records missed.
+    /// Returns true if few of the record's rays brought most of its light: these rays found a
+    /// caustic that other records missed.
     pub fn is_doubtful(&self) -> bool {
         self.effective_rays < FEW_RAYS
     }
 
     /// Estimated relative error of the record at the point `p` with normal `n`. It is the distance
-    /// over the radius, plus the root of 1 minus the cosine of the angle (Ward et al. 1988, the
-    /// bound of the split sphere model). `None` if it is more than `max`, or if the point lies
-    /// behind the record and so may not see the same surfaces.
+    /// over the radius, plus the root of 1 minus the cosine of the angle between the normals (Ward
+    /// et al. 1988, the bound of the split sphere model). `None` if the error is more than `max`,
+    /// or if the point lies behind the record and so may not see the same surfaces.
     #[inline(always)]
     // ANCHOR: error
     pub fn error(&self, p: Vec3, n: Vec3, max: f32) -> Option<f32> {

@@ -9,9 +9,9 @@
 //! not depend on the chains keeps them unbiased, and all parts of a render use the same one.
 //!
 //! The value of a cell is the median of five estimates, which a single bright path does not change.
-//! A fifth of the mean is mixed in: so the weight of light at places where the image found none is
-//! at most five times too large. The image has all light, including the light that chains leave
-//! out; `ImportanceImage` derives why this minimises relative errors.
+//! A fifth of the mean is mixed in, so that light at places where the image found none has a weight
+//! that is at most five times too large. The image has all light, including the light that chains
+//! leave out; `ImportanceImage` derives why this minimises relative errors.
 
 use super::options::name;
 use crate::accel::Accel;
@@ -20,7 +20,7 @@ use crate::integrator::{Heuristic, RaySink, Roulette, World};
 use crate::math::{UVec2, Vec2};
 use crate::sampler::{Dimension, PrimarySampler, SampleKey, Sampler, Stream};
 
-/// Coarse image of the light of each part of the image, relative to its mean.
+/// Coarse image of the light: the light of each cell of the image, relative to the mean.
 ///
 /// The target of chains is the light of a path over the importance image. So they visit dark places
 /// about as often as bright ones (two-stage Metropolis light transport, Veach and Guibas 1997). Any
@@ -48,8 +48,8 @@ const MIN_SIDE: f32 = 4.0;
 const ESTIMATES: u32 = 5;
 /// Number of samples of a cell in each estimate.
 const SAMPLES: u32 = 12;
-/// Share of the mean that is mixed in. It limits the weight of paths at places where no light was
-/// found.
+/// Share of the mean that is mixed into each value. It limits the weight of paths at places where
+/// the image found no light.
 const EVEN: f32 = 0.2;
 
 impl ImportanceImage {

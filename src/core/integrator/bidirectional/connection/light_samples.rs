@@ -7,7 +7,7 @@ use crate::math::Vec3;
 use crate::sampler::{Dimension, Sampler};
 use crate::scene::Scene;
 
-/// Dimensions of the numbers that sample a light.
+/// Sampler dimensions for the choice of a light and for the point on it.
 pub(super) struct LightDimensions {
     pub choice: Dimension,
     pub point: Dimension,
@@ -28,7 +28,8 @@ impl<'a> SampledLight<'a> {
         self.sample.radiance * (1.0 / (self.pmf * self.sample.pdf))
     }
 
-    /// Light vertex of the path, as a light path would have made it.
+    /// Light vertex at the sampled point. Its density is the density of a light path that starts
+    /// there.
     pub fn vertex(&self) -> PathVertex<'a> {
         let light = &self.scene.lights()[self.id.0 as usize];
         let (sample, is_infinite) = (&self.sample, self.sample.target.is_none());
@@ -60,7 +61,8 @@ impl<'a> SampledLight<'a> {
     }
 }
 
-/// Samples lights of `scene` chosen by `selection` for `context`: one light, or all lamps.
+/// Samples lights of `scene` for the place `context`, and calls `found` for each sample.
+/// `selection` chooses one light, or all lamps.
 pub(super) fn sample_lights<'a>(
     (scene, selection): (&'a Scene, &LightSelection),
     context: &LightSampleContext,

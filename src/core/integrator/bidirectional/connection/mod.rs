@@ -47,13 +47,13 @@ pub(crate) struct Connector<'w, 'a, A> {
 pub(crate) struct Merging<'w> {
     /// Number of light subpaths available for merging with each camera subpath.
     pub paths: f32,
-    /// Maximum distance between their ends.
+    /// Maximum distance between the ends of merged subpaths.
     pub radii: &'w Radii<'w>,
 }
 
 impl Merging<'_> {
-    /// Expected number of points accepted in place of `p`, over the density per area of sampling
-    /// them: `π r² n` (their eq. 7).
+    /// Expected number of light vertices that are accepted for merging at `p`, divided by their
+    /// density per area: `π r² n` (eq. 7 of Georgiev et al.).
     fn acceptance(&self, p: Vec3, time: f32) -> f64 {
         let radius = self.radii.at(p, time) as f64;
         std::f64::consts::PI * radius * radius * self.paths as f64
@@ -65,7 +65,7 @@ impl Merging<'_> {
 pub(crate) struct Subpaths<'a> {
     pub camera: Vec<PathVertex<'a>>,
     pub light: Vec<PathVertex<'a>>,
-    /// Segment by which the camera subpath leaves the scene, if it does.
+    /// Last segment of the camera subpath, if the subpath leaves the scene.
     pub escape: Option<PathRay>,
     /// Time of both subpaths.
     pub time: f32,
@@ -91,16 +91,17 @@ impl Subpaths<'_> {
 pub(crate) struct Contribution {
     /// Number of light vertices and of camera vertices.
     pub strategy: (usize, usize),
-    /// Estimate of the light of all paths of this length, in the pixel of the sample or at `film`.
+    /// Unweighted estimate of the light of all paths of this length, in the pixel of the sample or
+    /// at `film`.
     pub radiance: Spectrum,
     /// MIS weight of the strategy.
     pub weight: f32,
-    /// Position on the film, if it is not in the pixel of the sample.
+    /// Position on the film. `None`: the pixel of the sample.
     pub film: Option<Vec2>,
-    /// Light of the path.
+    /// Light source of the path.
     pub light: LightId,
-    /// Events at the last vertices of both subpaths, light first, if they are connected and the
-    /// render separates paths.
+    /// Scattering events at the connected vertices, the vertex of the light subpath first. `None`
+    /// without a connection, or if the render does not separate paths.
     pub ends: [Option<ScatteringEvent>; 2],
 }
 
@@ -109,7 +110,7 @@ impl Contribution {
     /// subpaths of the contribution.
     pub fn events<'p>(&self, paths: &'p Subpaths) -> impl Iterator<Item = ScatteringEvent> + 'p {
         let (s, t) = self.strategy;
-        // Vertices without both ends of the path and without the connected ones
+        // Vertices of a subpath without its first vertex and without the connected vertex
         fn inner<'p>(path: &'p [PathVertex], count: usize) -> &'p [PathVertex<'p>] {
             path.get(1..count.saturating_sub(1)).unwrap_or_default()
         }
@@ -118,13 +119,13 @@ impl Contribution {
         of_light.chain(self.ends.into_iter().flatten()).chain(of_camera)
     }
 
-    /// `radiance` as light of the contribution.
+    /// Converts `radiance` to light with the source of the contribution.
     pub fn light(&self, radiance: Spectrum, scene: &Scene) -> FoundLight<'static> {
         let (s, t) = self.strategy;
         FoundLight::of(radiance, self.light, scene, (s + t - 2) as u32)
     }
 
-    /// Records that the light of the contribution is added next.
+    /// Records the strategy. Call it just before the light of the contribution is added.
     pub fn record(&self, out: &mut impl RaySink) {
         if out.records() {
             out.record(PathEvent::Connection {
@@ -171,7 +172,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         subpath::max_vertices(self.max_depth)
     }
 
-    /// Traces both subpaths, the camera subpath along `ray`.
+    /// Traces both subpaths. The camera subpath starts along `ray`.
     pub fn subpaths(&self, ray: Ray, sampler: &impl Sampler, out: &mut impl RaySink) -> Subpaths<'a> {
         let (camera, escape) = self.camera_path(ray, sampler, out);
         let mut light = self.light_path(ray.time, sampler, out);
@@ -184,7 +185,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Camera subpath along `ray`, and the segment that leaves the scene, if it does.
+    /// Traces the camera subpath along `ray`. Returns its vertices, and its last segment if it
+    /// leaves the scene.
     pub fn camera_path(
         &self,
         ray: Ray,
@@ -205,8 +207,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         (path, escape)
     }
 
-    /// Light subpath at `time`; empty if nothing emits. Weights need [`Connector::sum_light`] of
-    /// it.
+    /// Traces a light subpath at `time`; empty if no light emits. Call [`Connector::sum_light`]
+    /// before weights of the subpath are computed.
     pub fn light_path(&self, time: f32, sampler: &impl Sampler, out: &mut impl RaySink) -> Vec<PathVertex<'a>> {
         let number = |what| Dimension::bounce(EMISSION_BLOCK, what);
         let choice = sampler.get_2d(number(Bounce::Decisions)).x;
@@ -249,7 +251,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         self.all_of(2, paths, sampler, out, found);
     }
 
-    /// Contributions of paths with at least `min_vertices` vertices; `min_vertices` is at least 2.
+    /// Calls `found` with the contributions to paths with at least `min_vertices` vertices;
+    /// `min_vertices` is at least 2.
     pub fn all_of(
         &self,
         min_vertices: usize,
@@ -261,7 +264,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         let max = self.max_vertices();
         for t in 1..=paths.camera.len() {
             for s in 0..=max - t {
-                // s = 1 needs no subpath.
+                // s = 1 needs no light subpath.
                 if s + t >= min_vertices && s <= paths.light.len().max(1) {
                     self.strategy((s, t), paths, sampler, out, &mut found);
                 }
@@ -272,8 +275,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Calls `found` with the contributions of the strategy (s, t) to `paths`, which have enough
-    /// vertices. For s = 0 only with light hit inside the scene.
+    /// Calls `found` with the contributions of the strategy (s, t). `paths` must have enough
+    /// vertices. For s = 0 only light that the camera subpath hits inside the scene is included.
     pub fn strategy(
         &self,
         strategy: (usize, usize),
@@ -404,7 +407,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         found: &mut impl FnMut(Contribution),
     ) {
         let lens = self.lens_point(1, time, sampler);
-        // A sampled light never lies in the single direction of parallel rays.
+        // Parallel rays have a single direction, and a light sample never lies in it.
         if lens.is_far {
             return;
         }
@@ -422,7 +425,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             sampler,
             |sampled| {
                 let wi = sampled.sample.wi;
-                // Delta lights are invisible.
+                // The camera cannot see delta lights.
                 let seen = self.seen(&lens, wi, time).filter(|_| !sampled.sample.is_delta);
                 let Some((film, importance)) = seen else { return };
                 let ray = sampled.sample.shadow_ray(lens.p).when(time);
@@ -488,7 +491,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Connects the last vertices of both subpaths.
+    /// s, t > 1: the last vertices of both subpaths are connected.
     fn connect(
         &self,
         (camera, light, time): (&[PathVertex<'a>], &[PathVertex<'a>], f32),
@@ -531,13 +534,13 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Event at a connected vertex, if the render separates paths: light from the direction `wi`
-    /// leaves in the direction `wo`.
+    /// Event of light that comes from the direction `wi` and leaves a connected vertex in the
+    /// direction `wo`. `None` if the render does not separate paths.
     fn event(&self, surface: &Surface, wo: Vec3, wi: Vec3) -> Option<ScatteringEvent> {
         self.world.paths.map(|_| surface.event(self.world.scene, wo, wi, false))
     }
 
-    /// A point of the lens for a light's subpath of `s` vertices.
+    /// Samples a point of the lens for a light subpath of `s` vertices.
     fn lens_point(&self, s: usize, time: f32, sampler: &impl Sampler) -> LensPoint {
         let u = match self.world.camera.has_lens() {
             true => sampler.get_2d(Dimension::LENS.nth(s as u32)),
@@ -546,16 +549,16 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         self.world.camera.lens_point(u, time)
     }
 
-    /// Film position of light that arrives at the lens against the direction `w`, and its weight
-    /// for one light path of the iteration. The weight is the importance over the density of the
-    /// lens point and the number of paths.
+    /// Film position of light that arrives at the lens against the direction `w`, and the weight of
+    /// this light for one light path of the iteration. The weight is the importance over the
+    /// density of the lens point and the number of paths.
     fn seen(&self, lens: &PathVertex, w: Vec3, time: f32) -> Option<(Vec2, f32)> {
         let importance = self.world.camera.importance(lens.p, w, time)?;
         let we = importance.we * lens.cosine(w) / lens.forward;
         Some((importance.film, we / self.paths()))
     }
 
-    /// Light sampling context of the vertex, seen from the previous vertex of a camera path.
+    /// Light sampling context of the vertex of a camera path, seen from its previous vertex.
     fn light_context(&self, vertex: &PathVertex) -> LightSampleContext {
         match vertex.surface() {
             Some(surface) => surface.light_context(self.world.scene, surface.back),
@@ -564,7 +567,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
     }
 
     /// Density with which a path of the iteration leaves the lens at `p` in direction `w`: per
-    /// solid angle, or for parallel rays per area across them.
+    /// solid angle, or for parallel rays per area perpendicular to the rays.
     fn pdf_of_camera(&self, p: Vec3, w: Vec3, time: f32) -> f32 {
         let importance = self.world.camera.importance(p, w, time);
         importance.map_or(0.0, |importance| importance.pdf / self.paths())

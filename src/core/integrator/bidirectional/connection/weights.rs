@@ -3,10 +3,10 @@
 //! A weight compares the density of a strategy with the densities of all other strategies.
 //! Neighbouring strategies differ by one vertex, so each ratio of densities follows from the
 //! previous one (Veach 1997, §10.2). Only the two vertices on either side of a connection change
-//! their densities. So each subpath sums the strategies that connect nearer to its own end once
-//! (`PathVertex::others`). A weight is then computed in constant time (van Antwerpen 2011,
-//! "Recursive MIS Computation for Streaming BDPT on the GPU"; Georgiev 2012, "Implementing Vertex
-//! Connection and Merging").
+//! their densities. So each vertex of a subpath stores the sum over the strategies that connect
+//! nearer to the start of the subpath (`PathVertex::others`). A weight is then computed in constant
+//! time (van Antwerpen 2011, "Recursive MIS Computation for Streaming BDPT on the GPU"; Georgiev
+//! 2012, "Implementing Vertex Connection and Merging").
 //!
 //! A delta lobe has density 1 in its direction. Both ends sample that direction, and the ratio of
 //! their densities is the Jacobian of one direction with respect to the other ([`super::subpath`]
@@ -22,7 +22,8 @@ use crate::integrator::bidirectional::subpath::{PathVertex, VertexKind, emission
 use crate::light::{LightId, LightSampleContext};
 use crate::math::Vec3;
 
-/// A light that a path hits, and the density of finding it by light sampling.
+/// A light that a camera path hits. `direct` is the density with which light sampling would find
+/// the same point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightHit {
     pub light: LightId,
@@ -30,7 +31,8 @@ pub(super) struct LightHit {
 }
 
 impl<A: Accel> Connector<'_, '_, A> {
-    /// Density with which a camera path from the direction `wo` continues from `at` to `to`.
+    /// Density with which a camera path continues from `at` to `to`. `wo` is the direction from
+    /// `at` to the previous vertex.
     fn pdf_from_camera(&self, wo: Option<Vec3>, at: &PathVertex, to: &PathVertex, time: f32) -> f32 {
         let w = at.direction_to(to);
         let pdf = match (&at.kind, wo) {
@@ -40,7 +42,8 @@ impl<A: Accel> Connector<'_, '_, A> {
         at.density_at(pdf, to)
     }
 
-    /// Density with which a light path from `before` continues from `at` to `to`.
+    /// Density with which a light path continues from `at` to `to`. `before` is the vertex before
+    /// `at`.
     fn pdf_from_light(&self, before: Option<&PathVertex>, at: &PathVertex, to: &PathVertex, time: f32) -> f32 {
         let w = at.direction_to(to);
         let pdf = match (&at.kind, before) {
@@ -89,11 +92,11 @@ impl<A: Accel> Connector<'_, '_, A> {
         let is_delta_light = light.first().is_some_and(PathVertex::is_delta_light);
 
         // ANCHOR: sum
-        // Strategies that connect on the camera's side, relative to the connection here
+        // Strategies that connect nearer to the camera, relative to the connection here
         let mut on_camera_side = 0.0;
         if let Some((previous, _)) = before.split_last() {
             let mut others = match s {
-                // A light sample, not a connection
+                // For s = 0 the next strategy is a light sample, not a connection
                 0 => one_if(!previous.is_delta) * self.raised(densities.direct, densities.end),
                 _ => one_if(!previous.is_delta && !previous.is_one_way),
             };
@@ -104,7 +107,7 @@ impl<A: Accel> Connector<'_, '_, A> {
             on_camera_side = self.beyond(densities.end, end.forward, others);
         }
 
-        // Strategies that connect on the light's side
+        // Strategies that connect nearer to the light
         let mut on_light_side = 0.0;
         if let Some((other, rest)) = light.split_last() {
             let others = match rest.last() {
@@ -125,7 +128,7 @@ impl<A: Accel> Connector<'_, '_, A> {
             on_light_side = self.beyond(densities.other, other.forward, others);
         }
 
-        // Strategies that connect here
+        // Strategies that connect or merge here
         let connection = match light.last() {
             Some(other) if is_merged && other.is_delta => 0.0,
             Some(other) if s == 1 => self.raised(densities.direct, other.forward),
@@ -147,7 +150,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         if weight.is_finite() { weight } else { 0.0 }
     }
 
-    /// Densities at the connection of two subpaths.
+    /// Densities of the vertices next to the connection of two subpaths.
     fn densities(
         &self,
         camera: &[PathVertex],
@@ -160,9 +163,10 @@ impl<A: Accel> Connector<'_, '_, A> {
         };
         let back = end.surface().map(|surface| surface.back);
         let w = end.direction_to(other);
-        // Light from that direction does not arrive at the end.
+        // If the direction is one-way, no light path arrives at `end` from there.
         let is_one_way = end.surface().is_some_and(|surface| surface.is_one_way(surface.back, w));
-        // A merged vertex may follow a delta lobe; no other lobe could have sampled it.
+        // A merged vertex may follow a delta lobe of the light path. Only this lobe can have
+        // sampled it.
         let by_delta = is_merged && other.is_delta;
         ConnectionDensities {
             end: match by_delta {
@@ -234,8 +238,8 @@ impl<A: Accel> Connector<'_, '_, A> {
             let (before, at) = (&path[m - 1], &path[m]);
             let mut others = connects(before, at);
             if m == 1 {
-                // A light path of two vertices: the vertex that it is connected to determines its
-                // light sampling density.
+                // The strategy s = 1 samples the light from the vertex `at`. Its density depends on
+                // the vertex after `at`. At the end of the path, the connection determines it.
                 let Some(next) = path.get(2) else { break };
                 let direct = self.direct(before, at, Some(at.direction_to(next)), time);
                 others *= self.raised(direct, before.forward);
@@ -245,14 +249,15 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// Ratio of densities, raised by the heuristic.
+    /// Ratio `density` / `over`, raised by the MIS heuristic.
     fn raised(&self, density: f32, over: f32) -> f64 {
         self.heuristic.raised(density as f64 / over as f64)
     }
 
-    /// Changes `others` from relative to a connection before a vertex to relative to the connection
-    /// behind it. The vertex has the density `other` from the other end and `own` from this end.
-    /// Returns 0 if no other strategy can sample the vertex, even if the ratio is infinite.
+    /// Converts the sum `others` from "relative to the connection before a vertex" to "relative to
+    /// the connection after the vertex". The vertex has the density `other` from the other end of
+    /// the path, and `own` from its own end. Returns 0 if no other strategy can sample the vertex,
+    /// even if the ratio is infinite.
     fn beyond(&self, other: f32, own: f32, others: f64) -> f64 {
         match self.raised(other, own) {
             ratio if ratio == 0.0 || others == 0.0 => 0.0,
@@ -260,8 +265,8 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// Density of merging at `at`, relative to a connection before it on the light's side.
-    /// `from_light` is the density of `at` from the light.
+    /// Density of merging at `at`, relative to a connection of `at` with its neighbour on the
+    /// light's side. `from_light` is the density of `at` from the light.
     fn merges(&self, at: &PathVertex, from_light: f32, time: f32) -> f64 {
         match at.is_delta {
             true => 0.0,
@@ -269,8 +274,8 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// [`Connector::merges`] for the last vertex of a subpath, which has not scattered by a delta
-    /// lobe.
+    /// [`Connector::merges`] for the last vertex of a subpath, where no delta lobe has been
+    /// sampled.
     fn merges_at_end(&self, at: &PathVertex, from_light: f32, time: f32) -> f64 {
         let Some(merging) = &self.merging else { return 0.0 };
         match at.surface().is_some_and(|surface| !surface.bsdf.is_delta()) {
@@ -281,8 +286,8 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// Density of sampling the light vertex `light` from the vertex `at`, seen from the direction
-    /// `wo`.
+    /// Density with which light sampling at the vertex `at` finds the light vertex `light`. `wo` is
+    /// the direction from which `at` is seen.
     fn direct(&self, light: &PathVertex, at: &PathVertex, wo: Option<Vec3>, time: f32) -> f32 {
         let scene = self.world.scene;
         let VertexKind::Light(end) = &light.kind else {
@@ -315,20 +320,20 @@ fn connects(a: &PathVertex, b: &PathVertex) -> f64 {
     one_if(!a.is_delta && !a.is_one_way && !b.is_delta)
 }
 
-/// Densities with which the other end would sample the vertices next to a connection; 0 if there is
-/// no vertex.
+/// Densities of the vertices next to a connection, if a path from the other end samples them. 0 if
+/// there is no vertex.
 #[derive(Clone, Copy, Debug, Default)]
 struct ConnectionDensities {
     /// Last vertex of the camera subpath, sampled from the light.
     end: f32,
-    /// The vertex before it, sampled from the light.
+    /// Vertex before the last vertex of the camera subpath, sampled from the light.
     previous: f32,
     /// Last vertex of the light subpath, sampled from the camera.
     other: f32,
-    /// The vertex before it, sampled from the camera.
+    /// Vertex before the last vertex of the light subpath, sampled from the camera.
     next: f32,
-    /// Density of sampling the light vertex from its neighbour, if the connection is next to
-    /// either.
+    /// Density of the light vertex in light sampling from its neighbour, if one of these two is
+    /// next to the connection.
     direct: f32,
 }
 

@@ -1,23 +1,24 @@
-//! Subpaths from the camera and from lights: this file has the walk, `vertex` the vertices, and
-//! `surface` their surfaces.
+//! Subpaths from the camera and from lights. This module traces them. `vertex` defines their
+//! vertices, and `surface` the surface points of vertices.
 //!
-//! A subpath is a list of vertices. Each vertex has its throughput and two densities per area: of
-//! being sampled from its own end, and of being sampled from the other end.
+//! A subpath is a list of vertices. Each vertex has its throughput and two densities per area: one
+//! if the vertex is sampled from the start of the subpath, and one if it is sampled from the other
+//! end of the whole path.
 //!
 //! Both ends must agree on one measurement contribution. So BSDFs belong to the geometric normal
 //! (Veach 1997, §5.3). If a shading normal is bent for a viewer (`geometry/mesh.rs`), it is bent
 //! for the vertex on the camera's side, even if the path came from the light. Three rules follow:
 //!
-//! - A ray that searches for light starts on the light's side of the bent normal, as in
-//!   `path/direct.rs`. A ray that takes light away starts on the side of the facet from which it is
-//!   seen.
+//! - A ray towards a light starts on the light's side of the bent normal, as in `path/direct.rs`. A
+//!   ray of a light path starts on the side of the facet that is visible from the direction of the
+//!   ray.
 //! - A light path has no viewer yet. It samples some directions around the normal of the facet
-//!   (`Surface::facet_share`). If the shading normal is far from it, light leaves in directions
-//!   that a lobe around the shading normal never samples.
+//!   (`Surface::facet_share`). If the shading normal is far from the normal of the facet, light
+//!   leaves in directions that a lobe around the shading normal never samples.
 //! - A camera path may leave a vertex below the horizon of its facet, or of its shading normal
 //!   (`Surface::is_one_way`). The ray hits the same facet again, or the surface behind the rim of a
 //!   curved surface. Light from that direction hits the other side of the facet: no light path
-//!   arrives by it, and no connection uses it. Light samples do.
+//!   arrives from it, and no connection uses it. Light samples use it.
 //!
 //! Densities of the directions of delta lobes leave out the delta distribution and the probability
 //! of the lobe, which both ends have in common. They keep the geometry of the segment and the
@@ -42,20 +43,20 @@ use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
 use crate::scene::Scene;
 
-/// Maximum number of vertices of a path, including both ends: light that is scattered more often is
+/// Maximum number of vertices of a path, including both ends. Light that is scattered more often is
 /// lost.
 pub(crate) const MAX_VERTICES: usize = 66;
 
-/// Maximum number of vertices of a path with at most `max_depth` scattering events.
+/// Maximum number of vertices of a path with up to `max_depth` scattering events.
 pub(crate) fn max_vertices(max_depth: Option<u32>) -> usize {
     max_depth.map_or(MAX_VERTICES, |depth| {
         MAX_VERTICES.min((depth as usize).saturating_add(2))
     })
 }
 
-/// Densities of a path that starts at the light `id` with normal `ng`, in direction `w`: of the
-/// start point and of the direction. The first is per area and the second per solid angle; for
-/// infinitely distant lights it is the other way round.
+/// Densities of the start and of the first segment of a path from the light `id` in direction `w`.
+/// `ng` is the normal at the start. The first density is per area and the second per solid angle;
+/// for infinitely distant lights it is the other way round.
 pub(crate) fn emission_pdfs(
     scene: &Scene,
     (id, is_infinite): (LightId, bool),
@@ -74,7 +75,7 @@ pub(crate) fn emission_pdfs(
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathRay {
     pub ray: Ray,
-    /// Throughput.
+    /// Throughput of the subpath.
     pub beta: Spectrum,
     /// Density of the direction per solid angle; for rays from infinity, per area of a disk.
     pub pdf: f32,
@@ -90,8 +91,8 @@ pub(crate) struct Walk<'w, 'a, A> {
 }
 
 impl<'a, A: Accel> Walk<'_, 'a, A> {
-    /// Continues `path` from its only vertex along `first`, and adds all further vertices. Returns
-    /// the segment that leaves the scene, if there is one.
+    /// Continues `path`, which has one vertex, along `first`, and adds all further vertices.
+    /// Returns the last segment if the path leaves the scene.
     pub fn follow(
         &self,
         path: &mut Vec<PathVertex<'a>>,
@@ -109,7 +110,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             TransportMode::Radiance => RayKind::Camera,
             TransportMode::Importance => RayKind::Bounce,
         };
-        // Factor of the radiance by refraction
+        // Factor that removes the change of radiance by refraction from the throughput for roulette
         let mut roulette_scale = 1.0;
         while path.len() < self.max {
             let (hit, transmittance) = self.world.intersect(&ray, kind, out);
@@ -148,7 +149,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
                 break;
             }
 
-            // A direction
+            // Sample the next direction
             let block = block(self.mode, depth);
             let u_lobe = sampler.get_1d(Dimension::bounce(block, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(block, Bounce::Direction));
@@ -205,7 +206,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         let weight = match (is_from_camera, sample.is_delta()) {
             (true, _) => sample.weight,
             (false, true) => sample.weight * surface.adjoint_delta(w, back),
-            // By the normal for the later viewer
+            // Use the shading normal for the viewer in direction `w`
             (false, false) => surface.adjoint_throughput(scene, w, back) * (w.dot(surface.point.ng).abs() / sample.pdf),
         };
         if weight.is_black() {
@@ -237,7 +238,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
 /// `L / η²`, which stays constant: `η² cos θ dω` is the same on both sides. `eta` is the index on
 /// the far side relative to the near side.
 ///
-/// Each end of a path samples its direction as a delta distribution in another variable; this
+/// The two ends of a path sample the direction as delta distributions in different variables. This
 /// factor converts between them.
 fn delta_jacobian(cos_back: f32, cos_onwards: f32, eta: f32) -> f32 {
     (cos_back / (cos_onwards * eta * eta)).abs()
@@ -259,7 +260,7 @@ struct Continuation {
     eta: f32,
 }
 
-/// Block of random numbers of the vertex after `depth` scattering events: camera and light paths
+/// Block of random numbers of the vertex after `depth` scattering events. Camera and light paths
 /// use alternate blocks.
 pub(crate) fn block(mode: TransportMode, depth: u32) -> u32 {
     match mode {

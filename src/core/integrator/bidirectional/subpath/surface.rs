@@ -32,7 +32,7 @@ impl Deref for BsdfRef<'_> {
     }
 }
 
-/// A surface point that does not depend on its viewer.
+/// A surface point, independent of the direction from which it is seen.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface<'a> {
     pub hit: Hit,
@@ -42,7 +42,7 @@ pub(crate) struct Surface<'a> {
     pub bsdf: BsdfRef<'a>,
     /// The body behind the surface, as in [`Ray::body`].
     body: u32,
-    /// True if normals or material vary here.
+    /// True if shading normals or the material vary over the surface.
     is_detailed: bool,
     /// Unit direction to the previous vertex, world space.
     pub back: Vec3,
@@ -80,7 +80,8 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Point and frame with the shading normal for a viewer in the direction `wo`.
+    /// Surface point and local frame, with the shading normal bent for a viewer in the direction
+    /// `wo`.
     fn seen_from(&self, scene: &Scene, wo: Vec3) -> (SurfacePoint, Frame) {
         if !self.bends_for(wo) {
             return (self.point, self.frame);
@@ -89,7 +90,8 @@ impl<'a> Surface<'a> {
         (point, scene.frame(&self.hit, &point))
     }
 
-    /// Local frame for a path from the direction `back`; a light path has no viewer yet.
+    /// Local frame for a path whose previous vertex is in the direction `back`. A light path has no
+    /// viewer yet, so its shading normal is not bent.
     pub fn frame_for(&self, scene: &Scene, back: Vec3, mode: TransportMode) -> Frame {
         match mode {
             TransportMode::Radiance => self.seen_from(scene, back).1,
@@ -134,27 +136,30 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Throughput of light from the direction `wi` in the direction `wo` to the camera. This is
-    /// `f |cos|` with the shading normal: the factor of radiance per solid angle of `wi`.
+    /// Throughput of light that comes from the direction `wi` and leaves in the direction `wo` to
+    /// the camera. This is `f |cos|` with the shading normal: the factor of radiance per solid
+    /// angle of `wi`.
     pub fn scattered(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
         let (point, frame) = self.seen_from(scene, wo);
         self.bsdf.eval(frame.to_local(wo), frame.to_local(wi)) * wi.dot(point.ns).abs()
     }
 
-    /// Event of light from the direction `wi` that leaves in the direction `wo` to the camera.
+    /// Event of light that comes from the direction `wi` and leaves in the direction `wo` to the
+    /// camera.
     pub fn event(&self, scene: &Scene, wo: Vec3, wi: Vec3, is_delta: bool) -> ScatteringEvent {
         let (_, frame) = self.seen_from(scene, wo);
         self.bsdf.event(frame.to_local(wo), frame.to_local(wi), is_delta)
     }
 
-    /// Density per solid angle with which a camera path from the direction `wo` continues in `wi`.
+    /// Density per solid angle with which a camera path continues in the direction `wi`. `wo` is
+    /// the direction to its previous vertex.
     pub fn pdf_from_camera(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> f32 {
         let (_, frame) = self.seen_from(scene, wo);
         self.bsdf.pdf(frame.to_local(wo), frame.to_local(wi))
     }
 
-    /// Density per solid angle with which a light path from the direction `wi` continues in `wo`,
-    /// without a viewer.
+    /// Density per solid angle with which a light path continues in the direction `wo`. `wi` is the
+    /// direction to its previous vertex. No viewer is needed.
     pub fn pdf_from_light(&self, wi: Vec3, wo: Vec3) -> f32 {
         let (from, to) = (self.frame.to_local(wi), self.frame.to_local(wo));
         let pdf = self.bsdf.pdf(from, to);
@@ -172,9 +177,9 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Samples the next direction of a path from the direction `back`, from either end. The result
-    /// is in the local frame of [`Surface::frame_for`]; `local` is `back` in this frame. The weight
-    /// is the weight of radiance.
+    /// Samples the next direction of a camera path or a light path, as selected by `mode`. `back`
+    /// is the direction to the previous vertex, and `local` is `back` in the local frame of
+    /// [`Surface::frame_for`]. The result is in this frame. Its weight is the weight of radiance.
     pub fn sample(&self, (back, local): (Vec3, Vec3), u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         match mode {
             TransportMode::Radiance => self.bsdf.sample(local, u_lobe, u, mode),
@@ -182,7 +187,8 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Ray on which a path from the direction `back` continues in direction `w`.
+    /// Ray on which a path continues in direction `w`. `back` is the direction to the previous
+    /// vertex.
     pub fn ray_onwards<A: Accel>(&self, world: &World<A>, back: Vec3, w: Vec3, mode: TransportMode) -> Ray {
         let origin = match mode {
             TransportMode::Radiance => self.origin_towards_light(world, back, w),
@@ -191,13 +197,13 @@ impl<'a> Surface<'a> {
         Ray::new(origin, w).when(self.point.time).within(self.body_towards(w))
     }
 
-    /// The body, as in [`Ray::body`], at the start of rays in direction `w`.
+    /// The body, as in [`Ray::body`], in which rays in direction `w` start.
     pub fn body_towards(&self, w: Vec3) -> u32 {
         if w.dot(self.point.ng) < 0.0 { self.body } else { 0 }
     }
 
-    /// Samples the next direction of a light path from the direction `wi`, in the local frame of
-    /// [`Surface::frame_for`]. The weight is the weight of radiance.
+    /// Samples the next direction of a light path, in the local frame of [`Surface::frame_for`].
+    /// `wi` is the direction to its previous vertex. The weight is the weight of radiance.
     fn sample_from_light(&self, wi: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         let (local, share) = (self.frame.to_local(wi), self.facet_share());
         let smooth = if share > 0.0 {
@@ -215,7 +221,7 @@ impl<'a> Surface<'a> {
                 let pdf = self.pdf_from_light(wi, w);
                 return (pdf > 0.0).then(|| BsdfSample::new(self.bsdf.eval(local, to), to, pdf, Scattering::Diffuse));
             }
-            // Remainder of the number, below all delta lobes
+            // Rescale the rest of the number to the smooth lobes, below all delta lobes
             true => ((u_lobe - about_facet) / (1.0 - share)).min(smooth * (1.0 - f32::EPSILON)),
             false => u_lobe,
         };
@@ -230,10 +236,10 @@ impl<'a> Surface<'a> {
     }
 
     /// Share of light paths that sample the cosine around the geometric normal. The BSDF samples
-    /// directions around the shading normal, and never those above the facet but below the horizon
-    /// of the shading normal. A viewer there still sees light, because the normal is bent to the
-    /// viewer. The share grows with the square root of the missed part: so neither are many paths
-    /// sampled badly, nor do few have large weights.
+    /// directions around the shading normal, and never directions above the facet but below the
+    /// horizon of the shading normal. A viewer there still sees light, because the normal is bent
+    /// to the viewer. The share grows with the square root of the missed part, so that neither many
+    /// paths are sampled badly, nor few paths get large weights.
     fn facet_share(&self) -> f32 {
         match self.is_detailed {
             true => 0.5 * (1.0 - self.point.ns.dot(self.point.ng)).clamp(0.0, 1.0).sqrt(),
@@ -248,8 +254,8 @@ impl<'a> Surface<'a> {
         world.origin_on(&point, Side::of(wi.dot(point.ns)), wi)
     }
 
-    /// Origin of rays that take light away in direction `wo`: on the side that is visible from
-    /// there.
+    /// Origin of rays of a light path in direction `wo`: on the side of the surface that is visible
+    /// from that direction.
     pub fn origin_towards_camera(&self, wo: Vec3) -> Vec3 {
         offset_origin(&self.point, wo)
     }
@@ -267,9 +273,9 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// 1 over the probability that the surface stops rays. Both subpaths of a merged path hit the
-    /// surface by chance, but it is one vertex of the path. This factor removes one of the two
-    /// probabilities.
+    /// Reciprocal of the probability that the surface stops rays. Both subpaths of a merged path
+    /// hit the surface with this probability, but it is one vertex of the path. This factor removes
+    /// one of the two probabilities.
     pub fn over_opacity(&self, scene: &Scene) -> f32 {
         match scene.lets_light_pass() {
             true => 1.0 / scene.stopping_share(&self.hit),
@@ -294,7 +300,8 @@ impl<'a> Surface<'a> {
         world.first_surface(&vertex)
     }
 
-    /// Light that the surface emits back along the ray that hit it, seen from `from`.
+    /// Light that the surface emits towards the previous vertex, if any. `from` is the light
+    /// sampling context of that vertex.
     pub fn emitted<A: Accel>(&self, world: &World<A>, from: &LightSampleContext) -> Option<Incident> {
         let point = &self.point;
         let light = world.scene.emitted(
@@ -307,9 +314,9 @@ impl<'a> Surface<'a> {
         (!light.radiance.is_black()).then_some(light)
     }
 
-    /// Throughput of a light path from the direction `wi` to the direction `wo`, over the cosine of
-    /// `wo` with the geometric normal. This is the BSDF that belongs to the geometric normal, so
-    /// that both directions of a path have one measure (Veach 1997, §5.3).
+    /// Throughput of a light path from the direction `wi` to the direction `wo`, divided by the
+    /// cosine between `wo` and the geometric normal. This is the BSDF that belongs to the geometric
+    /// normal, so that both directions of a path have one measure (Veach 1997, §5.3).
     pub fn adjoint_throughput(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
         let factor = 1.0 / wi.dot(self.point.ng).abs();
         match factor.is_finite() {

@@ -12,8 +12,8 @@ use crate::math::Vec3;
 /// A vertex of a subpath from the camera or from a light.
 ///
 /// Densities are per area of a surface, or per solid angle for infinitely distant lights and
-/// lenses. A delta lobe samples its direction with density 1, and a path from the other end with
-/// the Jacobian of its direction. The densities give the probability of each strategy for the whole
+/// lenses. A delta lobe has density 1 in its direction; for a path from the other end it has the
+/// Jacobian of the direction. The densities give the probability of each strategy for the whole
 /// path (Veach 1997, §10.2).
 #[derive(Clone, Debug)]
 pub(crate) struct PathVertex<'a> {
@@ -23,21 +23,22 @@ pub(crate) struct PathVertex<'a> {
     /// Unit geometric normal; zero at point lights and panoramic lenses, the direction of travel at
     /// infinity.
     pub ng: Vec3,
-    /// Throughput of the subpath up to this vertex, over its density.
+    /// Throughput of the subpath up to this vertex, divided by the density of the subpath.
     pub beta: Spectrum,
     /// Density with which the subpath sampled the vertex.
     pub forward: f32,
-    /// Density with which a path from the other end would sample the vertex along the same
-    /// vertices. Set when the subpath continues.
+    /// Density with which a path from the other end, with the same vertices, would sample this
+    /// vertex. Set when the subpath continues.
     pub reverse: f32,
     /// True if the subpath continues by a delta lobe.
     pub is_delta: bool,
-    /// True if this is a camera subpath that continues in a direction from which no light path can
-    /// arrive.
+    /// True if this vertex is on a camera subpath that continues in a direction from which no light
+    /// path can arrive.
     pub is_one_way: bool,
-    /// Sum of the densities, raised by the MIS heuristic, of all strategies that connect the path
-    /// between its end and this vertex. Relative to a connection of this vertex with the previous
-    /// one. Computed by `Connector::sum_camera` and `Connector::sum_light`.
+    /// Sum over all strategies that connect the path between the start of the subpath and this
+    /// vertex. It adds their densities, raised by the MIS heuristic, relative to the strategy that
+    /// connects this vertex with the previous vertex. Computed by `Connector::sum_camera` and
+    /// `Connector::sum_light`.
     pub others: f64,
     /// Event by which the subpath continues, if the render separates paths.
     pub event: Option<ScatteringEvent>,
@@ -46,11 +47,11 @@ pub(crate) struct PathVertex<'a> {
 /// Object of a vertex: `S` describes surfaces, and `L` lights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum VertexKind<S, L> {
-    /// The lens, seen from infinity if `is_far`: its rays are parallel.
+    /// The lens. If `is_far`, its rays are parallel, and the lens is infinitely distant.
     Lens { is_far: bool },
     /// A surface that scatters.
     Surface(S),
-    /// A light, where a path starts or ends.
+    /// A light at which a path starts or ends.
     Light(L),
 }
 
@@ -59,12 +60,12 @@ pub(crate) enum VertexKind<S, L> {
 pub(crate) struct LightEnd {
     pub id: LightId,
     pub is_infinite: bool,
-    /// True if no ray can hit it.
+    /// True if no ray can hit the light.
     pub is_delta: bool,
 }
 
 impl<'a> PathVertex<'a> {
-    /// The camera vertex of a path.
+    /// Makes the camera vertex at a point of the lens.
     pub fn lens<A>(world: &World<'a, A>, LensPoint { p, normal, is_far }: LensPoint) -> Self
     where
         A: Accel,
@@ -83,8 +84,8 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// The light vertex of a path at the origin of `emission`. Its light was chosen with
-    /// probability `pmf`.
+    /// Makes the light vertex at the origin of `emission`. Its light was chosen with probability
+    /// `pmf`.
     pub fn light(id: LightId, pmf: f32, emission: &Emission) -> Self {
         let pdf = match emission.is_infinite {
             true => emission.pdf_direction,
@@ -108,8 +109,8 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// The end of a camera path that hits the infinitely distant light `id` in direction `w`,
-    /// sampled with density `pdf`.
+    /// Makes the last vertex of a camera path that hits the infinitely distant light `id` in
+    /// direction `w`. `pdf` is the density of the direction.
     pub fn far_away(id: LightId, w: Vec3, pdf: f32) -> Self {
         let end = LightEnd {
             id,
@@ -153,7 +154,7 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// Surface of the vertex, if it is on one.
+    /// Surface of the vertex, if the vertex is on a surface.
     pub fn surface(&self) -> Option<&Surface<'a>> {
         match &self.kind {
             VertexKind::Surface(surface) => Some(surface),
@@ -161,7 +162,7 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// Unit direction from here to `other`.
+    /// Unit direction from this vertex to `other`.
     pub fn direction_to(&self, other: &Self) -> Vec3 {
         match (self.is_infinite(), other.is_infinite()) {
             (true, _) => self.ng,
@@ -184,7 +185,7 @@ impl<'a> PathVertex<'a> {
         pdf * to.cosine(w).abs() / squared
     }
 
-    /// Cosine between `w` and the normal; 1 at a point without normal.
+    /// Cosine between `w` and the normal; 1 if the vertex has no normal.
     pub fn cosine(&self, w: Vec3) -> f32 {
         if self.ng == Vec3::ZERO { 1.0 } else { w.dot(self.ng) }
     }

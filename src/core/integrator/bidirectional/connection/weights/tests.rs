@@ -1,5 +1,5 @@
-//! Compares weights in one pass with the sum over all strategies of a path, and densities along
-//! delta lobes with reciprocity.
+//! Tests of MIS weights: weights that are computed in one pass equal the sum over all strategies of
+//! a path, and densities along delta lobes are equal from both ends.
 
 use super::super::{Merging, Subpaths};
 use super::*;
@@ -113,7 +113,7 @@ fn each_sample(connector: &Connector<BruteForce>, count: u32, mut look: impl FnM
     }
 }
 
-/// Weight as the sum over all strategies, vertex by vertex.
+/// Weight computed as the sum over all strategies, vertex by vertex.
 fn summed(
     connector: &Connector<BruteForce>,
     camera: &[PathVertex],
@@ -166,7 +166,7 @@ fn summed(
         _ => 1.0,
     };
 
-    // All strategies relative to a connection here
+    // Density of another strategy, relative to the connection here
     let over_this = |other: usize| {
         let ratio = |i: usize| from_light[i] / from_camera[i];
         let before: f64 = (other..t).map(ratio).product();
@@ -232,15 +232,16 @@ fn one_pass_gives_the_sum_over_all_strategies() {
     assert!(compared.iter().all(|&count| count > 200), "{compared:?}");
 }
 
-/// Between two matte surfaces, mirrors and glass have equal density in both directions. Both ends
-/// sample directions by the cosine, and the way back undoes the change of a beam's width by a lobe.
+/// A path by mirrors and glass between two matte surfaces has the same density from both ends. Both
+/// ends sample directions by the cosine. A lobe changes the width of a beam, and the reverse lobe
+/// changes it back.
 #[test]
 fn delta_lobes_have_one_density_from_both_ends() {
     let (mut mirrors, mut refractions) = (0, 0);
     in_room(|connector| {
         each_sample(connector, 1024, |paths| {
             for path in [&paths.camera, &paths.light] {
-                // From a matte vertex by delta lobes to a matte vertex that the path leaves
+                // Find delta lobes between a matte vertex and a matte vertex that the path leaves
                 let mut start = 1;
                 for end in 2..path.len().saturating_sub(1) {
                     if path[end].is_delta {

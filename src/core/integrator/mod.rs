@@ -67,12 +67,13 @@ use crate::film::FirstSurface;
 use crate::math::Vec2;
 use crate::sampler::{SampleKey, Sampler};
 
-/// Computes one sample of one pixel: a key in, contributions out.
+/// Computes one sample of one pixel. It gets the key of the sample, and passes light to a sink.
 pub trait Integrator: Sync {
     /// Traces the sample `key` with numbers from `sampler` and adds its light to `out`.
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink);
 
-    /// Traces several samples, each into a separate `out`: shared work may be done once.
+    /// Traces several samples, each into a separate sink of `out`. Work that the samples share may
+    /// be done once.
     fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
         for (key, out) in keys.iter().zip(out) {
             self.sample(*key, sampler, out);
@@ -110,14 +111,14 @@ impl<T: SampleTracer> Integrator for TracerIntegrator<'_, T> {
 /// Maximum number of samples that are worth tracing together.
 pub const SAMPLES_AT_ONCE: usize = 16;
 
-/// Purpose of a ray; statistics count rays by it.
+/// Purpose of a ray. Statistics count the rays of each purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RayKind {
-    /// From the camera.
+    /// Ray from the camera.
     Camera,
-    /// From a surface after scattering, or from a light.
+    /// Ray that leaves a surface after scattering, or leaves a light.
     Bounce,
-    /// Towards a light.
+    /// Shadow ray towards a light.
     Shadow,
 }
 
@@ -133,7 +134,7 @@ pub trait Sink: RaySink {
     /// Receives a part of the light that [`Sink::light`] gets as a sum over several sources.
     fn part(&mut self, _light: FoundLight) {}
 
-    /// Adds radiance to the pixel of the sample that does not come from a light of the scene.
+    /// Adds radiance that does not come from a light of the scene to the pixel of the sample.
     #[inline(always)]
     fn radiance(&mut self, radiance: Spectrum) {
         self.light(FoundLight {
@@ -147,22 +148,25 @@ pub trait Sink: RaySink {
     /// Receives the first surface that the camera ray hits.
     fn first_surface(&mut self, surface: FirstSurface);
 
-    /// Receives the background or the ground that the camera ray sees; it finishes the sample.
+    /// Receives the background or the ground that the camera ray sees. The sink finishes the sample
+    /// with it.
     fn camera_view(&mut self, _view: CameraView) {}
 
-    /// Returns true if the sink separates sources of light: only then it needs the parts of sums.
+    /// Returns true if the sink separates sources of light. Only then it needs the parts of sums
+    /// ([`Sink::part`]).
     #[inline(always)]
     fn separates_parts(&self) -> bool {
         false
     }
 
-    /// Returns true if the sink separates classes of paths: only then it needs scattering events.
+    /// Returns true if the sink separates classes of paths. Only then it needs scattering events
+    /// ([`Sink::scattered`]).
     #[inline(always)]
     fn separates_paths(&self) -> bool {
         false
     }
 
-    /// Receives the event by which the path leaves the vertex after `depth` scattering events.
+    /// Receives a scattering event of the path, and the number of scattering events before it.
     fn scattered(&mut self, _depth: u32, _event: ScatteringEvent) {}
 }
 
@@ -263,14 +267,14 @@ pub trait IterationIntegrator: Sync {
         0
     }
 
-    /// Returns true if film points beyond the borders of the image repeat its directions
-    /// ([`Camera::repeats`](crate::camera::Camera::repeats)).
+    /// Returns true if film points beyond the borders of the image have the directions of points
+    /// inside the image, as in panoramas ([`Camera::repeats`](crate::camera::Camera::repeats)).
     fn repeats(&self) -> bool {
         false
     }
 
-    /// Returns true if samples of a pixel light other pixels. Samples outside a crop are then taken
-    /// too.
+    /// Returns true if samples of a pixel may light other pixels. Then samples outside of a crop
+    /// are taken too.
     fn sends_light(&self) -> bool;
 
     /// Traces the sample `key` of a pixel.
@@ -313,7 +317,7 @@ pub trait RaySink {
         false
     }
 
-    /// Returns true if the sink records paths: only then events are made for it.
+    /// Returns true if the sink records paths. Only then integrators make events for it.
     fn records(&self) -> bool {
         false
     }
@@ -321,13 +325,13 @@ pub trait RaySink {
     /// Records an event of a path.
     fn record(&mut self, _event: PathEvent) {}
 
-    /// Number of events so far.
+    /// Number of recorded events.
     fn record_len(&self) -> usize {
         0
     }
 
-    /// Removes and returns the events from index `from` on. A Markov chain records a path at the
-    /// time its light is added.
+    /// Removes and returns the events from index `from` on. A Markov chain takes the events of a
+    /// proposed path, and records them again when it adds the light of the path.
     fn take_record(&mut self, _from: usize) -> Vec<PathEvent> {
         Vec::new()
     }
@@ -345,16 +349,17 @@ impl RaySink for NullRaySink {
 
 /// A sink that also receives light for other pixels.
 pub trait SplatSink: Sink {
-    /// Adds `light` to all pixels that see the point `film` (pixels, origin top left), times the
-    /// filter of each pixel at that point.
+    /// Adds `light` to all pixels whose filter reaches the point `film` (pixels, origin top left),
+    /// multiplied by the value of each pixel's filter at that point.
     fn splat(&mut self, film: Vec2, light: FoundLight);
 
-    /// Receives the light of one of [`IterationIntegrator::strategies`], with and without its MIS
-    /// weight. The light falls on the pixel of the sample, or at `film`.
+    /// Receives the light of strategy `index` of [`IterationIntegrator::strategies`], with its MIS
+    /// weight (`weighed`) and without it (`alone`). The light falls on the pixel of the sample, or
+    /// on the film point `film`.
     fn strategy(&mut self, index: usize, film: Option<Vec2>, weighed: Spectrum, alone: Spectrum);
 
     /// Adds light of one class of paths ([`LightPaths`](crate::film::LightPaths)) to the pixel of
-    /// the sample, or at `film`. It is a part of the light that [`Sink::light`] or
+    /// the sample, or to a film point. It is a part of the light that [`Sink::light`] or
     /// [`SplatSink::splat`] gets.
     fn path_class(&mut self, _class: usize, _film: Option<Vec2>, _radiance: Spectrum) {}
 

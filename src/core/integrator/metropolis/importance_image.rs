@@ -53,7 +53,7 @@ const SAMPLES: u32 = 12;
 const EVEN: f32 = 0.2;
 
 impl ImportanceImage {
-    /// A constant image: the target of the chains is luminance.
+    /// A constant image, with which the target of chains is the luminance.
     pub fn even() -> Self {
         Self {
             size: UVec2::ONE,
@@ -74,8 +74,8 @@ impl ImportanceImage {
         }
     }
 
-    /// Value at the position `film` (pixels, origin top left), above 0; bilinear between the
-    /// centers of cells.
+    /// Value at the position `film` (pixels, origin top left), above 0. It is interpolated
+    /// bilinearly between the centres of cells.
     pub fn at(&self, film: Vec2) -> f32 {
         let last = (self.size - 1).as_vec2();
         let at = (film * self.scale - 0.5).clamp(Vec2::ZERO, last);
@@ -87,7 +87,7 @@ impl ImportanceImage {
         row(first.y) + part.y * (row(next.y) - row(first.y))
     }
 
-    /// Cell at the position `film`, if it is inside the image.
+    /// Index of the cell at the position `film`, if it is inside the image.
     fn cell(&self, film: Vec2) -> Option<usize> {
         let at = film * self.scale;
         let is_in = at.cmpge(Vec2::ZERO).all() && at.cmplt(self.size.as_vec2()).all();
@@ -112,7 +112,7 @@ impl<A: Accel> ImportanceImageMaker<'_, A> {
     /// Number of work items.
     pub const WORK_ITEMS: u32 = ESTIMATES * SAMPLES;
 
-    /// Work item `index`: one sample of each cell. Returns the luminance of each cell.
+    /// Runs work item `index`: one sample of each cell. Returns the luminance of each cell.
     pub fn work_item<S: Sampler>(&self, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<f64> {
         let connector = Connector::new(&self.world, self.heuristic, self.roulette, self.max_depth);
         let picture = ImportanceImage::of(self.world.camera.resolution());
@@ -136,7 +136,7 @@ impl<A: Accel> ImportanceImageMaker<'_, A> {
         light
     }
 
-    /// Joins all work items, in their order.
+    /// Joins the results of all work items, in the order of the work items, to an importance image.
     pub fn join(&self, work_items: &[Vec<f64>]) -> ImportanceImage {
         let mut picture = ImportanceImage::of(self.world.camera.resolution());
         let estimates = work_items.chunks(SAMPLES as usize);

@@ -1,9 +1,10 @@
 //! Metropolis light transport: Markov chains of paths.
 //!
-//! `pssmlt` mutates the random numbers that make a path, `mlt` mutates paths. `options` has their
-//! shared options, `importance_image` their target. Both implement `IterationIntegrator`. Each
-//! iteration has its own starting paths and chains and is an unbiased estimate. So a render is
-//! bit-identical for any split into iterations. The disadvantage is that chains are short.
+//! `pssmlt` mutates the random numbers that make a path, and `mlt` mutates paths. `options` has the
+//! options of both methods. `importance_image` makes chains visit dark places as often as bright
+//! ones. Both methods implement `IterationIntegrator`. Each iteration has separate start paths and
+//! chains, and is an unbiased estimate. So a render is bit-identical for any split into iterations.
+//! The disadvantage is that chains are short.
 //!
 //! By default, path tracing finds direct light, and lamps seen in mirrors and through glass
 //! (`OrdinaryLight`). Metropolis sampling has no advantage if all light is easy to find (Veach and

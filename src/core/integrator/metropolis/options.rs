@@ -16,10 +16,10 @@ pub struct Metropolis {
     pub direct: MetropolisDirect,
     /// Target of the chains.
     pub target: MetropolisTarget,
-    /// Number of chains in an iteration; `None`: chosen by its number of pixels.
+    /// Number of chains in an iteration; `None`: chosen by the number of pixels.
     pub chains: Option<u32>,
     /// Number of samples of bidirectional path tracing in an iteration. They estimate the total
-    /// light and the starts of chains. `None`: chosen by its number of pixels.
+    /// light and give the start paths of chains. `None`: chosen by the number of pixels.
     pub bootstrap: Option<u32>,
     /// Probability of a large step, 0 to 1.
     pub large_step_probability: f32,
@@ -34,7 +34,7 @@ const MUTATIONS_PER_CHAIN: u64 = 256;
 const MIN_CHAINS: u64 = 16;
 
 impl Default for Metropolis {
-    /// Step sizes of Kelemen et al.
+    /// Default options, with the step sizes of Kelemen et al.
     fn default() -> Self {
         Self {
             direct: MetropolisDirect::Ordinary,
@@ -50,8 +50,8 @@ impl Default for Metropolis {
 /// Method for unscattered light, for direct light, and for lamps seen in mirrors and through glass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MetropolisDirect {
-    /// Path tracing, one sample per pixel: chains would visit bright places and be no better (Veach
-    /// and Guibas 1997, §5.4).
+    /// Path tracing, one sample per pixel: chains would mostly visit bright places, and have no
+    /// less error (Veach and Guibas 1997, §5.4).
     #[default]
     Ordinary,
     /// Chains, as for all other light.
@@ -63,15 +63,16 @@ pub enum MetropolisDirect {
 pub enum MetropolisTarget {
     /// Luminance of the path.
     Luminance,
-    /// Luminance of the path, over the [`ImportanceImage`](crate::integrator::ImportanceImage) at
-    /// its position. So dark places get about as many paths as bright ones (two-stage Metropolis
-    /// light transport, Veach and Guibas 1997).
+    /// Luminance of the path, divided by the
+    /// [`ImportanceImage`](crate::integrator::ImportanceImage) at the film position of the path. So
+    /// dark places get about as many paths as bright ones (two-stage Metropolis light transport,
+    /// Veach and Guibas 1997).
     #[default]
     Relative,
 }
 
-/// Area of the film that pixels see, including the width of the pixel filter. Pixels, origin top
-/// left.
+/// Area of the film that contributes to pixels, including the width of the pixel filter. In pixels,
+/// origin top left.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FilmArea {
     min: Vec2,
@@ -80,7 +81,7 @@ pub(crate) struct FilmArea {
 }
 
 impl FilmArea {
-    /// Film area that the pixels of `world` see.
+    /// Film area that contributes to the pixels of `world`.
     pub fn of<A>(world: &World<A>) -> Self {
         let margin = match world.camera.repeats() {
             // Film points beyond a border repeat points inside it.
@@ -98,12 +99,12 @@ impl FilmArea {
         self.size.x * self.size.y
     }
 
-    /// Film point at `u` of the unit square.
+    /// Film point at the position `u` of the unit square.
     pub fn at(&self, u: Vec2) -> Vec2 {
         self.min + u * self.size
     }
 
-    /// Returns true if any pixel sees `place`.
+    /// Returns true if the film point `place` contributes to any pixel.
     pub fn contains(&self, place: Vec2) -> bool {
         place.cmpge(self.min).all() && place.cmplt(self.min + self.size).all()
     }
@@ -122,8 +123,8 @@ pub(crate) fn mutations_of_chain(mutations: u64, index: u32, chains: u32) -> u64
 }
 
 impl Metropolis {
-    /// Traces the sample `key` of a pixel for the light that chains leave out: `ordinary`, or only
-    /// the first surface for the auxiliary channels.
+    /// Traces the sample `key` of a pixel. `ordinary` finds the light that chains leave out. If
+    /// chains find all light, only the first surface is found, for the auxiliary channels.
     pub(crate) fn sample_pixel<A: Accel, S: Sampler>(
         &self,
         ordinary: &OrdinaryLight<A>,
@@ -158,8 +159,8 @@ impl Metropolis {
 }
 
 /// Finds the light that chains leave out: light that is scattered at most once, and lamps seen in
-/// mirrors and through glass. Camera paths hit these lamps anyway. They cover few bright pixels:
-/// chains would either stay there or never visit them.
+/// mirrors and through glass. Camera paths find these lamps easily. The lamps cover few bright
+/// pixels: chains would either stay at these pixels or never visit them.
 #[derive(Debug)]
 pub(crate) struct OrdinaryLight<'a, A> {
     pub world: World<'a, A>,
@@ -188,8 +189,8 @@ impl<A: Accel> OrdinaryLight<'_, A> {
         self.sample_lamps(key, sampler, out);
     }
 
-    /// Adds the light along the ray of the sample that is scattered by at least two delta lobes and
-    /// by no other lobe.
+    /// Adds the light that reaches the camera ray of the sample by at least two delta lobes and by
+    /// no other lobe.
     fn sample_lamps<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let world = &self.world;
         let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
@@ -221,7 +222,7 @@ impl<A: Accel> OrdinaryLight<'_, A> {
     }
 }
 
-/// Hash of the current sample of `sampler`: the key of a chain's random numbers.
+/// Hash of the current sample of `sampler`, which is the key of a chain's random numbers.
 pub(crate) fn name(sampler: &impl Sampler) -> u64 {
     let [a, b] = [Dimension::PIXEL, Dimension::LENS].map(|dimension| sampler.get_2d(dimension));
     let word = |x: f32, y: f32| ((x.to_bits() as u64) << 32) | y.to_bits() as u64;

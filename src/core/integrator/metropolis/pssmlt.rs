@@ -10,10 +10,10 @@
 //! iteration of `bdpt`.
 //!
 //! Each iteration has separate seeds and chains. A seed is one path of a sample of `bdpt`. It is
-//! chosen among all paths of the sample in proportion to their target; its weight is the target of
-//! all of them. Chains start at seeds in proportion to their weight, with one stratum per chain,
-//! sorted by length. All chains share the sum of the weights; `PrimarySpaceIntegrator` derives that
-//! an iteration is then unbiased.
+//! chosen among all paths of the sample in proportion to their targets, and its weight is the sum
+//! of the targets of all these paths. Chains start at seeds in proportion to the weights of the
+//! seeds. Seeds are sorted by length, and each chain has one stratum. All chains share the sum of
+//! the weights; `PrimarySpaceIntegrator` derives that an iteration is then unbiased.
 //!
 //! A seed may be on a spike of the target, where small steps find only the spike itself. Its chains
 //! then stay there: the pixel gets their whole light, which is the light of the seed. Sampling
@@ -24,7 +24,7 @@
 //!
 //! Defaults (docs/notebook/2026-11.md, "Metropolis light transport"): one chain per 256 mutations
 //! is a compromise between scenes with easy light and scenes with hidden light. Step sizes and the
-//! probability of large steps are those of Kelemen et al.
+//! probability of large steps are from Kelemen et al.
 
 use super::options::{FilmArea, OrdinaryLight, mutations, mutations_of_chain, name};
 use super::visits::Visits;
@@ -87,14 +87,14 @@ const SEEDS_AT_ONCE: u32 = 64;
 /// A path that chains may start from.
 #[derive(Debug)]
 pub struct Seed {
-    /// Key of its random numbers.
+    /// Key of the random numbers of the path.
     origin: u64,
     /// Number of vertices.
     length: u32,
     /// Number of camera vertices.
     from_camera: u32,
-    /// Target of all paths of the bootstrap sample; after seeds are joined, the sum of these up to
-    /// this seed.
+    /// Sum of the targets of all paths of the bootstrap sample. After seeds are joined: sum of the
+    /// weights up to this seed.
     weight: f64,
 }
 
@@ -109,7 +109,7 @@ struct PathShape {
 }
 
 impl PathShape {
-    /// Shape for which the numbers of `seed` make its path.
+    /// Shape for which the numbers of `seed` make the path of the seed.
     fn of(seed: &Seed) -> Self {
         let length = seed.length as usize;
         let chosen = Self { length, turn: 0 }.camera_vertices(&PrimarySampler::new(seed.origin));
@@ -127,21 +127,21 @@ impl PathShape {
     }
 }
 
-/// Contribution of a path.
+/// State of a chain: the path that its numbers make.
 #[derive(Default)]
 struct State {
     /// Contributions, each with its film position.
     found: Vec<Contribution>,
-    /// Total luminance over the importance image.
+    /// Target of the path: total luminance, divided by the importance image.
     target: f32,
-    /// Accumulated share of the mutations of the chain.
+    /// Sum of the shares of the chain's mutations that count for this path.
     share: f64,
     /// Events of the path, if the sink records paths.
     record: Vec<PathEvent>,
 }
 
 impl State {
-    /// Adds the share of mutations to the visits at the film position.
+    /// Adds the share of mutations to the visits at the film position of the path.
     fn visit(&self, visits: &mut Visits) {
         let place = self.found.first().and_then(|contribution| contribution.film);
         if let Some(film) = place.filter(|_| self.target > 0.0 && self.share > 0.0) {
@@ -176,7 +176,7 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
     }
 
     fn join(&self, _: u32, parts: Vec<Vec<Seed>>) -> Vec<Seed> {
-        // Sorted by length, so that every length gets its share of the chains
+        // Sort seeds by length, so that every length gets its share of the chains
         let mut seeds = Vec::with_capacity(parts.iter().map(Vec::len).sum());
         seeds.extend(parts.into_iter().flatten());
         seeds.sort_by_key(|seed| seed.length);
@@ -221,7 +221,7 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
         sampler: &mut S,
         out: &mut impl SplatSink,
     ) {
-        // Start: each chain has a stratum of the total weight.
+        // Choose the seed: each chain has a stratum of the total weight.
         sampler.start(SampleKey::of_stream(Stream::Chains, index, iteration));
         let (name, chains) = (name(sampler), self.chains());
         let light = seeds.last().map_or(0.0, |seed| seed.weight);
@@ -240,7 +240,7 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
         let mut numbers = PrimarySampler::chain(seed.origin, name, mutation_size, dimensions);
         let mut current = self.state(shape, &numbers, out);
 
-        // The chain's share of the mutations of the iteration
+        // Number of mutations of the chain, and scale of the light that they add
         let mutations = mutations_of_chain(mutations(&self.world), index, chains);
         let scale = light / (chains as f64 * mutations as f64);
         let mut counts = [[0; 2]; 2];
@@ -292,10 +292,10 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         self.metropolis.min_vertices()..=max_vertices(self.max_depth)
     }
 
-    /// One of the paths of the bootstrap sample with key `origin`. `None` if it has no light for
-    /// chains.
+    /// Makes the seed of the bootstrap sample with the key `origin`, which is one of the paths of
+    /// the sample. `None` if the sample has no light for chains.
     fn seed(&self, origin: u64, out: &mut impl RaySink) -> Option<Seed> {
-        // Both subpaths, and all strategies that connect them
+        // Trace both subpaths, and connect them by all strategies
         let numbers = PrimarySampler::new(origin);
         let area = FilmArea::of(&self.world);
         let film = area.at(numbers.get_2d(Dimension::PIXEL));
@@ -308,7 +308,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             found.push(contribution)
         });
 
-        // One of the paths, in proportion to its target
+        // Choose one of the paths, in proportion to its target
         let size = self.world.camera.resolution().as_vec2();
         let target = |c: &Contribution| {
             let is_lamp =
@@ -339,14 +339,14 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         })
     }
 
-    /// Connects subpaths for paths with at most `max_depth` scattering events. Their lengths are
-    /// given, so there is no roulette.
+    /// Connector for paths with up to `max_depth` scattering events. There is no roulette, because
+    /// the lengths of the subpaths are given.
     fn connector(&self, max_depth: Option<u32>) -> Connector<'_, 'a, A> {
         Connector::new(&self.world, self.heuristic, Roulette::after(u32::MAX), max_depth)
     }
 
-    /// Contribution of the path of `shape` from `numbers`. Invalid light has target 0; it is
-    /// dropped later, when it is added.
+    /// Makes the path of `shape` from `numbers`. Invalid light has the target 0; it is dropped
+    /// later, when it is added.
     fn state(&self, shape: PathShape, numbers: &impl Sampler, out: &mut impl RaySink) -> State {
         let mut state = State::default();
         let before = out.record_len();
@@ -362,7 +362,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
                 false => return state,
             }
         }
-        // For smaller numbers the reciprocal may be infinite.
+        // The reciprocal of a smaller target may be infinite.
         if target >= f32::MIN_POSITIVE && target.is_finite() {
             state.target = target;
         }
@@ -370,14 +370,14 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
     }
 
     /// Makes a path of `shape` by the strategy that `numbers` choose, and adds its contributions to
-    /// `found`, with their film positions. Radiance times pixels: its mean over all numbers is the
-    /// sum over the film.
+    /// `found`, with their film positions. Radiance is multiplied by the number of pixels, so that
+    /// its mean over all numbers is the sum over the film.
     fn trace(&self, shape: PathShape, numbers: &impl Sampler, out: &mut impl RaySink, found: &mut Vec<Contribution>) {
         let length = shape.length;
         let t = shape.camera_vertices(numbers);
         let s = length - t;
 
-        // A film point that any pixel sees, and a camera subpath of t vertices from there
+        // Sample a film point, and trace a camera subpath of t vertices from there
         let area = FilmArea::of(&self.world);
         let film = area.at(numbers.get_2d(Dimension::PIXEL));
         let mut paths = Subpaths {
@@ -400,7 +400,8 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             }
         }
 
-        // A light subpath of s vertices; for s = 1 the light is sampled from the camera subpath
+        // Trace a light subpath of s vertices. For s = 1 the light is sampled from the camera
+        // subpath
         if s > 1 {
             paths.light = self.connector(Some(s as u32 - 1)).light_path(paths.time, numbers, out);
             if paths.light.len() < s {
@@ -409,7 +410,8 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             self.connector(None).sum_light(&mut paths.light, paths.time);
         }
 
-        // Connect both. Each strategy represents the whole film and all strategies.
+        // Connect both subpaths. Light is scaled, because each strategy represents the whole film
+        // and all strategies.
         let connector = self.connector(None);
         let size = self.world.camera.resolution();
         let scale_of_camera = length as f32 * area.size.x * area.size.y;
@@ -435,7 +437,8 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         }
     }
 
-    /// Adds the light of a path to the image, as its share of `scale` times all light.
+    /// Adds the light of a path to the image: its share of the chain's mutations, multiplied by
+    /// `scale`.
     fn add(&self, state: &State, scale: f64, out: &mut impl SplatSink) {
         for contribution in &state.found {
             let mut radiance = contribution.radiance;
@@ -468,8 +471,9 @@ mod tests {
     use crate::math::{UVec2, Vec3};
     use crate::scene::SceneBuilder;
 
-    /// A large step is a path of random numbers. Its mean target equals the mean target of seeds,
-    /// which represent all strategies at once, on a film that a filter makes wider than the image.
+    /// A large step makes a path from new random numbers. Its mean target equals the mean target of
+    /// seeds, which represent all strategies at once, on a film that a filter makes wider than the
+    /// image.
     #[test]
     fn chains_and_seeds_have_one_scale() {
         // A lamp close above a floor: much of the light is scattered from the floor to the lens.

@@ -60,8 +60,8 @@ mod tests {
         visits.counts(mutations)
     }
 
-    /// Chains with known autocorrelation time: independent ones, runs of one length, and one that
-    /// never moves.
+    /// Chains with known autocorrelation time: a chain with independent pixels, chains with runs of
+    /// one length, and a chain that never moves.
     #[test]
     fn autocorrelation_times_of_known_chains() {
         for (counts, time, stuck) in [

@@ -6,7 +6,7 @@ use crate::accel::Accel;
 use crate::integrator::RaySink;
 
 /// Bidirectional mutations: a part of the path is deleted, and replaced by new vertices that are
-/// sampled from either end (Veach 1997, §11.4.2.1).
+/// sampled from the camera's side and from the light's side (Veach 1997, §11.4.2.1).
 ///
 /// Choices that a mutation and its reverse share, such as the kept vertices, do not affect the
 /// acceptance.
@@ -16,8 +16,8 @@ pub(super) struct Bidirectional<'s, 'w, 'a, A> {
     pub lengths: &'s Lengths,
 }
 
-/// Probability of each number of vertices for a new path, indexed by that number: about
-/// proportional to the light of such paths.
+/// Probability of each number of vertices of a new path, indexed by this number. It is about
+/// proportional to the light of paths with this number of vertices.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lengths(Vec<f64>);
 
@@ -25,8 +25,8 @@ impl Lengths {
     /// Share of probability that is equal for all lengths, so that every length is possible.
     const EVEN: f64 = 0.1;
 
-    /// Distribution over paths of `min` to `max` vertices. `light[n]` is the light found of paths
-    /// of `n` vertices.
+    /// Distribution over paths of `min` to `max` vertices. `light[n]` is the light that was found
+    /// by paths of `n` vertices.
     pub fn new(light: &[f64], (min, max): (usize, usize)) -> Self {
         let total: f64 = light.iter().sum();
         let even = 1.0 / (max + 1).saturating_sub(min) as f64;
@@ -46,7 +46,8 @@ impl Lengths {
     }
 }
 
-/// Deleted part of a path: `count` vertices after the first `kept` ones.
+/// Part of a path that a mutation deletes or makes: `count` vertices after the first `kept`
+/// vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Cut {
     pub kept: usize,
@@ -60,9 +61,9 @@ impl Cut {
         (0..=n).flat_map(cut).filter(move |cut| cut.count < n)
     }
 
-    /// Relative probability of the cut. It is lower for many edges, which are seldom replaced with
-    /// success (p_d1). 0 at ends that cannot be connected, or if nothing is deleted at an end
-    /// (p_d2).
+    /// Relative probability of the cut. It is lower for a cut with many edges, which are seldom
+    /// replaced with success (p_d1). It is 0 if a vertex beside the cut cannot be connected, or if
+    /// the cut is at an end of the path and deletes no vertex (p_d2).
     fn weight(self, path: &Path) -> f64 {
         let n = path.len();
         let Self { kept, count } = self;
@@ -72,7 +73,7 @@ impl Cut {
         if (is_at_end && count == 0) || ends.iter().flatten().any(continues_by_delta) {
             return 0.0;
         }
-        // Deleted edges
+        // Number of deleted edges
         match count + 1 {
             1 => 0.25,
             2 => 0.5,
@@ -81,8 +82,8 @@ impl Cut {
     }
 }
 
-/// Distribution of the number of vertices that replace `deleted` ones, `min` to `max` (p_a1):
-/// mostly the same number.
+/// Distribution of the number of new vertices, `min` to `max`, that replace `deleted` vertices
+/// (p_a1). The most probable number is `deleted`.
 #[derive(Clone, Copy, Debug)]
 struct VertexCounts {
     deleted: usize,
@@ -110,8 +111,8 @@ impl VertexCounts {
 }
 
 impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
-    /// Replaces a part of `x`. `chosen` is the probability of choosing this kind of mutation for a
-    /// path.
+    /// Replaces a part of `x`. `chosen` returns the probability of choosing this kind of mutation
+    /// for a path.
     pub fn mutate(
         &self,
         x: &Path<'a>,
@@ -150,7 +151,8 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         Some(Proposal::of(y, back / forth))
     }
 
-    /// `x` with `count` new vertices in place of `cut`, connected after the first `t` vertices.
+    /// Replaces the vertices `cut` of `x` by `count` new vertices, and connects the path after its
+    /// first `t` vertices.
     fn exchange(
         &self,
         x: &Path<'a>,
@@ -160,7 +162,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> Option<Path<'a>> {
-        // If the lens vertex is deleted, the lens point is sampled anew.
+        // If the lens vertex is deleted, sample the lens point anew.
         if cut.kept == 0 {
             sample.lens = numbers.next_2d();
         }
@@ -183,14 +185,14 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         let is_at_end = cut.kept == 0 || cut.kept + cut.count == x.len();
         VertexCounts {
             deleted: cut.count,
-            // At least one at an end, or if nothing is deleted
+            // At least one new vertex at an end of the path, or if no vertex is deleted
             min: usize::from(is_at_end || cut.count == 0).max(self.space.min_vertices.saturating_sub(others)),
             max: self.space.max_vertices.saturating_sub(others),
         }
     }
 
-    /// Density of the step from `x` to `y`, which replaces `cut` by `made`, over the contribution
-    /// of `y`: Q(x → y) = T(x → y) / f(y).
+    /// Density of the step from `x` to `y`, which replaces the part `cut` of `x` by the part `made`
+    /// of `y`, divided by the contribution of `y`: Q(x → y) = T(x → y) / f(y).
     pub fn transition(&self, x: &Path<'a>, y: &Path<'a>, cut: Cut, made: Cut) -> f64 {
         let total: f64 = Cut::all(x.len()).map(|cut| cut.weight(x)).sum();
         let p_delete = cut.weight(x) / total;
@@ -198,7 +200,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         p_delete * p_add * self.made(y, made)
     }
 
-    /// Density of making all of `y` anew, over its contribution.
+    /// Density of making all vertices of `y` anew, divided by the contribution of `y`.
     fn density(&self, y: &Path<'a>) -> f64 {
         let all = Cut {
             kept: 0,
@@ -207,19 +209,20 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         self.lengths.of(y.len()) * self.made(y, all)
     }
 
-    /// Mean over all splits of `made` between both ends.
+    /// Density of making the vertices `made` of `y`, divided by the contribution of `y`. It is the
+    /// mean over all splits of the vertices between both ends.
     fn made(&self, y: &Path<'a>, made: Cut) -> f64 {
         self.space.inverse_contribution(y, made.kept, made.count) / splits(made.kept, made.count) as f64
     }
 }
 
-/// Number of splits of `count` new vertices between a camera end of `kept` vertices and a light
-/// end.
+/// Number of splits of `count` new vertices between the camera's side, which has `kept` vertices
+/// already, and the light's side.
 fn splits(kept: usize, count: usize) -> usize {
     kept + count + 1 - kept.max(1)
 }
 
-/// A random split: the number of camera vertices, including the kept ones.
+/// Samples a split: the number of camera vertices, including the `kept` vertices.
 fn split(kept: usize, count: usize, numbers: &mut Numbers) -> usize {
     let splits = splits(kept, count);
     kept.max(1) + ((numbers.next() * splits as f32) as usize).min(splits - 1)

@@ -9,8 +9,8 @@ use crate::integrator::bidirectional::subpath::{Surface, VertexKind, emission_pd
 use crate::math::{Vec2, Vec3};
 
 impl<'a, A: Accel> PathSpace<'_, 'a, A> {
-    /// Factors of the vertex `at`, between `before` on the camera's side and the next two vertices
-    /// `after`.
+    /// Factors of the vertex `at`. `before` is its neighbour on the camera's side, and `after` has
+    /// the next two vertices on the light's side.
     pub fn factors(
         &self,
         at: &Vertex,
@@ -24,11 +24,12 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
                 let camera = self.world.camera;
                 let next = after[0]?;
                 let importance = camera.importance(at.p, at.direction_to(next), time)?;
-                // Per area of the lens and solid angle, over the density of film and lens
+                // Importance per area of the lens and solid angle, over the density of film point
+                // and lens point
                 let seen = importance.we * cosine(at, at.direction_to(next));
                 let seen = seen * camera.lens_area() / self.film.area();
                 Some(Factors {
-                    // Parallel rays are never connected to light from infinity.
+                    // Parallel camera rays are never connected to light from infinity.
                     geometry_term: if at.is_infinite() && next.is_infinite() {
                         f64::INFINITY
                     } else {
@@ -121,20 +122,20 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
     }
 
     /// Density with which bidirectional path tracing makes the `count` vertices of `path` after the
-    /// first `kept` ones, over the contribution of the path. Sums all splits between both ends.
-    /// Correct up to a factor of the kept vertices.
+    /// first `kept` vertices, divided by the contribution of the path. It is the sum over all
+    /// splits of the new vertices between both ends, up to a factor of the kept vertices.
     ///
-    /// Each subpath keeps its part, `kept` camera vertices and all remaining light vertices, and
-    /// continues from there. Then the two are connected, unless the camera subpath hit a light
-    /// (Veach 1997, §10.2 and §11.4.2.1).
+    /// The camera subpath keeps `kept` vertices, and the light subpath keeps all remaining
+    /// vertices. Both continue from there, and are then connected, unless the camera subpath hits a
+    /// light (Veach 1997, §10.2 and §11.4.2.1).
     pub fn inverse_contribution(&self, path: &Path<'a>, kept: usize, count: usize) -> f64 {
         let n = path.len();
         let kept_light = n - kept - count;
         let factors = |i: usize| &path.vertices[i].factors;
         let or_0 = |x: f64| if x.is_finite() { x } else { 0.0 };
-        // In order of the number t of camera vertices, from the maximum down. Steps from the light
-        // are multiplied up. The sum of all strategies from t on, over their common steps from the
-        // camera, follows by Horner's scheme.
+        // Go through the numbers t of camera vertices, from the maximum down. `from_light` is the
+        // product of the steps from the light. `sum` is the sum over all strategies with at least t
+        // camera vertices, without their common steps from the camera (Horner's scheme).
         let first = (n - kept_light).min(n - 1);
         let (mut from_light, mut sum) = (1.0, 0.0);
         for t in (kept.max(1)..=kept + count).rev() {
@@ -157,9 +158,9 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
     }
 }
 
-/// Factor of the values of `at` and `next` if their edge connects two subpaths:
-/// `transmittance |cos| / d²` at `next`. The value at `next` is over the cosine of the light from
-/// `after` (Veach 1997, §8.2).
+/// Factor of the contribution if the edge between `at` and `next` connects two subpaths:
+/// `transmittance |cos| / d²`, with the cosine at `next`. It is divided by the cosine at `next` of
+/// the light from `after`, which the value of `next` contains (Veach 1997, §8.2).
 fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
     if next.is_infinite() {
         return at.transmittance.pass as f64;
@@ -175,7 +176,7 @@ fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
     at.transmittance.pass as f64 * cos(w) / into / squared
 }
 
-/// Cosine between `w` and the normal of `at`; 1 at a point without normal.
+/// Cosine between `w` and the normal of `at`; 1 if the vertex has no normal.
 fn cosine(at: &Vertex, w: Vec3) -> f32 {
     if at.ng == Vec3::ZERO { 1.0 } else { w.dot(at.ng) }
 }

@@ -7,14 +7,15 @@ use crate::bsdf::TransportMode;
 use crate::integrator::{RayKind, RaySink};
 
 /// Lens subpath mutations: the subpath from the camera to the first vertex that does not scatter by
-/// a delta lobe, (L|D)DS*E. It is replaced by another through any film point (Veach 1997, §11.4).
-/// Film points of all chains together are stratified.
+/// a delta lobe, (L|D)DS*E, is replaced by another subpath through any film point (Veach 1997,
+/// §11.4). The film points of all chains of an iteration are stratified together.
 #[derive(Debug)]
 pub(super) struct LensSubpath<'s, 'w, 'a, A> {
     pub space: &'s PathSpace<'w, 'a, A>,
 }
 
-/// Last vertex of the lens subpath of `x`, if the rest can be connected to another subpath.
+/// Index of the last vertex of the lens subpath of `x`. `None` if the rest of the path cannot be
+/// connected to another lens subpath.
 pub(super) fn end_of(x: &Path) -> Option<usize> {
     (1..x.len())
         .find(|&i| !x.vertices[i].is_delta)
@@ -22,7 +23,7 @@ pub(super) fn end_of(x: &Path) -> Option<usize> {
 }
 
 impl<'a, A: Accel> LensSubpath<'_, '_, 'a, A> {
-    /// Replaces the lens subpath of `x`, which ends at `end`. `chosen` is the probability of
+    /// Replaces the lens subpath of `x`, which ends at `end`. `chosen` returns the probability of
     /// choosing this kind of mutation for a path.
     pub fn mutate(
         &self,
@@ -32,7 +33,7 @@ impl<'a, A: Accel> LensSubpath<'_, '_, 'a, A> {
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> Option<Proposal<'a>> {
-        // Through a film point and a lens point, then by delta lobes
+        // Trace the new subpath through a film point and a lens point, then by delta lobes
         let film = self.space.film.at(numbers.spread());
         let sample = CameraSample {
             lens: numbers.next_2d(),
@@ -68,12 +69,12 @@ impl<'a, A: Accel> LensSubpath<'_, '_, 'a, A> {
             .join(camera, rest.iter().rev().cloned(), 0..last + 1, sample, out)?;
         let back = chosen(&y) * self.inverse_contribution(x, end)?;
         let forth = chosen(x) * self.inverse_contribution(&y, last)?;
-        // Each divided by the contribution of the new path
+        // Both densities are divided by the contribution of the path that the step makes
         Some(Proposal::of(y, back / forth))
     }
 
-    /// Density of making the lens subpath of `path` that ends at `end`, over the contribution of
-    /// the path: Q(x → y) = T(x → y) / f(y).
+    /// Density of making the lens subpath of `path` that ends at `end`, divided by the contribution
+    /// of the path: Q(x → y) = T(x → y) / f(y).
     fn inverse_contribution(&self, path: &Path<'a>, end: usize) -> Option<f64> {
         let stops = self
             .space

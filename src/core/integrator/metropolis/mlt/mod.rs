@@ -1,22 +1,22 @@
 //! Metropolis light transport in path space (Veach and Guibas 1997; Veach 1997, ch. 11).
 //!
-//! Surface and light points, and the sampling, ray origins and densities of paths there, are those
-//! of `bidirectional/subpath`. Vertices, subpaths and weights are different, because a chain
-//! changes single vertices of a path and needs all densities of the result. A vertex of
-//! `bidirectional` has the throughput and the density of its subpath up to the vertex. A vertex
-//! here has its contribution between its neighbours. So a new neighbour changes few factors of a
+//! Surface points, light points, sampling, ray origins and densities come from
+//! `bidirectional/subpath`. Vertices, subpaths and weights are different, because a chain changes
+//! single vertices of a path and needs all densities of the result. A vertex of `bidirectional` has
+//! the throughput and the density of its subpath up to the vertex. A vertex of this module has the
+//! contribution of the vertex between its neighbours. So a new neighbour changes few factors of a
 //! path, and all delta lobes of one side count as one lobe.
 //!
-//! `path` has paths of path space, whose vertices do not depend on how they were sampled. `space`
-//! makes and connects subpaths. `factors` computes from the vertices alone the contribution of a
-//! path and the density of each bidirectional strategy for it. `bidirectional` and `perturbation`
+//! `path` defines paths and their vertices, which do not depend on how they were sampled. `space`
+//! makes and connects subpaths. `factors` computes the contribution of a path, and the density of
+//! each bidirectional strategy for it, from the vertices only. `bidirectional` and `perturbation`
 //! are mutations. `seed` finds the start paths of chains.
 //!
 //! The acceptance of a mutation depends on what it changes. For a bidirectional mutation it uses
 //! the sum over all splits of the new vertices between both ends. For a perturbation it uses the
 //! integrand per film point and directions. A mutation that deletes some vertices and adds others
-//! is paired with the reverse mutation. Each pair balances separately, so other ways to the same
-//! path are irrelevant.
+//! is paired with the reverse mutation. Each pair balances separately, so other mutations that lead
+//! to the same path are irrelevant.
 //!
 //! Deltas of mirrors and glass appear in the contribution of a path and in every density, and
 //! cancel. A path stores which of its vertices scatter by delta lobes. At a vertex that reflects,
@@ -26,8 +26,8 @@
 //!   be repeated.
 //! - A tenth of all mutations replaces the whole path. The probability of its length comes from the
 //!   seeds of the iteration, except the samples that the chain may have started from
-//!   (`Seeds::lengths`). A step that depends on these would favour light that they found by chance:
-//!   a bias of a few percent if an iteration has few seeds.
+//!   (`Seeds::lengths`). A step that depends on these samples would favour light that they found by
+//!   chance: a bias of a few percent if an iteration has few seeds.
 //! - An iteration has one chain per 256 mutations. Chains start at paths of bidirectional path
 //!   tracing, chosen in proportion to their light and stratified; an iteration is unbiased from the
 //!   first mutation on. Many short chains are noisier than a long one if seeds seldom find the
@@ -36,14 +36,14 @@
 //!   of a mutation that deletes everything.
 //! - Vertices store their factors. Only factors next to new vertices are computed
 //!   (`PathSpace::path`), and a sum over all strategies is one pass over the path.
-//! - A perturbation of light from infinity moves the ray across its direction, which stays. The
-//!   lens point stays until the lens end is made anew, and the time until a time mutation or a new
-//!   path.
+//! - A perturbation of light from infinity moves the ray sideways, and keeps its direction. The
+//!   lens point changes only if the lens end is made anew. The time changes only by a time mutation
+//!   or by a new path.
 //! - Film points of lens subpath mutations are stratified over the chains of an iteration. They are
 //!   not stratified along a chain: a point that depends on earlier ones would depend on the state
 //!   of the chain. So each chain stays unbiased.
 //! - If surfaces have alpha or are thin glass, each edge has a transmittance. A traced ray has
-//!   passed the surfaces by chance, a connection has not.
+//!   passed the surfaces at random, but a connection has not.
 //!
 //! `tests` checks each mutation separately, without waiting for chains to mix. It takes one step
 //! from paths sampled in proportion to their light. Statistics of the paths must have the same mean
@@ -117,12 +117,13 @@ enum Mutation {
     /// Caustic perturbation.
     FromLight,
     LensSubpath,
-    /// Moves the path to another time, if something moves.
+    /// Moves the path to another time, if anything moves.
     Time,
 }
 
 impl Mutation {
-    /// All kinds, each with its relative frequency among the kinds that apply.
+    /// All kinds of mutations, each with its relative frequency among the kinds that apply to a
+    /// path.
     const ALL: [(Self, f64); 6] = [
         (Self::Replace, 0.1),
         (Self::Bidirectional, 0.3),
@@ -205,7 +206,7 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         self.metropolis.bootstrap.unwrap_or(usual)
     }
 
-    /// Paths of the bootstrap sample `index`.
+    /// Paths of the bootstrap sample `index`, each with its light.
     fn seed<S: Sampler>(
         &self,
         space: &PathSpace<'_, 'a, A>,
@@ -283,7 +284,7 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
     }
 
     fn chain<S: Sampler>(&self, seeds: &Seeds, iteration: u32, index: u32, sampler: &mut S, out: &mut impl SplatSink) {
-        // Start path, from the chain's stratum of all light
+        // Choose the start path, from the chain's stratum of the light of all seeds
         let space = self.space();
         let chains = self.chains() as u64;
         let mut numbers = Numbers::of_chain(index, iteration, sampler);
@@ -296,7 +297,7 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
 
         let lengths = seeds.lengths(seed);
 
-        // Light of a visit
+        // Light that one visit adds
         let mutations = mutations_of_chain(mutations(&self.world), index, self.chains());
         let light = seeds.mean * space.film.area() as f64 / (chains * mutations) as f64;
         let mut counts = [[0u64; 2]; NAMES.len()];
@@ -316,7 +317,8 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
                 stay += 1.0;
                 continue;
             };
-            // Both paths count with their expected share (Veach 1997, §11.3.3).
+            // The current and the proposed path count with their expected shares (Veach 1997,
+            // §11.3.3).
             stay += 1.0 - acceptance;
             if (numbers.next() as f64) < acceptance {
                 visit(&x, stay, out);
@@ -337,7 +339,8 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
 }
 
 impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
-    /// Proposes a mutation of `x`, if it succeeds. Returns the index of its kind in [`NAMES`] too.
+    /// Proposes a mutation of `x`. Returns the index of its kind in [`NAMES`], and the proposal if
+    /// the mutation succeeds.
     fn mutate(
         &self,
         space: &PathSpace<'_, 'a, A>,
@@ -350,8 +353,8 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         self.mutate_by(Mutation::ALL[choice].0, (space, lengths), x, numbers, out)
     }
 
-    /// Proposes a mutation of `x` of the kind `kind`, if it succeeds. Returns the index of its kind
-    /// in [`NAMES`] too.
+    /// Proposes a mutation of `x` of the kind `kind`. Returns the index of its kind in [`NAMES`],
+    /// and the proposal if the mutation succeeds.
     fn mutate_by(
         &self,
         kind: Mutation,
@@ -388,7 +391,7 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         }
     }
 
-    /// Adds `light` in the colour of `x` at its film position.
+    /// Adds the light `light`, with the colour of the path `x`, at the film position of `x`.
     fn visit(&self, x: &Path, light: f64, out: &mut impl SplatSink) {
         if let Some(source) = x.source().filter(|_| light > 0.0) {
             let radiance = x.color * (light / x.target) as f32;

@@ -2,12 +2,12 @@ use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f32};
 use crate::math::{DVec2, Vec2};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler, Stream};
 
-/// Random numbers of a Markov chain, by SplitMix64, which needs no count in advance.
+/// Random numbers of a Markov chain, by SplitMix64. Their count need not be given in advance.
 #[derive(Clone, Debug)]
 pub(super) struct Numbers {
     state: u64,
-    /// Position of the chain in the unit square, and the state of the numbers common to all chains:
-    /// see [`Numbers::spread`].
+    /// Position of the chain in the unit square, and the state of the random numbers that all
+    /// chains have in common. [`Numbers::spread`] uses both.
     place: DVec2,
     common: u64,
 }
@@ -20,7 +20,7 @@ impl Numbers {
     /// Numbers of the chain `index` of an iteration.
     pub fn of_chain(index: u32, iteration: u32, sampler: &mut impl Sampler) -> Self {
         let of = |column, sampler: &mut _| Self::of(SampleKey::of_stream(Stream::Chains, column, iteration), sampler);
-        // The last column is not used by chains.
+        // No chain uses the last column: it is the key of the common numbers.
         let common = of(u32::MAX, sampler).state;
         Self {
             place: LATTICE * f64::from(index),
@@ -29,8 +29,8 @@ impl Numbers {
         }
     }
 
-    /// Numbers with the key `key`. Their start depends on the numbers of the sampler there, and so
-    /// on the seed.
+    /// Numbers with the key `key`. Their first state is a hash of the sampler's numbers for this
+    /// key, and so depends on the seed.
     pub fn of(key: SampleKey, sampler: &mut impl Sampler) -> Self {
         sampler.start(key);
         let pixel = sampler.get_2d(Dimension::PIXEL);
@@ -57,9 +57,9 @@ impl Numbers {
         Vec2::new(self.next(), self.next())
     }
 
-    /// Next point that is spread evenly over all chains of an iteration. The points of all chains
-    /// at the same count are a lattice, shifted by numbers of that count. Within one chain they are
-    /// independent and uniform.
+    /// Next point, stratified over all chains of an iteration. The n-th points of all chains form a
+    /// lattice, shifted by random numbers that belong to n. The points of one chain are independent
+    /// and uniform.
     pub fn spread(&mut self) -> Vec2 {
         let shift = [(); 2].map(|()| f64::from(next(&mut self.common)));
         let point = (self.place + DVec2::from(shift)).fract().as_vec2();
@@ -95,8 +95,8 @@ mod tests {
     use super::*;
     use crate::sampler::Independent;
 
-    /// At each count 256 chains put about one point in each of 256 squares. The points of one chain
-    /// are spread like independent ones.
+    /// The n-th points of 256 chains fall about one into each of 256 squares. The points of one
+    /// chain are spread like independent points.
     #[test]
     fn points_are_spread_over_chains() {
         let mut sampler = Independent::new(5);

@@ -14,9 +14,9 @@ use std::rc::Rc;
 /// A whole path x0 … xk: x0 is on the lens and xk on a light.
 ///
 /// A path is a point of path space (Veach 1997, §8.2). All quantities are computed from its
-/// vertices and do not depend on how it was sampled. It stores which of its vertices scatter by
-/// delta lobes. Such paths are a surface in path space. The same deltas appear in their
-/// contribution and in their densities, and cancel.
+/// vertices and do not depend on how the path was sampled. The path stores which of its vertices
+/// scatter by delta lobes. Paths with delta lobes are a surface in path space. The same deltas
+/// appear in their contribution and in their densities, and cancel.
 #[derive(Clone, Debug)]
 pub(super) struct Path<'a> {
     pub vertices: Vec<Vertex<'a>>,
@@ -25,8 +25,8 @@ pub(super) struct Path<'a> {
     pub camera: CameraSample,
     /// Product of the values of all vertices: the contribution of the path without scalar factors.
     pub color: Spectrum,
-    /// Target of chains: luminance of [`Path::color`], over the importance image at its position.
-    /// Above 0.
+    /// Target of chains: luminance of [`Path::color`], divided by the importance image at
+    /// [`Path::film`]. Above 0.
     pub target: f64,
 }
 
@@ -49,8 +49,8 @@ impl Path<'_> {
         self.vertices.last().and_then(Vertex::source)
     }
 
-    /// Records the vertices of the path, from the camera on. The throughput of a path of a Markov
-    /// chain is recorded as 1.
+    /// Records the vertices of the path, in order from the camera. The throughput of a path of a
+    /// Markov chain is recorded as 1.
     pub fn record(&self, out: &mut impl RaySink) {
         for (i, vertex) in self.vertices.iter().enumerate() {
             match &vertex.kind {
@@ -76,7 +76,7 @@ impl Path<'_> {
         out.record(PathEvent::Visited);
     }
 
-    /// Returns true if the edge from the vertex `i` to the next one can be a connection.
+    /// Returns true if the edge from the vertex `i` to the next vertex can be a connection.
     pub fn can_be_joined(&self, i: usize) -> bool {
         i + 1 < self.len() && !self.vertices[i].is_delta && !self.vertices[i + 1].is_delta
     }
@@ -93,13 +93,13 @@ pub(super) struct Vertex<'a> {
     pub ng: Vec3,
     /// True if the vertex scatters by a delta lobe.
     pub is_delta: bool,
-    /// Transmittance to the next vertex, which is nearer to the light: below 1 behind surfaces with
-    /// alpha and thin glass.
+    /// Transmittance to the next vertex, which is nearer to the light. It is below 1 if surfaces
+    /// with alpha or thin glass lie between the vertices.
     pub transmittance: Transmittance,
     pub factors: Factors,
 }
 
-/// Object of a vertex. Paths that continue from one surface share it.
+/// Object of a vertex. Paths that continue from the same surface vertex share its surface.
 pub(super) type PathVertexKind<'a> = VertexKind<Rc<Surface<'a>>, LightSource>;
 
 /// Light at the end of a path.
@@ -109,23 +109,23 @@ pub(super) struct LightSource {
     pub kind: LightSourceKind,
     /// Radiance, W·sr⁻¹·m⁻²; irradiance, W·m⁻², of parallel light; unused for point lights.
     pub radiance: Spectrum,
-    /// Opacity of its surface, not included in `radiance`: a ray stops at the surface with this
-    /// probability, but a sampled point is always on it.
+    /// Opacity of the light's surface, not included in `radiance`: a ray stops at the surface with
+    /// this probability, but a sampled point is always on the surface.
     pub opacity: f32,
-    /// Origin of rays from it, offset from its surface.
+    /// Origin of rays from the light, offset from its surface.
     pub origin: Vec3,
 }
 
 /// Kind of a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LightSourceKind {
-    /// Has an area.
+    /// Light with an area.
     Area,
-    /// A point.
+    /// Point light.
     Point,
-    /// Infinitely far away, with many directions.
+    /// Infinitely distant light with many directions.
     Far,
-    /// Infinitely far away, with one direction.
+    /// Infinitely distant light with one direction.
     Parallel,
 }
 
@@ -135,32 +135,32 @@ impl LightSourceKind {
         matches!(self, Self::Far | Self::Parallel)
     }
 
-    /// Returns true if no ray can hit it.
+    /// Returns true if no ray can hit the light.
     pub fn is_delta(self) -> bool {
         matches!(self, Self::Point | Self::Parallel)
     }
 }
 
-/// Contribution of a vertex between its neighbours, and the densities of continuing paths from it
-/// to them.
+/// Contribution of a vertex between its neighbours, and the densities with which subpaths continue
+/// from the vertex to its neighbours.
 ///
-/// The contribution of a path over its density is a product along the path. It has
-/// [`Factors::value`] at all vertices, and [`Factors::geometry_term`] at a connection. It is
-/// divided by [`Factors::camera`] where a camera subpath was continued, and by [`Factors::light`]
-/// where a light subpath was.
+/// The contribution of a path divided by its density is a product along the path. Its factors are
+/// [`Factors::value`] of all vertices, and [`Factors::geometry_term`] of the connection. Its
+/// divisors are [`Factors::camera`] of the vertices at which a camera subpath continued, and
+/// [`Factors::light`] of the vertices at which a light subpath continued.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Factors {
     /// Throughput of light from the next vertex to the previous one, `f |cos|` with the shading
     /// normal. For a delta lobe it is the share of the light, at a light the emission.
     pub value: Spectrum,
-    /// Density with which a camera subpath continues to the next vertex: per solid angle; for delta
-    /// lobes the probability; at the lens 1, per film.
+    /// Density per solid angle with which a camera subpath continues to the next vertex. For a
+    /// delta lobe it is the probability of the lobe; at the lens it is 1, per film.
     pub camera: f64,
-    /// Density with which a light subpath continues to the previous vertex, over
+    /// Density with which a light subpath continues to the previous vertex, divided by
     /// [`Factors::towards_camera`].
     pub light: f64,
-    /// Factor from `value` to the throughput of a light path per solid angle of its next direction;
-    /// for infinitely distant lights per area of a disk.
+    /// Factor that converts `value` to the throughput of a light path. This throughput is per solid
+    /// angle of the path's next direction; for infinitely distant lights per area of a disk.
     pub towards_camera: f64,
     /// Geometry term of the edge to the next vertex, with its visibility, if this edge connects two
     /// subpaths.
@@ -200,7 +200,7 @@ impl<'a> Vertex<'a> {
         Self::new(VertexKind::Lens { is_far }, p, normal)
     }
 
-    /// Surface of the vertex, if it is on one.
+    /// Surface of the vertex, if the vertex is on a surface.
     pub fn surface(&self) -> Option<&Surface<'a>> {
         match &self.kind {
             VertexKind::Surface(surface) => Some(surface),
@@ -208,7 +208,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Light of the vertex, if it is on one.
+    /// Light of the vertex, if the vertex is on a light.
     pub fn source(&self) -> Option<&LightSource> {
         match &self.kind {
             VertexKind::Light(source) => Some(source),
@@ -237,7 +237,7 @@ impl<'a> Vertex<'a> {
         self.surface().is_none_or(|surface| !surface.bsdf.is_delta())
     }
 
-    /// Unit direction from here to `other`.
+    /// Unit direction from this vertex to `other`.
     pub fn direction_to(&self, other: &Self) -> Vec3 {
         match (self.is_infinite(), other.is_infinite()) {
             (true, _) => self.ng,
@@ -246,8 +246,8 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Origin of rays in direction `w` that search for light, on the path from the camera by
-    /// `before`. If `before` is `None`, on the side of `w`.
+    /// Origin of rays towards the light in direction `w`. `before` is the previous vertex on the
+    /// camera's side. If `before` is `None`, the origin is on the side of the surface towards `w`.
     pub fn origin_towards_light<A: Accel>(&self, world: &World<A>, before: Option<&Self>, w: Vec3) -> Vec3 {
         match (&self.kind, before) {
             (VertexKind::Surface(surface), Some(before)) => {
@@ -257,7 +257,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Origin of rays that take light away in direction `w`.
+    /// Origin of rays of a light path in direction `w`.
     pub fn origin_towards_camera(&self, w: Vec3) -> Vec3 {
         match &self.kind {
             VertexKind::Lens { .. } => self.p,
@@ -267,20 +267,21 @@ impl<'a> Vertex<'a> {
     }
 }
 
-/// Combined delta lobes of a BSDF on one side.
+/// All delta lobes of a BSDF on one side, combined to one direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Single {
     /// Direction, local frame.
     pub direction: Vec3,
-    /// Share of the light.
+    /// Share of the light that is scattered in this direction.
     pub flux: Spectrum,
-    /// Probability of sampling it.
+    /// Probability of sampling this direction.
     pub probability: f32,
 }
 
 impl Single {
-    /// Delta direction of `bsdf` for light from `back` (local frame), on the same side or on the
-    /// other. Lobes that reflect have one direction, and count together.
+    /// Delta direction of `bsdf` for light from `back` (local frame): on the side of `back` if
+    /// `is_reflected`, else on the other side. All delta lobes that reflect have the same
+    /// direction, and their shares are added.
     pub fn of(bsdf: &Bsdf, back: Vec3, is_reflected: bool, mode: TransportMode) -> Option<Self> {
         let (mut total, mut flux, mut direction) = (0.0, Spectrum::ZERO, None);
         for sample in bsdf.delta_directions(back, mode).filter(|sample| sample.pdf > 0.0) {

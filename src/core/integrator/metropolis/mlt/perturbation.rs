@@ -8,8 +8,8 @@ use crate::integrator::{RayKind, RaySink};
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
-/// Perturbations: one end of the path moves slightly, and the specular chain behind it with it
-/// (Veach 1997, §11.4.2.2 to 11.4.2.4).
+/// Perturbations: one end of the path moves slightly, and the specular chain behind this end moves
+/// with it (Veach 1997, §11.4.2.2 to 11.4.2.4).
 ///
 /// Moved vertices are sampled symmetrically. So the acceptance is the ratio of the contributions
 /// per film area, and per solid angle of each perturbed direction. New paths have the same delta
@@ -29,10 +29,10 @@ const ANGLES: [f32; 2] = [0.0001, 0.1];
 /// Maximum angle of perturbations of a direction of light, in radians.
 const MAX_ANGLE: f32 = 0.5;
 
-/// Part of a path that moves with its film point.
+/// Part of a path that moves if its film point moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct CameraChain {
-    /// Last vertex that moves: it is connected to the next one, or is the light.
+    /// Last vertex that moves. It is connected to the next vertex, or is on the light.
     pub last: usize,
     /// True if there are several specular chains, with perturbed directions between them.
     pub is_multiple: bool,
@@ -58,7 +58,8 @@ impl CameraChain {
     }
 }
 
-/// Vertex at the start of a specular chain of light, to a vertex that the camera sees: (L|D)S*DE.
+/// Index of the vertex at which a specular chain starts that lights a vertex seen by the camera:
+/// (L|D)S*DE.
 pub(super) fn caustic_start(x: &Path) -> Option<usize> {
     let is_seen = x.vertices[1].surface().is_some() && !x.vertices[1].is_delta;
     (2..x.len()).find(|&i| !x.vertices[i].is_delta).filter(|_| is_seen)
@@ -72,8 +73,8 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
             .max(2.0 * MIN_STEP)
     }
 
-    /// Moves the film point of `x`, and the vertices of `chain`. `chosen` is the probability of
-    /// choosing this kind of mutation for a path.
+    /// Moves the film point of `x`, and the vertices of `chain`. `chosen` returns the probability
+    /// of choosing this kind of mutation for a path.
     pub fn move_film_point(
         &self,
         x: &Path<'a>,
@@ -82,7 +83,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> Option<Proposal<'a>> {
-        // A nearby film point
+        // Choose a nearby film point
         let film = x.film + on_ring(numbers, [MIN_STEP, self.max_step()]);
         if !self.space.film.contains(film) {
             return None;
@@ -100,8 +101,8 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         Some(self.proposal((x, y), chain, chosen))
     }
 
-    /// Moves `x` to another time: through the same points of film and lens, and with the same free
-    /// directions. Vertices outside `chain` must not move.
+    /// Moves `x` to another time. The film point, the lens point and the free directions stay the
+    /// same. The objects of vertices outside of `chain` must not move.
     pub fn move_in_time(
         &self,
         x: &Path<'a>,
@@ -115,7 +116,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
             ..x.camera
         };
         let camera = self.follow(x, chain, (x.film, sample), |w, _| w, numbers, out)?;
-        // Occluders between the other vertices may differ.
+        // Test the visibility of the other edges again, because occluders may move.
         let mut light: Vec<Vertex> = x.vertices[chain.last + 1..].iter().rev().cloned().collect();
         for i in 1..light.len() {
             let before = light.get(i + 1).or(camera.last());
@@ -140,8 +141,9 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         })
     }
 
-    /// Makes the vertices of `chain` anew, through the point `film`: with the same kinds of
-    /// scattering as `x`, and with `turn` applied to free directions.
+    /// Makes the vertices of `chain` anew, along a camera ray through the film point `film`. The
+    /// vertices scatter by the same kinds of lobes as in `x`. `turn` changes the free directions,
+    /// which no delta lobe determines.
     fn follow(
         &self,
         x: &Path<'a>,
@@ -180,7 +182,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         Some(camera)
     }
 
-    /// Proposal of `y` from `x`; both steps have equal density.
+    /// Proposal to move from `x` to `y`. The step and the reverse step have equal densities.
     fn proposal(
         &self,
         (x, y): (&Path<'a>, Path<'a>),
@@ -192,8 +194,8 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
     }
 
     /// Contribution of `path` per film area, and per solid angle of each free direction of `chain`.
-    /// If the path hits its light, divides by the probability of that light among the infinitely
-    /// distant ones.
+    /// If the path hits its light, the contribution is divided by the probability of that light
+    /// among the infinitely distant lights.
     fn contribution(&self, path: &Path<'a>, chain: CameraChain) -> f64 {
         let geometry_term = match path.source() {
             Some(source) if chain.last + 1 == path.len() => 1.0 / self.space.hit_probability(source),
@@ -212,7 +214,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         numbers: &mut Numbers,
         out: &mut impl RaySink,
     ) -> Option<Proposal<'a>> {
-        // A nearby direction, or a nearby position for light from infinity
+        // Choose a nearby direction, or a nearby position for light from infinity
         let from = &x.vertices[start];
         let old = from.direction_to(&x.vertices[start - 1]);
         let range = self.range_of_light(x, start);
@@ -222,7 +224,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
                 let across = Frame::from_z(old).to_world(Vec3::new(offset.x, offset.y, 0.0));
                 let ball = self.space.world.scene.ball();
                 let next = x.vertices[start - 1].p + across;
-                // From outside the scene
+                // Start the ray outside of the scene
                 let back = (next - ball.center).dot(old) + ball.radius;
                 (next - back * old, old, offset.length())
             }
@@ -233,7 +235,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         };
         let mut ray = Ray::new(origin, w).when(x.camera.time);
 
-        // Equal kinds of scattering along the chain
+        // Trace the chain, with the same kinds of scattering as in `x`
         let mut light: Vec<Vertex> = Vec::with_capacity(x.len());
         light.extend(x.vertices[start..].iter().rev().cloned());
         for i in (1..start).rev() {
@@ -254,7 +256,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         camera.push(x.vertices[0].clone());
         let y = self.space.join(camera, light.into_iter(), 1..start, x.camera, out)?;
 
-        // The range of the perturbation depends on the path.
+        // Reject the step if the reverse step is out of the range for the new path.
         let [min, max] = self.range_of_light(&y, start);
         if !(min..=max).contains(&moved) {
             return None;
@@ -268,9 +270,9 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         Some(Proposal::of(y, ratio))
     }
 
-    /// Range of perturbations of light at the vertex `start` of `x`, which move the film point
-    /// about as much as film perturbations do. In radians; for infinitely distant lights in scene
-    /// units.
+    /// Range of perturbations of the light that leaves the vertex `start` of `x`. They move the
+    /// film point about as much as film perturbations do. The range is in radians; for infinitely
+    /// distant lights in scene units.
     fn range_of_light(&self, x: &Path, start: usize) -> [f32; 2] {
         let pixel = self.space.world.camera.pixel_width(x.vertices[1].p, x.camera.time);
         let steps = [MIN_STEP, self.max_step()];
@@ -279,14 +281,15 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         }
         let edges = x.vertices[1..=start].windows(2);
         let distance: f32 = edges.map(|edge| edge[0].p.distance(edge[1].p)).sum();
-        // The ratio of both is the same for all paths, and so is the density between them.
+        // The ratio of minimum and maximum is the same for all paths, and so is the density between
+        // them.
         let greatest = (steps[1] * pixel / distance).min(MAX_ANGLE);
         [greatest * (steps[0] / steps[1]), greatest]
     }
 
-    /// Direction in which the last vertex of `path` continues like `old` did, on the way from
-    /// `before` to `after`: by the same kind of lobe. If it is not a delta lobe, `turn` applied to
-    /// the old direction.
+    /// Direction in which the last vertex of the new path `path` continues. It scatters by the same
+    /// kind of lobe as the vertex `old` of the old path, whose neighbours are `before` and `after`.
+    /// If that is not a delta lobe, the result is `turn` of the old direction.
     fn onwards(
         &self,
         path: &[Vertex<'a>],

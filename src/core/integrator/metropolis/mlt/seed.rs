@@ -9,17 +9,18 @@ use crate::integrator::{RaySink, Roulette};
 
 /// Start paths of chains: all paths of the bootstrap samples of an iteration.
 ///
-/// The first path of a chain is sampled from them in proportion to their light, and the light of
-/// the chain is scaled by their mean light. Then the chain is unbiased from its first step on
-/// (Veach 1997, §11.3.1).
+/// The first path of a chain is sampled from these paths in proportion to their light, and the
+/// light of the chain is scaled by their mean light. So the chain is unbiased from its first step
+/// on (Veach 1997, §11.3.1).
 #[derive(Debug, Default)]
 pub struct Seeds {
     seeds: Vec<Seed>,
     /// Cumulative light of the seeds.
     sums: Vec<f64>,
-    /// Mean luminance of a pixel by these paths.
+    /// Mean luminance of a pixel, estimated from the seeds.
     pub(super) mean: f64,
-    /// Lengths of new paths: from samples of even index, and of odd index.
+    /// Distributions of the lengths of new paths: from samples of even index, and from samples of
+    /// odd index.
     lengths: [Lengths; 2],
 }
 
@@ -52,14 +53,14 @@ impl Seeds {
         seeds
     }
 
-    /// Distribution of lengths for a chain that starts at `seed`. It comes from the other half of
-    /// the samples. A chain must not depend on the samples that it may start from: it would favour
-    /// light that they found by chance.
+    /// Distribution of lengths for a chain that starts at `seed`. It comes from the half of the
+    /// samples that does not contain `seed`. A chain must not depend on the samples that it may
+    /// start from: it would favour light that these samples found by chance.
     pub(super) fn lengths(&self, seed: Seed) -> &Lengths {
         &self.lengths[1 - seed.sample as usize % 2]
     }
 
-    /// Seed at `u` in [0, 1) of the total light. `None` if there are no seeds.
+    /// Seed at the fraction `u`, in [0, 1), of the total light. `None` if there are no seeds.
     pub(super) fn at(&self, u: f64) -> Option<Seed> {
         let light = u * self.sums.last()?;
         let index = self.sums.partition_point(|&sum| sum <= light);
@@ -95,8 +96,8 @@ impl<'a> Subpath<'a> {
         self.next = weight.map(|weight| so_far * weight as f64);
     }
 
-    /// Computes the factors of all vertices with known neighbours: all paths that continue from
-    /// there share them.
+    /// Computes the factors of all vertices whose neighbours are known. All paths that continue
+    /// from these vertices share the factors.
     fn settle<A: Accel>(&mut self, space: &PathSpace<'_, 'a, A>, is_from_light: bool, time: f32) {
         let n = self.vertices.len();
         for i in n.saturating_sub(3)..n {
@@ -131,7 +132,7 @@ pub(super) fn sample<'a, A: Accel>(
         }
     };
 
-    // A camera subpath, and each light that it hits
+    // Trace a camera subpath, and make a path to each light that it hits
     let (lens, world) = (numbers.next_2d(), space.world);
     let time = world.time_at(|| numbers.next());
     let camera_sample = CameraSample { lens, time };
@@ -159,7 +160,7 @@ pub(super) fn sample<'a, A: Accel>(
         camera.settle(space, false, time);
     }
 
-    // A light subpath
+    // Trace a light subpath
     let mut first = Vec::new();
     let mut light = Subpath::new(
         space
@@ -179,7 +180,7 @@ pub(super) fn sample<'a, A: Accel>(
         }
     }
 
-    // All strategies that connect them
+    // Connect both subpaths by all strategies
     let (camera_ends, light_ends) = (camera.vertices.iter().zip(1..), light.vertices.iter().zip(1..));
     for (a, t) in camera_ends {
         for (b, s) in light_ends.clone() {

@@ -22,7 +22,7 @@ pub(super) struct PathSpace<'w, 'a, A> {
     pub world: &'w World<'a, A>,
     /// Importance image: the light of paths is divided by it.
     importance: &'w ImportanceImage,
-    /// True if lamps seen only by delta lobes belong to the space.
+    /// True if the space contains paths that see lamps only by delta lobes.
     has_lamps: bool,
     /// Minimum number of vertices of a path, including both ends.
     pub min_vertices: usize,
@@ -95,7 +95,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(Vertex::new(VertexKind::Light(source), vertex.p, ng))
     }
 
-    /// The infinitely distant light `id` in the direction `w`.
+    /// Vertex on the infinitely distant light `id` in the direction `w`.
     fn far_away(&self, id: LightId, radiance: Spectrum, w: Vec3) -> Vertex<'a> {
         let source = LightSource {
             id,
@@ -107,7 +107,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Vertex::new(VertexKind::Light(source), Vec3::ZERO, -w)
     }
 
-    /// A random point of a random light, chosen by power.
+    /// Vertex at a random point of a random light. The light is chosen by power.
     fn light(&self, time: f32, numbers: &mut Numbers) -> Option<Vertex<'a>> {
         let scene = self.world.scene;
         let (choice, u) = (numbers.next(), [numbers.next_2d(), numbers.next_2d()]);
@@ -130,8 +130,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(Vertex::new(VertexKind::Light(source), p, emission.ng))
     }
 
-    /// Adds `count` vertices to a camera subpath; if `to_light`, the last one is the light that it
-    /// hits. `None` if this is not possible.
+    /// Adds `count` vertices to a camera subpath. If `to_light`, the last vertex is on the light
+    /// that the subpath hits. `None` if this is not possible.
     pub fn extend_from_camera(
         &self,
         path: &mut Vec<Vertex<'a>>,
@@ -160,7 +160,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(())
     }
 
-    /// Ray on which a camera subpath continues.
+    /// Ray on which the camera subpath `path` continues, and the kind of the ray.
     pub fn onwards_from_camera(
         &self,
         path: &mut [Vertex<'a>],
@@ -179,7 +179,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some((ray, RayKind::Camera))
     }
 
-    /// Adds `count` vertices to a light subpath, ordered from the light.
+    /// Adds `count` vertices to a light subpath, in order from the light.
     pub fn extend_from_light(
         &self,
         path: &mut Vec<Vertex<'a>>,
@@ -207,8 +207,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(())
     }
 
-    /// Light ray from `vertex`, on `source`, in a random direction; for light from infinity at a
-    /// random position.
+    /// Samples the ray that leaves the light `source` at `vertex`: in a random direction, or for
+    /// light from infinity at a random position.
     fn set_out(&self, vertex: &Vertex, source: &LightSource, time: f32, numbers: &mut Numbers) -> Option<Ray> {
         let u = numbers.next_2d();
         let (origin, w) = match source.kind {
@@ -224,8 +224,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(Ray::new(origin, w).when(time))
     }
 
-    /// Ray on which the subpath `path` continues from its last vertex, on a surface. Sets the kind
-    /// of lobe.
+    /// Ray on which the subpath `path` continues from its last vertex, on a surface. Stores at the
+    /// vertex if it scatters by a delta lobe.
     fn scatter(&self, path: &mut [Vertex<'a>], mode: TransportMode, numbers: &mut Numbers) -> Option<Ray> {
         let (u_lobe, u) = (numbers.next(), numbers.next_2d());
         if u_lobe >= self.smooth_probability(path, mode)? {
@@ -268,8 +268,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(ray)
     }
 
-    /// Transmittance between `a` and the next vertex `b`, if a ray was traced between them.
-    /// `before` is the previous vertex of `a` on the camera's side, if it is known.
+    /// Transmittance between `a` and the next vertex `b`, if a ray was traced from one to the
+    /// other. `before` is the previous vertex of `a` on the camera's side, if it is known.
     pub fn transmittance(
         &self,
         (before, a): (Option<&Vertex>, &Vertex),
@@ -283,7 +283,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
     }
 
-    /// Returns true if `vertex` does not move.
+    /// Returns true if the object of `vertex` does not move.
     pub fn is_still(&self, vertex: &Vertex) -> bool {
         let scene = self.world.scene;
         match &vertex.kind {
@@ -319,8 +319,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
     }
 
-    /// Stores [`PathSpace::transmittance`] at the last vertex of `camera`, from which a ray was
-    /// traced to `next`.
+    /// Stores at the last vertex of `camera` the transmittance of the edge to `next`, along which a
+    /// ray was traced ([`PathSpace::transmittance`]).
     pub fn note_through(&self, camera: &mut [Vertex<'a>], next: &Vertex, time: f32, out: &mut impl RaySink) {
         if let [.., before, last] = camera {
             last.transmittance = self.transmittance((Some(before), last), next, time, out);
@@ -330,8 +330,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     }
 
     /// Connects a camera subpath and a light subpath, whose vertices are ordered from the light, by
-    /// an edge. `None` if no light passes. `fresh` are the vertices of the whole path that are new
-    /// or moved; all others have their factors.
+    /// an edge. `None` if no light passes. `fresh` is the range of vertices of the whole path that
+    /// are new or moved. All other vertices have their factors already.
     pub fn join(
         &self,
         mut camera: Vec<Vertex<'a>>,
@@ -354,7 +354,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
                 }
             }
         }
-        // Checks without rays come first.
+        // Make the checks that need no rays first.
         let mut path = self.path(camera, fresh, sample)?;
         if second < path.len() {
             // Between two points of a plane no light passes, even if a bent normal gives a nonzero
@@ -376,8 +376,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(path)
     }
 
-    /// Moves the lens of parallel rays, the first vertex of `path`, to the point that sees the
-    /// second vertex. `None` if there is none.
+    /// If camera rays are parallel: moves the lens, which is the first vertex of `path`, to the
+    /// point that sees the second vertex. `None` if no point sees it.
     fn face(&self, path: &mut [Vertex<'a>], sample: CameraSample) -> Option<()> {
         let [lens, seen, ..] = path else { return None };
         if lens.is_infinite() {
@@ -396,13 +396,13 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         (color.luminance() / self.importance.at(film)) as f64
     }
 
-    /// The path of these vertices with its contribution. `None` if it is 0. Edges with a
-    /// transmittance of 1 count as free, even if their visibility is not yet tested.
+    /// Makes the path of these vertices, with its contribution. `None` if the contribution is 0.
+    /// Edges with a transmittance of 1 count as free, even if their visibility is not yet tested.
     fn path(&self, mut vertices: Vec<Vertex<'a>>, fresh: Range<usize>, camera: CameraSample) -> Option<Path<'a>> {
         let time = camera.time;
         let n = vertices.len();
         let source = vertices.last()?.source()?;
-        // Delta lights are invisible.
+        // The camera cannot see delta lights.
         if n < self.min_vertices.max(2) || n > self.max_vertices || (n == 2 && source.kind.is_delta()) {
             return None;
         }
@@ -414,7 +414,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         if !self.film.contains(film) {
             return None;
         }
-        // The factors of a vertex depend on its neighbours, and on the vertex after its next one.
+        // The factors of a vertex depend on its neighbours, and on the vertex after the next
+        // vertex.
         for i in fresh.start.saturating_sub(2)..n.min(fresh.end + 1) {
             let before = i.checked_sub(1).map(|i| &vertices[i]);
             let after = [1, 2].map(|steps| vertices.get(i + steps));

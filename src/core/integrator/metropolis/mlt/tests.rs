@@ -1,4 +1,4 @@
-//! Each mutation alone keeps the frequency of paths proportional to their light.
+//! Each kind of mutation keeps the frequency of paths proportional to their light.
 
 use super::*;
 use crate::accel::brute::BruteForce;
@@ -150,9 +150,10 @@ fn features(path: &Path) -> Vec<f64> {
     of
 }
 
-/// A step of a chain from paths in proportion to their light must preserve this distribution. Over
-/// independent samples of such paths, for any feature h of x and y, the mean of `w a (h(y) − h(x))`
-/// is 0. Detailed balance is stronger: so is the mean of `w a φ(x, y)` for antisymmetric φ.
+/// If paths are distributed in proportion to their light, a step of a chain must preserve this
+/// distribution. Over independent paths x of weight w, steps to y of acceptance a, and for any
+/// feature h, the mean of `w a (h(y) − h(x))` is 0. Detailed balance is stronger: for any
+/// antisymmetric φ, the mean of `w a φ(x, y)` is 0.
 fn is_balanced(what: &str, integrator: &PathSpaceIntegrator<BruteForce>, (name, kind): (&str, Mutation)) {
     const SAMPLES: u32 = 6000;
     let space = integrator.space();
@@ -166,7 +167,7 @@ fn is_balanced(what: &str, integrator: &PathSpaceIntegrator<BruteForce>, (name, 
         .collect();
     let seeds = Seeds::new(&found, (space.min_vertices, space.max_vertices));
     let lengths = seeds.lengths(seed::Seed { sample: 0, way: 0 });
-    // Unchanged features drift by rounding errors.
+    // Features that do not change drift by rounding errors.
     let moved_by = |change: f64| if change.abs() < 1e-4 { 0.0 } else { change };
     let (mut sums, mut moved) = (vec![[0.0f64; 2]; 0], 0);
     for i in 0..SAMPLES {
@@ -219,7 +220,7 @@ fn mutations_balance_between_matte_surfaces() {
         corner(b);
         lamp(b);
     };
-    // The scene has no mirrors.
+    // The scene has no mirrors, so multi-chain perturbations are left out.
     for kind in KINDS.into_iter().take(5) {
         look(build, 0.0, |integrator| is_balanced("matte", integrator, kind));
     }

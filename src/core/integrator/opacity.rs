@@ -2,31 +2,33 @@
 //! of MTL, 0 to 1) and through surfaces that light passes without a change of direction
 //! (`material/thin_surface.rs`).
 //!
-//! Backends do not handle them. A walk keeps the origin and direction of its ray and raises the
-//! near end of the open interval to the parameter of the last hit. So each step is strictly
-//! farther, and no surface counts twice. A new ray from the offset origin behind each surface was
-//! tried: two surfaces with large offsets passed a ray to each other for ever.
+//! Backends do not handle such surfaces. A walk keeps the origin and direction of its ray, and
+//! moves the near end of the ray's open interval to the parameter of the last hit. So each hit is
+//! strictly farther than the one before, and no surface counts twice. A new ray from the offset
+//! origin behind each surface was tried: two surfaces with large offsets passed a ray to each other
+//! for ever.
 //!
 //! - `World::intersect` stops at a surface with the probability of its opacity, decided by a hash
 //!   of ray and hit.
 //! - `World::intersect` passes thin glass with the probability of its Fresnel transmittance, and
-//!   multiplies the throughput by its tint. All thin surfaces of a ray share one random number:
-//!   after a decision it is rescaled to be uniform again. The path tracer samples that number for
-//!   camera rays, so that windows in the image are stratified; for all other rays it is a hash.
+//!   multiplies the throughput by the tint of the glass. All thin surfaces of a ray share one
+//!   random number: after a decision it is rescaled to be uniform again. The path tracer samples
+//!   that number for camera rays, so that windows in the image are stratified; for all other rays
+//!   it is a hash.
 //! - `World::transmittance` multiplies 1 − opacity and the transmittance of glass along a shadow
 //!   ray, which is less noisy than a random decision.
 //! - Crossing a surface is not a scattering event: the depth and the previous vertex stay the same.
 //! - Camera rays pass surfaces that are hidden from the camera. All other rays pass surfaces that
 //!   only the camera sees (`Material::camera_visible`, `Material::light_visible`).
 //! - Surfaces that coincide to the last bit count as one.
-//! - A walk has at most 10,000 queries. All surfaces behind count as opaque, and `cut_walks` of
-//!   `--stats` counts such walks.
+//! - A walk has at most 10,000 queries. All surfaces behind the last query count as opaque, and
+//!   `cut_walks` of `--stats` counts such walks.
 //! - An emitting surface of opacity α emits α Le on average. A ray that stops there finds Le; a
-//!   sampled point counts α Le (`light/textured.rs`). Rays that miss a round lamp pass its hull
-//!   (`scene/lamp_hulls.rs`).
+//!   light sample there has α Le (`light/textured.rs`). Rays that miss a round lamp pass the hull
+//!   of the lamp (`scene/lamp_hulls.rs`).
 //!
-//! Scenes without alpha and thin glass are distinguished once per ray. docs/notebook/2026-11.md,
-//! "Alpha", has the cost of alpha, and "Window panes" that of glass.
+//! Each ray checks once if the scene has alpha or thin glass. docs/notebook/2026-11.md, "Alpha",
+//! has the cost of alpha, and "Window panes" the cost of glass.
 
 use super::{RayKind, RaySink};
 use crate::accel::Accel;
@@ -37,8 +39,8 @@ use crate::math::float::ALMOST_ONE;
 use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f32};
 use crate::scene::Scene;
 
-/// Maximum number of ray queries of one walk. Surfaces behind count as opaque: a walk that is cut
-/// loses light but never hangs. Statistics count these walks.
+/// Maximum number of ray queries of one walk. Surfaces behind the last query count as opaque: a
+/// walk that is cut loses light but never hangs. Statistics count these walks.
 pub(super) const MAX_LAYERS: u32 = 10_000;
 
 /// Transmittance of the surfaces between two points.
@@ -46,7 +48,7 @@ pub(super) const MAX_LAYERS: u32 = 10_000;
 pub struct Transmittance {
     /// Probability that a ray passes all surfaces.
     pub pass: f32,
-    /// Mean factor of the light of the rays that pass.
+    /// Mean factor by which the surfaces tint the light of rays that pass.
     pub tint: Spectrum,
 }
 
@@ -74,7 +76,8 @@ impl Transmittance {
         self.pass <= 0.0
     }
 
-    /// Multiplies by the transmittance of the surface at `hit` for `ray`.
+    /// Multiplies by the transmittance of the surface at `hit` for `ray`, unless rays from the
+    /// camera or all other rays do not hit the surface (`is_from_camera`).
     pub fn cross(&mut self, hit: &Hit, ray: &Ray, scene: &Scene, is_from_camera: bool) {
         if scene.misses_lamp(hit, ray) || !scene.is_visible(hit, is_from_camera) {
             return;
@@ -83,7 +86,7 @@ impl Transmittance {
         match scene.thin_surface_along(hit, ray).filter(|_| opacity > 0.0) {
             None => self.pass *= 1.0 - opacity,
             Some((pass, tint)) => {
-                // Open share of the surface, and share that passes the glass
+                // Share of rays that pass openings of the surface, and share that passes its glass
                 let (hole, glass) = (1.0 - opacity, opacity * pass);
                 self.pass *= hole + glass;
                 if hole + glass > 0.0 {
@@ -98,7 +101,7 @@ impl Transmittance {
 pub(super) struct ThinSurfaceChoices {
     /// Uniform in [0, 1). `None` before the first surface, if no number was given.
     u: Option<f32>,
-    /// Factor of the light that passed.
+    /// Factor by which the passed surfaces tint the light.
     pub tint: Spectrum,
 }
 
@@ -128,9 +131,9 @@ impl ThinSurfaceChoices {
 
 /// Walks along a ray from surface to surface, nearest first.
 ///
-/// The origin and direction stay; only the near end of the interval rises, to the parameter of the
-/// last hit. The interval is open, so the parameter grows with each query: a walk ends, and counts
-/// no surface twice. Surfaces that coincide to the last bit count as one.
+/// The ray keeps its origin and direction. Only the near end of its interval moves, to the
+/// parameter of the last hit. The interval is open, so the parameter grows with each query: every
+/// walk ends, and no surface counts twice. Surfaces that coincide to the last bit count as one.
 pub(super) struct OpacityWalk<'a, A> {
     accel: &'a A,
     ray: Ray,
@@ -160,8 +163,8 @@ impl<'a, A: Accel> OpacityWalk<'a, A> {
         layers
     }
 
-    /// Next surface. `None` behind the last one, or if the walk is cut. Counts each ray query as
-    /// `kind`.
+    /// Next surface. `None` behind the last surface, or if the walk is cut. Counts each ray query
+    /// as `kind`.
     pub fn next(&mut self, kind: RayKind, out: &mut impl RaySink) -> Option<Hit> {
         loop {
             if self.left == 0 {
@@ -199,9 +202,9 @@ impl<'a, A: Accel> OpacityWalk<'a, A> {
     }
 }
 
-/// Returns true if the surface of this `opacity` at `hit` stops `ray`: for the share `opacity` of
-/// all rays. The random number is a hash of ray and hit, since the dimensions of a sample do not
-/// depend on the number of layers. No two rays of a render are equal.
+/// Returns true if the surface at `hit` stops `ray`. It stops the share `opacity` of all rays. The
+/// random number is a hash of ray and hit, because the dimensions of a sample do not depend on the
+/// number of layers. No two rays of a render are equal.
 pub(super) fn stops(hit: &Hit, ray: &Ray, opacity: f32) -> bool {
     opacity >= 1.0 || (opacity > 0.0 && uniform(hit, ray) < opacity)
 }
@@ -378,8 +381,8 @@ mod tests {
                         (found - expected).abs() <= 1e-6,
                         "{name}, scale {scale}: {found} instead of {expected} of {opacities:?} along {ray:?}"
                     );
-                    // One query per surface up to the first opaque one, or one more behind the last
-                    // surface
+                    // One query per surface up to the first opaque surface, or one query more than
+                    // there are surfaces
                     let met = opacities.iter().position(|&opacity| opacity >= 1.0);
                     let queries = met.map_or(opacities.len() + 1, |opaque| opaque + 1);
                     assert_eq!((counts.rays, counts.cut), (queries as u64, 0), "{name}, {opacities:?}");
@@ -458,7 +461,7 @@ mod tests {
             let (hit, _) = world.intersect(&through, RayKind::Bounce, &mut counts);
             assert!(hit.is_some(), "what is behind the bound counts as opaque");
             assert_eq!(counts.cut, 2);
-            // The walk starts six surfaces later
+            // This walk starts behind six surfaces, so it is not cut
             let within = Ray::new(Vec3::Z * (z(5) - 1e-4), Vec3::NEG_Z);
             assert_eq!(world.transmittance(&within, &mut counts), Transmittance::CLEAR);
             let found = world.intersect(&within, RayKind::Bounce, &mut counts);

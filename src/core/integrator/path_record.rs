@@ -21,17 +21,17 @@ pub enum PathEvent {
     Start {
         /// Start point, on the lens or on a light.
         p: Vec3,
-        /// Unit direction of its ray.
+        /// Unit direction of the first ray.
         direction: Vec3,
         /// Light at the start. `None` at the camera.
         light: Option<LightId>,
-        /// Throughput of the ray.
+        /// Throughput of the first ray.
         beta: Spectrum,
     },
     /// The path hits a surface.
     Vertex {
-        /// Number of scattering events before it. In a tree of rays the vertex belongs to the last
-        /// vertex with one event less.
+        /// Number of scattering events before the vertex. In a tree of rays, the previous vertex is
+        /// the last vertex with one event less.
         depth: u32,
         /// The hit.
         hit: Hit,
@@ -39,14 +39,14 @@ pub enum PathEvent {
         p: Vec3,
         /// Unit shading normal.
         n: Vec3,
-        /// Throughput of the ray that hits it.
+        /// Throughput of the ray that hits the surface.
         beta: Spectrum,
     },
     /// Emitted light that the path hits, at its last vertex or infinitely far away.
     Emission(EmissionRecord),
     /// A light is sampled for the last vertex.
     LightSample(LightSampleRecord),
-    /// The shadow ray of the first untraced light sample was traced.
+    /// The shadow ray was traced for the first light sample that had no traced shadow ray.
     Shadow {
         /// Transmittance; black if the light is occluded.
         transmittance: Spectrum,
@@ -62,10 +62,10 @@ pub enum PathEvent {
     Connection {
         /// Number of vertices of the light subpath and of the camera subpath.
         strategy: (usize, usize),
-        /// True if their ends were merged instead of connected: both numbers then include the last
-        /// vertex.
+        /// True if the ends of the subpaths were merged instead of connected. Both numbers then
+        /// include the merged vertex.
         is_merged: bool,
-        /// Light of the path.
+        /// Light source of the path.
         light: LightId,
         /// MIS weight of the strategy.
         weight: f32,
@@ -83,22 +83,22 @@ pub enum PathEvent {
     Visited,
     /// The irradiance cache was used at the last vertex.
     Cached,
-    /// Light of a path shared between pixels is added, by a connection of the first vertex to an
-    /// end.
+    /// Light of a path shared between pixels is added, by a connection of the pixel's first vertex
+    /// to the end of that path.
     Shared {
         /// Column and row of the pixel whose path found the end.
         owner: [u32; 2],
         /// Position of the end.
         p: Vec3,
     },
-    /// The rest of a shared path begins. Its light is the light of [`PathEvent::Shared`] in all
-    /// pixels that see its end.
+    /// The rest of a shared path begins. All pixels that see the end of the path get light of this
+    /// rest ([`PathEvent::Shared`]).
     SharedPath,
     /// Part of the light of the next [`PathEvent::Added`].
     Light(Spectrum),
     /// Light is added to the pixel of the sample or at a point of the film.
     Added {
-        /// Position on the film, in pixels, if it may be another pixel.
+        /// Position on the film, in pixels. `None`: the pixel of the sample.
         film: Option<Vec2>,
         /// The light.
         radiance: Spectrum,
@@ -131,7 +131,7 @@ pub struct LightSampleRecord {
     pub light: LightId,
     /// Unit direction towards the light.
     pub direction: Vec3,
-    /// Point on the light. `None` if it is infinitely far away.
+    /// Point on the light. `None` if the light is infinitely far away.
     pub target: Option<Vec3>,
     /// Probability of choosing this light, times the number of samples that are summed.
     pub pmf: f32,

@@ -42,7 +42,8 @@ impl<A: Accel> World<'_, A> {
         runs(rows.into_iter().flatten())
     }
 
-    /// Hit of the ray through the middle of the lens. A shadow-catching ground is not hit.
+    /// Hit of the ray from the middle of the lens through the point `film`. A shadow-catching
+    /// ground is not hit.
     fn first_hit(&self, film: Vec2) -> Option<Hit> {
         let ray = self.camera.ray(film, Vec2::splat(0.5), self.camera.time(0.5));
         let hit = self.accel.intersect(&ray)?;

@@ -1,13 +1,13 @@
 //! Search radius of photons, and of the vertices that `vcm` merges: its start value and how it
 //! shrinks.
 //!
-//! A radius is a fixed length (`--photon-radius`) or, by default, a multiple of the width of a
-//! pixel ([`PHOTON_PIXELS`], [`MERGING_PIXELS`]). In progressive methods each iteration has another
-//! radius: [`shrinkage`] times the first. `photon-map` gathers a fixed number of photons instead.
+//! A radius is a fixed length (`--photon-radius`) or, by default, a multiple of the width of a pixel
+//! ([`PHOTON_PIXELS`], [`MERGING_PIXELS`]). In progressive methods the radius of an iteration is
+//! [`shrinkage`] times the first radius. `photon-map` gathers a fixed number of photons instead.
 //! Its maximum distances are `FAR_SHARE` and `NEAR_SHARE` in `photon/photon_map.rs`.
 //!
-//! The module is beside the families and not in `photon`: the weights of `bidirectional/connection`
-//! need the merging radius, and `bidirectional` uses no other family.
+//! This module is not in `photon`, because the weights of `bidirectional/connection` need the
+//! merging radius, and `bidirectional` uses no other family.
 
 use crate::camera::Camera;
 use crate::math::{Ball, Vec3};
@@ -17,7 +17,8 @@ use crate::math::{Ball, Vec3};
 pub enum SearchRadius {
     /// One radius for the whole scene, in scene units.
     Fixed(f32),
-    /// Radius in widths of a pixel at the distance of the point, so that near and far look alike.
+    /// Radius in widths of a pixel at the distance of the point, so that near and far surfaces look
+    /// alike.
     Pixels(f32),
 }
 
@@ -45,8 +46,8 @@ pub const PHOTON_PIXELS: f32 = 3.0;
 /// light, and merging loses light at edges at every vertex.
 pub const MERGING_PIXELS: f32 = 1.0;
 
-/// Maximum change of a radius per length. If the image has few pixels, the width of a pixel grows
-/// as fast as the distance.
+/// Maximum change of a radius per length. In an image with few pixels, the width of a pixel would
+/// grow as fast as the distance.
 const MAX_SLOPE: f32 = 0.5;
 
 /// Minimum radius relative to the size of the scene; coordinates resolve lengths down to this.
@@ -61,7 +62,7 @@ fn shrinkage(iteration: u32, alpha: f32) -> f32 {
     (1..=iteration).map(ratio).product::<f64>().sqrt() as f32
 }
 
-/// [`SearchRadius`] for one scene and camera.
+/// Search radii of one scene and camera, from a [`SearchRadius`].
 #[derive(Clone, Copy, Debug)]
 pub struct Radii<'a> {
     camera: &'a Camera,
@@ -75,7 +76,7 @@ pub struct Radii<'a> {
 }
 
 impl<'a> Radii<'a> {
-    /// Radii of `radius` times `factor`. `ball` encloses the scene.
+    /// `factor` times the radii of `radius`. `ball` encloses the scene.
     pub fn new(radius: SearchRadius, factor: f32, camera: &'a Camera, ball: &Ball) -> Self {
         let size = (ball.center.abs().max_element() + ball.radius).min(1e30);
         let (fixed, pixels) = match radius {
@@ -106,7 +107,7 @@ impl<'a> Radii<'a> {
             let distance = self.camera.pixel_width(p, time) / self.camera.pixel_width_by_distance();
             self.slope * distance
         });
-        // A NaN becomes the minimum.
+        // If the radius is NaN, the minimum is used.
         radius.max(self.min).min(self.max)
     }
 }
@@ -120,7 +121,7 @@ mod tests {
         assert_eq!(shrinkage(0, 0.5), 1.0);
         assert!((shrinkage(1, 0.5).powi(2) - 0.75).abs() < 1e-6);
         assert_eq!(shrinkage(1000, 1.0), 1.0);
-        // As n^(α − 1)
+        // The squared radius falls as n^(α − 1)
         for alpha in [0.3, 2.0 / 3.0, 0.9] {
             let n = 20_000;
             let slope = (shrinkage(2 * n, alpha) / shrinkage(n, alpha)).powi(2).log2();

@@ -38,7 +38,7 @@ impl<'a> Vertex<'a> {
         Self::needs_view(bsdf).then(|| slot.view.get_or_init(|| BsdfView::new(bsdf, wo)))
     }
 
-    /// Returns true if a vertex with this BSDF needs a view of it.
+    /// Returns true if a vertex with the BSDF `bsdf` needs a view of it.
     #[inline(always)]
     pub fn needs_view(bsdf: &Bsdf) -> bool {
         !matches!(bsdf, Bsdf::Single(_))
@@ -103,8 +103,8 @@ impl<'a> Vertex<'a> {
         !self.point.sides_agree(w)
     }
 
-    /// The body, as in [`Ray::body`](crate::math::Ray::body), at the start of rays in direction
-    /// `wi` (local frame).
+    /// The body, as in [`Ray::body`](crate::math::Ray::body), in which rays in direction `wi`
+    /// (local frame) start.
     #[inline(always)]
     pub fn body_towards(&self, wi: Vec3) -> u32 {
         if wi.z < 0.0 { self.body } else { 0 }

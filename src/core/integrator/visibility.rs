@@ -1,5 +1,5 @@
 //! Learns which part of the sky is visible from surfaces, before the first sample.
-//! `light/visibility_grid.rs` samples directions of the sky by it.
+//! `light/visibility_grid.rs` uses the learned visibility to sample directions of the sky.
 //!
 //! Some camera paths find surfaces in the same way as the render does. If enough of their rays
 //! leave the scene, sampling the sky by radiance is good enough, and nothing is learned. Otherwise
@@ -22,7 +22,7 @@ use crate::scene::Scene;
 
 /// Number of pixels per path that finds surfaces.
 const PIXELS_A_PATH: u64 = 8;
-/// Minimum and maximum number of these paths.
+/// Minimum and maximum number of paths that find surfaces.
 const PATHS: [u64; 2] = [128, 32_768];
 /// Number of paths in a work item.
 const PATHS_A_WORK_ITEM: u32 = 256;
@@ -34,11 +34,11 @@ const MAX_SURVIVAL: f32 = 0.9;
 const RAYS_A_PIXEL: u64 = 2;
 /// Minimum and maximum number of learning rays.
 const RAYS: [u64; 2] = [1 << 11, 1 << 20];
-/// Share of rays from surfaces that leave the scene above which learning gains nothing.
+/// Share of rays from surfaces that leave the scene. Above this share, learning gains nothing.
 const OPEN: f64 = 0.4;
 /// Maximum number of surface points from which a cell traces rays.
 const SITES_A_CELL: usize = 64;
-/// Maximum number of these points that are tried until one faces the target.
+/// Maximum number of surface points that are tried until one faces the target.
 const TRIES: usize = 16;
 /// Number of cells in a work item.
 const CELLS_A_WORK_ITEM: usize = 16;
@@ -93,7 +93,7 @@ impl SitesByCell {
     }
 }
 
-/// Returns true if a choice of lights of `scene` by `mode` learns visibility.
+/// Returns true if visibility is learned to choose lights of `scene` by `mode`.
 fn learns_visibility(scene: &Scene, mode: SelectionMode) -> bool {
     let is_sky = |light: &Light| matches!(light, Light::Constant(_) | Light::Environment(_));
     let is_enabled = match mode {
@@ -102,7 +102,7 @@ fn learns_visibility(scene: &Scene, mode: SelectionMode) -> bool {
         SelectionMode::Auto => scene.lights().iter().any(is_sky),
         SelectionMode::Power | SelectionMode::Place | SelectionMode::Uniform | SelectionMode::All => false,
     };
-    // On a shadow-catching ground the blocked light counts: it comes from directions that are not
+    // A shadow-catching ground needs the blocked light, which comes from directions that are not
     // visible.
     is_enabled && scene.ground().is_none()
 }
@@ -188,7 +188,7 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         all
     }
 
-    /// A grid of cells for the sites `found`. `None` if it gains nothing.
+    /// Makes a grid of cells for the sites `found`. `None` if learning gains nothing.
     pub fn grid(&self, found: &Sites) -> Option<VisibilityGrid> {
         let scene = self.world.scene;
         let is_open = found.escaped as f64 >= OPEN * found.rays as f64;
@@ -202,8 +202,9 @@ impl<A: Accel> VisibilityLearner<'_, A> {
             .visibility_grid(scene.lights(), &points, rays)
     }
 
-    /// Sorts `sites` into the cells of `grid` and into groups of cells, in their order. If there
-    /// are too many, keeps an evenly spaced selection. Counts all sites of each cell.
+    /// Sorts `sites` into the cells of `grid` and into groups of cells, in their order. If a cell
+    /// or a group has too many sites, an evenly spaced selection is kept. Counts all sites of each
+    /// cell.
     pub fn places(&self, grid: &VisibilityGrid, sites: &[Site]) -> SitesByCell {
         let group_of = grid.groups();
         let mut places = SitesByCell {
@@ -231,8 +232,8 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         count.div_ceil(CELLS_A_WORK_ITEM) as u32
     }
 
-    /// Traces work item `index` of the groups: one ray through each bin of the sky. Returns its
-    /// transmittance.
+    /// Traces work item `index` of the groups: one ray from each group through each bin of the sky.
+    /// Returns the transmittance of each ray.
     pub fn trace_from_groups(
         &self,
         grid: &VisibilityGrid,
@@ -287,8 +288,8 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         shares
     }
 
-    /// Transmittance along one ray from one of the `sites` to `target`. `None` if no site faces it.
-    /// `column` and `index` select the random numbers.
+    /// Transmittance along one ray from one of the `sites` to `target`. `None` if no site faces the
+    /// target. `column` and `index` select the random numbers.
     fn trace_to(
         &self,
         grid: &VisibilityGrid,
@@ -306,7 +307,7 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         let u = sampler.get_2d(Dimension::PIXEL);
         let start = (sampler.get_1d(Dimension::TECHNIQUE) * sites.len() as f32) as usize;
         let (before, after) = sites.split_at(start.min(sites.len()));
-        // Directions of the sky are the same from every site.
+        // Try several sites. Directions of the sky are the same from every site.
         let mut tries = after.iter().chain(before).take(TRIES);
         let (site, sample) = tries.find_map(|site| {
             let sample = grid.sample_target(
@@ -340,7 +341,7 @@ impl Site {
     }
 }
 
-/// Points of the unit square that are evenly distributed, also the first few: the additive
+/// Points of the unit square that are evenly distributed, even the first few: the additive
 /// recurrence of the plastic number (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom
 /// Sequences").
 fn evenly(index: u32) -> Vec2 {

@@ -137,7 +137,7 @@ impl<'a, A: Accel> World<'a, A> {
         ray
     }
 
-    /// A random time if anything moves.
+    /// Time of a sample: random if anything moves, else 0.
     pub(super) fn time(&self, sampler: &impl Sampler) -> f32 {
         self.time_at(|| sampler.get_1d(Dimension::TIME))
     }
@@ -147,7 +147,7 @@ impl<'a, A: Accel> World<'a, A> {
         self.scene.is_moving() || self.camera.is_moving()
     }
 
-    /// Time at `u` of the shutter interval. Calls `u` only if anything moves.
+    /// Time at the fraction `u` of the shutter interval. Calls `u` only if anything moves.
     pub(super) fn time_at(&self, u: impl FnOnce() -> f32) -> f32 {
         match self.moves() {
             true => self.camera.time(u()),
@@ -155,8 +155,8 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// Samples emission of a light chosen by power with `choice`. Returns the light and its
-    /// probability too.
+    /// Chooses a light by power with `choice`, and samples its emission. Returns the light, the
+    /// probability of the choice, and the emission.
     pub(super) fn sample_emission(
         &self,
         time: f32,
@@ -251,11 +251,11 @@ impl<'a, A: Accel> World<'a, A> {
             || (kind == RayKind::Camera && (self.scene.hides_from_camera() || self.scene.ground().is_some()))
     }
 
-    /// First surface along `ray` that stops it, and the tint of the glass before it. `first` is the
-    /// closest hit of the ray. A surface of opacity α stops the share α of all rays, by [`stops`].
-    /// Thin glass lets rays pass by `u`, which is uniform in [0, 1), or by a hash. The ground does
-    /// not stop camera rays from below. Surfaces between a lamp and its hull are in front of the
-    /// lamp.
+    /// First surface along `ray` that stops the ray, and the tint of the glass before this surface.
+    /// `first` is the closest hit of the ray. A surface of opacity α stops the share α of all rays,
+    /// by [`stops`]. Thin glass lets rays pass by the number `u` in [0, 1), or by a hash if `u` is
+    /// `None`. The ground does not stop camera rays from below. Surfaces between a lamp and its
+    /// hull are in front of the lamp.
     #[inline(never)]
     pub(super) fn first_opaque(
         &self,
@@ -424,8 +424,8 @@ impl<'a, A: Accel> World<'a, A> {
     /// Origin of rays that leave `point` in the unit direction `w`, which is on `side` of the
     /// shading normal.
     ///
-    /// By the geometric normal, `w` may be on the other side. Then the ray starts on `side` too: it
-    /// never starts behind a wall. It hits the surface itself or passes the rim of a curved
+    /// `w` may be on the other side of the geometric normal. The ray starts on `side` even then, so
+    /// that it never starts behind a wall. It hits the surface itself or passes the rim of a curved
     /// surface.
     #[inline(always)]
     pub fn origin_on(&self, point: &SurfacePoint, side: Side, w: Vec3) -> Vec3 {
@@ -436,8 +436,8 @@ impl<'a, A: Accel> World<'a, A> {
         self.raised_origin(point, side, height)
     }
 
-    /// Origin raised to the curved surface, unless another surface is in between: a raised origin
-    /// inside another object would receive no light.
+    /// Origin raised from the triangle to the curved surface, unless another surface is in between:
+    /// a raised origin inside another object would receive no light.
     #[inline(never)]
     fn raised_origin(&self, point: &SurfacePoint, side: Side, height: f32) -> Vec3 {
         let (low, high) = (offset_to(point, side), point.raised(side, height));
@@ -453,8 +453,8 @@ impl<'a, A: Accel> World<'a, A> {
         (self.scene.is_dispersive()).then(|| Wavelength::sample(sampler.get_1d(Dimension::WAVELENGTH)))
     }
 
-    /// BSDF of the surface at `hit` for a wavelength, made in `slot`. `None` if it does not depend
-    /// on the wavelength.
+    /// BSDF of the surface at `hit` for `wavelength`, made in `slot`. `None` if the BSDF does not
+    /// depend on the wavelength.
     #[inline(never)]
     fn dispersed<'v>(&self, hit: &Hit, slot: &'v BsdfSlot<'v>, wavelength: &Wavelength) -> Option<&'v Bsdf> {
         let bsdf = self.scene.bsdf_of_wavelength(hit, wavelength.nanometers)?;

@@ -5,8 +5,8 @@ use crate::math::{Ray, Vec2};
 use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
 use crate::sampling::warp::cosine_hemisphere;
 
-/// Ambient occlusion: the cosine-weighted share of the hemisphere without near surfaces; 1 in the
-/// open.
+/// Ambient occlusion: the cosine-weighted share of the hemisphere without near surfaces; 1 if no
+/// surface is near.
 #[derive(Debug)]
 pub struct AmbientOcclusion<'a, A> {
     /// World with the scene and the camera.
@@ -19,10 +19,10 @@ pub struct AmbientOcclusion<'a, A> {
 const PROBES: u32 = 32;
 
 impl<A: Accel> AmbientOcclusion<'_, A> {
-    /// Default distance. In a closed room everything is occluded at the distance of its walls. So
-    /// the default is half the median distance, to two digits, from visible surfaces to the next
+    /// Default distance. In a closed room the walls occlude every ray that is long enough. So the
+    /// default is half the median distance, to two digits, from visible surfaces to the next
     /// surface in a cosine-weighted direction. If more than half of these directions leave the
-    /// scene, it is the diameter of the scene.
+    /// scene, the default is the diameter of the scene.
     pub fn usual_distance(world: &World<A>) -> f32 {
         let size = world.camera.resolution().as_vec2();
         let time = world.camera.time(0.5);
@@ -62,7 +62,7 @@ impl<A: Accel> Integrator for AmbientOcclusion<'_, A> {
             return;
         };
 
-        // A cosine-weighted direction on the viewer's side
+        // Sample a cosine-weighted direction on the viewer's side
         let mut wi = cosine_hemisphere(sampler.get_2d(Dimension::bounce(0, Bounce::Direction)));
         wi.z = wi.z.copysign(vertex.wo.z);
         let probe = Ray {

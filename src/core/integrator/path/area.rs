@@ -15,7 +15,8 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 /// followed as usual. Direct light comes from light sampling.
 ///
 /// The geometry term cos θ cos θ′ / d² stays in the estimate: its variance has no bound near
-/// corners, and most points are hidden. It is a reference for comparisons with short paths.
+/// corners, and most points are hidden. The integrator is a reference for comparisons with short
+/// paths.
 #[derive(Debug)]
 pub struct AreaIntegrator<'a, A> {
     /// World with the scene and the camera.
@@ -95,7 +96,7 @@ impl<A: Accel> AreaIntegrator<'_, A> {
             });
         }
 
-        // A point on a surface, with its density per area
+        // Sample a point on a surface, with its density per area
         let choice = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions)).y;
         let time = vertex.point.time;
         let (target, pdf) = self.areas.sample(self.world.scene, choice, u, time)?;

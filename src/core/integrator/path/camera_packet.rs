@@ -26,7 +26,7 @@ impl CameraPacket {
         }
     }
 
-    /// Traces the camera rays of `keys`. `is_one_time` gives all of them the time of the first.
+    /// Traces the camera rays of `keys`. `is_one_time` gives all rays the time of the first ray.
     #[inline(always)]
     pub fn trace<A: Accel>(
         &mut self,
@@ -49,7 +49,7 @@ impl CameraPacket {
         }
     }
 
-    /// Finds the first surfaces that stop the rays, behind surfaces with alpha, thin glass and
+    /// Finds the first surface that stops each ray, behind surfaces with alpha, thin glass and
     /// bodies.
     fn pass_surfaces<A: Accel>(
         &mut self,

@@ -135,7 +135,7 @@ impl<A: Accel> DebugIntegrator<'_, A> {
         distance.into_iter().any(|distance| distance < 0.5)
     }
 
-    /// Number of lights with a random point whose light arrives at `vertex`.
+    /// Number of lights that light `vertex` from a random point of the light.
     fn arriving_lights(&self, vertex: &Vertex, sampler: &impl Sampler, out: &mut impl Sink) -> u32 {
         let scene = self.world.scene;
         let context = vertex.light_context();
@@ -151,7 +151,7 @@ impl<A: Accel> DebugIntegrator<'_, A> {
             let Some(light) = light.filter(|light| !light.radiance.is_black()) else {
                 continue;
             };
-            // Light on the invisible side of the surface does not count.
+            // Skip light on the invisible side of the surface.
             let wi = vertex.frame.to_local(light.wi);
             if wi.z * vertex.wo.z <= 0.0 {
                 continue;
@@ -215,7 +215,7 @@ impl<T: RaySink> RaySink for Counter<'_, T> {
     }
 }
 
-/// Brightness of a surface under a lamp at the viewer, to show its shape.
+/// Brightness of a surface under a lamp at the viewer. It shows the shape of the surface.
 fn lit(vertex: &Vertex) -> f32 {
     0.25 + 0.6 * vertex.wo.z.abs()
 }
@@ -227,7 +227,7 @@ fn distance(p: Vec3, [a, b]: [Vec3; 2]) -> f32 {
     p.distance(a + t * along)
 }
 
-/// Colour of `count`, at least 1, on a logarithmic scale to `max`.
+/// Colour of `count` on a logarithmic scale from 1 to `max`.
 fn scale(count: f32, max: f32) -> Spectrum {
     let share = (count.max(1.0).ln() / max.max(2.0).ln()).clamp(0.0, 1.0);
     Spectrum::from(false_color::magma(share).map(|code| srgb::decode(f32::from(code) / 255.0)))

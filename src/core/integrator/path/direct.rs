@@ -22,7 +22,7 @@ pub(crate) struct LightNumbers<'a, S> {
     /// Number that samples the point on the light.
     pub point: Vec2,
     sampler: &'a S,
-    /// Sample of the numbers, if `sampler` was started with another one.
+    /// Key of the sample of these numbers, if `sampler` was started with another key.
     key: Option<SampleKey>,
     depth: u32,
 }
@@ -36,7 +36,7 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
         Self::new(sampler, depth, decisions.x, point)
     }
 
-    /// The numbers `choice` and `point`, already computed.
+    /// Numbers of a light sample, if `choice` and `point` are already computed.
     #[inline(always)]
     pub fn new(sampler: &'a S, depth: u32, choice: f32, point: Vec2) -> Self {
         Self {
@@ -48,8 +48,8 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
         }
     }
 
-    /// Gets the numbers of the first vertex for `count` samples from `key` on, at most four. The
-    /// rest of the array is unspecified.
+    /// Gets the numbers of the first vertex for `count` samples from `key` on, 1 to 4. The rest of
+    /// the array is unspecified.
     #[inline(always)]
     pub fn draw_several(sampler: &'a S, key: SampleKey, count: u32) -> [Self; 4] {
         let dimensions = [Bounce::Decisions, Bounce::LightPoint].map(|what| Dimension::bounce(0, what));
@@ -64,14 +64,14 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
         })
     }
 
-    /// Gets the other numbers, if `choice` is already computed.
+    /// Gets the number of the point, if `choice` is already computed.
     #[inline(always)]
     pub fn with_choice(sampler: &'a S, depth: u32, choice: f32) -> Self {
         let point = sampler.get_2d(Dimension::bounce(depth, Bounce::LightPoint));
         Self::new(sampler, depth, choice, point)
     }
 
-    /// Number that samples the point of the sample `index`, if all lamps are sampled.
+    /// Number for the point of light sample `index`, if all lamps are sampled.
     pub fn point_of(&self, index: u32) -> Vec2 {
         let dimension = Dimension::bounce(self.depth, Bounce::LightPoint).nth(index);
         let Some(key) = self.key else {
@@ -84,8 +84,8 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
 }
 
 impl Strategy {
-    /// Adds the light that the ray of `path` finds: emitted by the surface `vertex`, or by
-    /// infinitely distant lights if there is none.
+    /// Adds the emitted light that the ray of `path` hits: on the surface `vertex`, or of
+    /// infinitely distant lights if `vertex` is `None`.
     #[inline(always)]
     pub(crate) fn add_found<A: Accel>(
         &self,
@@ -118,8 +118,8 @@ impl Strategy {
         }
     }
 
-    /// Adds infinitely distant lights that the ray of `path` finds, weighted against the light
-    /// samples of the previous vertex. A camera ray finds the background.
+    /// Adds the infinitely distant lights that the ray of `path` hits, weighted against the light
+    /// samples of the previous vertex. For a camera ray it adds the background.
     #[inline(never)]
     pub(crate) fn add_sky<A: Accel>(&self, world: &World<A>, path: &PathState, out: &mut impl Sink) {
         if path.skips_emission || (path.depth == 0 && world.see_background(&path.ray, path.beta, out)) {
@@ -133,7 +133,7 @@ impl Strategy {
         }
     }
 
-    /// Adds `light`, which `path` found, weighted against the light samples of the previous vertex.
+    /// Adds `light`, which `path` hit, weighted against the light samples of the previous vertex.
     #[inline(always)]
     pub(crate) fn add_weighted(&self, scene: &Scene, path: &PathState, light: Incident, out: &mut impl Sink) {
         let prev = path.prev.as_ref();
@@ -153,8 +153,8 @@ impl Strategy {
     }
 }
 
-/// Calls `find` for the light that the ray of `path` finds: emitted by the surface `vertex`, or by
-/// infinitely distant lights if there is none.
+/// Calls `find` for each light that the ray of `path` hits: on the surface `vertex`, or for each
+/// infinitely distant light if `vertex` is `None`.
 pub(super) fn each_emission<A: Accel>(
     world: &World<A>,
     path: &PathState,
@@ -182,7 +182,7 @@ pub(super) fn emitted<A: Accel>(world: &World<A>, path: &PathState, vertex: &Ver
         .emitted(world.light_selection, &vertex.hit, &context(path), segment, ray.time)
 }
 
-/// Light sampling context of the previous vertex, for light that the ray of `path` finds.
+/// Light sampling context of the previous vertex, for light that the ray of `path` hits.
 #[inline(always)]
 fn context(path: &PathState) -> LightSampleContext {
     let prev = path.prev.as_ref();
@@ -194,8 +194,7 @@ fn context(path: &PathState) -> LightSampleContext {
 /// Number of light samples between two checks for cancellation, if all lamps are sampled.
 pub(crate) const LIGHTS_BETWEEN_CHECKS: u32 = 64;
 
-/// A light sample at a vertex, weighted against scattered rays: the light arrives unless its shadow
-/// ray is blocked.
+/// A light sample at a vertex, weighted against scattered rays. Its shadow ray is not yet traced.
 ///
 /// This is the half of the estimator that samples lights (Veach 1997, §9.2); the other half is the
 /// emission that a scattered ray hits.
@@ -209,8 +208,9 @@ pub(crate) struct Direct {
 }
 
 impl Direct {
-    /// Samples a light for `vertex`, as one of `count` samples that will be summed. [`trace`]
-    /// traces its shadow ray. If all lamps are sampled, their shadow rays are traced here.
+    /// Samples a light for `vertex`, as one of `count` samples that will be summed. The caller
+    /// traces its shadow ray ([`trace`]). If the selection samples all lamps, all shadow rays are
+    /// traced here, and the result is `None`.
     #[inline(always)]
     pub fn sample<A: Accel>(
         world: &World<A>,
@@ -240,8 +240,8 @@ impl Direct {
         Self::of_light(world, vertex, strategy, (id, count as f32 * pmf), u.point, out)
     }
 
-    /// Calls `add` with a light sample of `vertex` for each of `numbers`, at most four, like
-    /// [`Direct::sample`]; `count` samples will be summed.
+    /// Calls `add` with a light sample of `vertex` for each element of `numbers`, 1 to 4, like
+    /// [`Direct::sample`]. `count` samples will be summed.
     #[inline(always)]
     pub fn sample_four<A: Accel, S: Sampler, K: Sink>(
         world: &World<A>,
@@ -262,7 +262,7 @@ impl Direct {
             }
             return;
         }
-        // Light of each sample
+        // Choose a light for each sample
         let (context, time) = (vertex.light_context(), vertex.point.time);
         let (mut ids, mut pmfs, mut points) = ([None; 4], [0.0; 4], [Vec2::ZERO; 4]);
         for (i, u) in numbers.iter().enumerate().take(4) {
@@ -271,7 +271,7 @@ impl Direct {
                 (ids[i], pmfs[i]) = (Some(id), pmf);
             }
         }
-        // Directions to these lights, and their radiance
+        // Sample directions to these lights, and their radiance
         let lights = selection.sample_four(scene.lights(), ids, (&context, time), points, scene.textures());
         for i in 0..4 {
             if let (Some(id), Some(light)) = (ids[i], &lights[i]) {
@@ -281,7 +281,8 @@ impl Direct {
         }
     }
 
-    /// Samples the light `id` at the vertex. `expected` is its expected number of samples there.
+    /// Samples the light `id` at the vertex. `expected` is the expected number of samples of this
+    /// light at the vertex.
     #[inline(always)]
     fn of_light<A: Accel>(
         world: &World<A>,
@@ -292,7 +293,7 @@ impl Direct {
         out: &mut impl Sink,
     ) -> Option<Self> {
         let scene = world.scene;
-        // A direction to the light
+        // Sample a direction to the light
         let to = (&vertex.light_context(), vertex.point.time);
         let light = world
             .light_selection
@@ -300,8 +301,8 @@ impl Direct {
         Self::of_sample(world, vertex, strategy, (id, expected), &light, out)
     }
 
-    /// Weights the sample `light` of the light `id` at the vertex. `expected` is its expected
-    /// number of samples there.
+    /// Weights the sample `light` of the light `id` at the vertex. `expected` is the expected
+    /// number of samples of this light at the vertex.
     #[inline(always)]
     fn of_sample<A: Accel>(
         world: &World<A>,
@@ -311,7 +312,7 @@ impl Direct {
         light: &LightSample,
         out: &mut impl Sink,
     ) -> Option<Self> {
-        // Scattered light; if it is black, no shadow ray is needed.
+        // Evaluate the scattered light. If it is black, no shadow ray is needed.
         let wi = vertex.frame.to_local(light.wi);
         let (f, scattering_pdf) = strategy.directions.eval_pdf(vertex, wi);
         let f = f * wi.z.abs();

@@ -3,8 +3,9 @@ use crate::accel::Accel;
 use crate::integrator::{Integrator, Sink, Strategy, World};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Monte Carlo ray tracing with branches: several rays leave every vertex (Cook et al. 1984). Its
-/// mean equals the mean of path tracing. The number of rays grows as a power of the depth.
+/// Monte Carlo ray tracing with branches: several rays leave every vertex (Cook et al. 1984). The
+/// mean equals the mean of path tracing. The number of rays is about `branching` to the power of
+/// the depth.
 #[derive(Debug)]
 pub struct DistributedIntegrator<'a, A> {
     /// World with the scene and the camera.
@@ -25,7 +26,8 @@ impl<A: Accel> Integrator for DistributedIntegrator<'_, A> {
 }
 
 impl<A: Accel> DistributedIntegrator<'_, A> {
-    /// Follows `branch`. Nodes are numbered breadth first.
+    /// Traces `branch`, and all branches behind it. The nodes of the tree are numbered breadth
+    /// first.
     fn follow(&self, branch: Branch, sampler: &impl Sampler, out: &mut impl Sink) {
         let (world, parent) = (&self.world, branch.node);
         branch.follow(
@@ -34,7 +36,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
             sampler,
             out,
             |vertex, path, out| {
-                // Several rays instead of one
+                // Trace several rays instead of one
                 for i in 1..=self.branching {
                     let node = parent.wrapping_mul(self.branching).wrapping_add(i);
                     let u_lobe = sampler.get_1d(Dimension::bounce(node, Bounce::Lobe));

@@ -96,7 +96,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
     }
 
     /// Adds the light that arrives along the ray of `path`, by following one path. `traced` is the
-    /// result of its first ray query, if it was made already.
+    /// result of the first ray query, if it was made already.
     #[inline(never)]
     pub(crate) fn li<S: Sampler>(
         &self,
@@ -128,7 +128,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
             // Sample the BSDF and play Russian roulette
             let next = self.scatter(&path, &vertex, self.roulette, &u, out);
 
-            // Add direct light. Its ray is traced last, so that the next ray follows without delay
+            // Add direct light. The shadow ray is traced last, so that the next ray follows without
+            // delay
             trace(direct, &self.world, (&path, &vertex), out);
             match next {
                 Some(next) => path.advance(next),
@@ -150,8 +151,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
     ) -> Option<NextSegment> {
         let directions = self.strategy.directions;
         let sample = directions.sample(vertex, u.lobe(vertex.bsdf), u.direction)?;
-        // Radiance shrinks on its way into glass and grows again on its way out: roulette ignores
-        // this factor.
+        // Roulette ignores refraction: radiance that shrinks on its way into glass grows again on
+        // its way out.
         let judged = path.beta * sample.weight * (path.roulette_scale * (sample.eta * sample.eta));
         let factor = roulette.play(path.depth, judged, u.roulette)?;
         let light_samples = if path.depth == 0 { self.light_samples } else { 1 };
@@ -160,8 +161,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
 
     /// Samples lights for `vertex`. All shadow rays except the last one are traced here.
     ///
-    /// Light samples of the first vertex are numbered on through the samples of the pixel, so that
-    /// all of them are stratified together.
+    /// Light samples of the first vertex are numbered consecutively over all samples of the pixel,
+    /// so that all of them are stratified together.
     #[inline(always)]
     pub(crate) fn sample_light<S: Sampler>(
         &self,
@@ -189,7 +190,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
             let several = (count - i).min(4);
             let numbers = LightNumbers::draw_several(sampler, first, several);
             let numbers = &numbers[..several as usize];
-            // Each shadow ray is traced after the next sample is ready.
+            // Trace each shadow ray after the next sample is ready.
             let add = |next, out: &mut _| {
                 trace(std::mem::replace(&mut last, next), world, (path, vertex), out);
             };

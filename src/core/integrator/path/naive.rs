@@ -9,8 +9,8 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 /// 1986). A coin decides if a surface emits or reflects.
 ///
 /// Each event has a separate probability, as in textbooks. The probabilities are options, so that
-/// users can see their cost. The path tracer uses them as factors of its throughput instead, which
-/// has less error.
+/// users can see their cost. The path tracer instead multiplies its throughput by these
+/// probabilities, which has less error.
 #[derive(Debug)]
 pub struct NaiveIntegrator<'a, A> {
     /// World with the scene and the camera.
@@ -32,7 +32,7 @@ pub struct NaiveIntegrator<'a, A> {
 /// Surfaces on which a coin decides between emission and reflection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EmissionCoin {
-    /// Surfaces that emit and reflect.
+    /// Only surfaces that emit and reflect.
     #[default]
     Emitters,
     /// All surfaces: if the coin chooses emission and the surface has none, the path ends without
@@ -43,11 +43,12 @@ pub enum EmissionCoin {
 /// Treatment of the light that surfaces absorb.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Absorption {
-    /// Factor of the throughput; lobes are chosen by their shares of the reflected light.
+    /// Absorption is a factor of the throughput. Lobes are chosen by their shares of the reflected
+    /// light.
     #[default]
     Weight,
-    /// Random: lobes are chosen by their albedos, and the path ends with the remaining probability
-    /// (analog Monte Carlo).
+    /// Absorption is random: lobes are chosen by their albedos, and the path ends with the
+    /// remaining probability (analog Monte Carlo).
     Chance,
 }
 
@@ -69,7 +70,7 @@ impl<'a, A> NaiveIntegrator<'a, A> {
 
 impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        // No light is sampled: the light that a ray hits counts in full.
+        // Lights are not sampled, so the light that a ray hits counts in full.
         let (world, strategy) = (&self.world, Strategy::default());
         let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
         let wavelength = world.wavelength(sampler);
@@ -82,7 +83,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
                 return strategy.add_sky(world, &path, out);
             };
 
-            // Emit or reflect, by a coin
+            // Choose emission or reflection, by a coin
             let emitted = emitted(world, &path, &vertex).filter(|light| !light.radiance.is_black());
             let reflects = self.max_depth.is_none_or(|max| depth < max) && !vertex.bsdf.albedo().is_black();
             let probability = match (reflects, self.emission_coin, emitted) {

@@ -6,11 +6,11 @@ use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
 /// Path tracing in which each vertex takes one sample of direct plus indirect light. A coin chooses
-/// between the two, and the sample is divided by its probability.
+/// between the two, and the sample is divided by the probability of the choice.
 ///
 /// Direct light comes from light sampling and ends the path, so no roulette is needed. Indirect
-/// light comes from the next vertex. Its emission already counted as direct light, except along a
-/// delta lobe.
+/// light comes from the next vertex. The emission of that vertex already counted as direct light,
+/// except along a delta lobe.
 #[derive(Debug)]
 pub struct OneSampleIntegrator<'a, A> {
     /// World with the scene and the camera.
@@ -42,7 +42,8 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
                 return;
             }
 
-            // Direct or indirect light, by a coin; lights cannot be sampled for delta lobes
+            // Choose direct or indirect light by a coin. For delta lobes choose indirect light:
+            // lights cannot be sampled for them
             let probability = match vertex.bsdf.is_delta() {
                 true => 0.0,
                 false => self.direct_probability,
@@ -56,7 +57,7 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
                 return;
             }
 
-            // Indirect light
+            // Continue the path for indirect light
             let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
             let direction = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
             let Some(sample) = strategy.directions.sample(&vertex, u_lobe, direction) else {

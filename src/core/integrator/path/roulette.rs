@@ -33,16 +33,17 @@ pub enum Survival {
     LargestChannel,
     /// Luminance of the throughput, at most 0.95.
     Luminance,
-    /// One probability for all paths, in (0, 1]. At 1 only a maximum depth ends paths.
+    /// Constant probability for all paths, in (0, 1]. At 1 only a maximum depth ends paths.
     Constant(f32),
-    /// Largest channel of the throughput over a threshold above 0; at most 0.95.
+    /// Largest channel of the throughput divided by a threshold above 0; at most 0.95.
     Threshold(f32),
 }
 
 impl Roulette {
     /// Returns the factor that compensates for the terminated paths, or `None` if this path ends.
     ///
-    /// `depth` scattering events came before the last one; `beta` is the throughput of the path.
+    /// `depth` is the number of scattering events before the last one; `beta` is the throughput of
+    /// the path.
     pub(crate) fn play(self, depth: u32, beta: Spectrum, u: f32) -> Option<f32> {
         if depth < self.depth {
             return Some(1.0);
@@ -59,7 +60,8 @@ impl Roulette {
 // ANCHOR_END: roulette
 
 impl Roulette {
-    /// Roulette with the default survival probability.
+    /// Roulette that may end paths after `depth` scattering events, with the default survival
+    /// probability.
     pub fn after(depth: u32) -> Self {
         Self {
             depth,

@@ -21,8 +21,8 @@ use crate::material::BsdfSlot;
 use crate::sampler::Sampler;
 
 impl<A: Accel> PathIntegrator<'_, A> {
-    /// Subtracts the unshadowed light if the camera ray of `path` hits the ground. `out` has the
-    /// light of the path already.
+    /// Subtracts the unshadowed light if the camera ray of `path` hits the ground. `out` must have
+    /// the light of the path already.
     #[inline(never)]
     pub(super) fn catch_shadow<S: Sampler>(
         &self,

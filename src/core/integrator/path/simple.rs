@@ -37,7 +37,7 @@ impl<A: Accel> Integrator for SimpleIntegrator<'_, A> {
         let world = &self.world;
         let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
         loop {
-            // Le: the light that the next surface emits, or the sky
+            // Add Le: the light that the next surface emits, or the sky
             let slot = BsdfSlot::new();
             let vertex = path.next_vertex(world, None, &slot, out);
             SAMPLED.add_found(world, &path, vertex.as_ref(), out);
@@ -46,12 +46,12 @@ impl<A: Accel> Integrator for SimpleIntegrator<'_, A> {
                 return;
             }
 
-            // Light of a lamp: a random point on a random lamp, and a shadow ray
+            // Sample the light of a lamp: a random point on a random lamp, and a shadow ray
             let u = LightNumbers::draw(&*sampler, path.depth);
             let direct = Direct::sample(world, (&path, &vertex), &SAMPLED, 1, &u, out);
             trace(direct, world, (&path, &vertex), out);
 
-            // All other light: a random direction, and the throughput times f cos θ / pdf
+            // Sample all other light: a random direction, and the throughput times f cos θ / pdf
             let u_lobe = sampler.get_1d(Dimension::bounce(path.depth, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(path.depth, Bounce::Direction));
             let Some(sample) = vertex.sample(u_lobe, u) else { return };

@@ -26,9 +26,9 @@ pub(crate) struct PathState {
     /// Factor of `beta` in Russian roulette: the squared indices of refraction by which `beta` was
     /// divided, and the throughput before the start of the path.
     pub roulette_scale: Spectrum,
-    /// The scattering at the start of `ray`; `None` at the camera.
+    /// Vertex at the start of `ray`, with its scattering; `None` at the camera.
     pub prev: Option<PrevVertex>,
-    /// True if the light that `ray` finds is estimated elsewhere.
+    /// True if the light that `ray` hits is estimated elsewhere.
     pub skips_emission: bool,
     /// True after glass dispersed the light: the path then has one wavelength.
     pub is_dispersed: bool,
@@ -72,7 +72,7 @@ impl PathState {
         hit
     }
 
-    /// Vertex at `hit` of the ray. Passes the view of a camera ray to `out`.
+    /// Vertex at `hit`, on the ray of the path. Passes the first view of a camera ray to `out`.
     ///
     /// From the first dispersive glass on, the path has `wavelength`, and its throughput gets the
     /// weight of the wavelength.
@@ -110,8 +110,8 @@ impl PathState {
         Some(self.vertex(world, &hit, wavelength, slot, out))
     }
 
-    /// Next segment, after `vertex` scattered the path by `sample`. `light_samples` were taken
-    /// there; `factor` compensates for paths that end there.
+    /// Next segment, after `vertex` scattered the path by `sample`. `light_samples` is the number
+    /// of light samples at the vertex; `factor` compensates for paths that end there.
     #[inline(always)]
     pub fn scatter<A: Accel>(
         &self,

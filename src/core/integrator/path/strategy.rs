@@ -44,7 +44,7 @@ pub enum DirectLight {
     None,
     /// Only light sampling.
     Light,
-    /// Both, combined by multiple importance sampling.
+    /// Light sampling and scattered rays, combined by multiple importance sampling.
     #[default]
     Mis,
 }
@@ -79,7 +79,7 @@ pub(crate) struct PrevVertex {
     pub pdf: f32,
     /// True if light sampling could not have sampled this direction.
     pub is_delta: bool,
-    /// Number of light samples that were taken there.
+    /// Number of light samples that were taken at the vertex.
     pub light_samples: u32,
 }
 
@@ -106,7 +106,7 @@ impl Directions {
         }
     }
 
-    /// [`Directions::sample`] with the density of a hemisphere; delta lobes are sampled by the
+    /// [`Directions::sample`] for distributions over the hemisphere. Delta lobes are sampled by the
     /// BSDF.
     #[inline(never)]
     fn sample_hemisphere(self, vertex: &Vertex, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
@@ -142,7 +142,7 @@ impl Directions {
         }
     }
 
-    /// Density of [`Directions::sample_hemisphere`].
+    /// Density of the directions of [`Directions::sample_hemisphere`].
     #[inline(never)]
     fn hemisphere_pdf(self, bsdf: &Bsdf, wo: Vec3, wi: Vec3) -> f32 {
         // Most lobes only reflect: then only the hemisphere of wo is sampled.
@@ -171,7 +171,7 @@ impl Strategy {
         self.direct != DirectLight::Light
     }
 
-    /// Weight of emission hit by a camera ray or by a scattered ray.
+    /// MIS weight of emission that a camera ray or a scattered ray hits.
     #[inline(always)]
     pub(crate) fn emission_weight(&self, prev: Option<&PrevVertex>, light: &Incident) -> f32 {
         let Some(prev) = prev.filter(|prev| !prev.is_delta) else {
@@ -184,7 +184,8 @@ impl Strategy {
         }
     }
 
-    /// Weight of light sampled with density `pdf`, against hitting it by a scattered ray.
+    /// MIS weight of a light sample of density `pdf`, against a scattered ray in the same
+    /// direction.
     #[inline(always)]
     pub(crate) fn light_weight(&self, pdf: f32, is_delta: bool, scattering_pdf: f32) -> f32 {
         if is_delta || self.direct != DirectLight::Mis {
@@ -215,8 +216,8 @@ impl Heuristic {
 mod tests {
     use super::*;
 
-    /// Weights of two strategies, for paths, and weights of many, for bidirectional methods, have
-    /// the same exponent.
+    /// Weights of two strategies, for paths, and weights of many strategies, for bidirectional
+    /// methods, have the same exponent.
     #[test]
     fn both_forms_of_a_heuristic_agree() {
         for heuristic in [Heuristic::Balance, Heuristic::Power] {

@@ -41,7 +41,7 @@ impl SurfaceAreas {
         let hit = hit(*self.triangles.get(index)?);
         let (b1, b2) = uniform_triangle(u);
         let hit = Hit { b1, b2, ..hit };
-        // For a moving triangle, the area at `time` counts.
+        // For a moving triangle, use the area at `time`.
         let area = area(scene, &hit, time) as f32;
         (area > 0.0).then(|| (hit, pmf / area))
     }

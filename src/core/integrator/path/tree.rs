@@ -14,7 +14,8 @@ use crate::sampler::Sampler;
 pub(super) struct Branch {
     /// The path to the ray.
     pub path: PathState,
-    /// Index in the tree: it selects the random numbers of the vertex at its end.
+    /// Index of the branch in the tree. It selects the random numbers of the vertex at the end of
+    /// the branch.
     pub node: u32,
 }
 

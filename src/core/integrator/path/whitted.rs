@@ -11,7 +11,8 @@ const MIN_SHARE: f32 = 1e-3;
 /// Recursive ray tracing: mirrors and glass are followed, and other surfaces show direct light
 /// (Whitted 1980).
 ///
-/// There is no light from diffuse to diffuse surfaces, so its image differs from a path tracer's.
+/// There is no light from diffuse to diffuse surfaces, so the image differs from a path tracer's
+/// image.
 #[derive(Debug)]
 pub struct WhittedIntegrator<'a, A> {
     /// World with the scene and the camera.
@@ -28,7 +29,7 @@ impl<A: Accel> Integrator for WhittedIntegrator<'_, A> {
 }
 
 impl<A: Accel> WhittedIntegrator<'_, A> {
-    /// Follows `branch`.
+    /// Traces `branch`, and all mirrored and refracted branches behind it.
     fn follow(&self, branch: Branch, sampler: &impl Sampler, out: &mut impl Sink) {
         let strategy = Strategy {
             direct: DirectLight::Light,
@@ -36,7 +37,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
         };
         let (world, parent) = (&self.world, branch.node);
         branch.follow((world, &strategy), self.max_depth, sampler, out, |vertex, path, out| {
-            // All mirror and refracted directions
+            // Follow all mirror and refracted directions
             let directions = vertex.bsdf.delta_directions(vertex.wo, TransportMode::Radiance);
             for (i, sample) in directions.enumerate() {
                 // The sample divides by the probability of its lobe; here all lobes are followed.

@@ -37,7 +37,7 @@ pub(crate) struct Density<'v> {
     scene: &'v Scene,
     vertex: &'v Vertex<'v>,
     sum: LightSum,
-    /// True if sources of light are separated.
+    /// True if the sink separates sources of light.
     has_parts: bool,
 }
 
@@ -52,7 +52,8 @@ impl<'v> Density<'v> {
         }
     }
 
-    /// Returns true if `photon` is on the surface of the vertex, judged by its normal.
+    /// Returns true if `photon` is on the surface of the vertex, judged by the normal of the
+    /// photon.
     pub fn is_of_surface(&self, photon: &Photon) -> bool {
         is_one_surface(photon.ng(), self.vertex.point.ng)
     }
@@ -78,8 +79,9 @@ impl<'v> Density<'v> {
     }
     // ANCHOR_END: estimate
 
-    /// Sum of the photons, and its factor. `paths` paths left the photons within a disk of squared
-    /// radius `squared`. The factor is 0 for a radius of 0, for which there is no estimate.
+    /// Sum of the light of the photons, and the factor of this sum. `paths` is the number of paths
+    /// that left the photons, and `squared` the squared radius of the disk. The factor is 0 for a
+    /// radius of 0, for which there is no estimate.
     // ANCHOR: radiance
     pub fn radiance(self, paths: u32, squared: f32) -> (LightSum, f32) {
         let density = 1.0 / (PI * squared * paths as f32);

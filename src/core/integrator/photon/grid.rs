@@ -2,9 +2,9 @@
 //!
 //! A counting sort fills the table in the order of the photons, so its contents are the same for
 //! any number of threads. The width of a cell follows the search radius at its position. The level
-//! of a photon is the power of two of the radius at the photon. A lookup reads the levels of all
-//! radii near it, one or two. So the grid suits near and far surfaces alike, and a lookup reads at
-//! most some dozens of cells.
+//! of a photon is the power of two of the radius at the photon. A lookup reads one or two levels:
+//! those of all radii near its point. So the grid suits near and far surfaces, and a lookup reads
+//! at most some dozens of cells.
 
 use super::photons::Photon;
 use crate::integrator::search_radius::Radii;
@@ -36,14 +36,14 @@ pub struct PhotonGrid<T = Photon> {
     cells: Vec<Cell>,
     /// Start of each bucket, and the end of the last one.
     starts: Vec<u32>,
-    /// Maximum change of the radius per length.
+    /// Maximum change of the search radius per length.
     slope: f32,
 }
 
 /// A cube of space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Cell {
-    /// Exponent of the width.
+    /// Exponent of the width, which is a power of two.
     level: i32,
     place: [i32; 3],
 }
@@ -77,7 +77,7 @@ fn width(level: i32) -> f32 {
 impl<T: GridItem> PhotonGrid<T> {
     /// Grid of `photons`, to be searched within `radii` at `time`.
     pub fn new(photons: Vec<T>, radii: &Radii, time: f32) -> Self {
-        // Counting sort by bucket
+        // Sort photons by bucket, with a counting sort
         let cell = |photon: &T| Cell::of(photon.place(), level(radii.at(photon.place(), time)));
         let cells: Vec<Cell> = photons.iter().map(cell).collect();
         let buckets = photons.len().next_power_of_two();
@@ -116,10 +116,10 @@ impl<T: GridItem> PhotonGrid<T> {
 
     /// Calls `found` with each photon within `radius` of `p`; `radius` is the search radius at `p`.
     pub fn each_within(&self, p: Vec3, radius: f32, mut found: impl FnMut(&T)) {
-        // Levels of photons within the radius, by the radii at their positions
+        // Levels of photons within the radius. They depend on the radii at the photons
         let change = self.slope * radius * (1.0 + gamma(64)) + radius * gamma(64);
         let levels = level(radius - change)..=level(radius + change);
-        // Larger than the rounding errors
+        // Larger than `radius` by more than rounding errors
         let reach = radius * (1.0 + gamma(8)) + gamma(8) * p.abs().max_element();
         for level in levels {
             let (first, last) = (Cell::of(p - reach, level).place, Cell::of(p + reach, level).place);
@@ -141,7 +141,7 @@ impl<T: GridItem> PhotonGrid<T> {
         }
     }
 
-    /// Calls `found` with each photon in `cell`; the bucket may have photons of other cells.
+    /// Calls `found` with each photon in `cell`. The bucket may also have photons of other cells.
     fn each_in(&self, cell: Cell, mut found: impl FnMut(&T)) {
         let bucket = cell.hash() as usize & (self.starts.len() - 2);
         let bounds = self.starts[bucket] as usize..self.starts[bucket + 1] as usize;
@@ -173,7 +173,7 @@ mod tests {
             sampler.start(SampleKey::new(i, 0, 0));
             let xy = sampler.get_2d(Dimension::bounce(0, Bounce::Direction));
             let zs = sampler.get_2d(Dimension::bounce(1, Bounce::Direction));
-            // At all distances from the camera, from 10⁻³ on
+            // Positions at all distances from the camera, from 10⁻³ on
             let scale = (zs.y * 9.0 - 7.0).exp();
             scale * (Vec3::new(xy.x, xy.y, zs.x) - 0.5)
         };

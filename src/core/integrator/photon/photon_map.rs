@@ -1,9 +1,9 @@
 //! Photon mapping with final gathering (Jensen 1996, "Global Illumination using Photon Maps").
 //!
-//! All photons are traced once, before the first sample (`render/photons.rs`), for any crop: crops
-//! and parts of a render have the photons of the whole. Caustics, light scattered only by delta
-//! lobes, are estimated directly at the vertex. All other indirect light comes by gather rays. The
-//! density estimate at their ends uses all photons, including those straight from lights.
+//! All photons are traced once, before the first sample (`render/photons.rs`), for the whole image,
+//! even if only a crop or a part is rendered. Caustics, light scattered only by delta lobes, are
+//! estimated directly at the vertex. All other indirect light is found by gather rays. The density
+//! estimate at their ends uses all photons, including unscattered photons.
 //!
 //! - Irradiance is not precomputed at photons (Christensen 1999). This would be several times
 //!   faster, but would not support `--max-depth`, light groups, or lobes other than matte ones.
@@ -35,25 +35,25 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 ///
 /// Each light path is counted once. A camera path continues by delta lobes, and at surfaces that
 /// scatter narrowly by any lobe. At a surface that scatters widely ([`crate::bsdf::Bsdf::is_wide`])
-/// it traces rays sampled from the BSDF: `gather_rays` the first time and one later. Then
+/// it traces rays sampled from the BSDF: `gather_rays` rays the first time and one ray later. Then
 ///
 /// - light that the path hits is added, and so is light that a gather ray hits first, with its MIS
 ///   weight;
-/// - light straight from a light is sampled at each vertex;
+/// - direct light is sampled at each vertex;
 /// - light scattered only by delta lobes arrives at wide surfaces as photons of the caustic map,
-///   whose density is estimated there. So a gather ray after a delta lobe adds no emitted light: it
-///   would be the same light;
-/// - all other light left a surface by a smooth lobe, and after that only delta lobes. Gather rays
-///   hit that surface, straight or by delta lobes. The density of the global map, with all photons,
-///   gives the light that it scatters.
+///   whose density is estimated there. So a gather ray after a delta lobe adds no emitted light,
+///   which would be the same light;
+/// - all other light was scattered by a smooth lobe of a surface, and after that only by delta
+///   lobes. Gather rays hit that surface, directly or by delta lobes. The density of the global
+///   map, with all photons, gives the light that the surface scatters.
 ///
 /// If a gather ray is shorter than the radius of its disk, as in corners, the disk would be
 /// visible. The end of the ray then becomes a vertex of the path instead.
 ///
-/// The image is biased for any number of samples: densities are means over disks, and the photons
-/// are the same for all samples. More photons reduce both. The error of the photons is common to
-/// all samples, so variances do not contain it. If objects move, samples use the photons of a slice
-/// of the shutter interval.
+/// The image is biased for any number of samples, because densities are means over disks. The
+/// photons are the same for all samples, so their error is common to all samples, and variances do
+/// not contain it. More photons reduce bias and error. If objects move, samples use the photons of
+/// a slice of the shutter interval.
 #[derive(Debug)]
 pub struct PhotonMapIntegrator<'a, A> {
     /// World with the scene and the camera.
@@ -66,7 +66,7 @@ pub struct PhotonMapIntegrator<'a, A> {
     pub max_depth: Option<u32>,
     /// Russian roulette.
     pub roulette: Roulette,
-    /// Number of photons of an estimate, at least 2.
+    /// Number of photons of a density estimate, at least 2.
     pub photon_count: u32,
     /// Maximum distance of these photons, in scene units. `None`: [`FAR_SHARE`] times the radius of
     /// the scene in the global map, [`NEAR_SHARE`] times in the caustic map.
@@ -100,7 +100,8 @@ pub struct PhotonSlice {
 }
 
 impl PhotonMaps {
-    /// Maps of all photons of `paths` paths, in `slices` slices of equal length.
+    /// Maps of all photons of `paths` paths. The shutter interval has `slices` slices of equal
+    /// length.
     pub fn new(mut photons: Vec<Photon>, paths: u32, slices: u32) -> Self {
         photons.sort_by_key(|photon| photon.slice);
         let of_slice = |slice: u32| {
@@ -110,7 +111,7 @@ impl PhotonMaps {
             PhotonSlice {
                 caustics: PhotonTree::new(caustics.collect()),
                 global: PhotonTree::new(global),
-                // Slices take turns.
+                // Paths belong to the slices in turn.
                 paths: paths.saturating_sub(slice).div_ceil(slices),
             }
         };
@@ -132,8 +133,8 @@ impl PhotonMaps {
 enum Purpose {
     /// Adds all emitted light that the ray hits.
     See,
-    /// Gathers the light scattered by the surface that the ray hits. `length` is the distance
-    /// before its last delta lobe.
+    /// Gathers the light scattered by the surface that the ray hits. `length` is the length of the
+    /// gather ray before its last delta lobe. `after_delta` is true if the ray leaves a delta lobe.
     Gather { length: f32, after_delta: bool },
 }
 
@@ -168,7 +169,7 @@ impl<A: Accel> Integrator for PhotonMapIntegrator<'_, A> {
 }
 
 impl<A: Accel> PhotonMapIntegrator<'_, A> {
-    /// Adds the light that `queued` finds at the end of its ray. Adds its next rays to `queue`.
+    /// Traces the ray of `queued`, and adds the light that it finds. Adds the next rays to `queue`.
     fn follow<S: Sampler>(&self, queued: QueuedPath, sampler: &S, queue: &mut Vec<QueuedPath>, out: &mut impl Sink) {
         let (world, strategy) = (&self.world, &self.strategy);
         let block = queued.block();
@@ -189,7 +190,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             return;
         }
 
-        // A gather ray ends with the density of photons, unless it is too short
+        // End a gather ray with the density of photons, unless the ray is too short
         let mut gathered = None;
         if let Purpose::Gather { length, .. } = queued.purpose {
             let length = length + vertex.hit.t;
@@ -201,7 +202,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             }
         }
 
-        // Otherwise direct light and caustics
+        // Otherwise add direct light and caustics
         if gathered.is_none() {
             let u = LightNumbers::draw(sampler, block);
             let direct = Direct::sample(world, (&path, &vertex), strategy, 1, &u, out);
@@ -212,7 +213,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             }
         }
 
-        // Next rays; several rays the first time
+        // Sample the next rays: several rays at the first wide surface
         let parts = gathered.is_none() && vertex.bsdf.is_wide() && queued.branch == 0;
         let rays = if parts { self.gather_rays } else { 1 };
         for index in 0..rays {
@@ -224,7 +225,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
                 continue;
             };
             let was_gathering = matches!(queued.purpose, Purpose::Gather { .. });
-            // No photon brings light from below the horizon: the path continues as a camera path.
+            // No photon comes from below the horizon, so the path continues there as a camera path.
             let is_one_way = !sample.is_delta() && vertex.is_one_way(vertex.frame.to_world(sample.wi));
             let purpose = match (gathered, sample.is_delta()) {
                 _ if is_one_way => Purpose::See,
@@ -232,7 +233,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
                     length,
                     after_delta: true,
                 },
-                // Light of the other lobes is already gathered.
+                // The gathered photons contain the light of the other lobes.
                 (Some(_), false) => continue,
                 // Light that a delta lobe brings directly to the end of a gather ray is a caustic
                 // at the start of that ray.
@@ -246,7 +247,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
                 },
                 (None, _) => Purpose::See,
             };
-            // The number of gather rays does not change the survival probability.
+            // The number of gather rays must not change the survival probability.
             let eta_squared = sample.eta * sample.eta;
             let judged = path.beta * sample.weight * (path.roulette_scale * eta_squared);
             let decision = sampler.get_2d(Dimension::bounce(numbers, Bounce::Decisions)).y;
@@ -257,9 +258,9 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             queue.push(QueuedPath {
                 path: PathState {
                     roulette_scale: next.roulette_scale * rays as f32,
-                    // Lights are not sampled if photons were gathered.
+                    // If photons were gathered, lights were not sampled: emission counts in full.
                     prev: next.prev.filter(|_| gathered.is_none() || !is_one_way),
-                    // This light is a caustic.
+                    // Behind a delta lobe, emission is a caustic.
                     skips_emission: matches!(purpose, Purpose::Gather { after_delta: true, .. }),
                     ..next
                 },
@@ -269,7 +270,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         }
     }
 
-    /// Photons around `vertex`, the first vertex of a camera path.
+    /// Statistics of the photons around `vertex`, the first vertex of a camera path.
     fn photons_at(&self, vertex: &Vertex) -> Points {
         let point = &vertex.point;
         let slice = self.maps.at(self.world.camera.share_of_shutter(point.time));
@@ -298,7 +299,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         self.radius.unwrap_or_else(|| share * self.world.scene.ball().radius)
     }
 
-    /// [`PhotonMapIntegrator::density`], and a record of the number of photons.
+    /// [`PhotonMapIntegrator::density`], with a record of the number of photons.
     fn recorded_density(
         &self,
         map: impl Fn(&PhotonSlice) -> (&PhotonTree, f32),
@@ -350,7 +351,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
 #[derive(Default)]
 struct PhotonLight {
     light: LightSum,
-    /// Factor of the light.
+    /// Factor of `light`.
     factor: f32,
     /// Distance of the farthest photon.
     radius: f32,

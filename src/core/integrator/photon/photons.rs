@@ -20,14 +20,14 @@ pub struct Photon {
     wi: [f32; 3],
     /// Unit geometric normal of the surface.
     ng: [f32; 3],
-    /// Power, in W, as if its path had all the light: flux is the mean over all paths, including
-    /// those without a photon.
+    /// Power in W, as if the photon's path had all the light of the scene. Flux is the mean over
+    /// all paths, including paths without a photon.
     power: [f32; 3],
-    /// Source of the photon.
+    /// Light source of the photon.
     pub light: LightId,
     /// Number of scattering events before the photon.
     pub scatterings: u16,
-    /// Slice of the shutter interval, of [`PhotonTracer::slices`].
+    /// Index of the slice of the shutter interval ([`PhotonTracer::slices`]).
     pub slice: u8,
     /// True if there was at least one scattering event and all were by delta lobes: the photon is
     /// part of a caustic.
@@ -77,8 +77,8 @@ impl Photon {
 pub struct PhotonTracer<'a, A> {
     /// World with the scene.
     pub world: World<'a, A>,
-    /// Maximum number of scattering events of a path, including the one that scatters the light of
-    /// a photon; `None` means the maximum of a path, 64.
+    /// Maximum number of scattering events of a path, including the event that scatters the light
+    /// of a photon; `None` means the maximum of a path, 64.
     pub max_depth: Option<u32>,
     /// Russian roulette.
     pub roulette: Roulette,
@@ -92,12 +92,12 @@ pub const PHOTON_PATHS_A_WORK_ITEM: u32 = 1024;
 
 /// Maximum number of slices of the shutter interval.
 const MAX_SLICES: u32 = 16;
-/// Minimum number of paths in each of several slices.
+/// Minimum number of paths per slice, if there are several slices.
 const MIN_PATHS_OF_A_SLICE: u32 = 4096;
 
 impl<'a, A: Accel> PhotonTracer<'a, A> {
-    /// Number of slices of the shutter interval for `paths` paths with random times. More than one
-    /// if surfaces or lights move, so that the photons of a slice lie on their surfaces.
+    /// Number of slices of the shutter interval for `paths` paths with random times. It is more
+    /// than 1 if surfaces or lights move, so that the photons of a slice lie on their surfaces.
     pub fn slices(&self, paths: u32) -> u32 {
         match self.world.scene.is_moving() {
             true => (paths / MIN_PATHS_OF_A_SLICE).clamp(1, MAX_SLICES),
@@ -111,8 +111,8 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
     }
 
     /// Photons of the work item `index` of the `paths` paths of `iteration`, in the order of their
-    /// paths. All paths are at `time`. If it is `None`, each has a random time, and slices take
-    /// turns.
+    /// paths. All paths are at `time`. If `time` is `None`, each path has a random time, and paths
+    /// belong to the slices in turn.
     pub fn work_item<S: Sampler>(
         &self,
         (iteration, index): (u32, u32),
@@ -125,7 +125,7 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         let slices = if time.is_some() { 1 } else { self.slices(paths) };
         let mut turn = index * PHOTON_PATHS_A_WORK_ITEM;
         self.each_path((iteration, index), paths, time, sampler, out, |path| {
-            // A photon at each vertex that can scatter light to a viewer
+            // Store a photon at each vertex that can scatter light to a viewer
             let light = path.first().map_or(LightId(0), |vertex| vertex.light_id());
             let slice = (turn % slices) as u8;
             turn += 1;
@@ -175,7 +175,7 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
 }
 
 impl<A: Accel> World<'_, A> {
-    /// Time of all paths of `iteration`, if photons and the points that use them need one time.
+    /// Time of all paths of `iteration`, for methods whose photons and points need the same time.
     pub(crate) fn time_of_iteration<S: Sampler>(&self, iteration: u32, sampler: &mut S) -> f32 {
         sampler.start(SampleKey::of_stream(Stream::Iteration, 0, iteration));
         self.time(sampler)

@@ -39,12 +39,12 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 ///
 /// - emitted light that the path hits is added, with its MIS weight unless the path comes from the
 ///   camera or from a delta lobe;
-/// - light straight from a light, scattered by smooth lobes, is sampled at each vertex and hit by a
+/// - direct light that smooth lobes scatter is estimated at each vertex by light sampling and by a
 ///   ray of a random direction, weighted by MIS;
 /// - photons bring the light that was scattered at least once before the last vertex, for its
 ///   smooth lobes. They are stored from their first scattering on;
-/// - the path continues for light that no photon brings: it leaves the last vertex by delta lobes,
-///   or arrives from below the horizon of its shading or geometric normal.
+/// - the path continues for light that photons do not contain: light that delta lobes of the last
+///   vertex scatter, and light from below the horizon of its shading or geometric normal.
 #[derive(Debug)]
 pub struct ProgressivePhotonIntegrator<'a, A> {
     /// World with the scene and the camera.
@@ -116,7 +116,7 @@ impl<'a, A: Accel> IterationIntegrator for ProgressivePhotonIntegrator<'a, A> {
             world: self.world,
             max_depth: self.max_depth,
             roulette: self.roulette,
-            // Direct light is sampled at the camera path.
+            // The camera path samples direct light.
             min_scatterings: 1,
         };
         let time = self.world.time_of_iteration(iteration, sampler);
@@ -168,7 +168,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
                 return;
             }
 
-            // Direct light, and light of photons
+            // Add direct light, and the light of photons
             let u = LightNumbers::draw(sampler, depth);
             let direct = Direct::sample(world, (&path, &vertex), strategy, 1, &u, out);
             trace(direct, world, (&path, &vertex), out);
@@ -177,7 +177,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
                 self.add_photons(prepared, &path, &vertex, out);
             }
 
-            // Next direction
+            // Sample the next direction
             let u_lobe = sampler.get_1d(Dimension::bounce(depth, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(depth, Bounce::Direction));
             let Some(sample) = strategy.directions.sample(&vertex, u_lobe, u) else {

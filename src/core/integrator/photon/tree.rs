@@ -16,8 +16,8 @@ use std::ops::Range;
 /// to a point, for any density.
 #[derive(Debug)]
 pub struct PhotonTree {
-    /// Photons in the order of the tree: the root of a range lies in its middle, its halves on
-    /// either side.
+    /// Photons in the order of the tree: the root of a range of photons is in the middle of the
+    /// range, and its two subtrees are on either side.
     photons: Vec<Photon>,
     /// Axis across which each photon divides its range.
     axes: Vec<u8>,
@@ -33,10 +33,10 @@ pub struct NearestPhotons<'t> {
 }
 
 impl PhotonTree {
-    /// Tree of `photons`; the same tree for the same photons in the same order.
+    /// Builds the tree of `photons`. Equal photons in equal order give an equal tree.
     pub fn new(mut photons: Vec<Photon>) -> Self {
         let mut axes = vec![0; photons.len()];
-        // Ranges that are not yet divided
+        // Ranges that must still be divided
         let mut ranges: Vec<Range<usize>> = Vec::with_capacity(64);
         ranges.push(0..photons.len());
         while let Some(range) = ranges.pop() {
@@ -76,8 +76,8 @@ impl PhotonTree {
         &self.photons
     }
 
-    /// The `count` photons nearest to `p` that `counts` accepts, without the farthest one, which
-    /// sets the radius. If there are fewer within `radius`, all of these.
+    /// The `count` photons nearest to `p` for which `counts` returns true, without the farthest of
+    /// them, which sets the radius. If fewer photons are within `radius`, returns all of these.
     ///
     /// The mean of `(count − 1) / (π r²)` is the density of points that are spread evenly over a
     /// plane, if the point with number `count` has distance r.
@@ -86,7 +86,7 @@ impl PhotonTree {
         // at least 0; then by index in the tree
         let mut heap: BinaryHeap<(u32, usize)> = BinaryHeap::with_capacity(count + 1);
         let mut squared = radius * radius;
-        // Unvisited halves and their distances
+        // Unvisited halves and their distances from `p`
         let mut ranges: Vec<(Range<usize>, f32)> = Vec::with_capacity(64);
         ranges.push((0..self.photons.len(), 0.0));
         while let Some((range, far)) = ranges.pop() {
@@ -107,7 +107,7 @@ impl PhotonTree {
                     squared = f32::from_bits(bits);
                 }
             }
-            // The half that contains the point comes first.
+            // Visit the half that contains `p` first.
             let halves = [range.start..middle, middle + 1..range.end];
             let [near, other] = match (across < 0.0, halves) {
                 (true, [a, b]) => [a, b],

@@ -2,8 +2,8 @@
 //! a light path that ends nearby.
 //!
 //! `bidirectional/connection/weights.rs` computes the weights and explains the term of merging. The
-//! light paths for merging are not the ones for connections. They are stored for a whole iteration,
-//! about 500 bytes per vertex, so there are fewer of them than pixels in a large image.
+//! light paths for merging are not the light paths for connections. They are stored for a whole
+//! iteration, about 500 bytes per vertex, so there are fewer of them than pixels in a large image.
 
 use super::density::is_one_surface;
 use super::grid::{GridItem, PhotonGrid};
@@ -21,11 +21,11 @@ use std::f32::consts::PI;
 /// Pantaleoni and Jensen 2012): bidirectional path tracing with one additional strategy for each
 /// vertex, merging with a light path that ends near it.
 ///
-/// Merging uses a light path that ends within a radius of a vertex as if it ended there. Its
-/// density is the density of both subpaths, times `π r² n` for n light paths. Multiple importance
-/// sampling weights it with the other strategies, so it finds light that connections cannot find,
-/// such as caustics seen in mirrors. Its share of the light has the bias of
-/// [`crate::integrator::ProgressivePhotonIntegrator`]; radii shrink in the same way.
+/// Merging uses a light path that ends within a radius of a vertex as if it ended at the vertex.
+/// The density of the merged path is the density of both subpaths, times `π r² n` for n light
+/// paths. Multiple importance sampling weights merging with the other strategies, so it finds light
+/// that connections cannot find, such as caustics seen in mirrors. The light from merging has the
+/// bias of [`crate::integrator::ProgressivePhotonIntegrator`]; radii shrink in the same way.
 ///
 /// Each sample has a separate light path for connections. The light paths for merging are stored
 /// for the time of an iteration. There may be fewer of them than pixels, since they take about 500
@@ -132,7 +132,7 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
         let work_item = (iteration, index);
         tracer.each_path(work_item, self.paths(), Some(time), sampler, out, |mut path| {
             connector.sum_light(&mut path, time);
-            // The path is stored for the iteration.
+            // Free unused memory: the path is stored for the iteration.
             path.shrink_to_fit();
             paths.push(path);
         });
@@ -180,21 +180,21 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
     ) {
         let scene = self.world.scene;
         let connector = self.connector(&prepared.radii);
-        // Both subpaths
+        // Trace both subpaths
         let ray = self.world.camera_ray(key, Some(prepared.time), sampler, out);
         let mut paths = connector.subpaths(ray, sampler, out);
         if let Some(first) = paths.first_seen(&self.world) {
             out.first_surface(first);
         }
 
-        // All strategies that connect them
+        // Connect them by all strategies
         let mut found = Vec::new();
         connector.all(&mut paths, sampler, out, |contribution| found.push(contribution));
         for c in found {
             c.add_to(scene, out);
         }
 
-        // Light paths that end near a vertex of the camera path
+        // Merge light paths that end near a vertex of the camera path
         let camera = &paths.camera;
         for t in 2..=camera.len() {
             let last = &camera[t - 1];

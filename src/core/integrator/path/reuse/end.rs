@@ -8,7 +8,7 @@ use crate::math::Vec3;
 
 /// The second vertex `y` of a path, which all paths of a group share.
 ///
-/// Any of the paths might have found the point, and continued from it in direction `w`. By the
+/// Any of the paths might have found the point `y`, and continued from it in direction `w`. By the
 /// balance heuristic over all of them (Veach 1997, §9.2.2), light `L` that arrives from `w` counts
 /// in the pixel whose first vertex is `xᵢ` as
 ///
@@ -18,37 +18,37 @@ use crate::math::Vec3;
 /// G(x, y) = V(x, y) |cos θ_y| / |x − y|²
 /// ```
 ///
-/// This is never more than the light of the pixel's own path. `S` is the density of ends at `y`,
-/// and `p̄` the density of directions there: the mean over the viewers of the end. If lights are
-/// sampled at `y`, their density replaces `p̄`, and the two strategies are weighted as at any other
-/// vertex. Light that is emitted at `y`, and light that arrives by a delta lobe, stays with the
-/// path that found it.
+/// This is never more than the light that the pixel's own path would give. `S` is the density of
+/// ends at `y`. `p̄` is the density of directions at `y`: the mean over its viewers, which are the
+/// first vertices that see `y`. If lights are sampled at `y`, their density replaces `p̄`, and the
+/// two strategies are weighted as at any other vertex. Light that is emitted at `y`, and light that
+/// arrives by a delta lobe, stays with the path that found it.
 ///
-/// A first vertex finds `y` by a connection only if both of its normals put `y` on the same side.
-/// Below the horizon of one normal, a ray can hit the surface that it has left. No other vertex can
-/// connect to that point. Such an end belongs only to its owner, and counts as without reuse. The
-/// pair of points alone decides if `y` is shared, not the path that found it, so the densities of
-/// the other vertices are right.
+/// A first vertex can connect to `y` only if `y` is on the same side of its shading normal and of
+/// its geometric normal. Below the horizon of one normal, a ray can hit the surface that it has
+/// left. No other vertex can connect to that point. Such an end belongs only to its owner, and
+/// counts as without reuse. Only the pair of points decides if `y` is shared, not the path that
+/// found it, so the densities of the other vertices are right.
 pub(super) struct End<'v> {
     /// The vertex, seen from its owner: the path that found it.
     pub(super) vertex: Vertex<'v>,
     /// Number of scattering events before the vertex.
     pub(super) depth: u32,
-    /// Throughput of the owner at the vertex, and its factor in roulette.
+    /// Throughput of the owner at the vertex, and the factor of this throughput in roulette.
     pub(super) beta: Spectrum,
     pub(super) roulette_scale: Spectrum,
-    /// Position, offset from the surface.
+    /// Position of the end, offset from the surface.
     pub(super) p: Vec3,
     /// Unit geometric normal on the side of the viewers.
     pub(super) n: Vec3,
-    /// Surface point, if it has a different shading normal: from directions that bend the normal,
-    /// the end is another surface.
+    /// Surface point, if its shading normal differs from the geometric normal. For viewers in
+    /// directions that bend the normal, the end would be another surface.
     pub(super) curved: Option<SurfacePoint>,
 }
 
 impl<'v> End<'v> {
-    /// Returns true if light scattered at `vertex` is shared. If all lobes are narrow, light for
-    /// one viewer is black for the others.
+    /// Returns true if `vertex` can be an end, whose scattered light is shared. If all lobes are
+    /// narrow, light for one viewer is black for the others.
     pub fn can_be(vertex: &Vertex) -> bool {
         !vertex.is_bent && vertex.bsdf.is_wide()
     }

@@ -1,6 +1,7 @@
-//! First vertices of a group, and their connections to one end.
+//! First vertices of a group, and their connections to one end (the shared second vertex of a
+//! path).
 
-// One index for all arrays of a loop: the compiler vectorises such loops
+// Use one index for all arrays of a loop: the compiler vectorises such loops
 #![allow(clippy::needless_range_loop)]
 
 use super::end::End;
@@ -14,7 +15,7 @@ use crate::integrator::vertex::Vertex;
 use crate::math::{LANES, Lane, Ray, Vec3, Vec3Lanes};
 use std::f32::consts::FRAC_1_PI;
 
-// One lane per sample
+// Each sample has one lane
 const _: () = assert!(LANES == SAMPLES_AT_ONCE);
 
 /// First vertex of a pixel, which is connected to the ends of all paths of its group.
@@ -54,7 +55,7 @@ pub(super) struct FirstVertices<'f, 'v> {
     /// cosine. The density is 0 if the lane has no matte vertex.
     beta_f: [Lane; 3],
     pdf_over_cos: Lane,
-    /// True for other vertices, which the loop over matte vertices leaves out.
+    /// True for vertices that are not matte, which the loop over matte vertices leaves out.
     others: [bool; LANES],
     /// BSDFs of other vertices, and which of them are in lanes. They are large, and matte scenes
     /// have none.
@@ -66,7 +67,7 @@ pub(super) struct FirstVertices<'f, 'v> {
 pub(super) struct Connections {
     /// Unit directions to the end, world frame.
     pub w: Vec3Lanes,
-    /// `cos θ` of these directions by the shading normals.
+    /// Cosines between these directions and the shading normals.
     cos: Lane,
     /// Geometry term without visibility and without the cosine at the first vertex. If it is not
     /// above 0, the vertex sees the back of the end, or the end lies below the horizon of a normal
@@ -74,7 +75,7 @@ pub(super) struct Connections {
     geometry: Lane,
     /// Throughput from the end to the camera, per area at the end, by channel.
     beta: [Lane; 3],
-    /// Density per area with which the first vertex finds the end; 0 if it cannot.
+    /// Density per area with which the first vertex finds the end; 0 if it cannot find the end.
     pdf: Lane,
 }
 
@@ -161,7 +162,7 @@ impl<'f, 'v> FirstVertices<'f, 'v> {
             let g = -cos_end[i] / squared[i];
             geometry[i] = if cos[i] * cos_facet[i] > 0.0 { g } else { 0.0 };
         }
-        // Densities of matte vertices
+        // Compute densities of matte vertices
         let mut pdf = [0.0; LANES];
         for i in 0..LANES {
             let density = cos[i].abs() * self.pdf_over_cos[i] * geometry[i];
@@ -177,7 +178,8 @@ impl<'f, 'v> FirstVertices<'f, 'v> {
         }
     }
 
-    /// Densities of vertices that are not matte, and throughput × BSDF of all.
+    /// Sets the densities of vertices that are not matte. Returns throughput × BSDF of all
+    /// vertices.
     #[inline(never)]
     fn eval_others(&self, connections: &mut Connections) -> [Lane; 3] {
         let packed = self.bsdfs.as_ref().filter(|_| self.is_packed.contains(&true));
@@ -216,7 +218,8 @@ impl<'f, 'v> FirstVertices<'f, 'v> {
     pub fn ray_to(&self, end: &End, connections: &Connections, i: usize) -> Ray {
         let is_front = Side::of(connections.cos[i]) == Side::Front;
         let start = self.starts[usize::from(!is_front)][i];
-        // If a body absorbs light, one of the two vertices has its index
+        // If the ray lies in a body that absorbs light, one of the two vertices has the index of
+        // the body
         let body = match &self.vertices[i] {
             Some(first) if !is_front && first.vertex.body > 0 => first.vertex.body,
             _ => end.vertex.body_towards(end.vertex.wo),
@@ -235,8 +238,8 @@ impl Connections {
         pdf: [0.0; LANES],
     };
 
-    /// Multiplies the values `beta_f` by cosines and geometry terms, and removes vertices that do
-    /// not find the end.
+    /// Multiplies `beta_f` (throughput × BSDF) by cosines and geometry terms. Sets the density to 0
+    /// for vertices that cannot find the end.
     #[inline(always)]
     fn finish(&mut self, beta_f: &[Lane; 3]) {
         for i in 0..LANES {
@@ -250,8 +253,8 @@ impl Connections {
         }
     }
 
-    /// Throughput from the end to the camera through the first vertex `i`, per area at the end.
-    /// Also the density per area with which it finds the end. `None` if it cannot.
+    /// Throughput from the end to the camera through the first vertex `i`, per area at the end, and
+    /// the density per area with which this vertex finds the end. `None` if it cannot find the end.
     #[inline(always)]
     pub fn get(&self, i: usize) -> Option<(Spectrum, f32)> {
         let [r, g, b] = &self.beta;

@@ -3,10 +3,10 @@
 //! Eisemann 2017, "Gradient-Domain Path Reusing").
 //!
 //! Nearly all error of a path tracer in a room comes from indirect light (docs/notebook/2026-11.md,
-//! "Shared paths"). Each pixel of a group traces one path, whose second vertex is its end. Each
-//! pixel connects its own first vertex to the ends of all paths, and evaluates the BSDF there for
-//! its own direction. A connection costs one shadow ray and saves the rest of a path. The shadow
-//! rays to one end are nearly parallel and are traced as one packet.
+//! "Shared paths"). Each pixel of a group traces one path, whose second vertex is called its end.
+//! Each pixel connects its own first vertex to the ends of all paths, and evaluates the BSDF of
+//! each end for the direction of the connection. A connection costs one shadow ray and saves the
+//! rest of a path. The shadow rays to one end are nearly parallel and are traced as one packet.
 //!
 //! The balance heuristic over all paths that could have found the end makes the estimate unbiased.
 //! It also limits the estimate to the light that the pixel's own path would give; the type `End`
@@ -15,23 +15,24 @@
 //!
 //! - The first vertex is the first surface that is not a mirror or smooth glass: the vertices
 //!   before it count as part of the camera.
-//! - Groups have sixteen pixels: 32 have hardly less error for their time and have more error in
-//!   common.
+//! - Groups have sixteen pixels. Groups of 32 have hardly less error in the same time, and more of
+//!   their error is common to all pixels.
 //! - Random numbers of different pixels are independent up to the first vertices. Random numbers of
-//!   ends may depend on each other: each pixel's light is linear in the light of each end.
+//!   ends may depend on each other, because each pixel's light is linear in the light of each end.
 //! - The first vertex takes three light samples. With shared indirect light, the direct light of
-//!   the pixel itself is much of the remaining error. The samples are numbers 3s to 3s + 2 of a
-//!   separate stratified sequence, and the power heuristic counts all.
+//!   the pixel itself is much of the remaining error. Sample s of the pixel uses the numbers 3s to
+//!   3s + 2 of a separate stratified sequence, and the power heuristic takes all three into
+//!   account.
 //! - All paths of a group have one time, the time of the first pixel: a point at one time cannot
 //!   light a vertex at another.
-//! - If surfaces have alpha or are thin glass, visibility is transmittance, also for the owner of
-//!   the path.
+//! - If surfaces have alpha or are thin glass, the visibility of an end is a transmittance, even
+//!   for the path that found the end.
 //! - A shared point must be the same surface for all pixels that connect to it. A vertex with a
 //!   bent shading normal is not shared, and a pixel for which the normal would be bent does not
 //!   connect (`geometry/mesh.rs`).
 //! - Roulette does not end paths between first and second vertex, nor paths without an end. Behind
-//!   an end it assumes a minimum throughput. Without it, a dark surface in one pixel would end most
-//!   paths, and the few survivors would be fireflies in bright pixels.
+//!   an end it assumes a minimum throughput. Without this minimum, a dark surface in one pixel
+//!   would end most paths, and the few survivors would be fireflies in bright pixels.
 //!
 //! Pixels of a group have errors in common; `render/groups.rs` chooses groups without a visible
 //! pattern. The samples of one pixel stay independent, so its variance is right. The mean over a
@@ -57,9 +58,9 @@ use first_vertices::{FirstVertex, FirstVertices};
 use std::array::from_fn;
 use viewers::Workspace;
 
-/// Path tracing in which the pixels of a tile share their paths: each connects to all second
-/// vertices that scatter widely (Bekaert, Sbert and Halton 2002, "Accelerating Path Tracing by
-/// Re-Using Paths").
+/// Path tracing in which the pixels of a tile share their paths: each pixel connects to the second
+/// vertices of all paths, if these vertices scatter widely (Bekaert, Sbert and Halton 2002,
+/// "Accelerating Path Tracing by Re-Using Paths").
 #[derive(Debug)]
 pub struct ReusingPathIntegrator<'a, A> {
     /// Path tracer of each path.

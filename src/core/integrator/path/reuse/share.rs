@@ -1,4 +1,4 @@
-//! Scattered light of an end, shared among all pixels that see it.
+//! Scattered light of an end, shared among all pixels that see the end.
 
 use super::end::End;
 use super::viewers::{EndScattering, ViewerValues, Viewers, Workspace};
@@ -21,17 +21,17 @@ use crate::sampler::{SampleKey, Sampler};
 /// Minimum throughput that roulette assumes for a shared path.
 const MIN_SHARED_BETA: f32 = 0.5;
 
-/// Light that the end scatters to its viewers.
+/// Light that the end scatters to its viewers, which are the first vertices that see it.
 #[derive(Default)]
 struct Shares {
-    /// Light to all viewers alike.
+    /// Light that every viewer receives.
     alike: Spectrum,
-    /// Additional light to each viewer.
+    /// Additional light of each viewer.
     each: [Spectrum; SAMPLES_AT_ONCE],
 }
 
 impl Shares {
-    /// Adds `light`, scattered to each viewer.
+    /// Adds `light`, scattered to each viewer by the factors `scattered`.
     #[inline(always)]
     fn add(&mut self, light: Spectrum, scattered: &EndScattering) {
         match &scattered.f {
@@ -53,9 +53,9 @@ impl Shares {
 }
 
 impl<'v> End<'v> {
-    /// Continues the path of `owner`, which found the end, with its random `numbers`. Each path
-    /// whose first vertex sees the end gets its share of the light scattered here. `work` is the
-    /// workspace of the group.
+    /// Continues the path `owner`, which found the end, with the random numbers `numbers` of that
+    /// path. Each pixel whose first vertex sees the end gets its share of the light scattered at
+    /// the end. `work` is the workspace of the group.
     #[inline(always)]
     pub fn light_all<A: Accel, S: Sampler, O: Sink>(
         &self,
@@ -68,7 +68,7 @@ impl<'v> End<'v> {
         let (world, strategy) = (&path.world, &path.strategy);
         let u = numbers.vertex(self.depth, path.roulette);
         let mut shares = Shares::default();
-        // Many light samples are occluded: viewers are searched only if light arrives.
+        // Search viewers only if light arrives, because many light samples are occluded.
         let mut viewers = None;
 
         // Sample lights
@@ -117,10 +117,11 @@ impl<'v> End<'v> {
             let traced = world.intersect(&next.ray, RayKind::Bounce, own);
             let mut rest = SummingSink::new(next.depth, own);
             path.li(next, Some(traced), numbers, &mut rest);
-            // Light scattered behind the end, and light emitted at the end of the ray
+            // Sum of the light scattered behind the end, and the light emitted at the end of the
+            // ray
             let mut light = rest.sum;
             if sample.is_delta() {
-                // No other path finds this light.
+                // No other path finds this light, so only the owner gets it.
                 light = path.add_emitted((&next, traced), sample.pdf, light, own);
                 self.record_share(numbers.key, own);
                 light.pass_on(self.beta * sample.weight * factor, self.depth + 2, own);
@@ -152,7 +153,8 @@ impl<'v> End<'v> {
         }
     }
 
-    /// Passes `light`, a part of the light from the direction `wi` (local frame), to each viewer.
+    /// Passes `light` to the sink of each viewer. It is a part of the light that arrives at the end
+    /// from the direction `wi` (local frame).
     #[inline(never)]
     fn pass_part(
         &self,
@@ -182,7 +184,7 @@ impl<'v> End<'v> {
         }
     }
 
-    /// Records that light of the end, found by the path of the sample `owner`, is added next.
+    /// Records that light of the end is added next. `owner` is the sample whose path found the end.
     #[inline(always)]
     fn record_share(&self, owner: SampleKey, out: &mut impl RaySink) {
         if out.records() {
@@ -193,8 +195,8 @@ impl<'v> End<'v> {
         }
     }
 
-    /// Samples the light `id`. Returns the sample, its direction in the local frame, and the
-    /// arriving radiance. `None` if no light arrives.
+    /// Samples the light `id` at the end. Returns the sample, its direction in the local frame, and
+    /// the arriving radiance. `None` if no light arrives.
     #[inline(always)]
     fn sample_light<A: Accel>(
         &self,
@@ -219,8 +221,8 @@ impl<'v> End<'v> {
         (!arrives.is_blocked()).then(|| (light, wi, light.radiance * arrives.color()))
     }
 
-    /// Plays roulette before the path continues by `sample`. Returns the factor that compensates
-    /// for terminated paths, and the rest of the path, with throughput 1.
+    /// Plays roulette before the path continues by `sample`. Returns `sample`, the factor that
+    /// compensates for terminated paths, and the rest of the path, with throughput 1.
     #[inline(always)]
     fn play<A: Accel, S: Sampler>(
         &self,
@@ -231,7 +233,8 @@ impl<'v> End<'v> {
         let eta = sample.eta * sample.eta;
         let scale = match sample.is_delta() {
             true => self.beta * self.roulette_scale * eta,
-            // Roulette uses the pixel that traces the path, with a minimum for dark pixels.
+            // Roulette uses the throughput of the pixel that traces the path, with a minimum for
+            // dark pixels.
             false => self.roulette_scale * (self.beta.max_component().max(MIN_SHARED_BETA) * eta),
         };
         let factor = path.roulette.play(self.depth, sample.weight * scale, u.roulette)?;
@@ -247,7 +250,8 @@ impl<'v> End<'v> {
 }
 
 impl<A: Accel> PathIntegrator<'_, A> {
-    /// Returns true if the ray of `path`, with the ray query result `traced`, finds emitted light.
+    /// Returns true if the ray of `path` hits emitted light. `traced` is the result of the ray
+    /// query.
     #[inline(always)]
     fn finds_emission(&self, path: &PathState, (hit, _): RayResult) -> bool {
         let scene = self.world.scene;
@@ -268,8 +272,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
         is_found
     }
 
-    /// `light` plus the emission that the ray of `path` finds, with the ray query result `traced`.
-    /// Its direction was sampled with the density `pdf`.
+    /// Returns `light` plus the emission that the ray of `path` hits. `traced` is the result of the
+    /// ray query, and `pdf` is the density with which the direction of the ray was sampled.
     #[inline(always)]
     fn add_emitted(
         &self,

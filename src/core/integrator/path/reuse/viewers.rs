@@ -12,7 +12,7 @@ use crate::integrator::vertex::Vertex;
 use crate::integrator::{RayKind, SAMPLES_AT_ONCE, Sink, World};
 use crate::math::{Ray, Vec3, Vec3Lanes};
 
-/// First vertices of a group, and memory for the viewers of each end in turn.
+/// First vertices of a group, and memory for the viewers of one end after another.
 pub(super) struct Workspace<'f, 'v> {
     first_vertices: FirstVertices<'f, 'v>,
     /// Connections to the current end.
@@ -24,22 +24,22 @@ pub(super) struct Workspace<'f, 'v> {
     views: Option<Box<[Option<BsdfView<'v>>; SAMPLES_AT_ONCE]>>,
 }
 
-/// A first vertex that could have found the end.
+/// A first vertex that could have found the end. It is a viewer if it sees the end.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Candidate {
-    /// Index of its path in the group.
+    /// Index of the vertex's path in the group.
     pub index: usize,
     /// Throughput from the end to the camera, per area at the end.
     pub beta: Spectrum,
-    /// Density per area with which it finds the end.
+    /// Density per area with which this vertex finds the end.
     pdf: f32,
     /// Direction from the first vertex to the end, world frame.
     w: Vec3,
 }
 
 impl Candidate {
-    /// The first vertex of the path `owner`, if no connection finds `end`. The throughput of the
-    /// path already contains the density, so the density is 1 here.
+    /// The first vertex of the path `owner` as the only candidate, if no connection finds `end`.
+    /// The throughput of the path already contains the density, so the density is 1 here.
     fn alone(end: &End, owner: usize) -> Self {
         Self {
             index: owner,
@@ -56,7 +56,7 @@ impl Candidate {
     }
 }
 
-/// First vertices that see the end: the first candidates of the workspace.
+/// First vertices that see the end. They are the first `count` candidates of the workspace.
 #[derive(Clone, Copy)]
 pub(super) struct Viewers {
     count: usize,
@@ -68,11 +68,11 @@ pub(super) struct Viewers {
 /// Evaluation of the BSDF of an end for its viewers.
 #[derive(Clone, Copy)]
 enum EndBsdf {
-    /// Matte: the same value for all viewers.
+    /// Matte: the BSDF has the same value for all viewers.
     Alike,
-    /// By lanes.
+    /// The BSDF is evaluated for all viewers at once, in lanes.
     Lanes,
-    /// By a view for each viewer, if it has several lobes.
+    /// The BSDF is evaluated for each viewer, with a view if it has several lobes.
     Views,
 }
 
@@ -84,7 +84,7 @@ pub(super) struct EndScattering {
     pub pdf: f32,
 }
 
-// Lives for the time of one call.
+// A value lives only for the time of one call.
 #[allow(clippy::large_enum_variant)]
 pub(super) enum ViewerValues {
     /// Matte surfaces scatter the same light to all viewers.
@@ -105,9 +105,9 @@ impl<'f, 'v> Workspace<'f, 'v> {
         }
     }
 
-    /// Collects the first vertices that could have found `end`, the vertex of `owner` first;
-    /// returns their number. If no connection finds the end from the owner's own vertex, the owner
-    /// is the only candidate, and the second value is true.
+    /// Collects the first vertices that could have found `end`, the vertex of `owner` first.
+    /// Returns their number, and false. If the owner's own vertex cannot connect to the end, the
+    /// owner is the only candidate, and the second value is true.
     #[inline(always)]
     fn find_candidates(&mut self, end: &End, owner: usize) -> (usize, bool) {
         self.first_vertices.connect_to(end, &mut self.connections);
@@ -128,7 +128,7 @@ impl<'f, 'v> Workspace<'f, 'v> {
         (count, false)
     }
 
-    /// The first vertex `index`, if a connection finds `end` from there, ignoring visibility.
+    /// The first vertex `index`, if it can connect to `end`. Visibility is ignored.
     #[inline(always)]
     fn candidate(&self, end: &End, index: usize) -> Option<Candidate> {
         let (beta, pdf) = self.connections.get(index)?;
@@ -165,16 +165,17 @@ impl Viewers {
         work: &mut Workspace<'_, 'v>,
         out: &mut [impl Sink],
     ) -> Self {
-        // Vertices that could have found it, the owner's first. The owner's vertex sees it.
+        // Find the vertices that could have found the end, the owner's first. The owner's vertex
+        // sees it.
         let (count, is_alone) = work.find_candidates(end, owner);
         let candidates = &mut work.candidates[..count];
-        // The throughput of a single owner contains the transmittance.
+        // The throughput of an owner without other candidates contains the transmittance already.
         let passes = !is_alone && world.scene.lets_light_pass();
         let absorbs = !is_alone && world.scene.has_absorption();
         let is_known = !passes && !absorbs;
         let traced = usize::from(is_known)..count;
 
-        // Visibility of the others
+        // Trace shadow rays for the other candidates
         let mut rays = [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE];
         let mut occluded = [false; SAMPLES_AT_ONCE];
         for i in traced.clone() {
@@ -184,7 +185,7 @@ impl Viewers {
         let accel = world.accel;
         accel.occluded_coherent(&rays[traced.clone()], &mut occluded[traced]);
 
-        // Keep the candidates that see it, with their transmittance
+        // Keep the candidates that see the end, with their transmittance
         let mut viewers = Self {
             count: 0,
             pdf: 0.0,
@@ -216,15 +217,15 @@ impl Viewers {
         viewers
     }
 
-    /// The viewers.
+    /// Viewers of the end, stored in `work`.
     #[inline(always)]
     pub fn of<'w>(&self, work: &'w Workspace) -> &'w [Candidate] {
         &work.candidates[..self.count]
     }
 
-    /// Events by which the viewer number `i` sees light from `wi` (local frame of `end`): at its
-    /// first vertex and at the end. Also returns the number of events before them. A single owner
-    /// sees the end by its own path.
+    /// Scattering events of light from `wi` (local frame of `end`) for the viewer number `i`: at
+    /// its first vertex and at the end. Also returns the number of events before them. A single
+    /// owner sees the end by its own path.
     #[inline(never)]
     pub fn events(&self, end: &End, work: &Workspace, i: usize, wi: Vec3) -> (u32, Vec<ScatteringEvent>) {
         let candidate = &work.candidates[i];
@@ -236,7 +237,7 @@ impl Viewers {
         (first.depth, vec![at_first, at_end])
     }
 
-    /// Light from `wi` (local frame), scattered by `end` to the viewers.
+    /// Factors of light from `wi` (local frame) that `end` scatters to the viewers.
     #[inline(always)]
     pub fn scattered(&self, end: &End, work: &Workspace, wi: Vec3) -> EndScattering {
         let cos = wi.z.abs();

@@ -129,7 +129,7 @@ impl<A: Accel> World<'_, A> {
     #[inline(never)]
     fn features_of(&self, vertex: &Vertex) -> Features {
         let hit = &vertex.hit;
-        // Film position of the point at shutter open and at shutter close
+        // Compute the film position of the point at shutter open and at shutter close
         let moves = self.scene.is_moving() || self.camera.is_moving();
         let film = |time: f32| {
             let p = self.scene.placed(hit, time).point(hit.b1, hit.b2).p;

@@ -21,8 +21,8 @@ pub struct FoundLight<'e> {
     pub source: Option<LightSource>,
     /// Number of scattering events between the source and the camera.
     pub scatterings: u32,
-    /// Last events of the path, in order from the camera. The sink gets the earlier events from
-    /// `scattered`. Empty if the sink does not separate paths.
+    /// Last events of the path, in order from the camera. The sink has received the earlier events
+    /// by [`Sink::scattered`]. Empty if the sink does not separate paths.
     pub events: &'e [ScatteringEvent],
 }
 

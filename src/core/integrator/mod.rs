@@ -124,8 +124,8 @@ pub enum RayKind {
 
 /// Receives the light that an integrator finds for one sample.
 pub trait Sink: RaySink {
-    /// Filter weight of the sample: 1, or ±1 for filters with negative lobes. Call it before
-    /// `radiance`.
+    /// Filter weight of the sample: 1, or ±1 for filters with negative lobes. Call it before light
+    /// is added.
     fn weight(&mut self, weight: f32);
 
     /// Adds light to the pixel of the sample.

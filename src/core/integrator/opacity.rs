@@ -177,8 +177,8 @@ impl<'a, A: Accel> OpacityWalk<'a, A> {
             let hit = self.accel.intersect(&self.ray)?;
             let is_same = self.last.is_some_and(|last| last.is_same_surface(&hit));
             self.pass(&hit);
-            // A ray packet and a single ray may find one surface at parameters that differ by a
-            // rounding error.
+            // Skip a surface that is found twice: a ray packet and a single ray may find it at
+            // parameters that differ by a rounding error.
             if !is_same {
                 return Some(hit);
             }
@@ -196,7 +196,7 @@ impl<'a, A: Accel> OpacityWalk<'a, A> {
     }
 
     fn pass(&mut self, hit: &Hit) {
-        // Strictly farther, even if a backend returns a parameter outside the interval
+        // Move strictly farther, even if a backend returns a parameter outside the interval
         self.ray.t_min = hit.t.max(f32::from_bits(self.ray.t_min.to_bits() + 1));
         self.last = Some(*hit);
     }
@@ -381,8 +381,8 @@ mod tests {
                         (found - expected).abs() <= 1e-6,
                         "{name}, scale {scale}: {found} instead of {expected} of {opacities:?} along {ray:?}"
                     );
-                    // One query per surface up to the first opaque surface, or one query more than
-                    // there are surfaces
+                    // Expect one query per surface up to the first opaque surface. Without an
+                    // opaque surface, expect the number of surfaces plus one
                     let met = opacities.iter().position(|&opacity| opacity >= 1.0);
                     let queries = met.map_or(opacities.len() + 1, |opaque| opaque + 1);
                     assert_eq!((counts.rays, counts.cut), (queries as u64, 0), "{name}, {opacities:?}");
@@ -451,7 +451,7 @@ mod tests {
         builder.add_mesh(mesh, id).unwrap();
         let scene = builder.build().unwrap().0;
         with_worlds(&scene, |world| {
-            // Brute force would take a minute.
+            // Skip brute force, which would take a minute.
             if world.accel.info().name == crate::accel::brute::NAME {
                 return;
             }

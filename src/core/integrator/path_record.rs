@@ -100,7 +100,7 @@ pub enum PathEvent {
     Added {
         /// Position on the film, in pixels. `None`: the pixel of the sample.
         film: Option<Vec2>,
-        /// The light.
+        /// Radiance that is added.
         radiance: Spectrum,
     },
 }
@@ -108,7 +108,7 @@ pub enum PathEvent {
 /// Emitted light that a path hits.
 #[derive(Clone, Copy, Debug)]
 pub struct EmissionRecord {
-    /// The light.
+    /// Light that the path hits.
     pub light: LightId,
     /// Unit direction towards the light.
     pub direction: Vec3,
@@ -127,7 +127,7 @@ pub struct EmissionRecord {
 /// A sample of a light.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSampleRecord {
-    /// The light.
+    /// Light that is sampled.
     pub light: LightId,
     /// Unit direction towards the light.
     pub direction: Vec3,

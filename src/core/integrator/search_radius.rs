@@ -1,9 +1,9 @@
 //! Search radius of photons, and of the vertices that `vcm` merges: its start value and how it
 //! shrinks.
 //!
-//! A radius is a fixed length (`--photon-radius`) or, by default, a multiple of the width of a pixel
-//! ([`PHOTON_PIXELS`], [`MERGING_PIXELS`]). In progressive methods the radius of an iteration is
-//! [`shrinkage`] times the first radius. `photon-map` gathers a fixed number of photons instead.
+//! A radius is a fixed length (`--photon-radius`) or, by default, a multiple of the width of a
+//! pixel ([`PHOTON_PIXELS`], [`MERGING_PIXELS`]). In progressive methods the radius of an iteration
+//! is [`shrinkage`] times the first radius. `photon-map` gathers a fixed number of photons instead.
 //! Its maximum distances are `FAR_SHARE` and `NEAR_SHARE` in `photon/photon_map.rs`.
 //!
 //! This module is not in `photon`, because the weights of `bidirectional/connection` need the
@@ -66,7 +66,7 @@ fn shrinkage(iteration: u32, alpha: f32) -> f32 {
 #[derive(Clone, Copy, Debug)]
 pub struct Radii<'a> {
     camera: &'a Camera,
-    /// Radius per distance, unless the radius is fixed.
+    /// Radius divided by the distance from the camera, unless the radius is fixed.
     slope: f32,
     fixed: Option<f32>,
     /// Radius in pixels, for parallel rays.

@@ -128,7 +128,7 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         self.paths().div_ceil(PATHS_A_WORK_ITEM)
     }
 
-    /// Finds the surfaces of work item `index`.
+    /// Finds surface points by the paths of work item `index`.
     pub fn find_sites(&self, index: u32, out: &mut impl RaySink) -> Sites {
         let mut found = Sites::default();
         let first = index * PATHS_A_WORK_ITEM;

@@ -9,8 +9,8 @@ use std::collections::HashMap;
 
 /// Number of kinds of scattering events: the variants of [`EventKind`](crate::bsdf::EventKind).
 const KINDS: usize = 6;
-/// Symbols of the lights, in the order of [`PathLight`](super::PathLight). The first classes are
-/// the classes of their light before it scatters.
+/// Symbols of the lights, in the order of [`PathLight`](super::PathLight). Class i is the class of
+/// unscattered light from light i.
 const LIGHTS: [u16; 3] = [BACKGROUND, SURFACE, POINT];
 /// Maximum number of states before minimisation.
 const MAX_STATES: usize = 1 << 12;

@@ -81,7 +81,7 @@ mod tests {
             let p = min + UVec2::splat(7);
             together += u32::from(place(p) == place(p + UVec2::X));
         }
-        // The number of cells is binomial with p = 15/255
+        // The number of cells with both pixels in one group is binomial with p = 15/255
         let (n, p) = (cells as f64, 15.0 / 255.0);
         let z = (together as f64 - n * p) / (n * p * (1.0 - p)).sqrt();
         assert!(z.abs() < 4.0, "{together} of {cells}: {z}");

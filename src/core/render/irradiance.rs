@@ -62,9 +62,9 @@ impl Irradiance {
         self.full.get()
     }
 
-    /// Fills the cache with records that `maker` makes, if it is not filled. `error` is the
-    /// relative error of a record. If `observer` stops, the state is kept, and the next call
-    /// continues.
+    /// Fills the cache with records that `maker` makes, if it is not filled. `error` is the maximum
+    /// relative error at which a record is used. If `observer` stops, the state is kept, and the
+    /// next call continues.
     ///
     /// The cache stays empty if the scene moves while the shutter is open: a record is valid only
     /// for its time.
@@ -131,7 +131,7 @@ struct Filling {
 /// A pass over some of the pixels.
 #[derive(Debug)]
 struct Pass {
-    /// Number of the pass, the key of its random numbers.
+    /// Number of the pass, which is the key of the random numbers of the pass.
     number: u32,
     /// True if the pass uses random points, false if pixel centres.
     is_random: bool,

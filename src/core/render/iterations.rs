@@ -35,7 +35,8 @@ const WORK_ITEMS_AT_ONCE: usize = 128;
 /// Approximate maximum number of bytes of the kept light. Each thread keeps at least one work item,
 /// even if its light takes more.
 const BYTES_AT_ONCE: usize = 128 << 20;
-/// Approximate number of samples in a work item, and of splats per sample, to estimate its bytes.
+/// Approximate number of samples in a work item, and of splats per sample. They estimate the bytes
+/// of a work item's light.
 const SAMPLES_OF_A_WORK_ITEM: usize = 256;
 const LIGHTS_OF_A_SAMPLE: usize = 8;
 
@@ -226,7 +227,7 @@ impl<'a> WorkItem<'a> {
         }
     }
 
-    /// Runs the work of `work`. Returns `None` if the observer stops.
+    /// Runs the work item `work`. Returns `None` if the observer stops.
     fn of<I: IterationIntegrator>(
         mut self,
         integrator: &I,
@@ -461,8 +462,8 @@ impl<'a> IterationTarget<'a> {
         places.flat_map(move |film| self.seen_at(film))
     }
 
-    /// All positions with the direction of `film` in a panorama, as far as the filter reaches
-    /// pixels from there. They lie whole turns to the side, or beyond a pole, half a turn to the
+    /// All film positions that show the direction of `film` in a panorama, and from which the
+    /// filter reaches pixels. They are whole turns away, or lie beyond a pole, half a turn to the
     /// side.
     fn repetitions(self, film: Vec2) -> impl Iterator<Item = Vec2> + 'a {
         let size = self.resolution.as_vec2();

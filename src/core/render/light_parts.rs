@@ -22,7 +22,7 @@ pub(super) struct LightParts<'a> {
 }
 
 impl<'a> LightParts<'a> {
-    /// Black parts.
+    /// Parts without any light.
     pub fn new(paths: Option<&'a LightPaths>) -> Self {
         Self {
             groups: [Spectrum::ZERO; LightGroups::MAX_GROUPS],
@@ -74,12 +74,12 @@ impl<'a> LightParts<'a> {
         parts.for_each(|part| *part *= factor);
     }
 
-    /// Light by group, in the order of [`LightGroups::names`].
+    /// Light of each group, in the order of [`LightGroups::names`].
     pub fn by_group(&self) -> &[Spectrum] {
         &self.groups
     }
 
-    /// Light by class of paths.
+    /// Light of each class of paths.
     pub fn by_class(&self) -> &[Spectrum] {
         &self.classes
     }

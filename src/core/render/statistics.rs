@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 pub struct RayCounts {
     /// Rays from the camera.
     pub camera: u64,
-    /// Rays from a surface onwards.
+    /// Rays that leave a surface after scattering, or leave a light.
     pub bounce: u64,
     /// Rays towards a light.
     pub shadow: u64,
@@ -68,9 +68,9 @@ pub struct DroppedSample {
 /// Numbers of mutations of one kind that Markov chains proposed and accepted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MutationCounts {
-    /// Proposals.
+    /// Number of proposed mutations.
     pub proposed: u64,
-    /// Proposals that became the chain's next state.
+    /// Number of proposals that became the chain's next state.
     pub accepted: u64,
 }
 

@@ -171,7 +171,7 @@ fn render_tile<S: Sampler>(
             } else {
                 integrator.samples(keys, &mut sampler, taken);
             }
-            // If the integrator was cancelled, the samples are incomplete.
+            // If the integrator was cancelled, discard the incomplete samples.
             if taken.iter().any(|sample| sample.cancellation.is_cancelled()) {
                 return None;
             }

@@ -58,7 +58,7 @@ impl<A: Accel> IterationIntegrator for BidirectionalIntegrator<'_, A> {
             out.first_surface(first);
         }
 
-        // Connect them by all strategies
+        // Connect both subpaths by all strategies
         let mut found = Vec::new();
         connector.all(&mut paths, sampler, out, |contribution| found.push(contribution));
         for c in found {

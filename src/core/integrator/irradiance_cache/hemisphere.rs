@@ -124,7 +124,8 @@ impl Strata {
         let sin_to = |row: u32| (row as f32 / rows as f32).sqrt();
         let mut sums = [Vec3::ZERO; 3];
         for column in 0..columns {
-            // Boundaries between rows move towards the normal if the point moves along the azimuth
+            // Sum over boundaries between rows, which move towards the normal if the point moves
+            // along the azimuth
             let mut along = Spectrum::ZERO;
             for row in 1..rows {
                 let (inner, outer) = (ray(row - 1, column), ray(row, column));
@@ -134,7 +135,8 @@ impl Strata {
             }
             add(&mut sums, along, self.tangent(column as f32 + 0.5, 0.0));
 
-            // Boundaries with the previous column rotate away if the point moves across the azimuth
+            // Sum over boundaries with the previous column, which rotate away if the point moves
+            // across the azimuth
             let mut across = Spectrum::ZERO;
             let before = (column + columns - 1) % columns;
             for row in 0..rows {

@@ -147,7 +147,7 @@ impl<A: Accel> RecordMaker<'_, A> {
                 place.depth + 1,
                 out,
             );
-            // Within a pixel, nearer surfaces are not resolved.
+            // Limit distances to the width of a pixel: nearer surfaces change within the pixel.
             seen.distance = seen.distance.max(place.pixel).max(f32::MIN_POSITIVE);
             if !seen.radiance.is_valid() {
                 seen.radiance = Spectrum::ZERO;
@@ -159,8 +159,8 @@ impl<A: Accel> RecordMaker<'_, A> {
         let gathered = strata.gather(&seen);
         let gradients = gathered.gradients.to_world(&frame);
 
-        // Steep gradients make the radius smaller, but not below the minimum. Then the gradient is
-        // limited, so that irradiance does not become negative.
+        // A steep gradient makes the radius smaller, but not below the minimum. At the minimum the
+        // gradient is limited, so that irradiance does not become negative.
         let luminance = gathered.irradiance.luminance();
         let [min, max] = PIXELS.map(|pixels| pixels * place.pixel);
         let steepness = gradients.steepness();

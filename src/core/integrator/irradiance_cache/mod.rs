@@ -57,8 +57,8 @@ const MAX_MIRRORS: u32 = 8;
 /// Path tracing with a cache for the indirect light of the first matte surface, also behind mirrors
 /// and glass.
 ///
-/// Biased: the error of the cache is about its error limit. At points without valid records, paths
-/// continue as without a cache.
+/// The method is biased: the relative error of light from the cache is about the error limit. At
+/// points without valid records, paths continue as without a cache.
 #[derive(Debug)]
 pub struct IrradianceCacheIntegrator<'a, A> {
     /// Path tracer for all light that is not in the cache.

@@ -73,7 +73,7 @@ pub struct PrimarySpaceIntegrator<'a, A> {
     pub light_samples: u32,
     /// Options of the chains.
     pub metropolis: Metropolis,
-    /// Importance image: the light of paths is divided by it.
+    /// Importance image, by which the light of paths is divided.
     pub importance: &'a ImportanceImage,
 }
 
@@ -194,7 +194,7 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
     }
 
     fn sends_light(&self) -> bool {
-        // Chains send light, for any crop.
+        // Chains send light, for any crop; samples of pixels do not.
         false
     }
 
@@ -540,7 +540,7 @@ mod tests {
             };
             integrator.lengths().map(|length| target(length) as f64).sum::<f64>()
         };
-        // Mean, and variance of the mean
+        // Estimate the mean, and the variance of the mean
         let estimate = |of: &dyn Fn(u64) -> f64| {
             let n = 40_000;
             let [sum, squares] = (0..n)

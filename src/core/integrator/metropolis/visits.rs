@@ -20,7 +20,7 @@ use std::collections::HashMap;
 #[derive(Debug, Default)]
 pub(crate) struct Visits {
     pixels: HashMap<[i32; 2], f64>,
-    /// Sum of the squared visits.
+    /// Sum over all pixels of the squared visits.
     squares: f64,
     /// Maximum number of visits of a pixel.
     max: f64,
@@ -35,7 +35,7 @@ impl Visits {
         self.max = self.max.max(*visits);
     }
 
-    /// Counts of a chain of `mutations` mutations.
+    /// Counts of the chain, which made `mutations` mutations.
     pub fn counts(&self, mutations: u64) -> ChainCounts {
         ChainCounts {
             chains: 1,

@@ -175,7 +175,7 @@ impl<A: Accel> DebugIntegrator<'_, A> {
             clamp_indirect: None,
         };
         let mut counter = Counter { out, rays: 0 };
-        // Dynamic dispatch, so that the path tracer is not compiled again
+        // Use dynamic dispatch, so that the path tracer is not compiled again
         let mut sink: &mut dyn Sink = &mut counter;
         path.sample(key, sampler, &mut sink);
         counter.rays

@@ -28,7 +28,7 @@ pub(crate) struct LightNumbers<'a, S> {
 }
 
 impl<'a, S: Sampler> LightNumbers<'a, S> {
-    /// Gets the numbers of the vertex after `depth` scattering events.
+    /// Gets the numbers of a light sample at the vertex after `depth` scattering events.
     #[inline(always)]
     pub fn draw(sampler: &'a S, depth: u32) -> Self {
         let dimensions = [Bounce::Decisions, Bounce::LightPoint];

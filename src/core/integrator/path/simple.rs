@@ -20,7 +20,7 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 pub struct SimpleIntegrator<'a, A> {
     /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// Number of scattering events of a path.
+    /// Maximum number of scattering events of a path.
     pub max_depth: u32,
 }
 
@@ -51,7 +51,8 @@ impl<A: Accel> Integrator for SimpleIntegrator<'_, A> {
             let direct = Direct::sample(world, (&path, &vertex), &SAMPLED, 1, &u, out);
             trace(direct, world, (&path, &vertex), out);
 
-            // Sample all other light: a random direction, and the throughput times f cos θ / pdf
+            // Sample all other light: a random direction, and multiply the throughput by f cos θ /
+            // pdf
             let u_lobe = sampler.get_1d(Dimension::bounce(path.depth, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(path.depth, Bounce::Direction));
             let Some(sample) = vertex.sample(u_lobe, u) else { return };

@@ -97,7 +97,7 @@ impl PathState {
         vertex
     }
 
-    /// [`PathState::intersect`] and [`PathState::vertex`].
+    /// Finds the next vertex, by [`PathState::intersect`] and [`PathState::vertex`].
     #[inline(always)]
     pub fn next_vertex<'v, A: Accel>(
         &mut self,

@@ -23,14 +23,14 @@ pub enum Directions {
     Uniform,
     /// Proportional to the cosine with the normal.
     Cosine,
-    /// Proportional to the cosine: the normal plus a point of the sphere, from
-    /// [`crate::sampler::Fibonacci`].
+    /// Proportional to the cosine: the direction is the normal plus a point of the unit sphere,
+    /// from [`crate::sampler::Fibonacci`].
     Fibonacci,
-    /// Proportional to the cosine: the normal plus a point of the sphere, from
-    /// [`crate::sampler::PerturbedQmc`].
+    /// Proportional to the cosine: the direction is the normal plus a point of the unit sphere,
+    /// from [`crate::sampler::PerturbedQmc`].
     PerturbedQmc,
-    /// Uniformly over the hemisphere: a point of the sphere, from [`crate::sampler::PerturbedQmc`],
-    /// on its upper half.
+    /// Uniformly over the hemisphere: a point of the unit sphere, from
+    /// [`crate::sampler::PerturbedQmc`], mirrored to the upper half.
     PerturbedQmcUniform,
     /// Proportional to the BSDF.
     #[default]
@@ -52,9 +52,9 @@ pub enum DirectLight {
 /// Weights of two strategies in multiple importance sampling (Veach 1997, §9.2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Heuristic {
-    /// Proportional to their densities.
+    /// Weights proportional to the densities of the strategies.
     Balance,
-    /// Proportional to the squares of their densities.
+    /// Weights proportional to the squared densities of the strategies.
     #[default]
     Power,
 }

@@ -79,7 +79,7 @@ mod tests {
     #[test]
     fn points_are_uniform_over_all_triangles() {
         const N: u32 = 400_000;
-        /// 99.99 % of χ² with 11 degrees of freedom.
+        /// 99.99 % quantile of χ² with 11 degrees of freedom.
         const BOUND: f64 = 37.4;
         let widths = [1.0, 4.0, 0.05];
         let mut builder = SceneBuilder::new();

@@ -12,7 +12,7 @@ use crate::sampler::Sampler;
 
 /// A ray of the tree.
 pub(super) struct Branch {
-    /// The path to the ray.
+    /// The path that ends with the ray.
     pub path: PathState,
     /// Index of the branch in the tree. It selects the random numbers of the vertex at the end of
     /// the branch.

@@ -40,7 +40,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
             // Follow all mirror and refracted directions
             let directions = vertex.bsdf.delta_directions(vertex.wo, TransportMode::Radiance);
             for (i, sample) in directions.enumerate() {
-                // The sample divides by the probability of its lobe; here all lobes are followed.
+                // Do not divide by the probability of the lobe, because all lobes are followed.
                 let weight = sample.f * sample.wi.z.abs();
                 let share = path.beta * weight * path.roulette_scale * (sample.eta * sample.eta);
                 if share.max_component() < MIN_SHARE {

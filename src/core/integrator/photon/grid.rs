@@ -34,7 +34,7 @@ pub struct PhotonGrid<T = Photon> {
     /// Photons sorted by the bucket of their cell; within a bucket in their original order.
     photons: Vec<T>,
     cells: Vec<Cell>,
-    /// Start of each bucket, and the end of the last one.
+    /// Start of each bucket, and the end of the last bucket.
     starts: Vec<u32>,
     /// Maximum change of the search radius per length.
     slope: f32,
@@ -116,10 +116,10 @@ impl<T: GridItem> PhotonGrid<T> {
 
     /// Calls `found` with each photon within `radius` of `p`; `radius` is the search radius at `p`.
     pub fn each_within(&self, p: Vec3, radius: f32, mut found: impl FnMut(&T)) {
-        // Levels of photons within the radius. They depend on the radii at the photons
+        // Find the levels of photons within the radius. They depend on the radii at the photons
         let change = self.slope * radius * (1.0 + gamma(64)) + radius * gamma(64);
         let levels = level(radius - change)..=level(radius + change);
-        // Larger than `radius` by more than rounding errors
+        // Make the reach larger than `radius` by more than rounding errors
         let reach = radius * (1.0 + gamma(8)) + gamma(8) * p.abs().max_element();
         for level in levels {
             let (first, last) = (Cell::of(p - reach, level).place, Cell::of(p + reach, level).place);

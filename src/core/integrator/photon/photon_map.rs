@@ -58,7 +58,7 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 pub struct PhotonMapIntegrator<'a, A> {
     /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// Photons, traced before.
+    /// Photons, traced before the first sample.
     pub maps: &'a PhotonMaps,
     /// Strategy for direct light.
     pub strategy: Strategy,
@@ -282,7 +282,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         let dot = 0.5 * self.world.camera.pixel_width(point.p, point.time);
         let max = self.max_distance(FAR_SHARE);
         let nearest = slice.global.nearest(point.p, self.photon_count as usize, max, counts);
-        // The search leaves out the farthest of the requested photons.
+        // Search two photons, because the search leaves out the farthest of them.
         let is_dot = !slice.global.nearest(point.p, 2, dot, counts).photons.is_empty();
         let caustics = self.density(|slice| (&slice.caustics, NEAR_SHARE), (0, vertex), false);
         Points {

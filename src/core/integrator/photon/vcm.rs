@@ -187,7 +187,7 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
             out.first_surface(first);
         }
 
-        // Connect them by all strategies
+        // Connect both subpaths by all strategies
         let mut found = Vec::new();
         connector.all(&mut paths, sampler, out, |contribution| found.push(contribution));
         for c in found {

@@ -89,7 +89,7 @@ impl Subpaths<'_> {
 /// Contribution of one strategy.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contribution {
-    /// Number of light vertices and of camera vertices.
+    /// Strategy (s, t): number of light vertices and number of camera vertices.
     pub strategy: (usize, usize),
     /// Unweighted estimate of the light of all paths of this length, in the pixel of the sample or
     /// at `film`.

@@ -92,7 +92,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         let is_delta_light = light.first().is_some_and(PathVertex::is_delta_light);
 
         // ANCHOR: sum
-        // Strategies that connect nearer to the camera, relative to the connection here
+        // Sum the strategies that connect nearer to the camera, relative to the connection here
         let mut on_camera_side = 0.0;
         if let Some((previous, _)) = before.split_last() {
             let mut others = match s {
@@ -107,7 +107,7 @@ impl<A: Accel> Connector<'_, '_, A> {
             on_camera_side = self.beyond(densities.end, end.forward, others);
         }
 
-        // Strategies that connect nearer to the light
+        // Sum the strategies that connect nearer to the light
         let mut on_light_side = 0.0;
         if let Some((other, rest)) = light.split_last() {
             let others = match rest.last() {
@@ -128,7 +128,7 @@ impl<A: Accel> Connector<'_, '_, A> {
             on_light_side = self.beyond(densities.other, other.forward, others);
         }
 
-        // Strategies that connect or merge here
+        // Compute the terms of connecting and of merging here
         let connection = match light.last() {
             Some(other) if is_merged && other.is_delta => 0.0,
             Some(other) if s == 1 => self.raised(densities.direct, other.forward),
@@ -239,7 +239,7 @@ impl<A: Accel> Connector<'_, '_, A> {
             let mut others = connects(before, at);
             if m == 1 {
                 // The strategy s = 1 samples the light from the vertex `at`. Its density depends on
-                // the vertex after `at`. At the end of the path, the connection determines it.
+                // the vertex after `at`, which is not yet known at the end of the path.
                 let Some(next) = path.get(2) else { break };
                 let direct = self.direct(before, at, Some(at.direction_to(next)), time);
                 others *= self.raised(direct, before.forward);
@@ -249,7 +249,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// Ratio `density` / `over`, raised by the MIS heuristic.
+    /// Ratio `density` / `over`, raised to the exponent of the MIS heuristic.
     fn raised(&self, density: f32, over: f32) -> f64 {
         self.heuristic.raised(density as f64 / over as f64)
     }
@@ -332,8 +332,8 @@ struct ConnectionDensities {
     other: f32,
     /// Vertex before the last vertex of the light subpath, sampled from the camera.
     next: f32,
-    /// Density of the light vertex in light sampling from its neighbour, if one of these two is
-    /// next to the connection.
+    /// Density with which light sampling at the neighbour of the light vertex finds the light
+    /// vertex. 0 if neither of them is next to the connection.
     direct: f32,
 }
 

@@ -110,7 +110,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             TransportMode::Radiance => RayKind::Camera,
             TransportMode::Importance => RayKind::Bounce,
         };
-        // Factor that removes the change of radiance by refraction from the throughput for roulette
+        // Factor of the throughput for roulette: it removes the change of radiance by refraction
         let mut roulette_scale = 1.0;
         while path.len() < self.max {
             let (hit, transmittance) = self.world.intersect(&ray, kind, out);
@@ -249,11 +249,11 @@ struct Continuation {
     ray: Ray,
     weight: Spectrum,
     is_delta: bool,
-    /// As in [`PathVertex::is_one_way`].
+    /// True if no light path can arrive from this direction ([`PathVertex::is_one_way`]).
     is_one_way: bool,
     /// Scattering event, if the render separates paths.
     event: Option<ScatteringEvent>,
-    /// Density per solid angle; 1 for a delta lobe.
+    /// Density of the direction per solid angle; 1 for a delta lobe.
     pdf: f32,
     /// Density of the reverse direction per solid angle; for a delta lobe [`delta_jacobian`].
     reverse_pdf: f32,

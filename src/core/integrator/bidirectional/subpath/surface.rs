@@ -283,7 +283,7 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// First surface for the auxiliary channels, if the camera sees it first.
+    /// Auxiliary channels of this surface, as the first surface that the camera sees.
     pub fn first_seen<A: Accel>(&self, world: &World<A>) -> FirstSurface {
         let (point, frame) = self.seen_from(world.scene, self.back);
         let vertex = Vertex {

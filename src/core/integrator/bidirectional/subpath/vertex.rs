@@ -172,7 +172,7 @@ impl<'a> PathVertex<'a> {
     }
 
     /// Converts the density `pdf` of a direction that leaves this vertex to the density at `to`.
-    /// `pdf` is per solid angle, or at infinity per area of a disk.
+    /// `pdf` is per solid angle, or if this vertex is infinitely distant, per area of a disk.
     pub fn density_at(&self, pdf: f32, to: &Self) -> f32 {
         if to.is_infinite() {
             return pdf;

@@ -95,7 +95,7 @@ pub struct PathSpaceIntegrator<'a, A> {
     pub light_samples: u32,
     /// Options of the chains, except step sizes.
     pub metropolis: Metropolis,
-    /// Importance image: the light of paths is divided by it.
+    /// Importance image, by which the light of paths is divided.
     pub importance: &'a ImportanceImage,
 }
 

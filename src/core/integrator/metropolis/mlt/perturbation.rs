@@ -281,8 +281,8 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         }
         let edges = x.vertices[1..=start].windows(2);
         let distance: f32 = edges.map(|edge| edge[0].p.distance(edge[1].p)).sum();
-        // The ratio of minimum and maximum is the same for all paths, and so is the density between
-        // them.
+        // The ratio of minimum and maximum is the same for all paths, and so is the density of
+        // distances between them.
         let greatest = (steps[1] * pixel / distance).min(MAX_ANGLE);
         [greatest * (steps[0] / steps[1]), greatest]
     }

@@ -20,7 +20,7 @@ use std::rc::Rc;
 #[derive(Debug)]
 pub(super) struct PathSpace<'w, 'a, A> {
     pub world: &'w World<'a, A>,
-    /// Importance image: the light of paths is divided by it.
+    /// Importance image, by which the light of paths is divided.
     importance: &'w ImportanceImage,
     /// True if the space contains paths that see lamps only by delta lobes.
     has_lamps: bool,

@@ -24,7 +24,7 @@
 //!   3s + 2 of a separate stratified sequence, and the power heuristic takes all three into
 //!   account.
 //! - All paths of a group have one time, the time of the first pixel: a point at one time cannot
-//!   light a vertex at another.
+//!   light a vertex at another time.
 //! - If surfaces have alpha or are thin glass, the visibility of an end is a transmittance, even
 //!   for the path that found the end.
 //! - A shared point must be the same surface for all pixels that connect to it. A vertex with a

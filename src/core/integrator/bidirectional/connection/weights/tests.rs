@@ -130,7 +130,7 @@ fn summed(
     };
     let at = |i: usize| if i < t { &camera[i] } else { &light[n - 1 - i] };
 
-    // Densities of each vertex from both ends
+    // Compute the densities of each vertex from both ends
     let (mut from_camera, mut from_light) = ([0.0f64; MAX_VERTICES], [0.0f64; MAX_VERTICES]);
     let mut is_delta = [false; MAX_VERTICES];
     for i in 0..n {

@@ -53,7 +53,7 @@ pub enum PathEvent {
     },
     /// The path leaves a vertex.
     Scatter {
-        /// Number of scattering events before that vertex. It is the last vertex with this depth.
+        /// Number of scattering events before the vertex, which is the last vertex with this depth.
         depth: u32,
         /// Outgoing direction, density and weight.
         scattering: ScatteringRecord,

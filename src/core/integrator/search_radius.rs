@@ -43,7 +43,7 @@ impl ProgressiveRadius {
 pub const PHOTON_PIXELS: f32 = 3.0;
 
 /// Radius of the first iteration of `vcm`, in widths of a pixel. Connections find most of the
-/// light, and merging loses light at edges at every vertex.
+/// light, and merging loses light at the edges of surfaces, at every vertex.
 pub const MERGING_PIXELS: f32 = 1.0;
 
 /// Maximum change of a radius per length. In an image with few pixels, the width of a pixel would

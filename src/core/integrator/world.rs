@@ -369,7 +369,7 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     /// Vertex at `hit`, seen along `ray`, for the `wavelength` of the path, if it has one. `slot`
-    /// holds a BSDF that varies over the surface, and the view of its BSDF.
+    /// stores the BSDF if it varies over the surface, and the view of the BSDF.
     #[inline(always)]
     pub fn vertex<'v>(
         &'v self,

@@ -36,8 +36,8 @@ pub struct Gradients {
     pub translational: [Vec3; 3],
 }
 
-/// Maximum distance of a lookup behind the surface of a record, relative to its reach: curved
-/// surfaces consist of flat triangles.
+/// Maximum distance of a lookup behind the surface of a record, relative to its reach. It is above
+/// 0 because curved surfaces consist of flat triangles.
 const BEHIND: f32 = 0.1;
 
 impl Record {

@@ -116,7 +116,8 @@ pub(crate) fn mutations<A>(world: &World<A>) -> u64 {
     size.x as u64 * size.y as u64
 }
 
-/// Number of mutations of chain `index`, of the `mutations` of an iteration with `chains` chains.
+/// Number of mutations of chain `index` in an iteration with `chains` chains and `mutations`
+/// mutations.
 pub(crate) fn mutations_of_chain(mutations: u64, index: u32, chains: u32) -> u64 {
     let share = |i: u64| mutations * i / chains as u64;
     share(index as u64 + 1) - share(index as u64)

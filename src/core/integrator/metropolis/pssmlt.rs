@@ -43,24 +43,27 @@ use std::ops::RangeInclusive;
 /// paths in proportion to their light.
 ///
 /// The state of a chain is the random numbers u of a path with a fixed number of vertices n. One of
-/// them chooses among the n strategies of bidirectional path tracing for such a path. Let f(u) be
-/// the contribution of the strategy, times its weight and n. Its integral is the light of all paths
-/// of n vertices. The target f*(u) of the chain is the luminance of f(u) over the importance image
-/// at its position, and b is the integral of f* over all u and n. The chain moves from u to the
-/// proposal v with probability a = min(1, f*(v) / f*(u)). Both are added to the image, as b f / f*
-/// times 1 − a and a, which is the mean over that decision (Veach and Guibas 1997).
+/// these numbers chooses among the n strategies of bidirectional path tracing for such a path. Let
+/// f(u) be the contribution of the strategy, times its weight and n. Its integral is the light of
+/// all paths of n vertices. The target f*(u) of the chain is the luminance of f(u) over the
+/// importance image at its position, and b is the integral of f* over all u and n. The chain moves
+/// from u to the proposal v with probability a = min(1, f*(v) / f*(u)). Both u and v are added to
+/// the image, each with b f / f*, times 1 − a for u and times a for v: the mean over the decision
+/// (Veach and Guibas 1997).
 ///
-/// **Each iteration is unbiased.** It first makes M seeds. Each is a point of all numbers except
-/// the choice of the strategy, with all strategies for paths of all n from these numbers. For each
-/// strategy, f* / n is the target that it adds to b. One strategy is sampled in proportion to this.
-/// The weight w of the seed is the sum over all strategies, over M; the sum B of the weights has
-/// the mean b. Chains start at seeds sampled by these weights: of C chains, `C w / B` are expected
-/// to start at a seed. If the chain at u adds g(u) = f(u) / f*(u), all chains at their starts add B
-/// / C times the sum of g over them. Given the seeds the mean of that is Σ w g, whose mean over the
-/// seeds is ∫ f* g = ∫ f, for any M and C. The same holds for any function in place of g, so also
-/// for the mean contribution of the chain after i steps, (Kⁱ g)(u). Σ w Kⁱ g has the mean ∫ f* Kⁱ
-/// g, and that is ∫ f* g = ∫ f since steps preserve f*. There is no start-up bias to be discarded
-/// (Veach 1997, §11.3.1), and a chain may have any length: a short one is as noisy as the seeds.
+/// **Each iteration is unbiased.** It first makes M seeds. A seed has all random numbers except the
+/// number that chooses the strategy, and all strategies for paths of all n from these numbers. For
+/// each strategy, f* / n is the target that it adds to b. One strategy is sampled in proportion to
+/// this target. The weight w of the seed is the sum over all strategies, divided by M; the sum B of
+/// the weights has the mean b. Chains start at seeds sampled by these weights: of C chains, `C w /
+/// B` are expected to start at a seed.
+///
+/// If the chain at u adds g(u) = f(u) / f*(u), all chains at their starts add B / C times the sum
+/// of g over them. Given the seeds, the mean of this is Σ w g, whose mean over the seeds is ∫ f* g
+/// = ∫ f, for any M and C. The same holds for any function in place of g, so also for the mean
+/// contribution of the chain after i steps, (Kⁱ g)(u). Σ w Kⁱ g has the mean ∫ f* Kⁱ g, and that is
+/// ∫ f* g = ∫ f, because steps preserve f*. There is no start-up bias to be discarded (Veach 1997,
+/// §11.3.1), and a chain may have any length: a short one is as noisy as the seeds.
 #[derive(Debug)]
 pub struct PrimarySpaceIntegrator<'a, A> {
     /// World with the scene and the camera.

@@ -100,8 +100,8 @@ impl Strategy {
         }
     }
 
-    /// Adds the light that the surface `vertex` emits against the ray of `path`, weighted against
-    /// the light samples of the previous vertex.
+    /// Adds the light that the surface `vertex` emits towards the origin of the ray of `path`,
+    /// weighted against the light samples of the previous vertex.
     #[inline(always)]
     pub(crate) fn add_emission<A: Accel>(
         &self,
@@ -172,7 +172,7 @@ pub(super) fn each_emission<A: Accel>(
     }
 }
 
-/// Light that the surface of `vertex` emits against the ray of `path`.
+/// Light that the surface of `vertex` emits towards the origin of the ray of `path`.
 #[inline(always)]
 pub(super) fn emitted<A: Accel>(world: &World<A>, path: &PathState, vertex: &Vertex) -> Option<Incident> {
     let ray = &path.ray;

@@ -1,5 +1,5 @@
 //! Photon tracing: light paths that store a photon at each vertex that can scatter light to a
-//! viewer. The paths are those of `bidirectional/subpath`.
+//! viewer. `bidirectional/subpath` traces the paths.
 
 use crate::accel::Accel;
 use crate::color::Spectrum;
@@ -148,7 +148,8 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         photons
     }
 
-    /// Calls `found` with each path of the work item, from the light on.
+    /// Calls `found` with each path of the work item. The vertices of a path are in order from the
+    /// light.
     pub(crate) fn each_path<S: Sampler>(
         &self,
         (iteration, index): (u32, u32),

@@ -28,7 +28,7 @@ pub struct PhotonTree {
 pub struct NearestPhotons<'t> {
     /// Photons, unsorted.
     pub photons: Vec<&'t Photon>,
-    /// Square of the search radius: there are no other photons within it.
+    /// Square of the search radius. No other photon is within the search radius.
     pub squared: f32,
 }
 

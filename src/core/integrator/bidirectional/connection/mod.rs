@@ -72,7 +72,8 @@ pub(crate) struct Subpaths<'a> {
 }
 
 impl Subpaths<'_> {
-    /// First surface of the camera subpath, for the auxiliary channels. `None` if it hits nothing.
+    /// First surface of the camera subpath, for the auxiliary channels. `None` if the subpath hits
+    /// nothing.
     pub fn first_seen<A: Accel>(&self, world: &World<A>) -> Option<FirstSurface> {
         let first = self.camera.get(1).and_then(PathVertex::surface)?;
         Some(first.first_seen(world))

@@ -68,7 +68,8 @@ impl<A: Accel> Connector<'_, '_, A> {
         self.weight_of(camera, light, light_hit, time, false)
     }
 
-    /// MIS weight of merging the last vertex of `camera` with the vertex after `light`.
+    /// MIS weight of merging the last vertex of `camera` with the vertex of the light path that
+    /// follows the vertices `light`.
     pub fn merging_weight(&self, camera: &[PathVertex], light: &[PathVertex], time: f32) -> f32 {
         self.weight_of(camera, light, None, time, true)
     }

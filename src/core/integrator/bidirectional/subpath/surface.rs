@@ -100,8 +100,9 @@ impl<'a> Surface<'a> {
     }
 
     /// Returns true if only a camera path, whose previous vertex is in the direction `wo`, can
-    /// continue in the direction `wi`. Then `wi` is on different sides of the shading normal, bent
-    /// to `wo`, and of the geometric normal. Light from `wi` hits the other side of the facet.
+    /// continue in the direction `wi`. This is so if `wi` is on different sides of the shading
+    /// normal, bent to `wo`, and of the geometric normal. Light from `wi` hits the other side of
+    /// the facet.
     pub fn is_one_way(&self, wo: Vec3, wi: Vec3) -> bool {
         self.is_detailed && !self.point.seen_from(wo).sides_agree(wi)
     }
@@ -247,7 +248,7 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Origin of rays in direction `wi` that search for light scattered to `wo`: on the light's
+    /// Origin of rays in direction `wi` towards light that is scattered to `wo`: on the light's
     /// side of the shading normal, as in [`World::origin_on`].
     pub fn origin_towards_light<A: Accel>(&self, world: &World<A>, wo: Vec3, wi: Vec3) -> Vec3 {
         let (point, _) = self.seen_from(world.scene, wo);

@@ -146,7 +146,7 @@ impl<'a> PathVertex<'a> {
         matches!(&self.kind, VertexKind::Light(end) if end.is_delta)
     }
 
-    /// Light of the vertex; arbitrary if it is not on a light.
+    /// Light of the vertex; arbitrary if the vertex is not on a light.
     pub fn light_id(&self) -> LightId {
         match &self.kind {
             VertexKind::Light(end) => end.id,

@@ -150,8 +150,9 @@ impl LightSourceKind {
 /// [`Factors::light`] of the vertices at which a light subpath continued.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Factors {
-    /// Throughput of light from the next vertex to the previous one, `f |cos|` with the shading
-    /// normal. For a delta lobe it is the share of the light, at a light the emission.
+    /// At a surface: throughput of light from the next vertex to the previous vertex, `f |cos|`
+    /// with the shading normal; for a delta lobe, the share of the scattered light. At a light: the
+    /// emission.
     pub value: Spectrum,
     /// Density per solid angle with which a camera subpath continues to the next vertex. For a
     /// delta lobe it is the probability of the lobe; at the lens it is 1, per film.

@@ -51,8 +51,8 @@ pub(super) struct FirstVertices<'f, 'v> {
     wo_z: Lane,
     /// Origins of rays to the front, and of rays to the back.
     starts: [[Vec3; LANES]; 2],
-    /// For matte vertices: throughput × BSDF by channel, and density of a direction over its
-    /// cosine. The density is 0 if the lane has no matte vertex.
+    /// For matte vertices: throughput × BSDF by channel, and density of a direction divided by the
+    /// cosine of the direction. The density is 0 if the lane has no matte vertex.
     beta_f: [Lane; 3],
     pdf_over_cos: Lane,
     /// True for vertices that are not matte, which the loop over matte vertices leaves out.

@@ -141,7 +141,7 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
 
 impl<'a, A: Accel> PathIntegrator<'a, A> {
     /// Traces `path` to its end, and adds the light that it finds on the way. `traced` is the
-    /// result of its first ray query. Sets `first` and `end` if they are found; vertices are made
+    /// result of the first ray query. Sets `first` and `end` if they are found; vertices are made
     /// in `slots`. A path without an end is traced completely. `to_first` has the numbers of the
     /// vertices before the first vertex.
     #[inline(always)]

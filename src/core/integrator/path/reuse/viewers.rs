@@ -1,5 +1,5 @@
-//! Viewers of an end: the first vertices of a group that see it, and the BSDF of the end for each
-//! of them.
+//! Viewers of an end: the first vertices of a group that see the end, and the BSDF of the end for
+//! each of them.
 
 use super::end::End;
 use super::first_vertices::{Connections, FirstVertices};

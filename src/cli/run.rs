@@ -44,7 +44,10 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let checkpoint = checkpoint
         .map(|path| outputs.prepare("--checkpoint", path))
         .transpose()?;
-    outputs.refuse_inputs([&*args.scene])?;
+    if let Some(path) = &args.write_cameras {
+        prepare_cameras(path, &mut outputs)?;
+    }
+    outputs.refuse_inputs([&*args.scene].into_iter().chain(args.cameras.as_deref()))?;
     let other = args
         .audit_rays
         .map(|_| other_backend(job.settings.backend, None))
@@ -323,7 +326,7 @@ impl Run<'_> {
             match unfinished {
                 Unfinished::Failed(error) => failures.push(error.to_string()),
                 Unfinished::Cancelled => {
-                    words::warning("interrupted: denoising was cancelled, and the pictures are raw")
+                    words::warning("interrupted: denoising was cancelled, and the pictures are not denoised")
                 }
             }
             self.develop(state, failures)

@@ -235,10 +235,7 @@ impl CameraSettings {
                 None => Some(Distortion::Pinhole([0.0; 5])),
             };
             let distortion = distortion.ok_or_else(|| {
-                CameraError::wrong(
-                    "distortion",
-                    "has five numbers, and a fisheye has the four of k1,k2,k3,k4",
-                )
+                CameraError::wrong("distortion", "has five numbers, but a fisheye needs four: k1,k2,k3,k4")
             })?;
             return Ok(Projection::Calibrated { intrinsics, distortion });
         }

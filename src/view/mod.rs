@@ -1,18 +1,20 @@
 //! `embrasure view`: a render shown and controlled in a browser.
 //!
 //! [`serve`] renders on the calling thread with the sessions of `render`, so a picture of N samples
-//! is bit-identical to `render --spp N`. `engine` is the render loop, and `hub` is its shared state
-//! with the pages. `server` accepts connections and answers requests (`http`). Each page has a
-//! thread with its WebSocket (`socket`); `protocol` defines the messages. `frame` has a picture's
-//! pixels (`io::half_picture`), packed for slow links (`io::packed`). `parameters` lists the
-//! settable parameters, and `scene_keys` the settable keys. `scene_file` writes cameras and other
-//! changes into a scene file, and `watch` detects changed files. `page` has the files of the page.
-//! The page is served before the scene is loaded, and `loading` reports the progress.
+//! is bit-identical to `render --spp N`. `engine` is the render loop. `hub` is the state that the
+//! loop shares with the threads of the pages. `server` accepts connections and answers requests
+//! (`http`). Each page has a thread with its WebSocket (`socket`); `protocol` defines the messages.
+//! `frame` has a picture's pixels (`io::half_picture`), packed for slow links (`io::packed`).
+//! `parameters` lists the settable parameters, and `scene_keys` the settable keys. `scene_file`
+//! writes cameras and other changes into a scene file, and `watch` detects changed files. `page`
+//! has the files of the page. The page is served before the scene is loaded, and `loading` reports
+//! the progress.
 //!
 //! Only the user can control the render. By default the server listens on the loopback address, and
-//! the link has 128 random bits. The requested name (`Host`) and the requesting page (`Origin`) are
-//! checked, so that another page cannot send requests under its own name. Sizes, rates and numbers
-//! of connections are limited. Only files of the page and the picture are served.
+//! the link has 128 random bits. The server checks the requested name (`Host`) and the requesting
+//! page (`Origin`). A page of another site therefore cannot send requests, even if the domain of
+//! the site resolves to this machine. Sizes, rates and numbers of connections are limited. Only
+//! files of the page and the picture are served.
 
 mod engine;
 mod frame;

@@ -85,7 +85,7 @@ impl MergeArgs {
 fn is_there(denoiser: Denoiser) -> bool {
     let version = denoiser.version();
     if let Err(error) = &version {
-        words::warning(format!("the pictures are raw: {error}"));
+        words::warning(format!("the pictures are not denoised: {error}"));
     }
     version.is_ok()
 }

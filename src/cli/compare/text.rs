@@ -51,7 +51,7 @@ impl Comparison<'_> {
         );
         let blocks: Vec<String> = errors.block_rel_mse.iter().map(|error| number(*error)).collect();
         outln!(
-            "  blocks  {}: the same of means of 4x4, 16x16 and 64x64 pixels, which no denoiser removes",
+            "  blocks  {}: relMSE of the means of 4x4, 16x16 and 64x64 pixels, which no denoiser reduces",
             blocks.join(", ")
         );
         outln!(
@@ -90,9 +90,9 @@ impl Comparison<'_> {
 
     fn flip_words(&self) -> String {
         match self.flip.exposures {
-            None => "LDR-FLIP, mean; 0 looks alike, 1 is the maximum".into(),
+            None => "mean LDR-FLIP; 0: no visible difference, 1: the maximum".into(),
             Some(e) => format!(
-                "HDR-FLIP, mean, of {} exposures from {:+.2} to {:+.2} stops; 0 looks alike, 1 is the maximum",
+                "mean HDR-FLIP of {} exposures from {:+.2} to {:+.2} stops; 0: no visible difference, 1: the maximum",
                 e.count, e.start, e.stop
             ),
         }

@@ -86,13 +86,15 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
                 said.push(format!("{name}: linear values"));
                 let image = scaled(image.clone(), size, kind.is_colors());
                 let steps = steps.clone();
-                DevelopedPicture { image, steps }.write_exr(output, &exr)
+                let picture = DevelopedPicture { image, camera, steps };
+                picture.write_exr(output, &exr)
             }
             (Format::Png(_), Kind::Colors | Kind::Reflectance) => {
                 said.push(format!("{name}: {tone}"));
                 let image = scaled(image.clone(), size, true);
                 let steps = steps.clone();
-                DevelopedPicture { image, steps }.write_png(output, &tone)
+                let picture = DevelopedPicture { image, camera, steps };
+                picture.write_png(output, &tone)
             }
             (Format::Png(_), _) => {
                 let figure = figure::draw(&found, &image, size);

@@ -37,7 +37,8 @@ use strsim::levenshtein;
 
 /// Maximum number of names that an error suggests.
 const MAX_SUGGESTED: usize = 5;
-/// Names of the angles of the albedos.
+/// Names of a lobe's albedos: for a viewer along the normal, for a viewer at 60° to the normal, and
+/// for uniform light from all sides.
 const VIEWS: [&str; 3] = ["normal", "60_degrees", "uniform_light"];
 /// Angles of the viewer in plots, in degrees from the normal.
 const INCIDENCES: [f32; 4] = [0.0, 30.0, 60.0, 80.0];
@@ -353,7 +354,7 @@ fn print_text(facts: &Value) {
     }
 }
 
-/// Renders the sphere.
+/// Renders the material preview: a sphere of `material`.
 fn portray(
     settings: Settings,
     material: &Material,

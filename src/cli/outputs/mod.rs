@@ -1,8 +1,8 @@
-//! Files that a command writes. A file must not be another output or a file that the command reads
-//! (`files/identity.rs`).
+//! Files that a command writes. Two outputs must not be the same file, and no output may be a file
+//! that the command reads (`files/identity.rs`).
 //!
-//! `images` has the formats of images and the names of rendered images. `default_names` has the
-//! names without `-o`.
+//! `images` has the formats of images and the names of rendered images. `default_names` makes the
+//! names if there is no `-o`.
 
 mod default_names;
 mod images;

@@ -52,8 +52,8 @@ pub(in crate::cli) enum Technique {
     Connection(usize, usize, f32, Spectrum),
     /// A density estimate of photons.
     Photons,
-    /// Photons or subpaths that end near each other. The fields are those of `Connection`; both
-    /// numbers of vertices include the end.
+    /// Merged subpaths (vertex merging): they end near each other. The fields have the meaning of
+    /// the fields of `Connection`. Both numbers of vertices include the merged vertex.
     Merging(usize, usize, f32, Spectrum),
     /// The irradiance cache.
     Cache,

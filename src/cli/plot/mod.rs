@@ -26,9 +26,9 @@ pub(super) fn color(index: usize) -> &'static str {
 /// Location of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
-    /// In a separate file.
+    /// The picture is a separate file.
     File,
-    /// In a page, with the style of the page.
+    /// The picture is part of a page, and has the style of the page.
     Page,
 }
 

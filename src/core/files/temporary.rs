@@ -218,7 +218,7 @@ impl OutputLock {
                 // The previous owner may have removed the file before it released the lock.
                 Lock::Taken if !is_at(&file, &lock) => tries += 1,
                 Lock::Taken if has_other_names(&file) => {
-                    return Err(failed(io::Error::other("this file has a second name")));
+                    return Err(failed(io::Error::other("this file has a second name (a hard link)")));
                 }
                 Lock::Taken => {
                     // Write the process id for the messages of other runs. The lock does not need

@@ -210,7 +210,7 @@ impl<'a> CameraFinder<'a> {
             orbit,
             ..
         } = self.request;
-        let (azimuth, elevation, words) = self.angles();
+        let (azimuth, elevation, [words, remark]) = self.angles();
         let back = self.horizon().direction(azimuth, elevation);
         let (mut eye, mut target) = self.frame().place(&self.tracer, MAX_TRIANGLES, self.horizon(), back);
         if let Some(distance) = orbit.and_then(|orbit| orbit.distance) {
@@ -318,8 +318,9 @@ impl<'a> CameraFinder<'a> {
         }
     }
 
-    /// Azimuth and elevation of the view of an object, and a description for users.
-    fn angles(&self) -> (f32, f32, String) {
+    /// Azimuth and elevation of the view of an object, and words for users before and behind the
+    /// distance.
+    fn angles(&self) -> (f32, f32, [String; 2]) {
         let CameraRequest {
             view, orbit, position, ..
         } = self.request;

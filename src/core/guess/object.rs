@@ -38,7 +38,8 @@ const EDGE: f32 = 0.25;
 const PLATE: f32 = 0.5;
 /// Minimum change of a surface's depth at a step, as a share of its distance.
 const STEP: f32 = 0.03;
-/// Minimum lead in bits of a candidate over an earlier one, so that rounding does not decide.
+/// Score, in bits of information, by which a later candidate must exceed an earlier candidate.
+/// Rounding errors are smaller, so they do not decide.
 const MARGIN: f32 = 0.02;
 /// Bonus of azimuth 0, in doublings of detail: it is the front of many models.
 const USUAL_FRONT: f32 = 1.2;
@@ -69,9 +70,9 @@ pub(super) struct Front {
 }
 
 impl Front {
-    /// The side that the file declares, or else the side with the most detail and materials: faces
-    /// have eyes and noses, backs are smooth. Seats, feet, azimuth 0 and symmetry have a bonus.
-    /// Edges of plates are not a front.
+    /// The front that the file declares, or else the side with the most detail and materials: heads
+    /// have eyes and a nose in front, and backs are smooth. Seats, feet, azimuth 0 and symmetry add
+    /// to the score of a side. The narrow side of a plate is never the front.
     pub fn of(tracer: &SceneTracer, horizon: &Horizon, frame: &Frame, axes: &FileAxes) -> Self {
         let toward = |side: Vec3| {
             let azimuth = horizon.azimuth(side)?;

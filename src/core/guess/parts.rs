@@ -162,8 +162,9 @@ impl<'a> Parts<'a> {
     }
 }
 
-/// Weight of a part's contact, from 0 to 1: sheets lie on floors and hang on walls, and poles lean
-/// anywhere, but a chair stands.
+/// Weight of a part that rests on something, from 0 to 1, by its shape. A compact part such as a
+/// chair has a high weight. Sheets and poles have low weights: sheets also hang on walls, and poles
+/// lean at any angle.
 fn weight(part: &[Vec3], up: Vec3) -> f32 {
     let bounds: Bounds3 = part.iter().copied().collect();
     let size = bounds.max - bounds.min;

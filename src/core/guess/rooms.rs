@@ -4,7 +4,7 @@ use super::scene_tracer::{HitStatistics, SceneTracer};
 use super::spread::{POINTS, directions, points_inside};
 use crate::math::Vec3;
 
-/// Minimum share of the rays from a point in a room that hit fronts.
+/// A point is in a room if at least this share of its rays hits the front side of a surface.
 const ENCLOSED: f32 = 0.62;
 /// Minimum share of the points that are in rooms: for an interior, and for an interior with much
 /// more detail inside than outside.

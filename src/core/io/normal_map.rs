@@ -25,7 +25,8 @@ const GREY: f32 = 0.02;
 const LENGTH_ERROR: f32 = 0.2;
 /// Minimum share of unit vectors in a normal map.
 const UNIT_SHARE: f32 = 0.75;
-/// Minimum share of texels that are not background.
+/// Minimum share of the opaque texels of a normal map that are vectors. Black and grey texels are
+/// the background of an atlas.
 const USED_SHARE: f32 = 0.02;
 /// Minimum component of the mean normal away from the surface, which makes a normal map bluish.
 const MIN_UP: f32 = 0.35;

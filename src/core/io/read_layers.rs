@@ -155,7 +155,7 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
     if channels.is_empty() {
         let message = "none of its channels has a value for each pixel of its display window";
         return Err(FileError::new(path, message)
-            .help("write it again, without subsampling and with pixels in its display window"));
+            .help("export the file again, without subsampled channels and with pixels inside its display window"));
     }
     let backing = if channels.iter().any(|c| c.name == Backing::Transparent.channels()[0]) {
         Some(Backing::Transparent)

@@ -60,9 +60,9 @@ impl LightBounds {
 /// A ball of receiving points whose normals are near one direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ReceiverRegion {
-    /// Middle of the ball, world space.
+    /// Centre of the bounding sphere of the points, in world space.
     pub center: Vec3,
-    /// Radius of the ball.
+    /// Radius of the bounding sphere.
     pub radius: f32,
     /// Unit direction near the normals; zero if both sides receive light.
     pub normal: Vec3,

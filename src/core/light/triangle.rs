@@ -34,8 +34,8 @@ const SOLID_ANGLES: std::ops::Range<f64> = 3e-4..6.2;
 pub struct TriangleLight {
     corners: [Vec3; 3],
     normal: Vec3,
-    /// Largest ray offset of the triangle's points: no point is further from the origin than the
-    /// furthest corner.
+    /// Maximum ray offset of points on the triangle. It is the offset of a corner, because ray
+    /// offsets grow with the coordinates of a point.
     ray_offset: f32,
     area: f32,
     radiance: Spectrum,

@@ -102,10 +102,10 @@ pub enum VisibilityTarget {
 }
 
 impl VisibilityGrid {
-    /// A grid without visibility for the surface points `points`. The number of cells is limited so
-    /// that `max_rays` rays suffice for all targets. `grid` chooses among `lights` if there are
-    /// several. `None` if there is nothing to learn: if no light shines from many directions and
-    /// there is at most one lamp, or if there are no points.
+    /// Makes a grid over the surface points `points`, with unknown visibility. The number of cells
+    /// is limited so that `max_rays` rays suffice for all targets of all cells. `grid` is the light
+    /// grid of `lights`, if there are several lights. `None` if there are no points, or if there is
+    /// nothing to learn: no light shines from many directions, and there is at most one lamp.
     pub(super) fn new(
         (lights, grid): (&[Light], Option<&LightGrid>),
         points: &[Vec3],

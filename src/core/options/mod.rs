@@ -2,9 +2,9 @@
 //! `parameters!` (`parameter`) with its key, type, default, range and help. Keys of the scene file,
 //! flags, documentation and checks are generated from this entry.
 //!
-//! A new parameter of an integrator needs an entry in [`integrator_parameters`], its name in the
-//! list of each method that reads it in [`method`], and the line that uses it. Other parameters
-//! need an entry in [`picture_parameters`], or in the module of the code that uses them.
+//! A new parameter of an integrator needs three changes: an entry in [`integrator_parameters`], the
+//! line that uses it, and its name in the lists of [`method`], for each method that reads it. Other
+//! parameters need an entry in [`picture_parameters`], or in the module of the code that uses them.
 
 mod background;
 mod calibration;

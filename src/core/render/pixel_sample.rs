@@ -35,8 +35,8 @@ impl<'a> PixelSample<'a> {
         }
     }
 
-    /// Adds the background and the ground that the camera ray sees to the integrator's light and to
-    /// `parts`. Returns true if the sample is valid. The caller must drop an invalid sample
+    /// Adds the background and the ground, if the camera ray sees them, to the integrator's light
+    /// and to `parts`. Returns true if the sample is valid. The caller must drop an invalid sample
     /// ([`PixelSample::drop_light`]).
     pub(super) fn finish(&mut self, parts: Option<&mut LightParts>) -> bool {
         let seen = match self.view.take() {

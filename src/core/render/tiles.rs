@@ -82,8 +82,8 @@ fn advance_passes<S: Sampler>(
 ) -> Option<Statistics> {
     let next = tile.next_sample();
     let start = last_cut(next).max(tile.first_sample());
-    // If an earlier render ended between two cuts: take the samples after the last cut again and
-    // subtract them, so that they are summed together with the new samples.
+    // If an earlier render ended within a pass (`schedule`): trace the samples of this pass again
+    // and subtract them. The pass is then summed as a whole, with the new samples.
     let again = if start < next {
         Some(render_tile(
             integrator,

@@ -52,7 +52,8 @@ pub struct PrimarySampler {
     /// saves repeated steps and changes no bit. Words are atomic because samplers are shared by
     /// reference.
     cache: Vec<AtomicU64>,
-    /// Number of accepted steps up to the last large one, counted in the same way.
+    /// Number of accepted steps of the whole chain, up to and including the last accepted large
+    /// step.
     origin_step: u32,
 }
 

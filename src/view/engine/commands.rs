@@ -172,7 +172,7 @@ impl Engine<'_> {
         }
     }
 
-    /// The picture as a file in the format of `render`.
+    /// Contents of a file in `format`: the picture, as `embrasure render` writes it, or a texture.
     fn file_of(&self, renderer: &Renderer, state: &RenderState, format: SaveFormat) -> Result<Vec<u8>, String> {
         if let SaveFormat::Texture(id) = format {
             return texture_png(renderer.session().scene(), id);

@@ -18,7 +18,8 @@ pub(super) struct Denoising {
     /// Number of the current picture.
     picture: u64,
     work: Option<Work>,
-    /// Last denoised picture of the current picture; true if it includes the last sample.
+    /// Last denoised frame of the current picture. The `bool` is true if the frame includes the
+    /// last sample.
     shown: Option<(Frame, bool)>,
     /// True if the denoiser has failed with the current picture.
     has_failed: bool,

@@ -89,7 +89,7 @@ fn view_inside_without_a_room_is_an_error() {
     ] {
         let words = refused(folder.path(), &["render", scene, "--view", "inside"], 2);
         let expected =
-            format!("error: camera view inside: there is nothing to stand in: {reason}\n  help: leave --view out");
+            format!("error: camera view inside: there is no place for the camera: {reason}\n  help: leave --view out");
         assert!(words.starts_with(&expected), "{words}");
     }
     // Errors of scene files refer to the key.

@@ -87,6 +87,27 @@ fn lens_attributes_survive_a_merge() {
     assert!((c.focus.unwrap() - 5.0).abs() < 1e-5);
 }
 
+/// Developed files have the camera of their input, except scaled parts.
+#[test]
+fn developed_files_keep_the_camera() {
+    let folder = room();
+    let camera = "--position 1,2,3 --look-at 1,2,-4 --fov 50";
+    done(
+        folder.path(),
+        &split(&format!("render s.toml -q -o a.exr {CENTERS} {camera}")),
+    );
+    let of = |flags: &str| {
+        done(folder.path(), &split(&format!("develop a.exr -q -o b.exr {flags}")));
+        attributes(&folder.path().join("b.exr")).world_to_normalized_device
+    };
+    let own = attributes(&folder.path().join("a.exr")).world_to_normalized_device;
+    assert!(own.is_some());
+    for flags in ["--channel albedo", "--crop 8,8,40,40", "--scale 0.5"] {
+        assert_eq!(of(flags), own, "{flags}");
+    }
+    assert_eq!(of("--crop 8,8,40,40 --scale 2"), None);
+}
+
 /// A panorama has no projection matrix, but the attributes for position and axes.
 #[test]
 fn panoramas_have_no_projection_matrix() {

@@ -47,7 +47,7 @@ pub enum Scale {
 /// The most extreme test of a scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExtremeTest {
-    /// Scale of the test.
+    /// Size of the regions that the test compares.
     pub scale: Scale,
     /// Number of tests of this scale: positions times channels.
     pub tests: usize,

@@ -99,7 +99,7 @@ impl CameraFinder<'_> {
         };
         CameraError::no_place(
             "view",
-            format!("inside: there is nothing to stand in: {reason}"),
+            format!("inside: there is no place for the camera: {reason}"),
             "leave --view out to see it from outside, or choose a place by --stand X,Z or --position X,Y,Z".into(),
         )
     }

@@ -233,7 +233,8 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
                     length,
                     after_delta: true,
                 },
-                // The gathered photons contain the light of the other lobes.
+                // The density estimate at this vertex has the light of all lobes that are not delta
+                // lobes.
                 (Some(_), false) => continue,
                 // Light that a delta lobe brings directly to the end of a gather ray is a caustic
                 // at the start of that ray.

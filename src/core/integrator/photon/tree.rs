@@ -82,8 +82,8 @@ impl PhotonTree {
     /// The mean of `(count − 1) / (π r²)` is the density of points that are spread evenly over a
     /// plane, if the point with number `count` has distance r.
     pub fn nearest(&self, p: Vec3, count: usize, radius: f32, counts: impl Fn(&Photon) -> bool) -> NearestPhotons<'_> {
-        // Sorted by the bits of squared distances, which have the order of the numbers, as all are
-        // at least 0; then by index in the tree
+        // Bits of the squared distance, and index in the tree. The bits of floats that are not
+        // negative have the order of the floats, so the heap is sorted by distance.
         let mut heap: BinaryHeap<(u32, usize)> = BinaryHeap::with_capacity(count + 1);
         let mut squared = radius * radius;
         // Unvisited halves and their distances from `p`

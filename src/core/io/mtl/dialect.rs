@@ -12,28 +12,29 @@ pub enum MtlDialect {
     Spec,
     /// Blender: `Ks` and `Ns` are the specular level and the roughness of its principled surface.
     Blender,
-    /// 3ds Max: `Ks` and `Ns` are a highlight of lamps, maps replace colours, and `Tr` has priority
-    /// over `d`.
+    /// 3ds Max: `Ks` and `Ns` are a highlight that reflects only lamps. Maps replace colours. `Tr`
+    /// has priority over `d`.
     Max,
     /// Maya: `illum 4` is written for every surface, including opaque ones. `Tf` is the opacity,
-    /// and `Ks` and `Ns` are a highlight of lamps.
+    /// and `Ks` and `Ns` are a highlight that reflects only lamps.
     Maya,
     /// SketchUp: `Ks` is a constant without meaning.
     Sketchup,
-    /// Cinema 4D: `Ks` and `Ns` are a highlight of lamps.
+    /// Cinema 4D: `Ks` and `Ns` are a highlight that reflects only lamps.
     Cinema4d,
     /// MeshLab: `Tr` means `d`. `Ks` with `Ns 0` is a constant without meaning; any other `Ks` is a
-    /// highlight of lamps.
+    /// highlight that reflects only lamps.
     Meshlab,
-    /// Rhino: `Ks` and `Ns` are a highlight of lamps, and `Tf` is a constant without meaning.
+    /// Rhino: `Ks` and `Ns` are a highlight that reflects only lamps. `Tf` is a constant without
+    /// meaning.
     Rhino,
-    /// Wings 3D: `Ks` and `Ns` are a highlight of lamps.
+    /// Wings 3D: `Ks` and `Ns` are a highlight that reflects only lamps.
     Wings3d,
-    /// 3dfier: `Ks` and `Ns` are a highlight of lamps.
+    /// 3dfier: `Ks` and `Ns` are a highlight that reflects only lamps.
     Threedfier,
-    /// Assimp: `Ks` and `Ns` are a highlight of lamps, and `Tf` has no meaning.
+    /// Assimp: `Ks` and `Ns` are a highlight that reflects only lamps. `Tf` has no meaning.
     Assimp,
-    /// An unknown program with `Ks` and `Ns` as a highlight of lamps.
+    /// An unknown program with `Ks` and `Ns` as a highlight that reflects only lamps.
     Highlight,
 }
 

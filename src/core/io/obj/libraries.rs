@@ -135,8 +135,8 @@ fn find_of_same_name(finder: &mut FileFinder, obj: &Path) -> Option<PathBuf> {
     finder.find(folder, &stem).or_else(|| finder.find(folder, &name))
 }
 
-/// Materials of the libraries, in the order of their lines, and paths of the libraries that were
-/// read. Each library is read once.
+/// Materials of the libraries, and paths of the libraries that were read, in the order of the lines
+/// that name the libraries. Each library is read once.
 pub(super) fn load_libraries(
     obj: &Path,
     libraries: &[ObjLibrary],

@@ -36,7 +36,7 @@ impl Place {
     }
 }
 
-/// Moves the front and back faces at the same place apart. Returns the number of pairs.
+/// Moves coincident front and back faces apart. Returns the number of pairs.
 pub(super) fn separate(outline: &mut Outline, colors: &mut Colors, faces: &[Faces]) -> usize {
     let pairs = two_sided(outline, faces);
     if pairs.is_empty() {

@@ -7,7 +7,7 @@ use crate::description::presets::Preset;
 use crate::material::{Gloss, Material};
 
 impl Preset {
-    /// Keys of the preset as a section.
+    /// Material section with the keys of the preset.
     pub(super) fn section(&self) -> MaterialSection {
         toml::from_str(self.keys).unwrap_or_default()
     }

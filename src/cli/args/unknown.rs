@@ -1,7 +1,7 @@
 //! Advice for unknown flags: the known flag to write instead.
 //!
 //! Users of other renderers write the flags of those renderers. A table translates them, because
-//! the most similar flag here may have another meaning: `--camera` is not `--cache-rays`.
+//! the most similar flag here may have another meaning: `--engine` is not `--origin`.
 
 use crate::options::nearest;
 use clap::Command;
@@ -21,7 +21,7 @@ const ELSEWHERE: &[(&[&str], &[&str])] = &[
         &["--bounces", "--max-bounces", "--depth", "--path-depth"],
         &["--max-depth 8"],
     ),
-    (&["--camera", "--eye"], &["--position 0,1,5 --look-at 0,1,0"]),
+    (&["--eye", "--from"], &["--position 0,1,5 --look-at 0,1,0"]),
     (&["--target", "--lookat"], &["--look-at 0,1,0"]),
     (&["--engine", "--method", "--algorithm"], &["--integrator bdpt"]),
     (&["--out", "--outfile", "--file"], &["--output picture.png"]),
@@ -66,7 +66,7 @@ mod tests {
                 "render has no flag --width\n  help: did you mean --size 640x480?",
             ),
             (
-                "embrasure render a.obj --camera 1,2,3",
+                "embrasure render a.obj --eye 1,2,3",
                 "did you mean --position 0,1,5 --look-at 0,1,0?",
             ),
             ("embrasure render a.obj -s 4", "did you mean --spp 64?"),

@@ -85,7 +85,10 @@ fn names(finder: &mut FileFinder, folder: &Path, statement: &LibraryName) -> Vec
     let mut names = Vec::with_capacity(parts.len());
     for part in parts {
         let words: Vec<String> = part.split_whitespace().map(str::to_string).collect();
-        let are_words = words.len() > 1 && !is_there(&part) && words.iter().any(|word| is_there(word));
+        let count = words.iter().filter(|word| is_there(word)).count();
+        // A name with blanks that ends in `.mtl` can be called by its last word.
+        let is_one = count < 2 && ends_in_mtl(&part);
+        let are_words = words.len() > 1 && count > 0 && !is_one && !is_there(&part);
         names.extend(if are_words { words } else { vec![part] });
     }
     names
@@ -104,7 +107,7 @@ fn split_names(text: &str) -> Vec<String> {
         let mut words: Vec<&str> = Vec::new();
         for word in part.split_whitespace() {
             words.push(word);
-            if word.to_ascii_lowercase().ends_with(".mtl") {
+            if ends_in_mtl(word) {
                 names.push(words.join(" "));
                 words.clear();
             }
@@ -115,16 +118,23 @@ fn split_names(text: &str) -> Vec<String> {
     names.into_iter().map(|name| name.replace('\0', " ")).collect()
 }
 
-/// Finds the file of this name, or of its base name beside the OBJ file or in the parent folder.
-/// The second value is true if the file is in another place than named.
+fn ends_in_mtl(name: &str) -> bool {
+    name.to_ascii_lowercase().ends_with(".mtl")
+}
+
+/// Finds the file of this name, or of its base name beside the OBJ file or in the parent folder, or
+/// of one of its words beside the OBJ file. The second value is true if the file has another place
+/// or name.
 fn find_near(finder: &mut FileFinder, folder: &Path, name: &str) -> Option<(PathBuf, bool)> {
     if let Some(path) = finder.find(folder, name) {
         return Some((path, false));
     }
-    let (name, above) = (unquoted(name), folder_above(folder));
-    let base = base_name(name)?;
-    let mut places = [(folder, name), (folder, base), (&above, base)].into_iter();
+    let (plain, above) = (unquoted(name), folder_above(folder));
+    let base = base_name(plain)?;
+    let mut places = [(folder, plain), (folder, base), (&above, base)].into_iter();
     let found = places.find_map(|(folder, name)| finder.find(folder, name));
+    let words = plain.split_whitespace().filter(|_| plain == name && ends_in_mtl(name));
+    let found = found.or_else(|| words.rev().find_map(|word| finder.find(folder, word)));
     found.map(|path| (path, true))
 }
 

@@ -54,6 +54,24 @@ fn libraries_lie_close_by() {
 }
 
 #[test]
+fn a_name_with_blanks_is_one_message() {
+    let all = folder(&["cake.mtl"]);
+    for statement in ["mtllib Chocolate Cake.mtl", "mtllib Chocolate cake.mtl"] {
+        let (names, told) = materials(all.path(), &format!("{statement}\nusemtl m"));
+        assert_eq!(
+            (names.as_slice(), told.len()),
+            (&["cake".to_string()][..], 1),
+            "{told:?}"
+        );
+        let name = statement.trim_start_matches("mtllib ");
+        assert!(
+            told[0].contains(&format!("`{name}` is missing; `")) && told[0].contains("cake.mtl` is used"),
+            "{told:?}"
+        );
+    }
+}
+
+#[test]
 fn a_library_of_the_name_of_the_file_is_taken() {
     let at = folder(&["t.mtl", "a.mtl"]);
     let at = at.path();

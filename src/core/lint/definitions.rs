@@ -8,13 +8,13 @@ use std::path::Path;
 pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut unused: BTreeMap<&Path, Vec<(&str, usize)>> = BTreeMap::new();
-    let used: HashSet<(&str, &Path, usize)> = inspection
+    // Faces may name a material in another case, or with other separators.
+    let used: HashSet<(&Path, usize)> = inspection
         .materials
         .iter()
         .filter_map(|m| {
-            m.place
-                .as_ref()
-                .map(|(file, at)| (m.name.as_str(), file.as_path(), at.line))
+            let place = m.place.as_ref();
+            place.map(|(file, at)| (file.as_path(), at.line))
         })
         .collect();
     // Materials of the scene file replace materials of libraries for faces that name them.
@@ -43,7 +43,7 @@ pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
             }
         }
         for (name, (library, line)) in defined {
-            if !used.contains(&(name, library, line)) && !replaced.contains(name) {
+            if !used.contains(&(library, line)) && !replaced.contains(name) {
                 unused.entry(library).or_default().push((name, line));
             }
         }

@@ -57,7 +57,13 @@ impl Loader<'_> {
             None => match obj.material(name) {
                 Some(found) => {
                     let place = (found.library.clone(), Position::line(found.line));
-                    (found.clone(), Some(place))
+                    let mut found = found.clone();
+                    if found.material.name != name {
+                        let line = group.line * usize::from(other.is_none());
+                        self.tell_of_other_name(name, &found, path, line);
+                        found.material.name = name.to_string();
+                    }
+                    (found, Some(place))
                 }
                 None if other.is_some() => {
                     if let Some(other) = &other {
@@ -130,6 +136,23 @@ impl Loader<'_> {
             found,
         });
         id
+    }
+
+    /// Reports that the material `name` of the OBJ file `path` is `found`, whose name differs in
+    /// case or separators. `line` names the material; 0 if no line of the file does.
+    fn tell_of_other_name(&mut self, name: &str, found: &FileMaterial, path: &Path, line: usize) {
+        let message = format!(
+            "material `{}` is called `{}` in its library, and is used",
+            excerpt_of_name(name),
+            excerpt_of_name(&found.material.name)
+        );
+        let error = FileError::new(path, message);
+        let error = match line {
+            0 => error,
+            line => error.at(Position::line(line)),
+        };
+        let help = "write the name exactly as in `newmtl`; --mtl-dialect spec takes exact names alone";
+        self.findings.add(Severity::Note, "found-elsewhere", error.help(help));
     }
 
     /// Reports materials that no library defines, once for each OBJ file.

@@ -218,6 +218,51 @@ fn single_fitting_image_is_used_without_library() {
     assert_eq!(used(&["bus.obj"], &["Street_Atlas.png"]), one("Street_Atlas.png"));
 }
 
+/// Printed lines and messages of a command.
+fn messages(folder: &TempDir, line: &str) -> String {
+    let output = run(folder.path(), &split(line));
+    words(&output) + &printed(&output)
+}
+
+/// Exporters replace characters in names of materials.
+#[test]
+fn materials_are_found_in_other_case_and_with_other_separators() {
+    let of = |name: &str, library: &str| {
+        let folder = scene(library, &["x.png"]);
+        fs::write(folder.path().join("a.obj"), OBJ.replace("wood", name)).unwrap();
+        folder
+    };
+    let expected = picture(&of("Mat_1", "newmtl Mat_1\nmap_Kd x.png\n"), "").0;
+    for name in ["Mat.1", "Mat 1", "mat :1", "MAT-1"] {
+        let folder = of("Mat_1", &format!("newmtl {name}\nmap_Kd x.png\n"));
+        let (got, words) = picture(&folder, "");
+        assert!(got == expected, "{name}: {words}");
+        let message = format!("material `Mat_1` is called `{name}` in its library");
+        assert!(
+            words.contains(&message) && words.contains("[found-elsewhere]"),
+            "{words}"
+        );
+        for flags in ["--mtl-dialect spec", "--strict"] {
+            let words = messages(&folder, &format!("render s.toml -o t.png {flags}"));
+            assert!(words.contains("[missing-material]"), "{flags}: {words}");
+        }
+    }
+    let folder = of("Mat_1", "newmtl Mat.1\nmap_Kd x.png\n");
+    // The name of the OBJ file applies in flags, and the definition is in use.
+    let (got, words) = picture(&folder, "--material Mat_1.opacity=0.5");
+    assert!(got != expected, "{words}");
+    let words = messages(&folder, "check s.toml");
+    assert!(!words.contains("[unused-definition]"), "{words}");
+    // Several names fit.
+    for library in [
+        "newmtl Mat.1\nmap_Kd x.png\nnewmtl mat 1\n",
+        "newmtl Mat1\nmap_Kd x.png\n",
+    ] {
+        let (_, words) = picture(&of("Mat_1", library), "");
+        assert!(words.contains("[missing-material]"), "{words}");
+    }
+}
+
 /// A file without `usemtl` gets the only material of the library with its name.
 #[test]
 fn faces_without_usemtl_get_the_only_material() {

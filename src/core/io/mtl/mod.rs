@@ -37,6 +37,20 @@ pub fn default_material(name: &str) -> Material {
     }
 }
 
+/// The name of a material in lower case, with one `_` for each run of separators. Exporters replace
+/// characters: `Mat.1` and `mat_1` have one key.
+pub(super) fn key_of_name(name: &str) -> String {
+    let mut key = String::with_capacity(name.len());
+    for c in name.chars() {
+        if c.is_alphanumeric() {
+            key.extend(c.to_lowercase());
+        } else if !key.ends_with('_') {
+            key.push('_');
+        }
+    }
+    key
+}
+
 /// Path of a library named in an OBJ file: relative to the OBJ's folder.
 pub(crate) fn library_path(obj: &Path, name: &str) -> PathBuf {
     obj.parent().unwrap_or(Path::new("")).join(name)
@@ -125,12 +139,15 @@ pub struct ObjContext {
     pub whole_names: HashSet<String>,
     /// Names of materials that faces use; `None` if unknown.
     pub used: Option<HashSet<String>>,
+    /// Keys ([`key_of_name`]) of these names; empty if names must be exact.
+    pub used_keys: HashSet<String>,
 }
 
 impl ObjContext {
     /// Returns false if no face uses the material of this name.
     fn is_used(&self, name: &str) -> bool {
-        self.used.as_ref().is_none_or(|used| used.contains(name))
+        let is_alike = || !self.used_keys.is_empty() && self.used_keys.contains(&key_of_name(name));
+        self.used.as_ref().is_none_or(|used| used.contains(name) || is_alike())
     }
 }
 

@@ -26,7 +26,7 @@ mod smoothing;
 mod subdivide;
 mod wires;
 
-use super::mtl::{FileMaterial, MtlDialect, ObjContext, Signature};
+use super::mtl::{FileMaterial, MtlDialect, ObjContext, Signature, key_of_name};
 use super::statements::with_line_feeds;
 use super::{FileError, Findings, LoadObserver, LoadOptions, Severity};
 use crate::files::input;
@@ -45,7 +45,7 @@ pub use origin::origin_of;
 use outline::Outline;
 use parts::MaterialRules;
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use subdivide::subdivide;
@@ -96,6 +96,9 @@ pub struct ObjFile {
     pub has_colors: bool,
     /// Index of the last material of each name.
     last_named: HashMap<String, usize>,
+    /// Index of the material for undefined names: the only material with the name up to case and
+    /// separators.
+    alike: HashMap<String, usize>,
 }
 
 impl ObjFile {
@@ -108,15 +111,38 @@ impl ObjFile {
             has_colors: groups.iter().any(|group| !group.mesh.colors.is_empty()),
             groups,
             last_named: named.collect(),
+            alike: HashMap::new(),
             materials,
             libraries,
             named_libraries: Vec::new(),
         }
     }
 
-    /// Material of this name; the last definition is used.
+    /// Material of this name; the last definition is used. If the file uses an undefined name, the
+    /// material can have another name, which differs in case or separators.
     pub fn material(&self, name: &str) -> Option<&FileMaterial> {
-        self.last_named.get(name).and_then(|&i| self.materials.get(i))
+        let index = self.last_named.get(name).or_else(|| self.alike.get(name));
+        index.and_then(|&i| self.materials.get(i))
+    }
+
+    /// The file, with materials for undefined names of groups.
+    fn with_alike_names(mut self) -> Self {
+        let names = self.groups.iter().filter_map(|group| group.material.as_ref());
+        let undefined: HashSet<&String> = names.filter(|name| !self.last_named.contains_key(*name)).collect();
+        if undefined.is_empty() {
+            return self;
+        }
+        let mut by_key: HashMap<String, Option<usize>> = HashMap::new();
+        for (name, &index) in &self.last_named {
+            let only = by_key.entry(key_of_name(name)).or_insert(Some(index));
+            *only = only.filter(|&first| first == index);
+        }
+        let alike = undefined.into_iter().filter_map(|name| {
+            let index = *by_key.get(&key_of_name(name))?;
+            Some((name.clone(), index?))
+        });
+        self.alike = alike.collect();
+        self
     }
 }
 
@@ -214,14 +240,17 @@ pub(super) fn read_obj(
     for error in std::mem::take(&mut outline.wrong) {
         findings.add(severity, "wrong-statement", error);
     }
-    findings.add_unlisted(severity, path, outline.wrong_count - listed);
+    findings.add_untold(severity, path, outline.wrong_count - told);
+    let is_literal = options.strict || options.parameters.mtl_dialect() == MtlDialect::Spec;
+    let used = outline.uses_materials().then(|| outline.used_names());
+    let keys = used.iter().flatten().filter(|_| !is_literal);
     let context = ObjContext {
         signature,
         whole_names: outline.whole_names(),
-        used: outline.uses_materials().then(|| outline.used_names()),
+        used_keys: keys.map(|name| key_of_name(name)).collect(),
+        used,
     };
-    let is_literal = options.strict || options.parameters.mtl_dialect() == MtlDialect::Spec;
-    // If no face names a material, the only material of a library is used for all faces.
+    // The only material of a library may be the material of all faces.
     let takes_only = !outline.uses_materials() && !is_literal;
     let found = find_libraries(path, &outline.libraries, outline.uses_materials() || takes_only);
     let named_libraries = found.iter().map(|library| library.name.clone()).collect();
@@ -272,11 +301,12 @@ pub(super) fn read_obj(
     if groups.is_empty() && wrong_count == 0 && options.parts.is_empty() {
         return Err(no_faces(path, faceless));
     }
-    Ok(ObjFile {
+    let file = ObjFile {
         parts,
         named_libraries,
         ..ObjFile::new(groups, materials, libraries)
-    })
+    };
+    Ok(if is_literal { file } else { file.with_alike_names() })
 }
 
 /// Assigns the only material of its library to the faces of a file without `usemtl`, unless

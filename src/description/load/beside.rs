@@ -1,9 +1,11 @@
 //! Search for pictures near an OBJ file: in its folder, in texture folders within or beside this
 //! folder, and in folders within those texture folders that have the name of the OBJ file.
 
+use crate::description::find_file::FileFinder;
 use crate::description::find_texture::is_texture_folder;
 use crate::description::texture::texture_size;
 use std::borrow::Cow;
+use std::cell::OnceCell;
 use std::collections::{BTreeSet, HashSet};
 use std::fs::{self, File};
 use std::io::Read;
@@ -44,17 +46,20 @@ const TEXTURE_WORDS: [&str; 18] = [
     "uv",
     "uvs",
 ];
-/// Words that show that a picture is not a colour texture: words for views of a model, or for
-/// textures of other properties.
-const OTHER_WORDS: [&str; 27] = [
+/// Words in names of other pictures: views of a model, or textures of other properties.
+const OTHER_WORDS: [&str; 31] = [
+    "banner",
     "beauty",
     "bump",
     "curvature",
     "env",
     "cover",
+    "hud",
     "icon",
     "image",
     "img",
+    "inv",
+    "inventory",
     "lightmap",
     "lm",
     "logo",
@@ -75,11 +80,71 @@ const OTHER_WORDS: [&str; 27] = [
     "thumb",
     "thumbnail",
 ];
-/// Maximum number of pictures in a folder in which the only texture is searched.
+/// Texts in names of folders with pictures, other than [`is_texture_folder`].
+const FOLDER_WORDS: [&str; 9] = ["bitmap", "gfx", "image", "img", "map", "material", "pic", "skin", "tex"];
+/// Words in names that programs give, or that name no model.
+const GENERIC_WORDS: &[&str] = &[
+    "asset",
+    "assets",
+    "auv",
+    "base",
+    "bake",
+    "baked",
+    "blinn",
+    "default",
+    "defaultmaterial",
+    "export",
+    "final",
+    "group",
+    "high",
+    "image",
+    "images",
+    "initial",
+    "lambert",
+    "low",
+    "lowpoly",
+    "main",
+    "maps",
+    "mat",
+    "material",
+    "materials",
+    "mesh",
+    "meshes",
+    "model",
+    "models",
+    "none",
+    "null",
+    "obj",
+    "object",
+    "objects",
+    "output",
+    "phong",
+    "poly",
+    "scene",
+    "shading",
+    "source",
+    "standard",
+    "surface",
+    "untitled",
+];
+/// Maximum number of pictures in a folder in which the only texture is searched for.
 const MAX_HERE: usize = 64;
 /// Minimum length of an OBJ file's name, or of the first word of this name, to match pictures by
 /// it.
 const MIN_NAME: usize = 3;
+/// Minimum length of a word within the name of a picture to find the picture by the word.
+const MIN_WORD_WITHIN: usize = 4;
+
+/// Result of a rule for pictures.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Picked {
+    /// The rule holds for no picture.
+    Nothing,
+    /// The rule holds for pictures of several kinds.
+    Several,
+    /// Path of the picture from the folder of the OBJ file.
+    One(PathBuf),
+}
 
 /// A picture near an OBJ file.
 #[derive(Clone, Debug)]
@@ -96,7 +161,7 @@ impl Image {
     /// Returns true if a word of the picture's name shows that it is not a colour texture of a
     /// model.
     fn is_other(&self) -> bool {
-        self.words.iter().any(|word| OTHER_WORDS.contains(&word.as_str()))
+        self.words.iter().any(|word| is_other_word(word))
     }
 
     /// Name of the picture without numbers at its end. Variants of a picture, such as `skin1` and
@@ -120,6 +185,8 @@ pub(super) struct NearbyFiles {
     objs: Vec<String>,
     /// Material libraries in the folder.
     libraries: Vec<PathBuf>,
+    /// Picture with the name of the OBJ file in other folders, after the first search.
+    distant: OnceCell<Picked>,
 }
 
 impl NearbyFiles {
@@ -204,74 +271,183 @@ impl NearbyFiles {
         read.is_ok() && begin.windows(METADATA.len()).any(|window| window == METADATA)
     }
 
-    /// The picture that is the colour texture of all materials of an OBJ file without a material
-    /// library. `may_be` returns true for possible colour textures. The rules below are tried in
-    /// order. The first rule that any picture fulfils decides: if exactly one picture fulfils this
-    /// rule, the picture is returned, else `None`.
-    ///
-    /// 1. The picture has the name of the OBJ file.
-    /// 2. The name of the picture begins with the name of the OBJ file, and not with a longer name
-    ///    of another OBJ file in the folder. If pictures differ only by a number, the first of them
-    ///    is taken.
-    /// 3. The first word of the picture's name is the first word of the OBJ file's name, and its
-    ///    other words are texture words: `cup_tex` for `cup_small`.
-    /// 4. The picture is the only picture in the folder, and its width and height are powers of
-    ///    two. In addition, either the folder has no other OBJ file, or it has no library and the
-    ///    picture's name has a texture word.
-    pub fn picture_of_file(&self, may_be: impl Fn(&Image) -> bool) -> Option<PathBuf> {
+    /// Pictures for which `rule` holds, except those that this program wrote.
+    fn found(&self, rule: impl Fn(&Image) -> bool) -> Vec<&Image> {
+        let images = self.images.iter().filter(|image| rule(image));
+        images.filter(|image| !self.is_rendering(image)).collect()
+    }
+
+    /// The picture that has the name of the OBJ file. If neither the folder of the file nor its
+    /// texture folders have one, other folders beside the file and beside its folder are searched.
+    pub fn picture_of_name(&self) -> Picked {
         let file = self.file.concat();
-        let found = |rule: &dyn Fn(&Image) -> bool| -> Vec<&Image> {
-            let images = self.images.iter().filter(|image| rule(image));
-            images.filter(|image| !self.is_rendering(image)).collect()
-        };
-        match found(&|image| image.words.concat() == file).as_slice() {
-            [] => {}
-            [one] => return Some(one.path.clone()),
-            _ => return None,
+        match self.found(|image| image.words.concat() == file).as_slice() {
+            [] => self.distant.get_or_init(|| self.distant_picture(&file)).clone(),
+            [one] => Picked::One(one.path.clone()),
+            _ => Picked::Several,
         }
+    }
+
+    /// The only picture with the name `file` in picture folders without models, within the folder
+    /// of the OBJ file and beside it. Previews lie there too, so its sides must be powers of two.
+    fn distant_picture(&self, file: &str) -> Picked {
+        if file.len() < MIN_NAME {
+            return Picked::Nothing;
+        }
+        let mut finder = FileFinder::default();
+        let mut found = Vec::new();
+        for place in [self.here.clone(), self.here.join("..")] {
+            for folder in finder.folders_within(&place).to_vec() {
+                let name = name_of(&folder);
+                let is_of_textures = FOLDER_WORDS.iter().any(|word| name.contains(word));
+                let is_views = |word: &String| {
+                    let word = word.trim_end_matches('s');
+                    is_other_word(word) && !FOLDER_WORDS.contains(&word)
+                };
+                let is_other = !is_of_textures || words_of(&name).iter().any(is_views);
+                let Ok(folder) = folder.strip_prefix(&self.here) else {
+                    continue;
+                };
+                if is_other || is_texture_folder(&name) {
+                    continue;
+                }
+                for name in self.files_in(folder) {
+                    let words = words_of(&stem_of(&name));
+                    if words.concat() == file && has_extension(&name.to_string_lossy()) {
+                        let (path, is_here) = (folder.join(name), false);
+                        found.push(Image { path, words, is_here });
+                    }
+                }
+            }
+        }
+        found.retain(|image| self.is_square_power(image) && !self.is_rendering(image));
+        match found.as_slice() {
+            [] => Picked::Nothing,
+            [one] => Picked::One(one.path.clone()),
+            _ => Picked::Several,
+        }
+    }
+
+    /// The picture whose name is like the name of the OBJ file. `may_be` returns true for possible
+    /// colour textures, and `is_single` is true if the file has one material. The first of these
+    /// rules that any picture fulfils decides; it must hold for pictures of one kind.
+    ///
+    /// 1. Its name begins with the name of the file, and not with a longer name of another OBJ file
+    ///    of the folder. If the file has several materials, the other words are texture words. Of
+    ///    pictures that differ by a number, the first is taken.
+    /// 2. Its first word is the first word of the file, and its other words are texture words:
+    ///    `cup_tex` for `cup_small`.
+    pub fn picture_like_name(&self, may_be: impl Fn(&Image) -> bool, is_single: bool) -> Picked {
+        let file = self.file.concat();
         let claimed = self.claimed(&[]);
-        let is_candidate =
-            |image: &Image| may_be(image) && !image.is_other() && !claimed.contains(&*name_of(&image.path));
-        let begins = |image: &Image| file.len() >= MIN_NAME && self.begins_with_file(image, &file);
+        let is_candidate = |image: &Image| may_be(image) && !image.is_other() && !is_claimed(&claimed, &image.path);
+        let begins = |image: &Image| file.len() >= MIN_NAME && self.begins_with_file(image, &file, is_single);
         let shares = |image: &Image| self.shares_first_word(image);
         let rules: [&dyn Fn(&Image) -> bool; 2] = [&begins, &shares];
         for rule in rules {
-            let found = found(&|image| is_candidate(image) && rule(image));
+            let found = self.found(|image| is_candidate(image) && rule(image));
             let families: BTreeSet<String> = found.iter().map(|image| image.family()).collect();
             if let Some(first) = found.first() {
-                return (families.len() == 1).then(|| first.path.clone());
+                return match families.len() {
+                    1 => Picked::One(first.path.clone()),
+                    _ => Picked::Several,
+                };
             }
         }
+        Picked::Nothing
+    }
+
+    /// The only picture of the folder, if its sides are powers of two and one of these rules holds.
+    /// `parts` are names of parts of the OBJ file.
+    ///
+    /// 1. The folder has no other OBJ file, and no library names the picture.
+    /// 2. The folder has no library, and the name of the picture has a texture word.
+    /// 3. The name of the file, without numbers, begins or ends a word of the picture: `lunarrock`
+    ///    for `rock3`. No library names the picture.
+    /// 4. A library whose name has a word of a part names the picture: the library `low_fox` for
+    ///    the part `fox1`.
+    pub fn only_picture(&self, may_be: impl Fn(&Image) -> bool, parts: &[String]) -> Option<PathBuf> {
         if self.images.iter().filter(|image| image.is_here).count() > MAX_HERE {
             return None;
         }
-        let here = found(&|image| image.is_here);
+        let here = self.found(|image| image.is_here);
         let &[only] = here.as_slice() else { return None };
-        let has_word = || is_texture_name(&only.words);
+        if !may_be(only) || only.is_other() || !self.is_square_power(only) {
+            return None;
+        }
+        let (all, own) = (self.claimed(&[]), self.libraries_of(parts));
+        let own: Vec<&Path> = own.iter().map(PathBuf::as_path).collect();
+        let is_of_parts =
+            || !own.is_empty() && is_claimed(&all, &only.path) && !is_claimed(&self.claimed(&own), &only.path);
+        if is_claimed(&all, &only.path) {
+            return is_of_parts().then(|| only.path.clone());
+        }
         let is_of_other = || self.objs.iter().any(|obj| *obj == only.words.concat());
-        let may_be_shared = || self.libraries.is_empty() && has_word() && !is_of_other();
-        let is_texture = || {
-            let size = texture_size(&self.here.join(&only.path));
-            size.is_some_and(|(width, height)| width.is_power_of_two() && height.is_power_of_two())
+        let may_be_shared = || self.libraries.is_empty() && is_texture_name(&only.words) && !is_of_other();
+        let file = self.file.concat();
+        let kind = file.trim_end_matches(|c: char| c.is_ascii_digit());
+        let is_of_kind = || {
+            let mut words = only.words.iter();
+            let has = words.any(|word| word.starts_with(kind) || word.ends_with(kind));
+            has && kind.len() >= MIN_WORD_WITHIN && !is_of_other()
         };
-        (is_candidate(only) && (self.is_alone() || may_be_shared()) && is_texture()).then(|| only.path.clone())
+        (self.is_alone() || may_be_shared() || is_of_kind()).then(|| only.path.clone())
     }
 
-    /// Returns true if the name of a picture begins with `file`, the name of the OBJ file, and does
-    /// not begin with a longer name of another OBJ file.
-    fn begins_with_file(&self, image: &Image, file: &str) -> bool {
+    /// Libraries of the folder whose names have a word of a part of the OBJ file.
+    fn libraries_of(&self, parts: &[String]) -> Vec<PathBuf> {
+        let words = parts.iter().flat_map(|part| words_of(part));
+        let words = words.map(|word| word.trim_end_matches(|c: char| c.is_ascii_digit()).to_string());
+        let words: HashSet<String> = words
+            .filter(|word| word.len() >= MIN_NAME && !is_generic_word(word))
+            .collect();
+        let is_of = |library: &&PathBuf| words_of(&stem_of(library)).iter().any(|word| words.contains(word));
+        let own = self.libraries.iter().filter(is_of);
+        own.map(|library| self.here.join(library)).collect()
+    }
+
+    /// Returns true if the sides of a picture are powers of two.
+    fn is_square_power(&self, image: &Image) -> bool {
+        let size = texture_size(&self.here.join(&image.path));
+        size.is_some_and(|(width, height)| width.is_power_of_two() && height.is_power_of_two())
+    }
+
+    /// Returns true if `set`, the name of a set of textures, is like the name of the OBJ file: one
+    /// name begins with the other. Names of other OBJ files of the folder have priority.
+    pub fn is_like_file(&self, set: &[String]) -> bool {
+        let (name, file) = (set.concat(), self.file.concat());
+        let is_of_other = || self.objs.iter().any(|obj| *obj == name && *obj != file);
+        are_alike(set, &self.file) && !self.is_of_longer(&name, &file) && !is_of_other()
+    }
+
+    /// Returns true if `set`, the name of a set of textures, is like the name of the folder of the
+    /// OBJ file, or of the folder above it.
+    pub fn is_like_folder(&self, set: &[String]) -> bool {
+        let folder = if self.here.as_os_str().is_empty() {
+            Path::new(".")
+        } else {
+            &self.here
+        };
+        let folder = folder.canonicalize().unwrap_or_default();
+        let mut names = folder.ancestors().take(2).map(|folder| words_of(&name_of(folder)));
+        names.any(|name| !is_generic(&name) && are_alike(set, &name))
+    }
+
+    /// Returns true if the name of a picture begins with `file`, the name of the OBJ file, and not
+    /// with a longer name of another OBJ file. The other words can be any words if
+    /// `has_any_words`, else they must be texture words.
+    fn begins_with_file(&self, image: &Image, file: &str, has_any_words: bool) -> bool {
         let name = image.words.concat();
         let Some(rest) = name.strip_prefix(file) else {
             return false;
         };
-        let mut length = 0;
-        let ends_word = image.words.iter().any(|word| {
-            length += word.len();
-            length == file.len()
-        });
-        let rest = rest.trim_end_matches(|c: char| c.is_ascii_digit());
-        let is_word = rest.is_empty() || TEXTURE_WORDS.contains(&rest);
-        (ends_word || is_word) && !self.is_of_longer(&name, file)
+        let others = words_after(&image.words, file.len());
+        let is_texture = |word: &str| {
+            let word = word.trim_end_matches(|c: char| c.is_ascii_digit());
+            word.is_empty() || TEXTURE_WORDS.contains(&word)
+        };
+        let are_right = others.is_some_and(|others| has_any_words || others.iter().all(|word| is_texture(word)));
+        (are_right || is_texture(rest)) && !self.is_of_longer(&name, file)
     }
 
     /// Returns true if `name`, the name of a picture, begins with the name of an OBJ file in the
@@ -334,15 +510,15 @@ impl NearbyFiles {
     pub fn only_here(&self, claimed: &HashSet<String>) -> Option<PathBuf> {
         let mut here = self.images.iter().filter(|image| image.is_here && !image.is_other());
         let only = here.next().filter(|_| here.next().is_none() && self.is_alone())?;
-        let is_free = !claimed.contains(&name_of(&only.path)) && !self.is_rendering(only);
+        let is_free = !is_claimed(claimed, &only.path) && !self.is_rendering(only);
         is_free.then(|| self.here.join(&only.path))
     }
 
-    /// Pictures that a user may want to use as textures of the OBJ file, and the number of further
-    /// pictures. Pictures whose names share a word with the OBJ file come first. Pictures of other
-    /// models are left out: pictures that libraries other than `own` name, and pictures with the
-    /// name of another OBJ file.
-    pub fn offers(&self, own: &[&Path]) -> (Vec<PathBuf>, usize) {
+    /// Pictures that a user may want for the file, and the number of further pictures. Pictures
+    /// that share a word with the file come first. Pictures of other models are left out: pictures
+    /// that libraries other than `own` name, and pictures with the name of another OBJ file.
+    /// `rejected` is a picture of another name that is listed, too.
+    pub fn offers(&self, own: &[&Path], rejected: Option<&Path>) -> (Vec<PathBuf>, usize) {
         const SHOWN: usize = 3;
         let claimed = self.claimed(own);
         let shares = |image: &Image| {
@@ -355,10 +531,10 @@ impl NearbyFiles {
         };
         let mut offered: Vec<&Image> = self.images.iter().collect();
         offered.retain(|image| {
-            let is_near = image.is_here || shares(image);
-            is_near && !image.is_other() && !claimed.contains(&*name_of(&image.path)) && !is_of_other(image)
+            let is_near = image.is_here || shares(image) || rejected == Some(&*image.path);
+            is_near && !image.is_other() && !is_claimed(&claimed, &image.path) && !is_of_other(image)
         });
-        offered.sort_by_key(|image| (!shares(image), !image.is_here));
+        offered.sort_by_key(|image| (!shares(image), rejected != Some(&*image.path), !image.is_here));
         let count = offered.len();
         let own = offered.into_iter().filter(|image| !self.is_rendering(image));
         let shown: Vec<PathBuf> = own.take(SHOWN).map(|image| self.here.join(&image.path)).collect();
@@ -367,7 +543,59 @@ impl NearbyFiles {
     }
 }
 
-/// Returns true if the last word of a name, except numbers, is a texture word.
+/// Returns true if libraries of other models name the picture: `claimed` has its name.
+pub(super) fn is_claimed(claimed: &HashSet<String>, picture: &Path) -> bool {
+    claimed.contains(&name_of(picture))
+}
+
+/// Returns true if pictures with the word in their names are not colour textures of a model.
+fn is_other_word(word: &str) -> bool {
+    OTHER_WORDS.contains(&word)
+}
+
+/// Returns true if a word, without numbers at its end, names no model.
+fn is_generic_word(word: &str) -> bool {
+    let digits = |c: char| c.is_ascii_digit();
+    let word = word.trim_end_matches(digits);
+    let word = word.strip_suffix("sg").unwrap_or(word).trim_end_matches(digits);
+    word.len() < 2 || GENERIC_WORDS.contains(&word) || TEXTURE_WORDS.contains(&word)
+}
+
+/// Returns true if a name has no word that names a model, as in `texture` and `material_0`.
+pub(super) fn is_generic(words: &[String]) -> bool {
+    words.iter().all(|word| is_generic_word(word))
+}
+
+/// The words after the first `length` bytes of the words; `None` if a word does not end there.
+fn words_after(words: &[String], length: usize) -> Option<&[String]> {
+    let mut end = 0;
+    let index = words.iter().position(|word| {
+        end += word.len();
+        end == length
+    });
+    words.get(index? + 1..)
+}
+
+/// Returns true if one name begins with all words of the other. A number at the end of the shorter
+/// name does not count if all other words name no model: `building_output` is like `building2`.
+pub(super) fn are_alike(a: &[String], b: &[String]) -> bool {
+    let is_digit = |c: char| c.is_ascii_digit();
+    let begins = |long: &[String], short: &str, is_whole: bool| {
+        let long_name = long.concat();
+        let Some(rest) = long_name.strip_prefix(short) else {
+            return false;
+        };
+        let others = words_after(long, short.len());
+        let ends_word = others.is_some_and(|others| is_whole || is_generic(others));
+        short.len() >= MIN_NAME && (ends_word || rest.chars().all(is_digit))
+    };
+    [(a, b), (b, a)].into_iter().any(|(long, short)| {
+        let short = short.concat();
+        begins(long, &short, true) || begins(long, short.trim_end_matches(is_digit), false)
+    })
+}
+
+/// Returns true if the last word of a name, without numbers, is a texture word.
 fn is_texture_name(words: &[String]) -> bool {
     let last = without_sizes(words).last();
     last.is_some_and(|word| TEXTURE_WORDS.contains(&word.trim_end_matches(|c: char| c.is_ascii_digit())))
@@ -446,4 +674,60 @@ pub(super) fn without_sizes(words: &[String]) -> &[String] {
 /// Name of a file without its extension.
 pub(super) fn stem_of(path: &Path) -> Cow<'_, str> {
     path.file_stem().unwrap_or_default().to_string_lossy()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_alike_if_one_begins_with_the_other() {
+        let alike = |a: &str, b: &str| are_alike(&words_of(a), &words_of(b));
+        for (a, b) in [
+            ("chair", "Chair_lowpoly"),
+            ("car_red", "CarRed"),
+            ("rock", "rock3"),
+            ("rock3_big", "rock3"),
+            ("building_Output", "building 1"),
+        ] {
+            assert!(alike(a, b) && alike(b, a), "{a} {b}");
+        }
+        for (a, b) in [
+            ("grassB", "airplane"),
+            ("carpet", "car"),
+            ("TowelRail", "towel3"),
+            ("car_red", "car_blue"),
+            ("ab", "ab_c"),
+            ("", "car"),
+            ("12", "123"),
+        ] {
+            assert!(!alike(a, b) && !alike(b, a), "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn names_of_programs_are_generic() {
+        for name in [
+            "",
+            "Material_0",
+            "lambert2SG",
+            "initialShadingGroup",
+            "texture",
+            "(null)",
+            "model 1",
+        ] {
+            assert!(is_generic(&words_of(name)), "{name}");
+        }
+        for name in ["shaker_sugar", "Material_fox", "sgt", "wood"] {
+            assert!(!is_generic(&words_of(name)), "{name}");
+        }
+    }
+
+    #[test]
+    fn words_end_where_a_name_ends() {
+        let words = words_of("CarRed_skin");
+        assert_eq!(words_after(&words, 6), Some(&["skin".to_string()][..]));
+        assert_eq!(words_after(&words, 10), Some(&[][..]));
+        assert_eq!(words_after(&words, 4), None);
+    }
 }

@@ -211,7 +211,7 @@ impl Loader<'_> {
                 continue;
             };
             let own: Vec<&Path> = untextured.libraries.iter().map(PathBuf::as_path).collect();
-            let offers = self.maps_beside(&path).files().offers(&own);
+            let offers = self.maps_beside(&path).offers(&own);
             if let Some((names, flag)) = offer_in_words(&material, offers) {
                 let message = format!("the file has texture coordinates and no texture; pictures near it: {names}");
                 let error = FileError::new(&path, message).help(format!("{flag} uses one"));

@@ -171,6 +171,8 @@ struct Loader<'a> {
     undefined: BTreeMap<PathBuf, UndefinedMaterials>,
     /// Textures near each OBJ file, found by their names.
     named_maps: BTreeMap<PathBuf, NamedMaps>,
+    /// Names of the first parts of each OBJ file.
+    part_names: BTreeMap<PathBuf, Vec<String>>,
     /// Height maps of materials that displace their surfaces.
     heights: HashMap<MaterialId, Option<displacement::DisplacementMap>>,
     /// Materials without texture of each OBJ file with texture coordinates.
@@ -245,6 +247,7 @@ impl<'a> Loader<'a> {
             missing: BTreeMap::new(),
             undefined: BTreeMap::new(),
             named_maps: BTreeMap::new(),
+            part_names: BTreeMap::new(),
             heights: HashMap::new(),
             untextured: BTreeMap::new(),
             load: file.load.clone(),

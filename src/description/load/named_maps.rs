@@ -4,10 +4,12 @@
 //!
 //! A material without any texture gets the textures of a set if exactly one set fits its name.
 //! [`Fit`] has the rules. Without any library, one picture can be the colour of all materials
-//! ([`NearbyFiles::picture_of_file`]). Pictures that this program wrote are not textures.
+//! ([`Beside::picture_of_name`], [`Beside::picture_like_name`], [`Beside::only_picture`]). Names of
+//! the file and the material have priority over role words: a set with the name of another thing
+//! is not used. Pictures that this program wrote are not textures.
 
 use super::Loader;
-use super::beside::{Image, NearbyFiles, stem_of, without_sizes, words_of};
+use super::beside::{Beside, Image, Picked, are_alike, is_claimed, is_generic, stem_of, without_sizes, words_of};
 use crate::color::Spectrum;
 use crate::description::mtl::{FileMaterial, MapRequest, MapSlot, MapStatement};
 use crate::description::obj::ObjFile;
@@ -15,7 +17,7 @@ use crate::description::{FileError, Position, Severity};
 use crate::material::Gloss;
 use crate::math::excerpt_of_name;
 use crate::texture::{Channel, Mapping};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 
 /// Roughness of a surface whose texture set has a metallic map, but no roughness map.
@@ -47,6 +49,7 @@ const WORDS: &[(Role, &[&str])] = &[
         &[
             "basecolor",
             "basecolour",
+            "basemap",
             "albedo",
             "diffuse",
             "diff",
@@ -84,9 +87,17 @@ const WORDS: &[(Role, &[&str])] = &[
     (Role::Occlusion, &["ambientocclusion", "occlusion", "ao", "mixedao"]),
 ];
 
-/// Paths of textures by texture set and role. The name of a set is the part of the file name before
-/// the words of the role.
-type Sets = BTreeMap<String, BTreeMap<Role, PathBuf>>;
+/// Textures whose names differ by the role.
+#[derive(Clone, Debug, Default)]
+struct Set {
+    /// Words of the file names before the role.
+    words: Vec<String>,
+    /// Textures by role.
+    files: BTreeMap<Role, PathBuf>,
+}
+
+/// Sets by their words without separators.
+type Sets = BTreeMap<String, Set>;
 
 /// Texture sets near an OBJ file.
 #[derive(Clone, Debug, Default)]
@@ -99,7 +110,7 @@ pub(super) struct NamedMaps {
     beside: NearbyFiles,
 }
 
-/// Reasons why a texture set belongs to a material. The best reason is first.
+/// Reasons why a set certainly belongs to a material, the best reason first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Fit {
     /// The set has the name of the material, alone or after the name of the OBJ file or of its
@@ -107,8 +118,28 @@ enum Fit {
     Material,
     /// The set has the name of the OBJ file, and the file has only this material.
     File,
-    /// The folder has only this set and only this OBJ file, and the file has only this material.
-    Only,
+}
+
+/// Textures of a material.
+#[derive(Debug, PartialEq, Eq)]
+struct Found {
+    /// Textures by role.
+    files: BTreeMap<Role, PathBuf>,
+    /// True if they have the name of the material or of the file. Names that are only like these,
+    /// and pictures without others beside them, may belong to another model.
+    is_certain: bool,
+}
+
+impl Found {
+    fn certain(files: &BTreeMap<Role, PathBuf>) -> Option<Self> {
+        let (files, is_certain) = (files.clone(), true);
+        Some(Self { files, is_certain })
+    }
+
+    fn likely(files: &BTreeMap<Role, PathBuf>) -> Option<Self> {
+        let (files, is_certain) = (files.clone(), false);
+        Some(Self { files, is_certain })
+    }
 }
 
 impl NamedMaps {
@@ -117,17 +148,18 @@ impl NamedMaps {
         let beside = NearbyFiles::of(path);
         let mut sets = Sets::new();
         for image in &beside.images {
-            if let Some((set, role)) = role_of(&stem_of(&image.path)) {
+            if let Some((words, role)) = role_of(&stem_of(&image.path)) {
                 if !beside.is_rendering(image) {
-                    let files = sets.entry(set).or_default();
-                    files.entry(role).or_insert_with(|| image.path.clone());
+                    let set = sets.entry(words.concat()).or_default();
+                    set.words = words;
+                    set.files.entry(role).or_insert_with(|| image.path.clone());
                 }
             }
         }
-        let has = |files: &BTreeMap<Role, PathBuf>, role| files.contains_key(&role);
+        let has = |set: &Set, role| set.files.contains_key(&role);
         let mut glows = sets.clone();
-        glows.retain(|_, files| has(files, Role::Emission) && !has(files, Role::Color));
-        sets.retain(|_, files| has(files, Role::Color));
+        glows.retain(|_, set| has(set, Role::Emission) && !has(set, Role::Color));
+        sets.retain(|_, set| has(set, Role::Color));
         Self { sets, glows, beside }
     }
 
@@ -136,63 +168,127 @@ impl NamedMaps {
         &self.beside
     }
 
-    /// Textures by role of the set that fits the material `name` of the OBJ file `path`; `None` if
-    /// no set fits.
-    fn of_material(&self, name: &str, path: &Path, obj: &ObjFile) -> Option<BTreeMap<Role, PathBuf>> {
-        let (materials, stem) = (obj.groups.len(), stem_of(path));
+    /// Pictures that a user may want for the file: [`Beside::offers`]. The colour of the only set
+    /// is one of them.
+    pub fn offers(&self, own: &[&Path]) -> (Vec<PathBuf>, usize) {
+        let mut sets = self.sets.values();
+        let only = sets.next().filter(|_| sets.next().is_none());
+        let color = only.and_then(|set| set.files.get(&Role::Color));
+        self.beside.offers(own, color.map(PathBuf::as_path))
+    }
+
+    /// Textures that fit the material `name` of the file `path`. `parts` are names of parts of the
+    /// file.
+    fn of_material(&self, name: &str, path: &Path, obj: &ObjFile, parts: &[String]) -> Option<Found> {
+        let (is_single, stem) = (obj.groups.len() == 1, stem_of(path));
         let [material, file] = [name, &*stem].map(|text| words_of(text).concat());
         let plain_file = without_sizes(&words_of(&stem)).concat();
         let libraries = obj.named_libraries.iter().map(|name| {
             let name = name.rsplit(['/', '\\']).next().unwrap_or(name);
-            words_of(&stem_of(Path::new(name))).concat()
+            words_of(&stem_of(Path::new(name)))
         });
-        let libraries: Vec<String> = libraries.filter(|name| !name.is_empty()).collect();
+        let libraries: Vec<Vec<String>> = libraries.filter(|name| !name.is_empty()).collect();
         let is_of_material = |set: &str| {
             let before = set.strip_suffix(&*material);
-            before.is_some_and(|before| before.is_empty() || before == file || libraries.iter().any(|l| l == before))
+            let is_library = |before: &str| libraries.iter().any(|library| library.concat() == before);
+            before.is_some_and(|before| before.is_empty() || before == file || is_library(before))
         };
         let fit = |set: &str| {
             if !set.is_empty() && !material.is_empty() && is_of_material(set) {
                 Some(Fit::Material)
-            } else if materials == 1 && (set == file || !set.is_empty() && set == plain_file) {
+            } else if is_single && (set == file || !set.is_empty() && set == plain_file) {
                 Some(Fit::File)
-            } else if materials == 1 && self.beside.is_alone() && self.sets.len() == 1 {
-                Some(Fit::Only)
             } else {
                 None
             }
         };
-        let mut fits: Vec<(Fit, &BTreeMap<Role, PathBuf>)> = self
+        let mut fits: Vec<(Fit, &Set)> = self
             .sets
             .iter()
-            .filter_map(|(set, files)| Some((fit(set)?, files)))
+            .filter_map(|(name, set)| Some((fit(name)?, set)))
             .collect();
         fits.sort_by_key(|(fit, _)| *fit);
         match fits.as_slice() {
-            [(_, files)] => return Some((*files).clone()),
-            [(first, files), (second, _), ..] if first < second => return Some((*files).clone()),
+            [(_, set)] => return Found::certain(&set.files),
+            [(first, set), (second, _), ..] if first < second => return Found::certain(&set.files),
             [_, ..] => return None,
             [] => {}
         }
-        if !obj.materials.is_empty() {
+        let has_library = !obj.materials.is_empty();
+        let color = |picture| BTreeMap::from([(Role::Color, picture)]);
+        if !has_library {
+            match self.beside.picture_of_name() {
+                Picked::Nothing => {}
+                Picked::Several => return None,
+                Picked::One(picture) => return Found::certain(&color(picture)),
+            }
+        }
+        if has_library && !is_single {
             return None;
         }
-        let color = |picture| BTreeMap::from([(Role::Color, picture)]);
+        // Sets with other names
+        let is_alone = self.beside.is_alone();
+        let own: Vec<&Path> = obj.libraries.iter().map(PathBuf::as_path).collect();
+        let claimed = if is_single {
+            self.beside.claimed(&own)
+        } else {
+            HashSet::new()
+        };
+        let is_free = |set: &Set| !set.files.values().any(|file| is_claimed(&claimed, file));
+        let words = words_of(name);
+        let is_like = |set: &Set| {
+            let is_like_material = !is_generic(&words) && are_alike(&set.words, &words);
+            is_like_material || self.beside.is_like_file(&set.words)
+        };
+        let is_near = |set: &Set| {
+            let names = parts.iter().map(|part| words_of(part));
+            let mut names = names.chain(libraries.iter().cloned());
+            let is_like_other = names.any(|name| !is_generic(&name) && are_alike(&set.words, &name));
+            is_generic(&set.words) || is_like_other || self.beside.is_like_folder(&set.words)
+        };
+        let only = |sets: &Sets| sets.values().next().filter(|_| sets.len() == 1).cloned();
+        if is_single && !has_library {
+            let mut like = self.sets.values().filter(|set| is_free(set) && is_like(set));
+            if let Some(set) = like.next().filter(|_| like.next().is_none()) {
+                return Found::likely(&set.files);
+            }
+        }
         let has_no_other_role = |image: &Image| {
             let role = role_of(&stem_of(&image.path));
             role.is_none_or(|(_, role)| role == Role::Color)
         };
-        if let Some(picture) = self.beside.picture_of_file(has_no_other_role) {
-            return Some(color(picture));
+        if !has_library {
+            match self.beside.picture_like_name(has_no_other_role, is_single) {
+                Picked::Nothing => {}
+                Picked::Several => return None,
+                Picked::One(picture) => return Found::likely(&color(picture)),
+            }
         }
-        let mut glows = self.glows.values();
-        let glow = glows.next().filter(|_| glows.next().is_none());
-        glow.filter(|_| materials == 1 && self.beside.is_alone()).cloned()
+        let is_right = |set: &Set| is_single && is_alone && is_free(set) && (is_like(set) || is_near(set));
+        if let Some(set) = only(&self.sets).filter(is_right) {
+            return Found::likely(&set.files);
+        }
+        if has_library {
+            return None;
+        }
+        // A picture beside several OBJ files is the texture of all of them.
+        let is_foreign = |image: &Image| {
+            let set = role_of(&stem_of(&image.path)).and_then(|(words, _)| self.sets.get(&words.concat()));
+            is_alone && set.is_some_and(|set| !is_like(set) && !is_near(set))
+        };
+        let may_be = |image: &Image| has_no_other_role(image) && !is_foreign(image);
+        if let Some(picture) = self.beside.only_picture(may_be, parts) {
+            return Found::likely(&color(picture));
+        }
+        only(&self.glows)
+            .filter(is_right)
+            .and_then(|set| Found::likely(&set.files))
     }
 }
 
-/// Name of the texture set of a picture, and role of the picture, from its name without extension.
-fn role_of(stem: &str) -> Option<(String, Role)> {
+/// Words of the name of the texture set of a picture, and role of the picture, from its name
+/// without extension.
+fn role_of(stem: &str) -> Option<(Vec<String>, Role)> {
     let words = words_of(stem);
     let words = without_sizes(&words);
     // Find the longest end of the name that is a role
@@ -200,7 +296,7 @@ fn role_of(stem: &str) -> Option<(String, Role)> {
         let (set, end) = words.split_at(words.len() - count);
         let end = end.concat();
         if let Some((role, _)) = WORDS.iter().find(|(_, words)| words.contains(&&*end)) {
-            return Some((without_sizes(set).concat(), *role));
+            return Some((without_sizes(set).to_vec(), *role));
         }
     }
     None
@@ -216,7 +312,9 @@ impl Loader<'_> {
     /// Adds to the material `found` of the OBJ file `path` the textures of the set that fits.
     /// `found` must not have textures.
     pub(super) fn add_named_maps(&mut self, found: &mut FileMaterial, path: &Path, obj: &ObjFile) {
-        let Some(files) = self.maps_beside(path).of_material(&found.material.name, path, obj) else {
+        let parts = self.part_names.get(path).cloned().unwrap_or_default();
+        let maps = self.maps_beside(path);
+        let Some(Found { files, is_certain }) = maps.of_material(&found.material.name, path, obj, &parts) else {
             return;
         };
         let place = FileError::new(path, "");
@@ -282,8 +380,9 @@ impl Loader<'_> {
         names.dedup();
         let unused: Vec<String> = files.keys().filter(|role| !used.contains(role)).map(name).collect();
         let mut message = format!(
-            "material `{}` names no texture; by their names it has {}",
+            "material `{}` names no texture; by their names it {}has {}",
             excerpt_of_name(&found.material.name),
+            if is_certain { "" } else { "probably " },
             names.join(", ")
         );
         if !unused.is_empty() {
@@ -327,11 +426,13 @@ mod tests {
             ("material_0_metallicRoughness", "material", Role::Packed),
             ("Cigarette_1001_Roughness", "cigarette", Role::Roughness),
             ("albedo", "", Role::Color),
+            ("Plane_DefaultMaterial_BaseMap", "planedefaultmaterial", Role::Color),
             ("Wood AO", "wood", Role::Occlusion),
             ("Woman_posed_001_dif_2k", "womanposed", Role::Color),
             ("Woman_posed_001_norm_2k", "womanposed", Role::Normal),
         ] {
-            assert_eq!(role_of(stem), Some((set.to_string(), role)), "{stem}");
+            let found = role_of(stem).map(|(words, role)| (words.concat(), role));
+            assert_eq!(found, Some((set.to_string(), role)), "{stem}");
         }
         for stem in ["", "photo", "colorful", "normal_map_of_x", "1001"] {
             assert_eq!(role_of(stem), None, "{stem}");

@@ -36,6 +36,9 @@ pub(super) struct Shape {
     pub crease_angle: Option<u32>,
 }
 
+/// Maximum number of parts of an OBJ file whose names are compared with names of pictures.
+const MAX_PART_NAMES: usize = 64;
+
 impl Shapes {
     /// OBJ files of `object` in the scene file `file`.
     pub fn of(file: &SceneFile, object: &ObjectSection) -> Self {
@@ -97,6 +100,9 @@ impl Loader<'_> {
                         for (fits, glob) in self.part_fits.iter_mut().zip(self.load.parts.globs()) {
                             *fits |= obj.parts.parts().any(|part| obj.parts.fits(part, glob));
                         }
+                        let parts = obj.parts.parts().take(MAX_PART_NAMES);
+                        let names = parts.map(|part| obj.parts.name(part).into_owned());
+                        self.part_names.insert(path.clone(), names.collect());
                         let meshes = obj.groups.iter_mut().map(|group| &mut group.mesh);
                         self.builder.add_parts(std::mem::take(&mut obj.parts), meshes);
                         if !is_read {

@@ -137,7 +137,7 @@ impl Loader<'_> {
                     false => ("is missing", search.help(&statement.file, &mut self.finder)),
                 };
                 if statement.slot == MapSlot::Diffuse {
-                    let offers = self.maps_beside(obj).files().offers(&[&request.place.file]);
+                    let offers = self.maps_beside(obj).offers(&[&request.place.file]);
                     if let Some((names, flag)) = offer_in_words(material, offers) {
                         help += &format!("; pictures near it: {names} ({flag} uses one)");
                     }

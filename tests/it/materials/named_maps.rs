@@ -195,7 +195,7 @@ fn single_fitting_image_is_used_without_library() {
         let folder = without_library(&all, squares);
         fs::write(folder.path().join("s.toml"), SCENE.replace("a.obj", "car_red.obj")).unwrap();
         let (_, words) = picture(&folder, "");
-        let (_, after) = words.split_once("by their names it has ")?;
+        let (_, after) = words.split_once("by their names it probably has ")?;
         after.split_whitespace().next().map(str::to_string)
     };
     let one = |name: &str| Some(name.to_string());
@@ -216,6 +216,123 @@ fn single_fitting_image_is_used_without_library() {
     assert_eq!(used(&[], &["x.png", "y.png"]), None);
     assert_eq!(used(&["bus.obj"], &["x.png"]), None);
     assert_eq!(used(&["bus.obj"], &["Street_Atlas.png"]), one("Street_Atlas.png"));
+}
+
+/// The texture that the messages for `obj` name, in a folder with the OBJ files `objs`, other
+/// `files`, and square images. A `?` marks a probable texture.
+fn found_textures(obj: &str, objs: &[(&str, &str)], files: &[(&str, &str)], squares: &[&str]) -> Option<String> {
+    let folder = without_library(&[], squares);
+    for (name, text) in objs.iter().chain(files) {
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+    fs::write(folder.path().join("s.toml"), SCENE.replace("a.obj", obj)).unwrap();
+    let (_, words) = picture(&folder, "");
+    let after = |begin: &str| Some(words.split_once(begin)?.1.split_whitespace().next()?.to_string());
+    let likely = || after("by their names it probably has ").map(|name| format!("{name}?"));
+    after("by their names it has ").or_else(likely)
+}
+
+/// A role word in the name of another thing does not make a picture the texture of this file.
+#[test]
+fn names_of_the_file_outweigh_role_words() {
+    let plain = OBJ.replace("a.mtl", "gone.mtl");
+    let obj = "objects/coaster_car.obj";
+    let found = |squares: &[&str]| found_textures(obj, &[(obj, &plain)], &[], squares);
+    let is = |name: &str| Some(name.to_string());
+    let floor = "textures/brick_floor_diff_4k.jpg";
+    // The name of the file
+    assert_eq!(
+        found(&[floor, "textures/coaster_car.png"]),
+        is("../textures/coaster_car.png")
+    );
+    // A name that begins like the file or the material
+    for name in [
+        "Coaster_Car_smooth_DefaultMaterial_BaseMap.png",
+        "CoasterCar_low_albedo.png",
+        "wood_old_albedo.png",
+    ] {
+        let file = format!("objects/{name}");
+        let expected = Some(format!("{name}?"));
+        assert_eq!(found(&["objects/grassB_albedo.png", &file]), expected, "{name}");
+    }
+    // A foreign name, a generic name, and the name of the folder
+    assert_eq!(found(&[floor]), None);
+    assert_eq!(found(&["objects/shaker_diff.png"]), None);
+    assert_eq!(
+        found(&["textures/Material_0_albedo.png"]),
+        is("../textures/Material_0_albedo.png?")
+    );
+    assert_eq!(found(&["objects/maps/diffuse.png"]), is("maps/diffuse.png?"));
+    let ship = ("cart/ship/hull.obj", plain.as_str());
+    assert_eq!(
+        found_textures(ship.0, &[ship], &[], &["cart/textures/ship_diffuse.png"]),
+        is("../textures/ship_diffuse.png?")
+    );
+    // The texture of another model
+    let library = ("objects/ship.mtl", "newmtl x\nmap_Kd maps\\diffuse.png\n");
+    assert_eq!(
+        found_textures(obj, &[(obj, &plain)], &[library], &["objects/maps/diffuse.png"]),
+        None
+    );
+    // An icon, and a picture that begins like the file, of two materials
+    assert_eq!(found(&["textures/coaster_car_inv.png"]), None);
+    let two = format!("{plain}usemtl b\nf 1/1 3/3 4/4\n");
+    let found = |squares: &[&str]| found_textures(obj, &[(obj, &two)], &[], squares);
+    assert_eq!(found(&["textures/coaster_car_old.png", "textures/x.png"]), None);
+    assert_eq!(
+        found(&["textures/coaster_car_skin.png", "textures/x.png"]),
+        is("../textures/coaster_car_skin.png?")
+    );
+}
+
+/// The only picture beside several OBJ files belongs to those with a name like it.
+#[test]
+fn only_picture_belongs_to_models_with_a_name_like_it() {
+    let plain = OBJ.replace("mtllib a.mtl\n", "").replace("usemtl wood\n", "");
+    let fox = plain.replace("f 1/1", "g fox1\nf 1/1");
+    let objs = [
+        ("rock3.obj", plain.as_str()),
+        ("Untitled.obj", &fox),
+        ("test.obj", &plain),
+    ];
+    let found = |obj: &str, library: &str, squares: &[&str]| {
+        let library = ("low_fox.mtl", library);
+        found_textures(obj, &objs, &[library], squares)
+    };
+    let fox = "newmtl fox\nmap_Kd texture.png\n";
+    let is = |name: &str| Some(name.to_string());
+    assert_eq!(found("Untitled.obj", fox, &["texture.png"]), is("texture.png?"));
+    assert_eq!(found("test.obj", fox, &["texture.png"]), None);
+    assert_eq!(found("Untitled.obj", fox, &["texture.png", "x.png"]), None);
+    assert_eq!(found("rock3.obj", "", &["lunarrock_s.png"]), is("lunarrock_s.png?"));
+    assert_eq!(found("test.obj", "", &["lunarrock_s.png"]), None);
+}
+
+/// Pictures with the name of the file are found in other picture folders beside its folder.
+#[test]
+fn picture_named_after_the_obj_is_found_in_other_folders() {
+    let plain = OBJ.replace("a.mtl", "gone.mtl");
+    let obj = "in/stretcher.obj";
+    let found = |squares: &[&str]| found_textures(obj, &[(obj, &plain)], &[], squares);
+    let is = |name: &str| Some(name.to_string());
+    assert_eq!(found(&["Image/Stretcher.png"]), is("../Image/Stretcher.png"));
+    assert_eq!(found(&["in/gfx/stretcher.png"]), is("gfx/stretcher.png"));
+    for squares in [
+        &["Image/Stretcher2.png"][..],
+        &["Image/stretcher.png", "gfx/stretcher.png"],
+        &["image_previews/stretcher.png"],
+        &["ui/stretcher.png"],
+    ] {
+        assert_eq!(found(squares), None, "{squares:?}");
+    }
+    // Folders of other models
+    let other = ("gfx/b.obj", plain.as_str());
+    assert_eq!(
+        found_textures(obj, &[(obj, &plain), other], &[], &["gfx/stretcher.png"]),
+        None
+    );
 }
 
 /// Printed lines and messages of a command.

@@ -107,7 +107,12 @@ impl Loader<'_> {
         }
         let mut found = self.patched(found, &used.parts);
         if is_file && names_maps {
-            let untextured = self.untextured.entry(path.to_path_buf()).or_default();
+            let is_literal = self.file.load.strict || self.file.load.parameters.mtl_dialect() == MtlDialect::Spec;
+            let untextured = self.untextured.entry(path.to_path_buf());
+            let untextured = untextured.or_insert_with(|| Untextured {
+                has_one_color: !is_literal && has_one_color(obj),
+                ..Untextured::default()
+            });
             untextured.has_texture |= !found.maps.is_empty();
             untextured.libraries.clone_from(&obj.libraries);
             untextured.material.get_or_insert_with(|| name.to_string());
@@ -360,13 +365,23 @@ pub(super) struct UndefinedMaterials {
     materials: Vec<(String, usize)>,
 }
 
-/// Data about the textures of an OBJ file that has texture coordinates.
+/// Returns true if the libraries of a file name one colour texture, once or several times.
+fn has_one_color(obj: &ObjFile) -> bool {
+    let maps = obj.materials.iter().flat_map(|found| &found.maps);
+    let mut colors = maps.filter(|map| map.statement.slot == MapSlot::Diffuse);
+    let first = colors.next().map(|map| &map.statement.file);
+    first.is_some_and(|first| colors.all(|map| map.statement.file == *first))
+}
+
+/// Materials of an OBJ file with texture coordinates.
 #[derive(Debug, Default)]
 pub(super) struct UntexturedMaterials {
     /// True if a material has a texture.
     has_texture: bool,
-    /// Material libraries of the OBJ file.
-    libraries: Vec<PathBuf>,
+    /// True if a picture with the name of the file can replace the only colour texture.
+    pub has_one_color: bool,
+    /// Libraries of the file.
+    pub libraries: Vec<PathBuf>,
     /// Name of the first material.
     material: Option<String>,
 }

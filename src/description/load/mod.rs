@@ -173,6 +173,9 @@ struct Loader<'a> {
     named_maps: BTreeMap<PathBuf, NamedMaps>,
     /// Names of the first parts of each OBJ file.
     part_names: BTreeMap<PathBuf, Vec<String>>,
+    /// Missing textures for which a picture with the name of the OBJ file is used, by the file that
+    /// names them and by the picture.
+    stand_ins: BTreeMap<(PathBuf, PathBuf), Vec<MapRequest>>,
     /// Height maps of materials that displace their surfaces.
     heights: HashMap<MaterialId, Option<displacement::DisplacementMap>>,
     /// Materials without texture of each OBJ file with texture coordinates.
@@ -248,6 +251,7 @@ impl<'a> Loader<'a> {
             undefined: BTreeMap::new(),
             named_maps: BTreeMap::new(),
             part_names: BTreeMap::new(),
+            stand_ins: BTreeMap::new(),
             heights: HashMap::new(),
             untextured: BTreeMap::new(),
             load: file.load.clone(),

@@ -1,7 +1,7 @@
 //! Textures of the materials of a scene.
 
 use super::Loader;
-use super::beside::{has_extension, offer_in_words, with_extensions};
+use super::beside::{Picked, has_extension, offer_in_words, with_extensions};
 use super::materials::names_in_words;
 use crate::color::Spectrum;
 use crate::description::Finding;
@@ -128,7 +128,8 @@ impl Loader<'_> {
                 Some(with_all_tiles(path, statement))
             }
             None => {
-                if let Some(path) = self.without_extension(request, obj) {
+                let found = self.without_extension(request, obj);
+                if let Some(path) = found.or_else(|| self.stand_in(request, obj)) {
                     return Some(path);
                 }
                 let search = TextureSearch::new(&request.place.file, &self.texture_dirs, obj);
@@ -182,6 +183,39 @@ impl Loader<'_> {
         let help = "write the name with the extension of the picture";
         self.findings.add(Severity::Note, "found-elsewhere", found.help(help));
         Some(path)
+    }
+
+    /// Picture with the name of the OBJ file, in place of its only colour texture, which is
+    /// missing.
+    fn stand_in(&mut self, request: &MapRequest, obj: &Path) -> Option<PathBuf> {
+        let library = &request.place.file;
+        let is_color = request.statement.slot == MapSlot::Diffuse && tile_names(&request.statement.file).is_none();
+        let untextured = self.untextured.get(obj).filter(|_| is_color)?;
+        if !untextured.has_one_color || !untextured.libraries.contains(library) {
+            return None;
+        }
+        let Picked::One(picture) = self.maps_beside(obj).files().picture_of_name() else {
+            return None;
+        };
+        let picture = obj.parent().unwrap_or(Path::new("")).join(picture);
+        let uses = self.stand_ins.entry((library.clone(), picture.clone())).or_default();
+        uses.push(request.clone());
+        Some(picture)
+    }
+
+    /// Reports pictures that replace missing textures.
+    fn tell_of_stand_ins(&mut self) {
+        for ((_, picture), uses) in std::mem::take(&mut self.stand_ins) {
+            let Some(first) = uses.first() else { continue };
+            let words = format!(
+                "is missing; {} has the name of the OBJ file, and is used",
+                picture.display()
+            );
+            let error = first.remark(&words).help("--maps-by-name off leaves it out");
+            let more = uses.iter().skip(1).filter_map(|request| request.place.position);
+            let finding = Finding::new(Severity::Note, "maps-by-name", error);
+            self.findings.push(finding.repeated(uses.len() as u64, more));
+        }
     }
 
     /// Reports a texture of several tiles, and its missing tiles that triangles of `mesh` need.
@@ -260,8 +294,9 @@ impl Loader<'_> {
     }
 
     pub(super) fn load_textures(&mut self) {
-        self.report_missing();
-        self.report_found_elsewhere();
+        self.tell_of_missing();
+        self.tell_of_found_elsewhere();
+        self.tell_of_stand_ins();
         for texture in &self.textures {
             match Tiles::of_path(&texture.path) {
                 Some(tiles) => self.files.extend(tiles.files().map(Path::to_path_buf)),

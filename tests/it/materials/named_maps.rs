@@ -335,6 +335,33 @@ fn picture_named_after_the_obj_is_found_in_other_folders() {
     );
 }
 
+/// A picture with the name of the file replaces its only colour texture, if that is missing.
+#[test]
+fn picture_named_after_the_obj_replaces_its_missing_texture() {
+    let library = "newmtl wood\nmap_Kd RockSmooth_4.jpg\n";
+    let explicit = picture(&scene("newmtl wood\nmap_Kd x.png\n", &["x.png"]), "").0;
+    let folder = scene(library, &["textures/a.png"]);
+    let (got, words) = picture(&folder, "");
+    assert!(got == explicit, "{words}");
+    for part in [
+        "`RockSmooth_4.jpg` is missing; textures/a.png has the name",
+        "[maps-by-name]",
+    ] {
+        assert!(words.contains(part), "{words}");
+    }
+    assert!(!words.contains("[missing-texture]"), "{words}");
+    for flags in ["--maps-by-name off", "--mtl-dialect spec"] {
+        let (_, words) = picture(&folder, flags);
+        assert!(words.contains("[missing-texture]"), "{flags}: {words}");
+    }
+    // Two textures, or a picture with a similar name
+    let two = format!("{library}newmtl b\nmap_Kd leaf.jpg\n");
+    for (library, name) in [(two.as_str(), "textures/a.png"), (library, "textures/a_b.png")] {
+        let (_, words) = picture(&scene(library, &[name]), "");
+        assert!(words.contains("[missing-texture]"), "{name}: {words}");
+    }
+}
+
 /// Printed lines and messages of a command.
 fn messages(folder: &TempDir, line: &str) -> String {
     let output = run(folder.path(), &split(line));

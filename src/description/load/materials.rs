@@ -60,7 +60,7 @@ impl Loader<'_> {
                     let mut found = found.clone();
                     if found.material.name != name {
                         let line = group.line * usize::from(other.is_none());
-                        self.tell_of_other_name(name, &found, path, line);
+                        self.report_other_name(name, &found, path, line);
                         found.material.name = name.to_string();
                     }
                     (found, Some(place))
@@ -109,9 +109,9 @@ impl Loader<'_> {
         if is_file && names_maps {
             let is_literal = self.file.load.strict || self.file.load.parameters.mtl_dialect() == MtlDialect::Spec;
             let untextured = self.untextured.entry(path.to_path_buf());
-            let untextured = untextured.or_insert_with(|| Untextured {
+            let untextured = untextured.or_insert_with(|| UntexturedMaterials {
                 has_one_color: !is_literal && has_one_color(obj),
-                ..Untextured::default()
+                ..UntexturedMaterials::default()
             });
             untextured.has_texture |= !found.maps.is_empty();
             untextured.libraries.clone_from(&obj.libraries);
@@ -145,7 +145,7 @@ impl Loader<'_> {
 
     /// Reports that the material `name` of the OBJ file `path` is `found`, whose name differs in
     /// case or separators. `line` names the material; 0 if no line of the file does.
-    fn tell_of_other_name(&mut self, name: &str, found: &FileMaterial, path: &Path, line: usize) {
+    fn report_other_name(&mut self, name: &str, found: &FileMaterial, path: &Path, line: usize) {
         let message = format!(
             "material `{}` is called `{}` in its library, and is used",
             excerpt_of_name(name),

@@ -4,12 +4,13 @@
 //!
 //! A material without any texture gets the textures of a set if exactly one set fits its name.
 //! [`Fit`] has the rules. Without any library, one picture can be the colour of all materials
-//! ([`Beside::picture_of_name`], [`Beside::picture_like_name`], [`Beside::only_picture`]). Names of
-//! the file and the material have priority over role words: a set with the name of another thing
-//! is not used. Pictures that this program wrote are not textures.
+//! ([`NearbyFiles::picture_of_name`], [`NearbyFiles::picture_like_name`],
+//! [`NearbyFiles::only_picture`]). Names of the file and the material have priority over role
+//! words: a set with the name of another thing is not used. Pictures that this program wrote are
+//! not textures.
 
 use super::Loader;
-use super::beside::{Beside, Image, Picked, are_alike, is_claimed, is_generic, stem_of, without_sizes, words_of};
+use super::beside::{Image, NearbyFiles, Picked, are_alike, is_claimed, is_generic, stem_of, without_sizes, words_of};
 use crate::color::Spectrum;
 use crate::description::mtl::{FileMaterial, MapRequest, MapSlot, MapStatement};
 use crate::description::obj::ObjFile;
@@ -168,8 +169,8 @@ impl NamedMaps {
         &self.beside
     }
 
-    /// Pictures that a user may want for the file: [`Beside::offers`]. The colour of the only set
-    /// is one of them.
+    /// Pictures that a user may want for the file: [`NearbyFiles::offers`]. The colour of the only
+    /// set is one of them.
     pub fn offers(&self, own: &[&Path]) -> (Vec<PathBuf>, usize) {
         let mut sets = self.sets.values();
         let only = sets.next().filter(|_| sets.next().is_none());

@@ -204,7 +204,7 @@ impl Loader<'_> {
     }
 
     /// Reports pictures that replace missing textures.
-    fn tell_of_stand_ins(&mut self) {
+    fn report_stand_ins(&mut self) {
         for ((_, picture), uses) in std::mem::take(&mut self.stand_ins) {
             let Some(first) = uses.first() else { continue };
             let words = format!(
@@ -294,9 +294,9 @@ impl Loader<'_> {
     }
 
     pub(super) fn load_textures(&mut self) {
-        self.tell_of_missing();
-        self.tell_of_found_elsewhere();
-        self.tell_of_stand_ins();
+        self.report_missing();
+        self.report_found_elsewhere();
+        self.report_stand_ins();
         for texture in &self.textures {
             match Tiles::of_path(&texture.path) {
                 Some(tiles) => self.files.extend(tiles.files().map(Path::to_path_buf)),

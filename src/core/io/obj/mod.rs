@@ -240,7 +240,7 @@ pub(super) fn read_obj(
     for error in std::mem::take(&mut outline.wrong) {
         findings.add(severity, "wrong-statement", error);
     }
-    findings.add_untold(severity, path, outline.wrong_count - told);
+    findings.add_unlisted(severity, path, outline.wrong_count - listed);
     let is_literal = options.strict || options.parameters.mtl_dialect() == MtlDialect::Spec;
     let used = outline.uses_materials().then(|| outline.used_names());
     let keys = used.iter().flatten().filter(|_| !is_literal);

@@ -3,6 +3,7 @@
 use crate::errors;
 use crate::job::pooled;
 use crate::scene::Rows;
+use embrasure::camera::CameraAttributes;
 use embrasure::color::Tone;
 use embrasure::compare::CommonErrors;
 use embrasure::denoise::Denoiser;
@@ -32,14 +33,14 @@ pub struct Developed {
 
 impl Developed {
     /// Makes a developed image from an image that was read from a file.
-    fn of_file(image: Image, picture: Option<Rendering>) -> Self {
+    fn of_file(image: Image, picture: Option<Rendering>, camera: Option<CameraAttributes>) -> Self {
         Self {
             image,
             tone: Tone::default(),
             exr: ExrFormat::default(),
             seconds: 0.0,
             warnings: Vec::new(),
-            source: Source::Read(picture),
+            source: Source::Read(picture, camera),
             sums: None,
         }
     }
@@ -50,8 +51,8 @@ pub enum Source {
     /// The image was rendered.
     Rendered(Box<Metadata>),
     /// The image was read from a file. For comparisons, it has the picture, if the file has
-    /// colours.
-    Read(Option<Rendering>),
+    /// colours, and the camera, if the file has its attributes.
+    Read(Option<Rendering>, Option<CameraAttributes>),
 }
 
 /// A picture with its channels.
@@ -141,10 +142,11 @@ impl Film {
                 failed.into_iter().next().map_or(Ok(()), |error| Err(error.into()))
             }
             (Source::Rendered(metadata), None) => Ok(output.write_image(&format, image, None, metadata)?),
-            (Source::Read(_), _) => {
+            (Source::Read(_, camera), _) => {
                 let image = image.clone();
                 let steps = "read".into();
-                let written = DevelopedPicture { image, steps };
+                let camera = *camera;
+                let written = DevelopedPicture { image, camera, steps };
                 match format {
                     Format::Exr(format) => written.write_exr(&output, &format)?,
                     Format::Png(tone) => written.write_png(&output, &tone)?,
@@ -162,7 +164,7 @@ impl Film {
                 bias: metadata.bias.clone(),
                 ..Rendering::of_image(image, metadata.common_errors.unwrap_or(CommonErrors::Picture))
             }),
-            Source::Read(picture) => picture.clone(),
+            Source::Read(picture, _) => picture.clone(),
         }
     }
 }
@@ -186,7 +188,7 @@ impl Film {
             is_display: false,
             bias: None,
         };
-        Ok(Self(Developed::of_file(image_of_picture(&picture), Some(picture))))
+        Ok(Self(Developed::of_file(image_of_picture(&picture), Some(picture), None)))
     }
 
     /// Names of the channels in the order of EXR files.
@@ -220,7 +222,7 @@ impl Film {
     fn complete(&self) -> bool {
         match &self.0.source {
             Source::Rendered(metadata) => metadata.complete,
-            Source::Read(_) => true,
+            Source::Read(..) => true,
         }
     }
 
@@ -230,7 +232,7 @@ impl Film {
     fn settings(&self) -> &str {
         match &self.0.source {
             Source::Rendered(metadata) => &metadata.settings,
-            Source::Read(_) => "",
+            Source::Read(..) => "",
         }
     }
 
@@ -305,22 +307,20 @@ impl Film {
 pub fn read(py: Python, path: PathBuf) -> PyResult<Film> {
     let film = py.detach(|| {
         let picture = read_rendering(&path);
-        let (image, picture) = match path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+            let (image, camera) = image_of_layers(&path)?;
             // A file without colours may have other channels
-            true => (image_of_layers(&path)?, picture.ok()),
-            false => {
-                let picture = picture?;
-                (image_of_picture(&picture), Some(picture))
-            }
-        };
-        Ok(Developed::of_file(image, picture))
+            return Ok(Developed::of_file(image, picture.ok(), camera));
+        }
+        let picture = picture?;
+        Ok(Developed::of_file(image_of_picture(&picture), Some(picture), None))
     });
     film.map(Film::new)
         .map_err(|error: FileError| errors::of_file(py, &error))
 }
 
-/// Image with all channels whose data window is the window of the first channel.
-fn image_of_layers(path: &Path) -> Result<Image, FileError> {
+/// Image with all channels whose data window is the window of the first channel, and the camera.
+fn image_of_layers(path: &Path) -> Result<(Image, Option<CameraAttributes>), FileError> {
     let layers = read_layers(path)?;
     let crop = layers.channels[0].window;
     let channels = layers.channels.into_iter().filter(|channel| channel.window == crop);
@@ -337,12 +337,13 @@ fn image_of_layers(path: &Path) -> Result<Image, FileError> {
             .unwrap_or(3)
     };
     channels.sort_by_key(place);
-    Ok(Image {
+    let image = Image {
         resolution: layers.resolution,
         crop,
         channels,
         backing: layers.backing,
-    })
+    };
+    Ok((image, layers.camera))
 }
 
 fn image_of_picture(picture: &Rendering) -> Image {

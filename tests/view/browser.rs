@@ -169,7 +169,7 @@ fn the_page_shows_and_steers_a_render() {
     browser.wait(&tab, "document.querySelectorAll('#overlay text').length > 0");
     browser.value(
         &tab,
-        "document.getElementById('pixel-sample').value = 1, embrasure.inspector.ask([45, 120])",
+        "document.getElementById('pixel-sample').value = 3, embrasure.inspector.ask([45, 120])",
     );
     for words in [
         "samples surface light",

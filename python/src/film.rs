@@ -188,7 +188,11 @@ impl Film {
             is_display: false,
             bias: None,
         };
-        Ok(Self(Developed::of_file(image_of_picture(&picture), Some(picture), None)))
+        Ok(Self(Developed::of_file(
+            image_of_picture(&picture),
+            Some(picture),
+            None,
+        )))
     }
 
     /// Names of the channels in the order of EXR files.

@@ -40,7 +40,7 @@ impl Developed {
             exr: ExrFormat::default(),
             seconds: 0.0,
             warnings: Vec::new(),
-            source: Source::Read(picture, camera),
+            source: Source::Read(Box::new((picture, camera))),
             sums: None,
         }
     }
@@ -52,7 +52,7 @@ pub enum Source {
     Rendered(Box<Metadata>),
     /// The image was read from a file. For comparisons, it has the picture, if the file has
     /// colours, and the camera, if the file has its attributes.
-    Read(Option<Rendering>, Option<CameraAttributes>),
+    Read(Box<(Option<Rendering>, Option<CameraAttributes>)>),
 }
 
 /// A picture with its channels.
@@ -142,10 +142,10 @@ impl Film {
                 failed.into_iter().next().map_or(Ok(()), |error| Err(error.into()))
             }
             (Source::Rendered(metadata), None) => Ok(output.write_image(&format, image, None, metadata)?),
-            (Source::Read(_, camera), _) => {
+            (Source::Read(read), _) => {
                 let image = image.clone();
                 let steps = "read".into();
-                let camera = *camera;
+                let camera = read.1;
                 let written = DevelopedPicture { image, camera, steps };
                 match format {
                     Format::Exr(format) => written.write_exr(&output, &format)?,
@@ -164,7 +164,7 @@ impl Film {
                 bias: metadata.bias.clone(),
                 ..Rendering::of_image(image, metadata.common_errors.unwrap_or(CommonErrors::Picture))
             }),
-            Source::Read(picture, _) => picture.clone(),
+            Source::Read(read) => read.0.clone(),
         }
     }
 }

@@ -139,7 +139,7 @@ pub struct ObjContext {
     pub whole_names: HashSet<String>,
     /// Names of materials that faces use; `None` if unknown.
     pub used: Option<HashSet<String>>,
-    /// Keys ([`key_of_name`]) of these names; empty if names must be exact.
+    /// Keys (`key_of_name`) of these names; empty if names must be exact.
     pub used_keys: HashSet<String>,
 }
 

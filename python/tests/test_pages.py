@@ -1,4 +1,4 @@
-"""Code of the guide's page and of both README files runs."""
+"""Code of the guide's page and of the module's README runs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from conftest import ROOT, SCENES
 
 
-@pytest.mark.parametrize("page", ["docs/guide/how-to/python.md", "README.md", "python/README.md"])
+@pytest.mark.parametrize("page", ["docs/guide/how-to/python.md", "python/README.md"])
 def test_pages_run(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     blocks = re.findall(r"^```python\n(.*?)^```$", (ROOT / page).read_text(), re.MULTILINE | re.DOTALL)
     assert blocks

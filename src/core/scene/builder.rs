@@ -3,19 +3,12 @@
 
 use super::duplicates::{CoincidentEmitters, TriangleSamples, remove_repeated_triangles};
 use super::ground::GroundPlane;
-use super::light_checks::{check_environment, check_light, check_position, check_spot, unit};
 use super::recognise::Panes;
-use super::validate::{
-    BuildError, check_extent, check_group_name, check_material, check_mesh, check_placement, remove_degenerate,
-};
-use crate::color::Spectrum;
+use super::validate::{BuildError, check_extent, check_material, check_mesh, check_placement, remove_degenerate};
 use crate::geometry::{Mesh, PartNames, Placement};
-use crate::light::{
-    ConstantLight, DirectionalLight, EnvironmentLight, LatLongImage, Light, LightGroupId, LightGroups, PointLight,
-    SpotLight, TriangleSampling,
-};
+use crate::light::{EnvironmentLight, Light, LightGroupId, TriangleSampling};
 use crate::material::{Map, Material, MaterialId};
-use crate::math::{Bounds3, Quat, Vec3};
+use crate::math::{Bounds3, Vec3};
 use crate::texture::{Texture, TextureFilter, TextureId};
 use std::collections::HashMap;
 
@@ -81,7 +74,7 @@ pub struct SceneBuilder {
     pub(super) skies: HashMap<[u32; 2], EnvironmentLight>,
     /// Names of light groups. New lights belong to the group `light_group`.
     pub(super) light_groups: Vec<String>,
-    light_group: Option<LightGroupId>,
+    pub(super) light_group: Option<LightGroupId>,
     /// Light group of each emitting material that has a group.
     pub(super) material_groups: HashMap<MaterialId, LightGroupId>,
     /// Lights that have a whole mesh as their surface, such as sphere lights. The key is the
@@ -255,37 +248,6 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Sets the sampling of emitting triangles. The default is by area.
-    pub fn triangle_sampling(&mut self, sampling: TriangleSampling) {
-        self.triangle_sampling = sampling;
-    }
-
-    /// Returns the light group with this name. Adds the group if it does not exist.
-    pub fn light_group(&mut self, name: &str) -> Result<LightGroupId, BuildError> {
-        check_group_name(name)?;
-        let found = self.light_groups.iter().position(|known| known == name);
-        let index = found.unwrap_or(self.light_groups.len());
-        // The last group is for lights without a group.
-        if index >= LightGroups::MAX_GROUPS - 1 {
-            return Err(BuildError::TooManyLightGroups);
-        }
-        if found.is_none() {
-            self.light_groups.push(name.into());
-        }
-        Ok(LightGroupId(index as u8))
-    }
-
-    /// Lights that are added from now on, until the next call, belong to `group`, or to no group if
-    /// it is `None`.
-    pub fn begin_light_group(&mut self, group: Option<LightGroupId>) {
-        self.light_group = group;
-    }
-
-    /// Group to which new lights belong.
-    pub(super) fn current_light_group(&self) -> Option<LightGroupId> {
-        self.light_group
-    }
-
     /// Returns true if the diffuse or base colour of `material` has a texture.
     pub fn has_diffuse_map(&self, material: MaterialId) -> bool {
         let material = self.materials.get(material.0 as usize);
@@ -297,64 +259,6 @@ impl SceneBuilder {
         self.materials.len()
     }
 
-    /// Assigns the emission of all surfaces of `material` to a light group.
-    pub fn group_material(&mut self, material: MaterialId, group: LightGroupId) {
-        self.material_groups.insert(material, group);
-    }
-
-    pub(super) fn add_light(&mut self, light: Light) {
-        self.lights.push((light, self.light_group));
-    }
-
-    /// Adds a point light with `intensity`, W/sr.
-    pub fn add_point_light(&mut self, position: Vec3, intensity: Spectrum) -> Result<(), BuildError> {
-        check_position("point", position)?;
-        check_light("point", "intensity", intensity)?;
-        self.add_light(Light::Point(PointLight { position, intensity }));
-        Ok(())
-    }
-
-    /// Adds an environment with constant `radiance`, W·sr⁻¹·m⁻².
-    pub fn add_constant_light(&mut self, radiance: Spectrum) -> Result<(), BuildError> {
-        check_light("constant", "radiance", radiance)?;
-        self.add_light(Light::Constant(ConstantLight { radiance }));
-        Ok(())
-    }
-
-    /// Adds parallel light that travels in `direction`. `irradiance`, W·m⁻², is the irradiance of a
-    /// surface that faces the light.
-    pub fn add_directional_light(&mut self, direction: Vec3, irradiance: Spectrum) -> Result<(), BuildError> {
-        let direction = unit("directional", direction)?;
-        check_light("directional", "irradiance", irradiance)?;
-        self.add_light(Light::Directional(DirectionalLight { direction, irradiance }));
-        Ok(())
-    }
-
-    /// Adds a spot light: a point light with `intensity`, W/sr, in the cone around `direction` with
-    /// the half-angle `angle`. The intensity falls off between the half-angles `falloff` and
-    /// `angle`. Angles in degrees, `falloff` ≤ `angle` ≤ 90.
-    pub fn add_spot_light(
-        &mut self,
-        position: Vec3,
-        direction: Vec3,
-        intensity: Spectrum,
-        angle: f32,
-        falloff: f32,
-    ) -> Result<(), BuildError> {
-        check_position("spot", position)?;
-        let direction = unit("spot", direction)?;
-        check_light("spot", "intensity", intensity)?;
-        check_spot(angle, falloff)?;
-        self.add_light(Light::Spot(SpotLight {
-            position,
-            direction,
-            intensity,
-            cos_inner: falloff.to_radians().cos(),
-            cos_outer: angle.to_radians().cos(),
-        }));
-        Ok(())
-    }
-
     /// Sets the treatment of thin glass. By default, light passes it straight on.
     pub fn panes(&mut self, panes: Panes) {
         self.panes = panes;
@@ -363,14 +267,6 @@ impl SceneBuilder {
     /// Sets the filter of texture lookups; the default is mip levels.
     pub fn texture_filter(&mut self, filter: TextureFilter) {
         self.texture_filter = filter;
-    }
-
-    /// Adds an environment with the radiance of `image` times `scale`, rotated by `rotation`.
-    pub fn add_environment(&mut self, image: LatLongImage, scale: f32, rotation: Quat) -> Result<(), BuildError> {
-        check_environment("environment", &image, scale, rotation)?;
-        let light = EnvironmentLight::new(image, scale, rotation);
-        self.add_light(Light::Environment(Box::new(light)));
-        Ok(())
     }
 
     /// Returns a material like `id` that is hidden from the camera: a copy of `id`, or `id` if the
@@ -452,11 +348,12 @@ pub(super) fn bounds_of(meshes: &[(Mesh, MaterialId)]) -> Bounds3 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+    use crate::color::Spectrum;
     use crate::light::LightId;
 
-    fn material(diffuse: f32, emission: f32) -> Material {
+    pub(in crate::scene) fn material(diffuse: f32, emission: f32) -> Material {
         Material {
             name: "m".into(),
             diffuse: Spectrum::splat(diffuse),
@@ -465,7 +362,7 @@ mod tests {
         }
     }
 
-    fn mesh(triangles: Vec<[u32; 3]>) -> Mesh {
+    pub(in crate::scene) fn mesh(triangles: Vec<[u32; 3]>) -> Mesh {
         Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::new(2.0, 0.0, 0.0)],
             triangles,
@@ -581,35 +478,5 @@ mod tests {
             b.begin_object(name);
         }
         assert_eq!(b.objects, ["a", "a.3", "a.2", "b", "a.4", "a.3.2"]);
-    }
-
-    #[test]
-    fn lights_are_in_the_groups_of_their_materials() {
-        let mut b = SceneBuilder::new();
-        let [dark, lamp, screen] = [0.0, 3.0, 1.0].map(|e| b.add_material(material(0.5, e)).unwrap());
-        let sky = b.light_group("sky").unwrap();
-        let lamps = b.light_group("lamps").unwrap();
-        assert_eq!(b.light_group("sky"), Ok(sky));
-        b.group_material(lamp, lamps);
-        b.group_material(dark, sky);
-        let two = || mesh(vec![[0, 1, 2], [2, 1, 3]]);
-        for material in [screen, dark, lamp] {
-            b.add_mesh(two(), material).unwrap();
-        }
-        // Equal triangles in instances
-        let prototype = b.add_prototype(vec![(two(), lamp), (two(), screen)]).unwrap();
-        let still = Placement::Still(crate::math::Affine3A::from_translation(Vec3::Z.into()));
-        b.add_instance(prototype, still).unwrap();
-        b.begin_light_group(Some(sky));
-        b.add_constant_light(Spectrum::ONE).unwrap();
-        b.begin_light_group(None);
-        b.add_point_light(Vec3::Z, Spectrum::ONE).unwrap();
-        let (scene, _) = b.build().unwrap();
-        let groups = scene.light_groups();
-        assert_eq!(groups.names(), ["sky", "lamps", "default"]);
-        let of_lights: Vec<usize> = (0..scene.lights().len() as u32)
-            .map(|id| groups.of(LightId(id)))
-            .collect();
-        assert_eq!(of_lights, [2, 2, 1, 1, 1, 1, 2, 2, 0, 2]);
     }
 }

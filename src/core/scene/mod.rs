@@ -13,6 +13,7 @@ mod ground;
 mod incident;
 mod lamp_hulls;
 mod light_checks;
+mod lights_and_groups;
 mod made_lights;
 mod part_sizes;
 mod passing;

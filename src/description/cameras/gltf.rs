@@ -3,9 +3,9 @@
 //! Source: glTF 2.0 Specification (Khronos), 3.10 "Cameras" and 4.4 "Binary glTF". A camera views
 //! along −z of its node, with +y up.
 
-use super::FileCamera;
+use super::{FileCamera, json_error};
 use crate::camera::ProjectionKind;
-use crate::description::{FileError, Position};
+use crate::description::FileError;
 use crate::files::input::read_bytes;
 use crate::math::{DMat4, DQuat, DVec3};
 use crate::options::{CameraOptions, PoseConvention, PoseMatrix};
@@ -66,14 +66,8 @@ impl Node {
 pub(super) fn read(path: &Path) -> Result<Vec<FileCamera>, FileError> {
     let bytes = read_bytes(path, "the glTF file")?;
     let json = json_of(&bytes);
-    let gltf: Gltf = serde_json::from_slice(json).map_err(|error| {
-        let place = Position {
-            line: error.line(),
-            column: Some(error.column()),
-        };
-        let error = FileError::new(path, error.to_string()).at(place);
-        error.help("export the file again, as glTF 2.0 with cameras")
-    })?;
+    let gltf: Gltf = serde_json::from_slice(json)
+        .map_err(|error| json_error(path, &error).help("export the file again, as glTF 2.0 with cameras"))?;
     let mut parents = vec![None; gltf.nodes.len()];
     for (index, node) in gltf.nodes.iter().enumerate() {
         for &child in &node.children {

@@ -6,7 +6,7 @@ mod gltf;
 mod list;
 mod transforms;
 
-use super::FileError;
+use super::{FileError, Position};
 use crate::camera::{CameraDescription, Distortion, FisheyeMapping, Intrinsics, ProjectionKind};
 use crate::math::{DMat3, DVec3, UVec2, Vec2};
 use crate::options::{CameraOptions, DistortionCoefficients, PoseConvention, PoseMatrix};
@@ -242,6 +242,15 @@ impl FileCamera {
         let rows = self.options.pose.map_or([[0.0; 4]; 3], |pose| pose.rows);
         (self.size.unwrap_or(UVec2::ONE), rows)
     }
+}
+
+/// Error of a JSON file, with its line and column.
+fn json_error(path: &Path, error: &serde_json::Error) -> FileError {
+    let place = Position {
+        line: error.line(),
+        column: Some(error.column()),
+    };
+    FileError::new(path, error.to_string()).at(place)
 }
 
 fn is_transforms(path: &Path) -> bool {

@@ -4,9 +4,9 @@
 //! Poses are transforms from the camera to the world, with the axes of OpenGL. The centre of the
 //! first pixel is at (0.5, 0.5). Keys of a frame override keys of the file.
 
-use super::{FileCamera, calibrated};
+use super::{FileCamera, calibrated, json_error};
 use crate::camera::{Distortion, Intrinsics, ProjectionKind};
-use crate::description::{FileError, Position};
+use crate::description::FileError;
 use crate::files::{Output, read_text};
 use crate::math::UVec2;
 use crate::options::{CameraOptions, PoseConvention, PoseMatrix};
@@ -142,13 +142,7 @@ impl Lens {
 pub(super) fn read(path: &Path) -> Result<Vec<FileCamera>, FileError> {
     let text = read_text(path, "the file of cameras")?;
     let help = "give a transforms.json, as NeRF, instant-ngp and nerfstudio write it";
-    let all: Transforms = serde_json::from_str(&text).map_err(|error| {
-        let place = Position {
-            line: error.line(),
-            column: Some(error.column()),
-        };
-        FileError::new(path, error.to_string()).at(place).help(help)
-    })?;
+    let all: Transforms = serde_json::from_str(&text).map_err(|error| json_error(path, &error).help(help))?;
     let camera = |(index, frame): (usize, Frame)| {
         let name = frame.file_path.unwrap_or_else(|| index.to_string());
         let wrong = |message: String| {

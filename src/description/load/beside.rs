@@ -1,10 +1,13 @@
 //! Search for pictures near an OBJ file: in its folder, in texture folders within or beside this
 //! folder, and in folders within those texture folders that have the name of the OBJ file.
 
+use super::picture_names::{
+    MIN_NAME, TEXTURE_WORDS, are_alike, has_extension, is_generic, is_generic_word, is_other_word, is_texture_name,
+    name_of, stem_of, with_extensions, without_sizes, words_after, words_of,
+};
 use crate::description::find_file::FileFinder;
 use crate::description::find_texture::is_texture_folder;
 use crate::description::texture::texture_size;
-use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::collections::{BTreeSet, HashSet};
 use std::fs::{self, File};
@@ -17,121 +20,14 @@ const MAX_FILES: usize = 10_000;
 /// maximum size of each library in bytes.
 const MAX_LIBRARIES: usize = 64;
 const MAX_LIBRARY_BYTES: u64 = 1 << 20;
-/// File extensions of pictures.
-const EXTENSIONS: [&str; 13] = [
-    "png", "jpg", "jpeg", "tga", "tif", "tiff", "webp", "bmp", "exr", "hdr", "dds", "gif", "jfif",
-];
 /// Prefix of metadata that this program writes into pictures.
 const METADATA: &[u8] = b"embrasure.";
 /// Number of bytes at the beginning of a picture in which the prefix is searched.
 const METADATA_BYTES: u64 = 1 << 16;
-/// Words that often appear in names of colour textures.
-const TEXTURE_WORDS: [&str; 18] = [
-    "albedo",
-    "atlas",
-    "basecolor",
-    "basecolour",
-    "col",
-    "color",
-    "colormap",
-    "colour",
-    "diff",
-    "diffuse",
-    "map",
-    "palette",
-    "skin",
-    "tex",
-    "texture",
-    "textures",
-    "uv",
-    "uvs",
-];
-/// Words in names of other pictures: views of a model, or textures of other properties.
-const OTHER_WORDS: [&str; 31] = [
-    "banner",
-    "beauty",
-    "bump",
-    "curvature",
-    "env",
-    "cover",
-    "hud",
-    "icon",
-    "image",
-    "img",
-    "inv",
-    "inventory",
-    "lightmap",
-    "lm",
-    "logo",
-    "mask",
-    "photo",
-    "preview",
-    "readme",
-    "ref",
-    "reference",
-    "reflection",
-    "render",
-    "screen",
-    "screenshot",
-    "shadow",
-    "skybox",
-    "spec",
-    "specular",
-    "thumb",
-    "thumbnail",
-];
 /// Texts in names of folders with pictures, other than [`is_texture_folder`].
 const FOLDER_WORDS: [&str; 9] = ["bitmap", "gfx", "image", "img", "map", "material", "pic", "skin", "tex"];
-/// Words in names that programs give, or that name no model.
-const GENERIC_WORDS: &[&str] = &[
-    "asset",
-    "assets",
-    "auv",
-    "base",
-    "bake",
-    "baked",
-    "blinn",
-    "default",
-    "defaultmaterial",
-    "export",
-    "final",
-    "group",
-    "high",
-    "image",
-    "images",
-    "initial",
-    "lambert",
-    "low",
-    "lowpoly",
-    "main",
-    "maps",
-    "mat",
-    "material",
-    "materials",
-    "mesh",
-    "meshes",
-    "model",
-    "models",
-    "none",
-    "null",
-    "obj",
-    "object",
-    "objects",
-    "output",
-    "phong",
-    "poly",
-    "scene",
-    "shading",
-    "source",
-    "standard",
-    "surface",
-    "untitled",
-];
 /// Maximum number of pictures in a folder in which the only texture is searched for.
 const MAX_HERE: usize = 64;
-/// Minimum length of an OBJ file's name, or of the first word of this name, to match pictures by
-/// it.
-const MIN_NAME: usize = 3;
 /// Minimum length of a word within the name of a picture to find the picture by the word.
 const MIN_WORD_WITHIN: usize = 4;
 
@@ -220,7 +116,7 @@ impl NearbyFiles {
                 match &*extension {
                     "obj" if is_here => found.objs.push(words.concat()),
                     "mtl" if is_here => found.libraries.push(name),
-                    extension if EXTENSIONS.contains(&extension) => found.images.push(Image {
+                    _ if has_extension(&name.to_string_lossy()) => found.images.push(Image {
                         path: folder.join(&name),
                         words,
                         is_here,
@@ -320,7 +216,7 @@ impl NearbyFiles {
                 }
             }
         }
-        found.retain(|image| self.is_square_power(image) && !self.is_rendering(image));
+        found.retain(|image| self.has_power_of_two_sides(image) && !self.is_rendering(image));
         match found.as_slice() {
             [] => Picked::Nothing,
             [one] => Picked::One(one.path.clone()),
@@ -372,7 +268,7 @@ impl NearbyFiles {
         }
         let here = self.found(|image| image.is_here);
         let &[only] = here.as_slice() else { return None };
-        if !may_be(only) || only.is_other() || !self.is_square_power(only) {
+        if !may_be(only) || only.is_other() || !self.has_power_of_two_sides(only) {
             return None;
         }
         let (all, own) = (self.claimed(&[]), self.libraries_of(parts));
@@ -407,7 +303,7 @@ impl NearbyFiles {
     }
 
     /// Returns true if the sides of a picture are powers of two.
-    fn is_square_power(&self, image: &Image) -> bool {
+    fn has_power_of_two_sides(&self, image: &Image) -> bool {
         let size = texture_size(&self.here.join(&image.path));
         size.is_some_and(|(width, height)| width.is_power_of_two() && height.is_power_of_two())
     }
@@ -548,59 +444,6 @@ pub(super) fn is_claimed(claimed: &HashSet<String>, picture: &Path) -> bool {
     claimed.contains(&name_of(picture))
 }
 
-/// Returns true if pictures with the word in their names are not colour textures of a model.
-fn is_other_word(word: &str) -> bool {
-    OTHER_WORDS.contains(&word)
-}
-
-/// Returns true if a word, without numbers at its end, names no model.
-fn is_generic_word(word: &str) -> bool {
-    let digits = |c: char| c.is_ascii_digit();
-    let word = word.trim_end_matches(digits);
-    let word = word.strip_suffix("sg").unwrap_or(word).trim_end_matches(digits);
-    word.len() < 2 || GENERIC_WORDS.contains(&word) || TEXTURE_WORDS.contains(&word)
-}
-
-/// Returns true if a name has no word that names a model, as in `texture` and `material_0`.
-pub(super) fn is_generic(words: &[String]) -> bool {
-    words.iter().all(|word| is_generic_word(word))
-}
-
-/// The words after the first `length` bytes of the words; `None` if a word does not end there.
-fn words_after(words: &[String], length: usize) -> Option<&[String]> {
-    let mut end = 0;
-    let index = words.iter().position(|word| {
-        end += word.len();
-        end == length
-    });
-    words.get(index? + 1..)
-}
-
-/// Returns true if one name begins with all words of the other. A number at the end of the shorter
-/// name does not count if all other words name no model: `building_output` is like `building2`.
-pub(super) fn are_alike(a: &[String], b: &[String]) -> bool {
-    let is_digit = |c: char| c.is_ascii_digit();
-    let begins = |long: &[String], short: &str, is_whole: bool| {
-        let long_name = long.concat();
-        let Some(rest) = long_name.strip_prefix(short) else {
-            return false;
-        };
-        let others = words_after(long, short.len());
-        let ends_word = others.is_some_and(|others| is_whole || is_generic(others));
-        short.len() >= MIN_NAME && (ends_word || rest.chars().all(is_digit))
-    };
-    [(a, b), (b, a)].into_iter().any(|(long, short)| {
-        let short = short.concat();
-        begins(long, &short, true) || begins(long, short.trim_end_matches(is_digit), false)
-    })
-}
-
-/// Returns true if the last word of a name, without numbers, is a texture word.
-fn is_texture_name(words: &[String]) -> bool {
-    let last = without_sizes(words).last();
-    last.is_some_and(|word| TEXTURE_WORDS.contains(&word.trim_end_matches(|c: char| c.is_ascii_digit())))
-}
-
 /// Text that lists pictures, and a flag that makes the first picture the colour of `material`.
 /// `None` if there are no pictures.
 pub(super) fn offer_in_words(material: &str, (shown, more): (Vec<PathBuf>, usize)) -> Option<(String, String)> {
@@ -617,117 +460,4 @@ pub(super) fn offer_in_words(material: &str, (shown, more): (Vec<PathBuf>, usize
 /// Name of a file for messages.
 fn name_of_shown(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// Name of a file or folder, in lower case.
-fn name_of(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().to_lowercase()
-}
-
-/// Returns true if a name has a file extension of a picture.
-pub(super) fn has_extension(name: &str) -> bool {
-    let extension = Path::new(name).extension().and_then(|e| e.to_str());
-    extension.is_some_and(|extension| EXTENSIONS.contains(&&*extension.to_lowercase()))
-}
-
-/// `name` with each file extension of pictures.
-pub(super) fn with_extensions(name: &str) -> Vec<String> {
-    EXTENSIONS
-        .iter()
-        .map(|extension| format!("{name}.{extension}"))
-        .collect()
-}
-
-/// Words of a name in lower case. Separators divide words, and so does a change from a lower-case
-/// to an upper-case letter.
-pub(super) fn words_of(name: &str) -> Vec<String> {
-    let mut words: Vec<String> = Vec::new();
-    let mut before = ' ';
-    for c in name.chars() {
-        if c.is_alphanumeric() {
-            let begins = !before.is_alphanumeric() || before.is_lowercase() && c.is_uppercase();
-            if begins {
-                words.push(String::new());
-            }
-            if let Some(word) = words.last_mut() {
-                word.extend(c.to_lowercase());
-            }
-        }
-        before = c;
-    }
-    words
-}
-
-/// Returns true if a word describes the size or the format of a picture, such as `2k`, `1001` or
-/// `jpg`.
-fn is_about_size(word: &str) -> bool {
-    let digits = word.strip_suffix('k').unwrap_or(word);
-    (!digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit())) || matches!(word, "jpg" | "png" | "exr")
-}
-
-/// The words, except words for size or format at their end.
-pub(super) fn without_sizes(words: &[String]) -> &[String] {
-    let end = words.iter().rposition(|word| !is_about_size(word));
-    &words[..end.map_or(0, |end| end + 1)]
-}
-
-/// Name of a file without its extension.
-pub(super) fn stem_of(path: &Path) -> Cow<'_, str> {
-    path.file_stem().unwrap_or_default().to_string_lossy()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_alike_if_one_begins_with_the_other() {
-        let alike = |a: &str, b: &str| are_alike(&words_of(a), &words_of(b));
-        for (a, b) in [
-            ("chair", "Chair_lowpoly"),
-            ("car_red", "CarRed"),
-            ("rock", "rock3"),
-            ("rock3_big", "rock3"),
-            ("building_Output", "building 1"),
-        ] {
-            assert!(alike(a, b) && alike(b, a), "{a} {b}");
-        }
-        for (a, b) in [
-            ("grassB", "airplane"),
-            ("carpet", "car"),
-            ("TowelRail", "towel3"),
-            ("car_red", "car_blue"),
-            ("ab", "ab_c"),
-            ("", "car"),
-            ("12", "123"),
-        ] {
-            assert!(!alike(a, b) && !alike(b, a), "{a} {b}");
-        }
-    }
-
-    #[test]
-    fn names_of_programs_are_generic() {
-        for name in [
-            "",
-            "Material_0",
-            "lambert2SG",
-            "initialShadingGroup",
-            "texture",
-            "(null)",
-            "model 1",
-        ] {
-            assert!(is_generic(&words_of(name)), "{name}");
-        }
-        for name in ["shaker_sugar", "Material_fox", "sgt", "wood"] {
-            assert!(!is_generic(&words_of(name)), "{name}");
-        }
-    }
-
-    #[test]
-    fn words_end_where_a_name_ends() {
-        let words = words_of("CarRed_skin");
-        assert_eq!(words_after(&words, 6), Some(&["skin".to_string()][..]));
-        assert_eq!(words_after(&words, 10), Some(&[][..]));
-        assert_eq!(words_after(&words, 4), None);
-    }
 }

@@ -11,6 +11,7 @@ mod materials;
 mod named_maps;
 mod objects;
 mod parts;
+mod picture_names;
 mod reports;
 mod shapes;
 mod textures;

@@ -10,7 +10,8 @@
 //! not textures.
 
 use super::Loader;
-use super::beside::{Image, NearbyFiles, Picked, are_alike, is_claimed, is_generic, stem_of, without_sizes, words_of};
+use super::beside::{Image, NearbyFiles, Picked, is_claimed};
+use super::picture_names::{are_alike, is_generic, stem_of, without_sizes, words_of};
 use crate::color::Spectrum;
 use crate::description::mtl::{FileMaterial, MapRequest, MapSlot, MapStatement};
 use crate::description::obj::ObjFile;

@@ -1,8 +1,9 @@
 //! Textures of the materials of a scene.
 
 use super::Loader;
-use super::beside::{Picked, has_extension, offer_in_words, with_extensions};
+use super::beside::{Picked, offer_in_words};
 use super::materials::names_in_words;
+use super::picture_names::{has_extension, with_extensions};
 use crate::color::Spectrum;
 use crate::description::Finding;
 use crate::description::find_file::case_differs;

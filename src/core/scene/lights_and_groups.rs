@@ -1,5 +1,5 @@
-//! Lights without a mesh, and groups of lights, of a scene builder. `made_lights` adds the lights with
-//! a surface, and skies.
+//! Lights without a mesh, and groups of lights, of a scene builder. `made_lights` adds the lights
+//! with a surface, and skies.
 
 use super::builder::SceneBuilder;
 use super::light_checks::{check_environment, check_light, check_position, check_spot, unit};

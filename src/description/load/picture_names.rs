@@ -1,5 +1,5 @@
-//! Names of pictures: their words, and the words that show whether a picture is the colour texture of
-//! a model.
+//! Names of pictures: their words, and the words that show whether a picture is the colour texture
+//! of a model.
 
 use std::borrow::Cow;
 use std::path::Path;

@@ -146,7 +146,12 @@ impl Film {
                 let image = image.clone();
                 let steps = "read".into();
                 let camera = read.1;
-                let written = DevelopedPicture { image, camera, steps };
+                let written = DevelopedPicture {
+                    image,
+                    camera,
+                    lines: None,
+                    steps,
+                };
                 match format {
                     Format::Exr(format) => written.write_exr(&output, &format)?,
                     Format::Png(tone) => written.write_png(&output, &tone)?,

@@ -12,8 +12,8 @@ pub(super) struct AovList {
 }
 
 /// Additional channels of `--aov`. The name `all` leaves out light groups and points if the render
-/// has none. It always leaves out strategies and light paths, which may be hundreds of channels. A
-/// later check reports channels that are unavailable.
+/// has none. It always leaves out lines, which take many more rays, and strategies and light paths,
+/// which may be hundreds of channels. A later check reports channels that are unavailable.
 pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Result<AovList, CliError> {
     let wanted: Vec<&str> = wanted.iter().flat_map(|list| names(list)).collect();
     let mut light_paths = Vec::new();
@@ -29,15 +29,25 @@ pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Res
     let is_known = |name: &str| name == "all" || Aov::NAMES.iter().any(|(known, _)| *known == name);
     if let Some(unknown) = wanted.iter().find(|name| !is_known(name) && !PathPart::is_name(name)) {
         let known = Aov::NAMES.iter().map(|(name, _)| *name).chain(PathPart::names());
+        let list = || format!("choose from {}, or use all", known.collect::<Vec<_>>().join(", "));
+        let help = match unknown.to_lowercase().as_str() {
+            "z" | "depth" => "depth is always in EXR files, as Z".into(),
+            "n" | "normal" | "normals" => "normals are always in EXR files, as N.X N.Y N.Z".into(),
+            "albedo" => "albedo is always in EXR files, as albedo.R albedo.G albedo.B".into(),
+            "position" => "positions are P".into(),
+            "mask" | "masks" | "matte" | "mattes" | "crypto" => {
+                "use cryptomatte, and then `embrasure develop FILE.exr --matte NAME -o mask.png`".into()
+            }
+            _ => list(),
+        };
         return Err(CliError::Usage(format!(
-            "--aov {unknown}: unknown channels\n  help: choose from {}, or use all",
-            known.collect::<Vec<_>>().join(", ")
+            "--aov {unknown}: unknown channels\n  help: {help}"
         )));
     }
     let is_of_all = |aov: Aov| match aov {
         Aov::Lights => scene.has_light_groups() && method.gathers_light(),
         Aov::Points => method.has_points(),
-        Aov::Strategies => false,
+        Aov::Lines | Aov::Strategies => false,
         _ => true,
     };
     let is_named = |name: &str| wanted.contains(&name);

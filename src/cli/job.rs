@@ -9,7 +9,7 @@ use super::words;
 use crate::color::{Curve, Exposure};
 use crate::denoise::Denoiser;
 use crate::description::{FileCamera, SceneFile, SceneOptions};
-use crate::film::Rect;
+use crate::film::{Aov, Rect};
 use crate::guess::{Elevation, drawing_axes};
 use crate::io::{FileError, LoadOptions, Warning};
 use crate::math::{UVec2, Vec2};
@@ -151,6 +151,7 @@ fn options(args: &RenderArgs, scene: &SceneFile, camera: Option<&FileCamera>) ->
         filter: args.filter.0.or(scene.options.filter),
         background: args.background.0.or(scene.options.background),
         tone: args.tone.0.or(scene.options.tone),
+        lines: args.lines.0.or(scene.options.lines),
         sampling: args.quality.0.under(args.sampling.0).or(scene.options.sampling),
         quality: args.quality.0.or(scene.options.quality),
         integrator: args.integrator.0.or(scene.options.integrator),
@@ -213,7 +214,20 @@ fn settings(
         )));
     }
     let wanted = aovs(&args.aov, scene, &settings.method())?;
-    (settings.aovs, settings.light_paths) = (wanted.aovs, wanted.light_paths);
+    settings.light_paths = wanted.light_paths;
+    let is_new = |aov: &Aov| !wanted.aovs.contains(aov);
+    settings.aovs = settings
+        .aovs
+        .into_iter()
+        .filter(is_new)
+        .chain(wanted.aovs.clone())
+        .collect();
+    let style = [args.lines.0.lines_width, args.lines.0.lines_angle];
+    if style.iter().any(Option::is_some) && !settings.aovs.contains(&Aov::Lines) {
+        return Err(CliError::Usage(
+            "--lines-width and --lines-angle: no lines are drawn\n  help: draw them with --lines black, or store them with --aov lines".into(),
+        ));
+    }
     settings.threads = args.threads.unwrap_or(settings.threads);
     settings.compact = args.load.compact;
     Ok(settings)

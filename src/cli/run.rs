@@ -60,6 +60,9 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     loading.finish();
     let session = session?;
     // The exposure may depend on the light, which is known now.
+    let elevation = job.settings.camera.elevation;
+    // A drawing to scale has a size of its own.
+    job.settings.resolution = session.settings().resolution;
     job.settings.tone = session.settings().tone;
     outputs::show(&mut files.images, job.settings.tone);
     // Default names avoid the scene's files, which are known now.
@@ -85,6 +88,9 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     job.shown_warnings.show(session.warnings(), &job.scene_path);
     let mut warnings = [&of_flags, session.warnings()].concat();
     if !job.quiet {
+        if let Some(elevation) = elevation {
+            errln!("camera: {}", session.words_of(elevation));
+        }
         print_choices(&session);
         if !job.scene.is_file() && job.pixel.is_none() {
             print_picture(&session);

@@ -3,8 +3,8 @@
 
 use super::LoadParameters;
 use crate::options::{
-    BackgroundOptions, CameraOptions, Entry, FilterOptions, Input, IntegratorOptions, InvalidOption, OptionGroup,
-    Parameter, PrintOptions, QualityOptions, SamplingOptions, SizeOptions, ToneOptions,
+    BackgroundOptions, CameraOptions, Entry, FilterOptions, Input, IntegratorOptions, InvalidOption, LineOptions,
+    OptionGroup, Parameter, PrintOptions, QualityOptions, SamplingOptions, SizeOptions, ToneOptions,
 };
 
 /// Interface of a group of options of any type.
@@ -75,6 +75,8 @@ scene_options! {
         background: BackgroundOptions,
         /// Tone curve of PNG files.
         tone: ToneOptions,
+        /// Lines along edges.
+        lines: LineOptions,
     }
     render, render_mut {
         /// Sample counts, sampler and denoiser.

@@ -1,9 +1,9 @@
 //! Plans, elevations and pictures to scale. The camera and the image size are computed from the
 //! bounding box of the scene.
 
-use super::{Error, InvalidSetting, Settings};
+use super::{Error, InvalidSetting, Session, Settings};
 use crate::camera::ProjectionKind;
-use crate::guess::drawing_axes;
+use crate::guess::{Elevation, drawing_axes};
 use crate::math::{DVec3, UVec2, Vec3};
 use crate::options::{SizeOptions, Value};
 use crate::scene::Scene;
@@ -101,6 +101,26 @@ impl Settings {
         self.resolution = UVec2::new(width as u32, height as u32);
         self.camera.options.ortho_height = Some((height / pixels) as f32);
         Ok(self)
+    }
+}
+
+impl Session {
+    /// Description of the view of a scene that was drawn as `elevation`: its side and its axes.
+    pub fn words_of(&self, elevation: Elevation) -> String {
+        let camera = &self.camera_description().parameters;
+        let axis = |v: Vec3| {
+            let at = v.abs().max_position();
+            format!("{}{}", if v[at] < 0.0 { '-' } else { '+' }, ["x", "y", "z"][at])
+        };
+        let view = match elevation {
+            Elevation::Plan => "plan".into(),
+            side => format!("{} elevation", side.text()),
+        };
+        format!(
+            "{view} seen from {}, with {} up (--up AXIS and another --elevation change that)",
+            axis(camera.position - camera.look_at),
+            axis(camera.up)
+        )
     }
 }
 

@@ -437,6 +437,7 @@ impl Session {
             camera: &self.camera,
             filter: &self.filter,
             features: self.settings.aovs.iter().any(|aov| aov.is_of_surface()),
+            lines: (self.settings.aovs.contains(&Aov::Lines)).then(|| self.settings.lines.style()),
             strategies: self.settings.aovs.contains(&Aov::Strategies),
             paths: self.paths.as_deref(),
             backdrop: self.backdrop,

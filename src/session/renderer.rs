@@ -183,7 +183,7 @@ impl<'a> Renderer<'a> {
                 format!(
                     "this checkpoint belongs to another render: {difference} (in the checkpoint and in this render)"
                 ),
-                "use the earlier settings, or name another --checkpoint",
+                "use the earlier flags, also those for reading the scene such as --smooth and --material; or name another --checkpoint",
             );
         }
         let max = film.tiles().iter().map(|tile| tile.next_sample()).max().unwrap_or(0);

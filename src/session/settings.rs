@@ -8,14 +8,14 @@ use crate::camera::CameraParameters;
 use crate::color::tone::{Curve, Tone};
 use crate::denoise::Denoiser;
 use crate::description::{SceneFile, SceneOptions};
-use crate::film::{Aov, BLOCK, Backing, Filter, FilterKind, Rect};
+use crate::film::{Aov, BLOCK, Backing, Filter, FilterKind, LineStyle, Rect};
 use crate::guess::{LightGuess, SiblingFiles, Survey};
 use crate::integrator::Background;
 use crate::light_paths::{LightPathError, LightPaths, PathPart};
 use crate::math::UVec2;
 use crate::options::{
     BACKGROUND, Backend, BackgroundOptions, Denoising, FilterOptions, Finish, IntegratorKind, IntegratorOptions,
-    Method, Named, OptionGroup, Print, SamplingOptions, SizeOptions, ToneOptions, Value, name_of,
+    LineOptions, Method, Named, OptionGroup, Print, SamplingOptions, SizeOptions, ToneOptions, Value, name_of,
 };
 use crate::render::StopCondition;
 use crate::sampler::{RenderSampler, SamplerKind};
@@ -76,6 +76,8 @@ pub struct Settings {
     pub tone: Tone,
     /// Scale of the picture on paper, if one is set.
     pub print: Option<Print>,
+    /// Lines along edges: their colour in PNG files, and their style.
+    pub lines: LineOptions,
 }
 
 /// Maximum number of samples per pixel if only a noise level is set.
@@ -136,7 +138,7 @@ impl Settings {
             seed: sampling.seed(),
             sampler: sampling.sampler(),
             integrator: options.integrator,
-            aovs: Vec::new(),
+            aovs: options.lines.lines.map(|_| Aov::Lines).into_iter().collect(),
             light_paths: Vec::new(),
             backend: sampling.backend(),
             denoiser: sampling.denoise().denoiser(),
@@ -146,6 +148,7 @@ impl Settings {
             compact: false,
             tone: options.tone.tone_settings(),
             print: Print::of(&options.print),
+            lines: options.lines,
         }
     }
 
@@ -185,6 +188,7 @@ impl Settings {
             background.invalid(),
             tone.invalid(),
             sampling.invalid(),
+            self.lines.invalid(),
         ];
         if let Some(invalid) = groups.into_iter().flatten().chain(self.integrator.invalid()).next() {
             return Some(invalid.into());
@@ -322,6 +326,7 @@ impl Settings {
             tone: self.tone,
             denoiser: self.denoiser.or(self.merged_denoiser),
             denoise_radius: self.denoise_radius,
+            lines: self.lines.lines,
         }
     }
 
@@ -415,6 +420,10 @@ impl Settings {
         let aovs: Vec<String> = aovs.chain(self.light_paths.iter().map(PathPart::describe)).collect();
         if !aovs.is_empty() {
             settings += &format!(" aov={}", aovs.join(","));
+        }
+        if self.aovs.contains(&Aov::Lines) {
+            let LineStyle { width, angle } = self.lines.style();
+            settings += &format!(" lines_width={width} lines_angle={angle}");
         }
         let total = self.total_samples();
         match self.noise {

@@ -3,7 +3,7 @@
 use super::exr::ExrArgs;
 use super::flags::{Flags, NameParser};
 use super::values::{parse_list, parse_radius, parse_size};
-use crate::options::{Denoising, ToneOptions};
+use crate::options::{Denoising, LineColor, ToneOptions, Value};
 use clap::Parser;
 use std::fmt;
 use std::path::PathBuf;
@@ -15,6 +15,7 @@ Examples:
   embrasure develop room.exr -o room.png --exposure auto --tone agx
   embrasure develop room.exr --list
   embrasure develop room.exr --channel Z -o depth.png
+  embrasure develop room.exr --matte 'Sofa*' -o sofa.png
   embrasure develop cycles.exr --channel ViewLayer.Combined --denoise -o clean.exr -o clean.png
   embrasure develop room.exr --crop 100,50,300,200 --scale 2 -o detail.png")]
 pub(in crate::cli) struct DevelopArgs {
@@ -28,6 +29,12 @@ pub(in crate::cli) struct DevelopArgs {
     /// Layer or channel to show, such as albedo, N, Z or light_key [default: the picture]
     #[arg(long, value_name = "NAME")]
     pub channel: Option<String>,
+
+    /// Mask of the parts, objects or materials whose names match, of a file with --aov cryptomatte
+    ///
+    /// White is what the names cover. LAYER:GLOB searches one layer, such as CryptoMaterial:wood.
+    #[arg(long, value_name = "GLOB", conflicts_with_all = ["channel", "list", "denoise", "lines"])]
+    pub matte: Option<String>,
 
     /// List layers and channels
     #[arg(long, conflicts_with_all = ["output", "channel"])]
@@ -47,6 +54,10 @@ pub(in crate::cli) struct DevelopArgs {
     /// Standard deviation in pixels of the denoiser gaussian [default: 0.7]
     #[arg(long, value_name = "PIXELS", requires = "denoise", value_parser = parse_radius)]
     pub denoise_radius: Option<f32>,
+
+    /// Draw the lines of --aov lines over the picture, in black or another colour [default: as the render]
+    #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true, value_parser = parse_line_color)]
+    pub lines: Option<Option<LineColor>>,
 
     /// Pixels of the full image to keep: half-open, origin top left
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_list::<u32, 4>)]
@@ -78,6 +89,11 @@ impl fmt::Display for Scale {
             Self::Size([width, height]) => write!(f, "{width}x{height}"),
         }
     }
+}
+
+fn parse_line_color(text: &str) -> Result<LineColor, String> {
+    let color = LineColor::of_text(text).filter(Value::is_finite);
+    color.ok_or_else(|| format!("{} is expected", LineColor::KIND))
 }
 
 fn parse_scale(text: &str) -> Result<Scale, String> {

@@ -92,6 +92,8 @@ const HEADINGS: [(&str, &[&str]); 6] = [
     (
         "Further output",
         &[
+            "lines-width",
+            "lines-angle",
             "aov",
             "compression",
             "half",

@@ -124,8 +124,7 @@ fn parse_sun(text: &str) -> Result<SunFlag, String> {
         Some(&[azimuth, elevation, strength]) => ([azimuth, elevation], strength),
         _ => {
             return Err(
-                "azimuth and elevation in degrees are expected, as in -45,40, or with a strength, as in -45,40,3"
-                    .into(),
+                "azimuth and elevation in degrees are expected, as in -45,40, or with a strength, as in -45,40,3; the tutorial `Light a room` finds them for an hour".into(),
             );
         }
     };

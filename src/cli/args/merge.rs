@@ -77,6 +77,7 @@ impl MergeArgs {
             tone: self.tone.0.over(noted.tone),
             denoiser,
             denoise_radius: self.denoise_radius.or(noted_radius),
+            lines: noted.lines,
         }
     }
 }

@@ -21,15 +21,26 @@ pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Er
     let value = text(&error, ContextKind::InvalidValue);
     let (message, help) = match error.kind() {
         ErrorKind::UnknownArgument if invalid.starts_with('-') => {
-            let near = command.and_then(|command| unknown::advice(command, &invalid));
-            let meant = near.map_or(String::new(), |near| format!("did you mean {near}? "));
-            (format!("{name} has no flag {invalid}"), format!("{meant}{lists}"))
+            let owners = unknown::commands_with(program, &invalid);
+            if command.is_some() && !owners.is_empty() {
+                let help = format!("it is a flag of {}; {lists}", owners.join(", "));
+                (format!("{name} has no flag {invalid}"), help)
+            } else {
+                let near = command.and_then(|command| unknown::advice(command, &invalid));
+                let meant = near.map_or(String::new(), |near| format!("did you mean {near}? "));
+                (format!("{name} has no flag {invalid}"), format!("{meant}{lists}"))
+            }
         }
         ErrorKind::UnknownArgument => surplus(&name, &invalid, &lists),
         ErrorKind::InvalidSubcommand => {
             let unknown = text(&error, ContextKind::InvalidSubcommand);
             let near = text(&error, ContextKind::SuggestedSubcommand);
-            let meant = if near.is_empty() {
+            let is_scene = [".obj", ".toml"]
+                .iter()
+                .any(|end| unknown.to_lowercase().ends_with(end));
+            let meant = if is_scene {
+                format!("did you mean `embrasure render {unknown}`? ")
+            } else if near.is_empty() {
                 near
             } else {
                 format!("did you mean {near}? ")
@@ -47,7 +58,14 @@ pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Er
         },
         ErrorKind::MissingRequiredArgument => {
             let what = invalid.replace(['<', '>'], "");
-            (format!("{name} needs {what}"), lists)
+            let has_camera = words
+                .iter()
+                .any(|word| word == "--camera" || word.starts_with("--camera="));
+            let help = match what.starts_with("--cameras") && has_camera {
+                true => "--camera chooses a camera of this file; a side of the scene is --view front".into(),
+                false => lists,
+            };
+            (format!("{name} needs {what}"), help)
         }
         ErrorKind::InvalidValue if value.is_empty() => {
             (format!("{} needs a value", flag(&invalid)), format!("write {invalid}"))

@@ -12,7 +12,8 @@ use super::values::{
 };
 use crate::cli::warnings::ShownWarnings;
 use crate::options::{
-    BackgroundOptions, FilterOptions, IntegratorOptions, PrintOptions, QualityOptions, SamplingOptions, ToneOptions,
+    BackgroundOptions, FilterOptions, IntegratorOptions, LineOptions, PrintOptions, QualityOptions, SamplingOptions,
+    ToneOptions,
 };
 use clap::Parser;
 use std::path::PathBuf;
@@ -98,6 +99,9 @@ pub(in crate::cli) struct RenderArgs {
     #[command(flatten)]
     pub tone: Flags<ToneOptions>,
 
+    #[command(flatten)]
+    pub lines: Flags<LineOptions>,
+
     /// Render only these pixels: half-open, origin top left
     ///
     /// Integrators that trace paths from lights, and irradiance-cache, still compute the light of
@@ -142,10 +146,10 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "ADDRESS", value_parser = parse_address, conflicts_with = "pixel")]
     pub tev: Option<String>,
 
-    /// Further channels of EXR files, such as P, uv, id, cryptomatte, lights or all
+    /// Further channels of EXR files, such as P, uv, id, cryptomatte, lines, lights or all
     ///
     /// Also motion, points (photons or irradiance records) and strategies (bdpt, --max-depth up to
-    /// 6); lights is a layer for each light group; all includes everything but strategies. Light
+    /// 6); lights is a layer for each light group; all includes everything but lines and strategies. Light
     /// paths: emission, direct, indirect, diffuse_direct, diffuse_indirect (also specular_ and
     /// transmission_), bounces, bounces:N, bounce.N, and light path expressions such as
     /// 'lpe:caustics=LS+DE'.

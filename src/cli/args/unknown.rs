@@ -32,6 +32,19 @@ const ELSEWHERE: &[(&[&str], &[&str])] = &[
     (&["--timeout", "--time"], &["--time-limit 60s", "--time 1s,4s"]),
     (&["--gamma", "--tonemap", "--tonemapper"], &["--tone agx"]),
     (&["--ev"], &["--exposure 1"]),
+    (
+        &["--transparent", "--alpha", "--film-transparent"],
+        &["--background transparent"],
+    ),
+    (&["--light", "--lights", "--lamp", "--sunlight"], &["--sun -45,40"]),
+    (
+        &["--mask", "--masks", "--mattes"],
+        &["--matte 'Sofa*'", "--aov cryptomatte"],
+    ),
+    (
+        &["--wireframe", "--edges", "--outline", "--outlines"],
+        &["--lines black"],
+    ),
 ];
 
 /// Known flag of `command` that the user may mean by `flag`.
@@ -46,6 +59,20 @@ pub(super) fn advice(command: &Command, flag: &str) -> Option<String> {
         Some((_, ours)) => ours.iter().find(|known| has(known)).map(|known| known.to_string()),
         None => nearest(flag, flags.iter().map(String::as_str)).map(String::from),
     }
+}
+
+/// Names of the commands of `program` that have the flag `flag`.
+pub(super) fn commands_with(program: &Command, flag: &str) -> Vec<String> {
+    let long = flag.strip_prefix("--");
+    let has = |command: &&Command| {
+        let mut args = command.get_arguments().filter(|arg| !arg.is_hide_set());
+        long.is_some() && args.any(|arg| arg.get_long() == long)
+    };
+    let commands = program.get_subcommands().filter(has);
+    commands
+        .map(|command| format!("`{}`", command.get_name()))
+        .take(3)
+        .collect()
 }
 
 #[cfg(test)]
@@ -73,6 +100,22 @@ mod tests {
             ("embrasure render a.obj --sampels 4", "did you mean --samples?"),
             ("embrasure lab a.obj --depth=3", "did you mean --max-depth 8?"),
             ("embrasure develop a.exr --tonemap agx", "did you mean --tone agx?"),
+            (
+                "embrasure render a.obj --transparent",
+                "did you mean --background transparent?",
+            ),
+            (
+                "embrasure render a.obj --camera front",
+                "a side of the scene is --view front",
+            ),
+            (
+                "embrasure check a.obj --projection panorama",
+                "it is a flag of `render`",
+            ),
+            (
+                "embrasure models/a.obj",
+                "did you mean `embrasure render models/a.obj`?",
+            ),
         ] {
             let words = refusal(line);
             assert!(words.contains(expected), "{line}: {words}");

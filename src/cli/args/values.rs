@@ -56,7 +56,9 @@ pub(in crate::cli) fn parse_range(text: &str) -> Result<[u32; 2], String> {
         .map(|(a, b)| (a.trim().parse().ok(), b.trim().parse().ok()));
     match ends {
         Some((Some(first), Some(end))) if first < end => Ok([first, end]),
-        _ => Err("the first sample and one past the last are expected, as in 64..128".into()),
+        _ => Err(
+            "a part of the samples is expected, from the first to one past the last, as in 64..128; the number of samples is --spp".into(),
+        ),
     }
 }
 

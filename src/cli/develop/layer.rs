@@ -1,6 +1,6 @@
 //! Layers of an EXR file: channels grouped by the naming conventions of renderers.
 
-use crate::film::Rect;
+use crate::film::{LINES, Rect};
 use crate::io::{LayerChannel, Layers, SampleKind};
 use crate::options::nearest;
 use serde_json::{Value, json};
@@ -233,6 +233,16 @@ pub(super) fn find(layers: &Layers, name: Option<&str>) -> Result<Layer, (String
     if let (Some(layer), None) = (ending.next(), ending.next()) {
         return Ok(layer.clone());
     }
+    // Names in other renderers of the layers of this program
+    let own = match name.to_lowercase().as_str() {
+        "depth" => Some("Z"),
+        "normal" | "normals" => Some("N"),
+        "position" => Some("P"),
+        _ => None,
+    };
+    if let Some(layer) = all.iter().find(|layer| Some(layer.title()) == own) {
+        return Ok(layer.clone());
+    }
     let known = all
         .iter()
         .map(Layer::title)
@@ -277,7 +287,7 @@ fn single(layers: &Layers, index: usize) -> Layer {
 /// Channels for metering and denoising, with their names in this program: channels that this
 /// program wrote, and the denoising data of Cycles.
 pub(super) fn guides(layers: &Layers) -> Vec<(&'static str, usize)> {
-    const OWN: [&str; 22] = [
+    const OWN: [&str; 23] = [
         "raw.R",
         "raw.G",
         "raw.B",
@@ -294,6 +304,7 @@ pub(super) fn guides(layers: &Layers) -> Vec<(&'static str, usize)> {
         "variance.B",
         "emitted",
         "samples",
+        LINES,
         "coverage.R",
         "coverage.G",
         "coverage.B",
@@ -370,6 +381,9 @@ fn kind(layer: &Layer, layers: &Layers) -> Kind {
     {
         return Kind::Ids;
     }
+    if name == LINES {
+        return Kind::Reflectance;
+    }
     if last.contains("variance") {
         return Kind::Magnitudes;
     }
@@ -421,6 +435,7 @@ mod tests {
             finish: crate::options::Finish::default(),
             backing: None,
             camera: None,
+            mattes: Vec::new(),
         }
     }
 

@@ -6,17 +6,18 @@
 
 mod figure;
 mod layer;
+mod matte;
 
 use super::args::{DevelopArgs, Scale};
 use super::error::CliError;
 use super::outputs::Outputs;
 use super::words;
-use crate::color::Tone;
+use crate::color::{Spectrum, Tone};
 use crate::denoise::Denoiser;
-use crate::film::{Backing, Channel, Image, Rect, metered, resample, resample_nearest};
+use crate::film::{Backing, Channel, Image, LINES, Rect, metered, resample, resample_nearest};
 use crate::io::{DevelopedPicture, FileError, Format, Layers, describe_checkpoint, read_layers};
 use crate::math::UVec2;
-use crate::options::{Denoising, OptionGroup, Value};
+use crate::options::{Denoising, LineColor, OptionGroup, Value};
 use crate::session::Parts;
 use layer::{Kind, Layer};
 use std::process::ExitCode;
@@ -43,6 +44,10 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
         return Ok(ExitCode::SUCCESS);
     }
 
+    if let Some(pattern) = &args.matte {
+        return matte::write(args, &layers, pattern, &files, &exr);
+    }
+
     let found = layer::find(&layers, args.channel.as_deref());
     let found = found.map_err(|(message, help)| FileError::new(&args.input, message).help(help))?;
     let mut steps = vec![format!("channel={}", found.title())];
@@ -56,10 +61,14 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     }
     // The whole picture is metered, so that a crop has the same exposure as the whole picture.
     let tone = metered(tone(args, &layers, found.kind), &image);
+    let lines = lines(args, &layers, &found)?;
     let coverage = image.backing.map(Backing::channels).unwrap_or_default();
-    image
-        .channels
-        .retain(|channel| coverage.contains(&&*channel.name) || found.outputs().any(|name| channel.name == name));
+    image.channels.retain(|channel| {
+        coverage.contains(&&*channel.name)
+            || found.outputs().any(|name| channel.name == name)
+            || (lines.is_some() && channel.name == LINES)
+    });
+    steps.extend(lines.map(|color| format!("lines={}", LineColor(color).text())));
     if let Some(crop) = args.crop {
         image = cropped(image, crop)?;
         steps.push(format!("crop={}", crop.map(|at| at.to_string()).join(",")));
@@ -77,6 +86,12 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     let camera = layers.camera.filter(|_| size.is_none() || is_whole);
 
     let steps = steps.join(" ");
+    let developed = |image| DevelopedPicture {
+        image,
+        camera,
+        lines,
+        steps: steps.clone(),
+    };
     let mut failures: Vec<FileError> = Vec::new();
     let mut said = Vec::new();
     for (format, output) in &files {
@@ -84,16 +99,16 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
         let written = match (format, found.kind) {
             (Format::Exr(_), kind) => {
                 said.push(format!("{name}: linear values"));
-                let image = scaled(image.clone(), size, kind.is_colors());
-                let steps = steps.clone();
-                let picture = DevelopedPicture { image, camera, steps };
+                let mut image = scaled(image.clone(), size, kind.is_colors());
+                if let Some(color) = lines {
+                    draw_lines(&mut image, color);
+                }
+                let picture = developed(image);
                 picture.write_exr(output, &exr)
             }
             (Format::Png(_), Kind::Colors | Kind::Reflectance) => {
                 said.push(format!("{name}: {tone}"));
-                let image = scaled(image.clone(), size, true);
-                let steps = steps.clone();
-                let picture = DevelopedPicture { image, camera, steps };
+                let picture = developed(scaled(image.clone(), size, true));
                 picture.write_png(output, &tone)
             }
             (Format::Png(_), _) => {
@@ -206,6 +221,44 @@ fn denoiser(args: &DevelopArgs, layers: &Layers, found: &Layer) -> Result<(Optio
         denoiser => Ok(denoiser),
     };
     Ok((denoiser?, args.denoise_radius))
+}
+
+/// Colour of the lines over the picture. Without the flag, it is the colour that the render noted.
+fn lines(args: &DevelopArgs, layers: &Layers, found: &Layer) -> Result<Option<Spectrum>, CliError> {
+    let noted = layers.finish.lines.filter(|_| found.is_picture);
+    let Some(color) = args
+        .lines
+        .map_or(noted, |color| color.or(Some(LineColor(Spectrum::ZERO))))
+    else {
+        return Ok(None);
+    };
+    if found.is_picture && layers.channels.iter().any(|channel| channel.name == LINES) {
+        return Ok(Some(color.0));
+    }
+    if args.lines.is_none() {
+        return Ok(None);
+    }
+    let message = match found.is_picture {
+        true => "the file has no channel `lines`\n  help: render with --aov lines",
+        false => "lines are drawn over the picture only\n  help: leave out --channel, or leave out --lines",
+    };
+    Err(CliError::Usage(format!("--lines: {message}")))
+}
+
+/// Draws the channel of lines over the light of `image`.
+fn draw_lines(image: &mut Image, color: Spectrum) {
+    let Some(at) = image.channels.iter().position(|channel| channel.name == LINES) else {
+        return;
+    };
+    let shares = image.channels.swap_remove(at).values;
+    let colors = ["R", "G", "B"].into_iter().zip(color.to_array());
+    for (name, line) in colors.chain([("A", 1.0)]) {
+        let channel = image.channels.iter_mut().find(|channel| channel.name == name);
+        let values = channel.map(|channel| &mut channel.values).into_iter().flatten();
+        for (value, share) in values.zip(&shares) {
+            *value += share * (line - *value);
+        }
+    }
 }
 
 /// Tone from the flags. Missing flags keep the tone that the render noted in the file. Reflectances

@@ -11,9 +11,12 @@
 //! - Coverage is filtered as a separate picture. It is clamped to the range of the raw coverage of
 //!   the 5 × 5 pixels around, so the inside of objects and the empty background stay bit-identical.
 //!   It changes by at most two standard deviations of its noise.
+//! - The shadow on a ground is coverage, too, but its samples are no shares of a pixel: they may be
+//!   far outside of 0 to 1. In pixels without objects it is filtered as a third picture, and may
+//!   change by any amount within the range around.
 //!
 //! The result is the product of both. RGB / A is the filtered colour in every pixel, and RGB is 0
-//! if A is 0. The shadow of a ground without background, which is only coverage, is filtered too.
+//! if A is 0.
 //!
 //! Pictures over a colour are filtered alike: the light of the background is removed before, and
 //! added again behind the filtered coverage. They equal a transparent picture over this colour.
@@ -46,6 +49,16 @@ pub(super) fn denoise(
     let straight = filter(&straight(layers, &means))?;
     let filtered = filter(&as_light(layers, coverage, samples))?;
     let mut filtered = within_range(coverage, &filtered, layers.size);
+    let mut is_ground = ground_pixels(layers);
+    match shadow_layers(layers, coverage, (samples, &is_ground)) {
+        Some(shadow) => {
+            let shadow = within_range(coverage, &filter(&shadow)?, layers.size);
+            let pixels = filtered.iter_mut().zip(shadow).zip(&is_ground);
+            let of_ground = pixels.filter(|(_, is_ground)| **is_ground);
+            of_ground.for_each(|((a, shadow), _)| *a = shadow);
+        }
+        None => is_ground.fill(false),
+    }
     // Keep grey values grey: a filter may colour them.
     if coverage.iter().all(|a| a.x == a.y && a.y == a.z) {
         filtered
@@ -53,12 +66,12 @@ pub(super) fn denoise(
             .for_each(|a| *a = Vec3::splat(a.element_sum() / 3.0));
     }
     if let Some(samples) = samples {
-        for ((a, &raw), &n) in filtered
+        let of_objects = filtered
             .iter_mut()
-            .zip(coverage)
-            .zip(samples)
-            .filter(|(_, n)| **n >= 2.0)
-        {
+            .enumerate()
+            .filter(|(i, _)| !is_ground[*i] && samples[*i] >= 2.0);
+        for (i, a) in of_objects {
+            let (raw, n) = (coverage[i], samples[i]);
             let variance = (raw * (1.0 - raw) + Vec3::splat(0.25 / n)).max(Vec3::ZERO) / n;
             let noise = 2.0 * variance.map(f32::sqrt);
             *a = a.clamp(raw - noise, raw + noise);
@@ -75,6 +88,37 @@ pub(super) fn denoise(
     let picture = straight.iter().zip(&filtered);
     let picture = picture.map(|(&color, a)| color * (a.element_sum() / 3.0)).collect();
     Ok((picture, filtered))
+}
+
+/// For each pixel, true if it shows no object. All pixels show objects if normals are unknown.
+fn ground_pixels(layers: &Layers) -> Vec<bool> {
+    match &layers.normal {
+        Ok(normals) => normals.iter().map(|&n| n == Vec3::ZERO).collect(),
+        Err(_) => vec![false; layers.color.len()],
+    }
+}
+
+/// Layers with the shadow on the ground as their colour: the coverage of the pixels `is_ground`,
+/// extended below the objects, so that no edge of an object hides the noise of the shadow at its
+/// foot. `None` if there is no shadow.
+fn shadow_layers(
+    layers: &Layers,
+    coverage: &[Vec3],
+    (samples, is_ground): (Option<&[f32]>, &[bool]),
+) -> Option<Layers> {
+    let has_shadow = coverage.iter().zip(is_ground).any(|(&a, &is)| is && a != Vec3::ZERO);
+    if !has_shadow {
+        return None;
+    }
+    let weights: Vec<f32> = is_ground.iter().map(|&is| f32::from(is)).collect();
+    let values: Vec<Vec3> = coverage.iter().zip(&weights).map(|(&a, &w)| w * a).collect();
+    let shadow = continued(&values, &weights, layers.size);
+    let flat = || Ok(vec![Vec3::ZERO; coverage.len()]);
+    Some(Layers {
+        albedo: flat(),
+        normal: flat(),
+        ..as_light(layers, &shadow, samples)
+    })
 }
 
 /// Layers with colour, albedo and normals divided by the coverage, and extended beyond the covered

@@ -2,14 +2,25 @@
 //!
 //! A new channel of the first surface takes these steps:
 //!
-//! 1. a variant of [`Aov`], its name in [`Aov::NAMES`], and its channels in `Aov::channels`;
-//! 2. a field of [`Features`](super::Features), added in `FeatureBlock::add`, with
-//!    [`FeatureSums::SUMS`] raised by the number of its components;
-//! 3. a name of each component in `FEATURES` of `film/state.rs`, for checkpoints;
-//! 4. its value in `World::features_of` (`integrator/first_surface.rs`), or in the integrator,
+//! 1. a variant of [`Aov`], its name in [`Aov::NAMES`], and its channels in `Aov::means`;
+//! 2. a field of [`Features`](super::Features), with a line of `SUMS` (`film/features.rs`) for each
+//!    component;
+//! 3. its value in `World::features_of` (`integrator/first_surface.rs`), or in the integrator,
 //!    where it records the first surface.
 
 use super::{Channel, Coverage, FeatureSums, Film};
+
+/// Name of the channel of lines.
+pub const LINES: &str = "lines";
+
+/// Style of lines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineStyle {
+    /// Width in pixels.
+    pub width: f32,
+    /// Angle between the normals of a crease, in degrees: edges with larger angles are drawn.
+    pub angle: f32,
+}
 
 /// Channels that `--aov` can request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,6 +32,8 @@ pub enum Aov {
     Uv,
     /// `motion`: motion on the film while the shutter is open, in pixels, y upwards.
     Motion,
+    /// `lines`: edges of objects, parts and materials, creases and silhouettes, as in a drawing.
+    Lines,
     /// `points`: photons or irradiance records between which a method interpolates.
     Points,
     /// `id`: object, part and material that cover most of the pixel, counted from 1.
@@ -40,6 +53,7 @@ impl Aov {
         ("P", Self::Position),
         ("uv", Self::Uv),
         ("motion", Self::Motion),
+        ("lines", Self::Lines),
         ("points", Self::Points),
         ("id", Self::Ids),
         ("cryptomatte", Self::Cryptomatte),
@@ -63,47 +77,72 @@ impl Aov {
         match self {
             // Three kinds (objects, parts and materials), each with six ranks of two channels
             Self::Cryptomatte => 36,
-            _ => self.channels().len(),
+            Self::Lines => 1,
+            _ => self.means().len() + self.ids().len(),
         }
     }
 
-    /// Channels of the first surface, each with the function that develops it.
-    fn channels(self) -> &'static [FeatureDeveloper] {
-        fn max(coverage: &Coverage) -> f32 {
-            coverage.by_rank().first().map_or(0.0, |&(id, _)| id as f32 + 1.0)
-        }
+    /// Channels that are means over the samples on surfaces. Their names are those of
+    /// [`SUMS`](super::features::SUMS).
+    fn means(self) -> &'static [&'static str] {
         match self {
-            Self::Position => &[("P.X", |f| f.mean(0)), ("P.Y", |f| f.mean(1)), ("P.Z", |f| f.mean(2))],
-            Self::Uv => &[("uv.U", |f| f.mean(3)), ("uv.V", |f| f.mean(4))],
-            Self::Motion => &[("motion.X", |f| f.mean(5)), ("motion.Y", |f| f.mean(6))],
+            Self::Position => &["P.X", "P.Y", "P.Z"],
+            Self::Uv => &["uv.U", "uv.V"],
+            Self::Motion => &["motion.X", "motion.Y"],
             Self::Points => &[
-                ("points.dots", |f| f.mean(7)),
-                ("points.radius", |f| f.mean(8)),
-                ("points.count", |f| f.mean(9)),
-                ("points.caustics", |f| f.mean(10)),
-                ("points.gradient", |f| f.mean(11)),
+                "points.dots",
+                "points.radius",
+                "points.count",
+                "points.caustics",
+                "points.gradient",
             ],
+            Self::Lines | Self::Ids | Self::Cryptomatte | Self::Lights | Self::Strategies => &[],
+        }
+    }
+
+    /// Channels of the id that covers most of the pixel, each with its coverage.
+    fn ids(self) -> &'static [(&'static str, fn(&FeatureSums) -> &Coverage)] {
+        match self {
             Self::Ids => &[
-                ("id.object", |f| max(&f.objects)),
-                ("id.part", |f| max(&f.parts)),
-                ("id.material", |f| max(&f.materials)),
+                ("id.object", |f| &f.objects),
+                ("id.part", |f| &f.parts),
+                ("id.material", |f| &f.materials),
             ],
-            Self::Cryptomatte | Self::Lights | Self::Strategies => &[],
+            _ => &[],
         }
     }
 }
 
-/// Name of a channel, and the function that computes its value from a pixel's features.
-type FeatureDeveloper = (&'static str, fn(&FeatureSums) -> f32);
-
 /// Channels of the first surface, developed from the film's sums.
 pub(super) fn develop_features(film: &Film, aovs: &[Aov]) -> Vec<Channel> {
-    let developers = aovs.iter().flat_map(|aov| aov.channels());
-    let values =
-        |develop: fn(&FeatureSums) -> f32| film.crop().pixels().map(move |p| film.features(p).map_or(0.0, develop));
-    let channels = developers.map(|&(name, develop)| Channel {
+    let channel = |name: &'static str, value: &dyn Fn(&FeatureSums) -> f32| Channel {
         name: name.into(),
-        values: values(develop).collect(),
-    });
-    channels.collect()
+        values: film
+            .crop()
+            .pixels()
+            .map(|p| film.features(p).map_or(0.0, value))
+            .collect(),
+    };
+    let largest = |coverage: &Coverage| coverage.by_rank().first().map_or(0.0, |&(id, _)| id as f32 + 1.0);
+    let mut channels = Vec::new();
+    for aov in aovs {
+        channels.extend(aov.means().iter().map(|name| channel(name, &|f| f.mean(name))));
+        if *aov == Aov::Lines {
+            channels.push(lines(film));
+        }
+        channels.extend(aov.ids().iter().map(|(name, of)| channel(name, &|f| largest(of(f)))));
+    }
+    channels
+}
+
+/// Channel of lines: the share of the samples that lie on a line.
+fn lines(film: &Film) -> Channel {
+    let share = |pixel| {
+        let (sums, features) = (film.sums(pixel)?, film.features(pixel)?);
+        Some(features.lines() as f32 / sums.samples().max(1) as f32)
+    };
+    Channel {
+        name: LINES.into(),
+        values: film.crop().pixels().map(|pixel| share(pixel).unwrap_or(0.0)).collect(),
+    }
 }

@@ -44,10 +44,29 @@ pub struct Points {
     pub gradient: f32,
 }
 
+/// Numbers of the first surface that are summed, each with the name of its channel.
+pub(super) const SUMS: [(&str, fn(&Features) -> f32); 12] = [
+    ("P.X", |f| f.p.x),
+    ("P.Y", |f| f.p.y),
+    ("P.Z", |f| f.p.z),
+    ("uv.U", |f| f.uv.x),
+    ("uv.V", |f| f.uv.y),
+    ("motion.X", |f| f.motion.x),
+    ("motion.Y", |f| f.motion.y),
+    ("points.dots", |f| f.points.dot),
+    ("points.radius", |f| f.points.radius),
+    ("points.count", |f| f.points.count),
+    ("points.caustics", |f| f.points.caustics),
+    ("points.gradient", |f| f.points.gradient),
+];
+
 /// Sums of the features of one pixel in one task, over at most one block of samples.
 #[derive(Clone, Debug, Default)]
 pub struct FeatureBlock {
-    sums: [f64; FeatureSums::SUMS],
+    /// Sums in the order of [`SUMS`].
+    sums: [f64; SUMS.len()],
+    /// Number of samples on lines.
+    lines: u32,
     objects: Coverage,
     parts: Coverage,
     materials: Coverage,
@@ -56,28 +75,23 @@ pub struct FeatureBlock {
 impl FeatureBlock {
     /// Adds the features of a sample that hit a surface.
     pub fn add(&mut self, features: &Features) {
-        let (p, uv, motion) = (features.p, features.uv, features.motion);
-        let Points {
-            dot,
-            radius,
-            count,
-            caustics,
-            gradient,
-        } = features.points;
-        let values = [
-            p.x, p.y, p.z, uv.x, uv.y, motion.x, motion.y, dot, radius, count, caustics, gradient,
-        ];
-        for (sum, value) in self.sums.iter_mut().zip(values) {
-            *sum += value as f64;
+        for (sum, (_, value)) in self.sums.iter_mut().zip(SUMS) {
+            *sum += f64::from(value(features));
         }
         self.objects.add(features.object, 1);
         self.parts.add(features.part, 1);
         self.materials.add(features.material, 1);
     }
 
+    /// Adds a sample on a line of a drawing, on a surface or beside it.
+    pub fn add_line(&mut self) {
+        self.lines += 1;
+    }
+
     /// Makes all sums zero.
     pub fn clear(&mut self) {
         self.sums = Default::default();
+        self.lines = 0;
         self.objects.0.clear();
         self.parts.0.clear();
         self.materials.0.clear();
@@ -87,8 +101,10 @@ impl FeatureBlock {
 /// Sums of the features of one pixel, as exact as in [`Accumulator`](super::Accumulator).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FeatureSums {
-    /// Position, texture coordinates, motion and points.
-    pub(super) sums: [Fixed; Self::SUMS],
+    /// Sums in the order of [`SUMS`].
+    pub(super) sums: [Fixed; SUMS.len()],
+    /// Number of samples on lines.
+    pub(super) lines: u32,
     /// Number of samples that hit each object.
     pub objects: Coverage,
     /// Number of samples that hit each part.
@@ -98,14 +114,12 @@ pub struct FeatureSums {
 }
 
 impl FeatureSums {
-    /// Number of sums of floats.
-    pub(super) const SUMS: usize = 12;
-
     /// Adds the next samples.
     pub fn add(&mut self, block: &FeatureBlock) {
         for (sum, value) in self.sums.iter_mut().zip(block.sums) {
             *sum = sum.plus(Fixed::new(value));
         }
+        self.lines = self.lines.saturating_add(block.lines);
         block.objects.iter().for_each(|(id, n)| self.objects.add(id, n));
         block.parts.iter().for_each(|(id, n)| self.parts.add(id, n));
         block.materials.iter().for_each(|(id, n)| self.materials.add(id, n));
@@ -116,6 +130,7 @@ impl FeatureSums {
         for (sum, value) in self.sums.iter_mut().zip(block.sums) {
             *sum = sum.minus(Fixed::new(value));
         }
+        self.lines = self.lines.saturating_sub(block.lines);
         block.objects.iter().for_each(|(id, n)| self.objects.take_back(id, n));
         block.parts.iter().for_each(|(id, n)| self.parts.take_back(id, n));
         block
@@ -129,9 +144,15 @@ impl FeatureSums {
         for (sum, other) in self.sums.iter_mut().zip(&other.sums) {
             *sum = sum.plus(*other);
         }
+        self.lines = self.lines.saturating_add(other.lines);
         other.objects.iter().for_each(|(id, n)| self.objects.add(id, n));
         other.parts.iter().for_each(|(id, n)| self.parts.add(id, n));
         other.materials.iter().for_each(|(id, n)| self.materials.add(id, n));
+    }
+
+    /// Number of samples on lines.
+    pub fn lines(&self) -> u32 {
+        self.lines
     }
 
     /// Number of samples that hit a surface.
@@ -139,11 +160,12 @@ impl FeatureSums {
         self.objects.iter().map(|(_, n)| n).sum()
     }
 
-    /// Mean of sum `i` over the samples that hit a surface; 0 if there are none. The sums are, in
-    /// order: x, y, z; u, v; motion to the right and upwards; dots, radius, count, caustics and
-    /// gradient of points.
-    pub fn mean(&self, i: usize) -> f32 {
-        (self.sums[i].to_f64() / self.surfaces().max(1) as f64) as f32
+    /// Mean of the number `name` of [`SUMS`] over the samples that hit a surface; 0 if there are
+    /// none.
+    pub fn mean(&self, name: &str) -> f32 {
+        let index = SUMS.iter().position(|(known, _)| *known == name);
+        let sum = index.map_or(0.0, |i| self.sums[i].to_f64());
+        (sum / f64::from(self.surfaces().max(1))) as f32
     }
 }
 
@@ -226,7 +248,10 @@ mod tests {
     fn order_does_not_matter_and_what_is_taken_back_was_never_there() {
         let block = |range: std::ops::Range<u32>| {
             let mut block = FeatureBlock::default();
-            range.for_each(|i| block.add(&features(i)));
+            range.for_each(|i| {
+                block.add(&features(i));
+                block.add_line();
+            });
             block
         };
         let sum = |blocks: &[FeatureBlock]| {
@@ -243,7 +268,8 @@ mod tests {
         blocks[1..].iter().for_each(|block| all.take_back(block));
         assert_eq!(all, sum(&blocks[..1]));
         assert_eq!((all.surfaces(), all.objects.len(), all.parts.len()), (2, 2, 2));
-        assert!((all.mean(0) - 0.05).abs() < 1e-7 && all.mean(6) == 0.5);
+        assert_eq!(all.lines(), 2);
+        assert!((all.mean("P.X") - 0.05).abs() < 1e-7 && all.mean("motion.Y") == 0.5);
     }
 
     #[test]
@@ -253,6 +279,6 @@ mod tests {
             coverage.add(id, n);
         }
         assert_eq!(coverage.by_rank(), [(2, 9), (5, 4), (8, 3)]);
-        assert_eq!(FeatureSums::default().mean(0), 0.0);
+        assert_eq!(FeatureSums::default().mean("P.X"), 0.0);
     }
 }

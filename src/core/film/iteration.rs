@@ -24,6 +24,7 @@ pub struct Iteration {
 struct IterationPixel {
     radiance: [f64; 3],
     surface: Option<FirstSurface>,
+    is_on_line: bool,
 }
 
 impl Iteration {
@@ -70,6 +71,13 @@ impl Iteration {
         }
     }
 
+    /// Notes that the sample of `pixel` lies on a line of a drawing.
+    pub fn draw(&mut self, pixel: UVec2) {
+        if let Some(index) = self.index(pixel) {
+            self.pixels[index].is_on_line = true;
+        }
+    }
+
     /// Sets the share of background in the sample of `pixel`.
     pub fn see_background(&mut self, pixel: UVec2, share: [f64; 3]) {
         let index = self.index(pixel);
@@ -82,10 +90,15 @@ impl Iteration {
     pub(super) fn pixel(&self, pixel: UVec2, sample: &mut PixelBlock) {
         sample.clear();
         let Some(index) = self.index(pixel) else { return };
-        let IterationPixel { radiance, surface } = &self.pixels[index];
+        let IterationPixel {
+            radiance,
+            surface,
+            is_on_line,
+        } = &self.pixels[index];
         let surface = surface.as_ref();
         sample.add(&FilmSample {
             surface,
+            is_on_line: *is_on_line,
             ..FilmSample::default()
         });
         sample.light = Block::alone(*radiance, surface);

@@ -34,7 +34,7 @@ mod tile;
 
 pub use crate::light_paths::{LightPaths, MAX_CLASSES, PathLight};
 pub use accumulator::{Accumulator, BLOCK, Block, FirstSurface};
-pub use aov::Aov;
+pub use aov::{Aov, LINES, LineStyle};
 pub use background_sums::{BackgroundSum, Backing};
 use features::FeatureBlock;
 pub use features::{Coverage, FeatureSums, Features, Points};

@@ -10,6 +10,8 @@ pub struct FilmSample<'a> {
     pub radiance: Spectrum,
     /// First surface, if the camera ray hits one.
     pub surface: Option<&'a FirstSurface>,
+    /// True if the sample lies on a line of a drawing.
+    pub is_on_line: bool,
     /// Weighted share in which the sample sees the background.
     pub background: Spectrum,
     /// Weighted radiance by part of the light, without light path expressions. Empty if the film
@@ -63,6 +65,9 @@ impl PixelBlock {
         if let (Some(block), Some(features)) = (&mut self.features, features) {
             block.add(features);
         }
+        if let (Some(block), true) = (&mut self.features, sample.is_on_line) {
+            block.add_line();
+        }
         self.parts.add(sample.parts);
         self.classes.add(sample.classes);
         for (sum, share) in self.background.iter_mut().zip(sample.background.to_array()) {
@@ -105,6 +110,7 @@ mod tests {
             block.add(&FilmSample {
                 radiance: Spectrum::splat(1.0 / (i + 1) as f32),
                 surface: (i % 2 == 0).then_some(&surface),
+                is_on_line: i % 3 == 0,
                 background: Spectrum::splat(0.1),
                 parts: &[
                     Spectrum::rgb(0.1, i as f32, 1e9),

@@ -1,5 +1,6 @@
 //! All sums of a film as named words of 32 bits, for checkpoints.
 
+use super::features::SUMS;
 use super::fixed::Narrow;
 use super::{Accumulator, BackgroundSum, Coverage, FeatureSums, Film, Fixed, PartSum, Tile};
 use crate::math::UVec2;
@@ -97,21 +98,8 @@ fn float_of([low, high]: [u32; 2]) -> f64 {
     f64::from_bits(u64::from(low) | u64::from(high) << 32)
 }
 
-/// Names of the sums of [`FeatureSums`].
-const FEATURES: [&str; FeatureSums::SUMS] = [
-    "P.X",
-    "P.Y",
-    "P.Z",
-    "uv.U",
-    "uv.V",
-    "motion.X",
-    "motion.Y",
-    "points.dots",
-    "points.radius",
-    "points.count",
-    "points.caustics",
-    "points.gradient",
-];
+/// Name of the number of samples on lines in [`FeatureSums`].
+const LINES: &str = "lines";
 /// Names of the coverages of [`FeatureSums`].
 const COVERAGES: [&str; 3] = ["objects", "parts", "materials"];
 
@@ -192,7 +180,8 @@ impl StateLayout {
         let of_part = |part: usize| ["R", "G", "B"].map(|c| format!("light.{part}.{c}"));
         names.extend((0..self.parts).flat_map(of_part).flat_map(|name| words(&name)));
         if let Some(levels) = self.levels {
-            names.extend(FEATURES.iter().flat_map(|name| words(name)));
+            names.extend(SUMS.iter().flat_map(|(name, _)| words(name)));
+            names.push(LINES.into());
             for (kind, levels) in COVERAGES.iter().zip(levels) {
                 names.extend((0..levels).flat_map(|i| [format!("{kind}.{i}.id"), format!("{kind}.{i}.count")]));
             }
@@ -221,6 +210,7 @@ impl StateLayout {
             return;
         };
         words.extend(features.sums.iter().flat_map(|sum| sum.to_words()));
+        words.push(features.lines);
         let coverages = [&features.objects, &features.parts, &features.materials];
         for (coverage, levels) in coverages.into_iter().zip(levels) {
             let end = words.len() + 2 * levels;
@@ -257,7 +247,11 @@ impl StateLayout {
         let (Some(sums), Some(levels)) = (tile.features_mut(pixel), self.levels) else {
             return;
         };
-        let (values, mut coverages) = features.split_at(FEATURES.len() * Fixed::WORDS);
+        let (values, [lines, coverages @ ..]) = features.split_at(SUMS.len() * Fixed::WORDS) else {
+            return;
+        };
+        let mut coverages = coverages;
+        sums.lines = *lines;
         for (sum, words) in sums.sums.iter_mut().zip(values.chunks_exact(Fixed::WORDS)) {
             *sum = fixed(words);
         }

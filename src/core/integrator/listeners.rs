@@ -158,6 +158,10 @@ impl Sink for ClampingSink<'_> {
         self.out.camera_view(view);
     }
 
+    fn line(&mut self) {
+        self.out.line();
+    }
+
     fn separates_parts(&self) -> bool {
         self.out.separates_parts()
     }

@@ -9,6 +9,7 @@ mod bidirectional;
 mod first_surface;
 mod found_light;
 mod irradiance_cache;
+mod lines;
 mod listeners;
 mod metropolis;
 mod opacity;
@@ -152,6 +153,9 @@ pub trait Sink: RaySink {
     /// with it.
     fn camera_view(&mut self, _view: CameraView) {}
 
+    /// The sample lies on a line of a drawing.
+    fn line(&mut self) {}
+
     /// Returns true if the sink separates sources of light. Only then it needs the parts of sums
     /// ([`Sink::part`]).
     #[inline(always)]
@@ -190,6 +194,10 @@ impl Sink for &mut (dyn Sink + '_) {
 
     fn camera_view(&mut self, view: CameraView) {
         (**self).camera_view(view);
+    }
+
+    fn line(&mut self) {
+        (**self).line();
     }
 
     fn separates_parts(&self) -> bool {

@@ -19,7 +19,7 @@ use crate::accel::Accel;
 use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::color::Spectrum;
-use crate::film::{Filter, LightPaths};
+use crate::film::{Filter, LightPaths, LineStyle};
 use crate::geometry::{Hit, Side, SurfacePoint, offset_to, segment};
 use crate::light::{Emission, LightId, LightSelection};
 use crate::material::BsdfSlot;
@@ -51,6 +51,8 @@ pub struct World<'a, A> {
     pub filter: &'a Filter,
     /// True if first surfaces come with their [`Features`](crate::film::Features).
     pub features: bool,
+    /// Style of the lines, if the render has a channel of lines.
+    pub lines: Option<LineStyle>,
     /// True if bidirectional methods also record the light of each strategy separately.
     pub strategies: bool,
     /// Classes of light paths, if the render separates them.
@@ -76,6 +78,7 @@ impl<'a, A> World<'a, A> {
             camera,
             filter,
             features,
+            lines,
             strategies,
             paths,
             backdrop,
@@ -88,6 +91,7 @@ impl<'a, A> World<'a, A> {
             camera,
             filter,
             features,
+            lines,
             strategies,
             paths,
             backdrop,
@@ -111,6 +115,7 @@ impl<'a, A: Accel> World<'a, A> {
             camera,
             filter,
             features: false,
+            lines: None,
             strategies: false,
             paths: None,
             backdrop: Backdrop::default(),
@@ -132,7 +137,11 @@ impl<'a, A: Accel> World<'a, A> {
         let film = key.pixel().as_vec2() + place;
         let is_seen = self.camera.sees(film);
         out.weight(if is_seen { weight } else { 0.0 });
-        let ray = self.ray_through(film, time.unwrap_or_else(|| self.time(sampler)), sampler);
+        let time = time.unwrap_or_else(|| self.time(sampler));
+        if let Some(style) = self.lines.filter(|_| is_seen) {
+            self.draw_lines(style, film, time, sampler, out);
+        }
+        let ray = self.ray_through(film, time, sampler);
         path_record::start(&ray, None, Spectrum::ONE, out);
         ray
     }
@@ -254,8 +263,7 @@ impl<'a, A: Accel> World<'a, A> {
     /// First surface along `ray` that stops the ray, and the tint of the glass before this surface.
     /// `first` is the closest hit of the ray. A surface of opacity α stops the share α of all rays,
     /// by [`stops`]. Thin glass lets rays pass by the number `u` in [0, 1), or by a hash if `u` is
-    /// `None`. The ground does not stop camera rays from below. Surfaces between a lamp and its
-    /// hull are in front of the lamp.
+    /// `None`.
     #[inline(never)]
     pub(super) fn first_opaque(
         &self,
@@ -265,46 +273,55 @@ impl<'a, A: Accel> World<'a, A> {
         u: Option<f32>,
         out: &mut impl RaySink,
     ) -> (Option<Hit>, Spectrum) {
+        let has_thin_surfaces = self.scene.has_thin_surfaces();
+        let mut choices = ThinSurfaceChoices::new(u);
+        let is_opaque = |hit: &Hit| {
+            stops(hit, &ray, self.scene.opacity(hit)) && !(has_thin_surfaces && choices.passes(hit, &ray, self.scene))
+        };
+        let hit = self.first_that(is_opaque, ray, first, kind, out);
+        (hit, choices.tint)
+    }
+
+    /// First surface along `ray` for which `is_opaque` returns true. `first` is the closest hit of
+    /// the ray. The ground does not stop camera rays from below. Surfaces between a lamp and its
+    /// hull are in front of the lamp.
+    #[inline(always)]
+    pub(super) fn first_that(
+        &self,
+        mut is_opaque: impl FnMut(&Hit) -> bool,
+        ray: Ray,
+        first: Option<Hit>,
+        kind: RayKind,
+        out: &mut impl RaySink,
+    ) -> Option<Hit> {
         let is_below = |hit: &Hit| {
             let ground = self.scene.ground().filter(|ground| ground.is_at(hit));
             kind == RayKind::Camera && ground.is_some_and(|ground| ray.direction.dot(ground.normal()) >= 0.0)
         };
-        let has_thin_surfaces = self.scene.has_thin_surfaces();
-        let mut choices = ThinSurfaceChoices::new(u);
         // Ray parameter at which the surface stops the ray
-        let mut stop = |hit: &Hit, tint: &mut Spectrum| {
-            let stop = match self.scene.hull_hit(hit, &ray) {
-                HullHit::Misses => None,
-                HullHit::Enters(t) => Some(t),
-                HullHit::NoHull => {
-                    let stops = !is_below(hit)
-                        && self.scene.is_visible(hit, kind == RayKind::Camera)
-                        && stops(hit, &ray, self.scene.opacity(hit))
-                        && !(has_thin_surfaces && choices.passes(hit, &ray, self.scene));
-                    stops.then_some(hit.t)
-                }
-            };
-            *tint = choices.tint;
-            stop
+        let mut stop = |hit: &Hit| match self.scene.hull_hit(hit, &ray) {
+            HullHit::Misses => None,
+            HullHit::Enters(t) => Some(t),
+            HullHit::NoHull => {
+                let stops = !is_below(hit) && self.scene.is_visible(hit, kind == RayKind::Camera) && is_opaque(hit);
+                stops.then_some(hit.t)
+            }
         };
-        let mut tint = Spectrum::ONE;
-        let Some(mut hit) = first else {
-            return (None, tint);
-        };
+        let mut hit = first?;
         let mut walk = OpacityWalk::behind(self.accel, ray, &hit);
         let mut lamp: Option<Hit> = None;
         loop {
-            match stop(&hit, &mut tint) {
+            match stop(&hit) {
                 Some(t) if t > hit.t => {
                     lamp = lamp.filter(|lamp| lamp.t <= t).or(Some(Hit { t, ..hit }));
                     walk.end_at(t);
                 }
-                Some(_) => return (Some(hit), tint),
+                Some(_) => return Some(hit),
                 None => {}
             }
             match walk.next(kind, out) {
                 Some(next) => hit = next,
-                None => return (lamp.or(walk.is_cut().then_some(hit)), tint),
+                None => return lamp.or(walk.is_cut().then_some(hit)),
             }
         }
     }

@@ -208,6 +208,11 @@ pub fn read_checkpoint(path: impl AsRef<Path>) -> Result<Checkpoint, FileError> 
 }
 
 fn damaged(path: &Path, error: &dyn std::fmt::Display) -> FileError {
+    let is_exr = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("exr"));
+    if !is_exr {
+        let message = "this is no EXR file: only EXR files keep the sums of a render";
+        return FileError::new(path, message).help("write parts to .exr files, or with --checkpoint");
+    }
     FileError::new(path, format!("this file is damaged: {error}")).help("use an earlier copy, or render it anew")
 }
 

@@ -1,7 +1,7 @@
 use super::exr::{self, ExrFormat, Header};
 use super::{FileError, png};
 use crate::camera::CameraAttributes;
-use crate::color::Tone;
+use crate::color::{Spectrum, Tone};
 use crate::files::Output;
 use crate::film::Image;
 
@@ -13,6 +13,8 @@ pub struct DevelopedPicture {
     pub image: Image,
     /// Camera of the picture, if the file has it.
     pub camera: Option<CameraAttributes>,
+    /// Colour of the lines, if the channel `lines` is drawn over the picture.
+    pub lines: Option<Spectrum>,
     /// Steps of development, as `key=value` pairs.
     pub steps: String,
 }
@@ -42,6 +44,6 @@ impl DevelopedPicture {
             ..self.image.clone()
         });
         let image = opaque.as_ref().unwrap_or(&self.image);
-        output.write(|writer| png::write_as(writer, image, tone, png::software()))
+        output.write(|writer| png::write_as(writer, image, tone, self.lines, png::software()))
     }
 }

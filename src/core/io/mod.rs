@@ -18,6 +18,8 @@ pub mod half_picture;
 mod header_limits;
 pub mod load_obj;
 mod load_options;
+mod matte_mask;
+mod mattes;
 mod metadata;
 pub mod mtl;
 mod normal_map;
@@ -51,6 +53,8 @@ pub use finding::{DEFAULT_LIGHT, Finding, Findings, MAX_PLACES, Severity, Warnin
 pub use load_options::{
     CutCaps, DisplacementUse, LoadOptions, LoadParameters, MapsByName, ObjReader, VertexColorSpace, VertexColors,
 };
+pub use matte_mask::MatteMask;
+pub use mattes::Mattes;
 pub use metadata::{FeatureNames, Metadata};
 pub use mtl::MtlDialect;
 pub use normals::{area_vector, smooth_by_angle, weld};

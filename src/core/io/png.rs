@@ -3,7 +3,7 @@
 use super::{FileError, Metadata};
 use crate::color::{Spectrum, Tone, srgb};
 use crate::files::Output;
-use crate::film::{Backing, Image, metered};
+use crate::film::{Backing, Image, LINES, metered};
 use crate::options::{Print, Value};
 use std::io::{self, Write};
 use std::path::Path;
@@ -19,7 +19,7 @@ impl Image {
     /// The file cannot be written. An existing file is kept.
     pub fn save_png(&self, path: impl AsRef<Path>, tone: &Tone) -> Result<(), FileError> {
         let tone = metered(*tone, self);
-        Output::prepare(path)?.write(|writer| write_as(writer, self, &tone, software()))
+        Output::prepare(path)?.write(|writer| write_as(writer, self, &tone, None, software()))
     }
 }
 
@@ -28,36 +28,47 @@ pub(super) fn software() -> String {
     format!("embrasure {}", env!("CARGO_PKG_VERSION"))
 }
 
-/// Writes `image` with the tone curve of `tone`. An automatic exposure is metered in `image`.
+/// Writes `image` with the tone curve of `tone`, and the lines that `metadata` asks for. An
+/// automatic exposure is metered in `image`.
 ///
 /// A crop becomes a picture of its own size, because PNG has no data window.
 pub(super) fn write(writer: impl Write, image: &Image, metadata: &Metadata, tone: &Tone) -> io::Result<()> {
     write_printed(
         writer,
         image,
-        &metered(*tone, image),
+        (&metered(*tone, image), metadata.finish().lines.map(|color| color.0)),
         metadata.software(),
         metadata.print,
     )
 }
 
-/// Writes `image` with the tone curve of `tone`, whose exposure must be known ([`display_bytes`]).
-pub(super) fn write_as(writer: impl Write, image: &Image, tone: &Tone, software: String) -> io::Result<()> {
-    write_printed(writer, image, tone, software, None)
+/// Writes `image` with the tone curve of `tone`, whose exposure must be known ([`display_bytes`]),
+/// and with lines of the colour `lines`, if there is one.
+pub(super) fn write_as(
+    writer: impl Write,
+    image: &Image,
+    tone: &Tone,
+    lines: Option<Spectrum>,
+    software: String,
+) -> io::Result<()> {
+    write_printed(writer, image, (tone, lines), software, None)
 }
 
 /// [`write_as`], with the scale of the picture on paper.
 fn write_printed(
     writer: impl Write,
     image: &Image,
-    tone: &Tone,
+    (tone, lines): (&Tone, Option<Spectrum>),
     software: String,
     print: Option<Print>,
 ) -> io::Result<()> {
     let size = image.crop.size().to_array();
     let mut texts = vec![("Software", software), ("embrasure.tone", tone.to_string())];
     texts.extend(print.map(|print| ("embrasure.scale", print.scale.text())));
-    let (channels, bytes) = display_bytes(image, tone);
+    let (channels, mut bytes) = display_bytes(image, tone);
+    if let (Some(color), Some(lines)) = (lines, image.channel(LINES)) {
+        draw_lines(channels, &mut bytes, &lines.values, color);
+    }
     let density = print.map(Print::pixels_per_metre_of_paper);
     encode_as(writer, (color_type(channels), density), size, &bytes, &texts)
 }
@@ -87,6 +98,25 @@ pub fn display_bytes(image: &Image, tone: &Tone) -> (usize, Vec<u8>) {
             pixels.flat_map(|(rgb, [a, ..])| over_nothing(rgb, a, tone)).collect(),
         ),
         Backing::Color(color) => (3, pixels.flat_map(|(rgb, a)| over(color, rgb, a, tone)).collect()),
+    }
+}
+
+/// Draws lines of the colour `color` over the 8-bit picture `bytes`, in linear light. `shares` has
+/// the share of each pixel that lines cover. The colour gets no tone curve.
+fn draw_lines(channels: usize, bytes: &mut [u8], shares: &[f32], color: Spectrum) {
+    for (pixel, share) in bytes.chunks_exact_mut(channels).zip(shares) {
+        let share = share.clamp(0.0, 1.0);
+        let (codes, alpha) = pixel.split_at_mut(3);
+        let before = alpha.first().map_or(1.0, |alpha| f32::from(*alpha) / 255.0);
+        let after = share + (1.0 - share) * before;
+        if share == 0.0 || after == 0.0 {
+            continue;
+        }
+        for (code, line) in codes.iter_mut().zip(color.to_array()) {
+            let light = before * srgb::decode(f32::from(*code) / 255.0);
+            *code = srgb::encode_u8((share * line + (1.0 - share) * light) / after);
+        }
+        alpha.fill((after * 255.0).round() as u8);
     }
 }
 

@@ -1,5 +1,6 @@
 use super::exr_file::{DataWindow, ExrFile, resolution};
 use super::exr_text::text_attribute;
+use super::mattes::{self, Mattes};
 use super::metadata::{DENOISER, FINISH, SETTINGS, TONE};
 use super::{FileError, Metadata};
 use crate::camera::CameraAttributes;
@@ -29,6 +30,8 @@ pub struct Layers {
     pub backing: Option<Backing>,
     /// The camera; `None` in files without its attributes.
     pub camera: Option<CameraAttributes>,
+    /// Layers of mattes by name (Cryptomatte).
+    pub mattes: Vec<Mattes>,
 }
 
 impl Layers {
@@ -46,6 +49,7 @@ impl Layers {
             finish: metadata.finish(),
             backing: image.backing,
             camera: metadata.camera,
+            mattes: mattes::of_names(metadata.features.as_ref()),
         }
     }
 }
@@ -120,6 +124,7 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
     let settings = text(SETTINGS);
     let mut layers = file.layer_data.iter();
     let camera = layers.find_map(|layer| CameraAttributes::of_attributes(&layer.attributes));
+    let mattes = mattes::of_file(&file);
     let mut channels = Vec::new();
     for (i, layer) in file.layer_data.into_iter().enumerate() {
         let part = layer.attributes.layer_name.as_ref().map(ToString::to_string);
@@ -168,5 +173,6 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
         finish,
         backing,
         camera,
+        mattes,
     })
 }

@@ -83,7 +83,7 @@ impl Value for Background {
 }
 
 /// Text of a colour in the form in which users write it, without spaces.
-fn color_text(color: Spectrum) -> String {
+pub(super) fn color_text(color: Spectrum) -> String {
     match color.to_array() {
         [r, g, b] if r == g && g == b => r.to_string(),
         [r, g, b] => format!("{r},{g},{b}"),

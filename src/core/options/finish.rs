@@ -1,12 +1,12 @@
-//! Steps after a render that make the image from its sums: denoising, exposure and tone curve.
+//! Steps after a render that make the image from its sums: denoising, exposure, tone curve and lines.
 
-use super::{Denoising, Value};
+use super::{Denoising, LineColor, Value};
 use crate::color::Tone;
 use crate::color::tone::{Curve, Exposure};
 use crate::denoise::Denoiser;
 use std::fmt;
 
-/// Denoiser, exposure and tone curve of a render. They are stored in checkpoints and in files of
+/// Denoiser, exposure, tone curve and lines of a render. They are stored in checkpoints and in files of
 /// parts, so that images made from these files equal the images of the render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Finish {
@@ -16,6 +16,8 @@ pub struct Finish {
     pub denoiser: Option<Denoiser>,
     /// Radius of the denoiser in pixels; `None` for the default of the denoiser.
     pub denoise_radius: Option<f32>,
+    /// Colour of the lines that are drawn over PNG files.
+    pub lines: Option<LineColor>,
 }
 
 impl fmt::Display for Finish {
@@ -23,8 +25,11 @@ impl fmt::Display for Finish {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let denoising = self.denoiser.map_or(Denoising::Off, Denoising::By);
         write!(f, "{} denoise={}", self.tone, denoising.text())?;
-        match self.denoise_radius {
-            Some(radius) => write!(f, " denoise_radius={radius}"),
+        if let Some(radius) = self.denoise_radius {
+            write!(f, " denoise_radius={radius}")?;
+        }
+        match self.lines {
+            Some(color) => write!(f, " lines={}", color.text()),
             None => Ok(()),
         }
     }
@@ -51,6 +56,7 @@ impl Finish {
                 .and_then(Denoising::of_text)
                 .and_then(Denoising::denoiser),
             denoise_radius: radius.filter(|radius| radius.is_finite()),
+            lines: value("lines").and_then(LineColor::of_text).filter(Value::is_finite),
         }
     }
 }
@@ -58,6 +64,7 @@ impl Finish {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::color::Spectrum;
 
     #[test]
     fn texts_hold_all_of_it() {
@@ -68,15 +75,20 @@ mod tests {
             },
             denoiser: Some(Denoiser::Gaussian),
             denoise_radius: Some(3.5),
+            lines: Some(LineColor(Spectrum::rgb(0.25, 0.5, 1.0))),
         };
         for finish in [finish, Finish::default()] {
             assert_eq!(Finish::of_text(&finish.to_string()), finish, "{finish}");
         }
         assert_eq!(
             finish.to_string(),
-            "tone=agx exposure=studio denoise=gaussian denoise_radius=3.5"
+            "tone=agx exposure=studio denoise=gaussian denoise_radius=3.5 lines=0.25,0.5,1"
         );
-        for unknown in ["", "tone=x exposure=inf denoise", "denoise_radius=nan exposure=1e9"] {
+        for unknown in [
+            "",
+            "tone=x exposure=inf denoise",
+            "denoise_radius=nan exposure=1e9 lines=-1",
+        ] {
             assert_eq!(Finish::of_text(unknown), Finish::default(), "{unknown}");
         }
     }

@@ -193,6 +193,8 @@ struct WorkItem<'a> {
     /// and classes of paths.
     parts: Vec<(UVec2, usize, Spectrum)>,
     surfaces: Vec<(UVec2, FirstSurface)>,
+    /// Pixels of samples on lines.
+    lines: Vec<UVec2>,
     /// Pixels of samples that see the background, and the share of the background in each sample.
     backgrounds: Vec<(UVec2, Spectrum)>,
     statistics: Statistics,
@@ -215,6 +217,7 @@ impl<'a> WorkItem<'a> {
             light: Vec::new(),
             parts: Vec::new(),
             surfaces: Vec::new(),
+            lines: Vec::new(),
             backgrounds: Vec::new(),
             statistics: Statistics::default(),
             key: SampleKey::new(0, 0, 0),
@@ -334,6 +337,9 @@ impl<'a> WorkItem<'a> {
         for (pixel, surface) in self.surfaces {
             iteration.see(pixel, surface);
         }
+        for pixel in self.lines {
+            iteration.draw(pixel);
+        }
         for (pixel, share) in self.backgrounds {
             iteration.see_background(pixel, share.to_array().map(f64::from));
         }
@@ -409,6 +415,10 @@ impl Sink for WorkItem<'_> {
 
     fn camera_view(&mut self, view: CameraView) {
         self.view = Some(view);
+    }
+
+    fn line(&mut self) {
+        self.lines.push(self.key.pixel());
     }
 }
 

@@ -16,6 +16,7 @@ pub struct PixelSample<'a> {
     pub(super) radiance: Spectrum,
     surface: Option<FirstSurface>,
     view: Option<CameraView>,
+    is_on_line: bool,
     /// Share of the background in the sample, set by [`PixelSample::finish`].
     background: Spectrum,
     pub(super) rays: RayCounts,
@@ -29,6 +30,7 @@ impl<'a> PixelSample<'a> {
             radiance: Spectrum::ZERO,
             surface: None,
             view: None,
+            is_on_line: false,
             background: Spectrum::ZERO,
             rays: RayCounts::default(),
             cancellation: Cancellation::new(observer),
@@ -70,6 +72,7 @@ impl<'a> PixelSample<'a> {
         let mut sample = FilmSample {
             radiance: self.radiance * self.weight,
             surface: self.surface.as_ref(),
+            is_on_line: self.is_on_line,
             background: self.background * self.weight,
             ..FilmSample::default()
         };
@@ -97,6 +100,10 @@ impl Sink for PixelSample<'_> {
 
     fn camera_view(&mut self, view: CameraView) {
         self.view = Some(view);
+    }
+
+    fn line(&mut self) {
+        self.is_on_line = true;
     }
 }
 
@@ -140,6 +147,10 @@ impl Sink for PartedSample<'_, '_> {
 
     fn camera_view(&mut self, view: CameraView) {
         self.sample.camera_view(view);
+    }
+
+    fn line(&mut self) {
+        self.sample.line();
     }
 
     fn separates_parts(&self) -> bool {

@@ -1,6 +1,7 @@
 //! Errors about keys of a material.
 
 use super::{MaterialSection, preset_names};
+use crate::color::Spectrum;
 use crate::description::FileError;
 use crate::description::section::Section;
 use crate::description::source::Source;
@@ -66,7 +67,10 @@ impl Named<'_> {
         let meant = near
             .first()
             .map_or(String::new(), |near| format!("did you mean {near}? "));
-        let help = format!("{meant}presets are {}", all.join(", "));
+        let help = match Spectrum::of_text(preset) {
+            Some(_) => format!("a colour is a value of `diffuse`, as in --material 'NAME.diffuse={preset}'"),
+            None => format!("{meant}presets are {}", all.join(", ")),
+        };
         self.error(place, &format!("there is no preset `{}`", excerpt(preset)), &help)
     }
 

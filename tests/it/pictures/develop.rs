@@ -345,3 +345,47 @@ fn invalid_develop_arguments_are_errors() {
     let out = run(at, &split("develop s.exr --list -o x.png"));
     assert_eq!(out.status.code(), Some(2));
 }
+
+/// The mask of a name is its share of each pixel. Masks of all materials add up to what objects
+/// cover.
+#[test]
+fn mattes_are_the_shares_of_their_names() {
+    let folder = scene();
+    let at = folder.path();
+    done(
+        at,
+        &split("render s.toml -q --aov cryptomatte --checkpoint c.exr -o a.exr"),
+    );
+    let mask = |pattern: &str| {
+        done(
+            at,
+            &[
+                "develop", "a.exr", "-q", "--matte", pattern, "-o", "m.png", "-o", "m.exr",
+            ],
+        );
+        let (size, samples, codes) = png_of(&at.join("m.png"));
+        assert_eq!((size, samples), ([40, 24], 1));
+        let values = read_channel(&at.join("m.exr"), "Y");
+        for (code, value) in codes.iter().zip(&values) {
+            assert_eq!(f32::from(*code), (value * 255.0).round(), "{pattern}");
+        }
+        values
+    };
+    let [floor, lamp, both, objects] = ["floor", "CryptoMaterial:lamp", "*l*", "CryptoObject:*"].map(mask);
+    let [mut sees_floor, mut sees_edge] = [false; 2];
+    for i in 0..floor.len() {
+        let sum = floor[i] + lamp[i];
+        assert!((sum - both[i]).abs() < 1e-6 && (sum - objects[i]).abs() < 1e-6);
+        sees_floor |= floor[i] == 1.0;
+        sees_edge |= floor[i] > 0.0 && lamp[i] > 0.0;
+    }
+    assert!(sees_floor && sees_edge);
+    done(at, &split("develop c.exr -q --matte floor -o c.png"));
+    done(at, &split("develop a.exr -q --matte floor -o m.png"));
+    assert!(png_of(&at.join("c.png")) == png_of(&at.join("m.png")));
+    let message = refused(at, &split("develop a.exr --matte flor -o m.png"), 1);
+    assert!(message.contains("did you mean `floor`?"), "{message}");
+    done(at, &split("render s.toml -q -o plain.exr"));
+    let message = refused(at, &split("develop plain.exr --matte floor -o m.png"), 1);
+    assert!(message.contains("--aov cryptomatte"), "{message}");
+}

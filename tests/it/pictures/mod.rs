@@ -6,3 +6,4 @@ mod denoise;
 mod develop;
 mod exr_files;
 mod light_paths;
+mod lines;

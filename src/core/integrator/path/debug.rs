@@ -198,6 +198,10 @@ impl<T: Sink> Sink for Counter<'_, T> {
     fn first_surface(&mut self, surface: FirstSurface) {
         self.out.first_surface(surface);
     }
+
+    fn line(&mut self) {
+        self.out.line();
+    }
 }
 
 impl<T: RaySink> RaySink for Counter<'_, T> {

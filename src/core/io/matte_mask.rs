@@ -1,0 +1,75 @@
+//! Masks from the mattes of an EXR file (Cryptomatte specification 1.2).
+
+use super::{Layers, Mattes};
+use crate::film::Rect;
+use crate::math::Glob;
+
+/// Mask of the names that match a pattern.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MatteMask {
+    /// Name of the layer.
+    pub layer: String,
+    /// Names that match.
+    pub names: Vec<String>,
+    /// Pixels of the full image that the mask covers.
+    pub window: Rect,
+    /// Share of each pixel of `window` that the names cover, row by row from the top.
+    pub values: Vec<f32>,
+}
+
+impl Layers {
+    /// Mask of all names that match `pattern`: `GLOB`, or `LAYER:GLOB` for the names of one layer.
+    /// Without a layer, it is the first of parts, objects and other layers that has a match. `None`
+    /// if no name matches.
+    pub fn mask(&self, pattern: &str) -> Option<MatteMask> {
+        let of_layer = pattern.split_once(':').and_then(|(layer, glob)| {
+            let mattes = self.mattes.iter().find(|mattes| mattes.layer == layer)?;
+            Some((vec![mattes], glob))
+        });
+        let (mut layers, glob) = of_layer.unwrap_or_else(|| (self.mattes.iter().collect(), pattern));
+        let order = |mattes: &&Mattes| match mattes.layer.as_str() {
+            layer if layer.ends_with("CryptoPart") => 0,
+            layer if layer.ends_with("CryptoObject") => 1,
+            _ => 2,
+        };
+        layers.sort_by_key(order);
+        let glob = Glob::new(glob);
+        layers.into_iter().find_map(|mattes| {
+            let matching = mattes.names.iter().filter(|(name, _)| glob.matches(name));
+            let (names, ids): (Vec<String>, Vec<u32>) = matching.map(|(name, id)| (name.clone(), id.to_bits())).unzip();
+            (!names.is_empty()).then(|| self.covered(&mattes.layer, names, &ids))?
+        })
+    }
+
+    /// Mask of the `names` of a layer, whose ids have the bits `ids`. `None` if the file lacks the
+    /// channels of the layer.
+    fn covered(&self, layer: &str, names: Vec<String>, ids: &[u32]) -> Option<MatteMask> {
+        let channel = |name: String| {
+            self.channels
+                .iter()
+                .find(|channel| channel.name.eq_ignore_ascii_case(&name))
+        };
+        let pairs = (0..).map_while(|level| {
+            let names = ["R", "G", "B", "A"].map(|component| format!("{layer}{level:02}.{component}"));
+            let [r, g, b, a] = names.map(channel);
+            Some([[r?, g?], [b?, a?]])
+        });
+        let pairs: Vec<_> = pairs.flatten().collect();
+        let window = pairs.first()?[0].window;
+        let mut values = vec![0.0; window.area() as usize];
+        for [of_ids, shares] in pairs {
+            let pixels = of_ids.values.iter().zip(&shares.values);
+            for (value, (id, share)) in values.iter_mut().zip(pixels) {
+                if ids.contains(&id.to_bits()) {
+                    *value += share;
+                }
+            }
+        }
+        Some(MatteMask {
+            layer: layer.into(),
+            names,
+            window,
+            values,
+        })
+    }
+}

@@ -1,0 +1,67 @@
+//! Lines of drawings: their colour in PNG files, their width, and the edges that they show.
+
+use super::background::color_text;
+use crate::color::Spectrum;
+use crate::film::LineStyle;
+use crate::parameter::{Range, Value, parameters};
+use serde_json::json;
+
+parameters! {
+    /// Lines along edges, as in a drawing.
+    pub struct LineOptions, heading "", values line_values {
+        /// Draw edges and silhouettes over PNG files, in this colour
+        ///
+        /// The lines are the edges of objects, parts and materials, creases and silhouettes. They
+        /// are also the channel `lines` of EXR files, as with `--aov lines`.
+        lines: LineColor, default "off";
+        /// Width of lines in pixels
+        lines_width: f32 = 1.5, in Range::FromTo(0.1, 64.0);
+        /// Angle in degrees between two faces from which on their edge is a line
+        lines_angle: f32 = 30.0, in Range::FromTo(1.0, 180.0);
+    }
+}
+
+impl LineOptions {
+    /// Style of the lines.
+    pub fn style(&self) -> LineStyle {
+        LineStyle {
+            width: self.lines_width(),
+            angle: self.lines_angle(),
+        }
+    }
+}
+
+/// Colour of lines: a linear radiance that a display shows without a tone curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineColor(pub Spectrum);
+
+impl Value for LineColor {
+    const PLACEHOLDER: &'static str = "COLOUR";
+    const KIND: &'static str =
+        "a colour: #ffc356 (sRGB), a CSS name such as orange, or linear numbers: 0.5 or 0.2,0.3,0.4";
+    const IS_STRING: bool = true;
+    const IS_LIST: bool = true;
+
+    fn of_text(text: &str) -> Option<Self> {
+        Spectrum::of_text(text.trim()).map(Self)
+    }
+
+    fn text(&self) -> String {
+        color_text(self.0)
+    }
+
+    fn schema() -> serde_json::Value {
+        let channel = json!({ "type": "number", "minimum": 0 });
+        json!({ "anyOf": [
+            { "type": "string", "pattern": "^(#([0-9A-Fa-f]{3}){1,2}|[A-Za-z]+|[0-9.eE+ -]+(,[0-9.eE+ -]+){2})$" },
+            channel,
+            { "type": "array", "items": channel, "minItems": 3, "maxItems": 3 },
+            { "type": "array", "items": channel, "minItems": 1, "maxItems": 1 },
+        ] })
+    }
+
+    /// Returns true if the colour is valid: finite and not negative.
+    fn is_finite(&self) -> bool {
+        self.0.is_valid()
+    }
+}

@@ -348,6 +348,7 @@ fn image_of_layers(path: &Path) -> Result<(Image, Option<CameraAttributes>), Fil
     channels.sort_by_key(place);
     let image = Image {
         resolution: layers.resolution,
+        view: layers.view,
         crop,
         channels,
         backing: layers.backing,
@@ -362,6 +363,7 @@ fn image_of_picture(picture: &Rendering) -> Image {
     });
     Image {
         resolution: picture.resolution,
+        view: picture.resolution,
         crop: picture.window,
         channels: channels.collect(),
         backing: None,

@@ -206,7 +206,7 @@ impl CameraSettings {
     /// Projection for the camera of `parameters`. Returns an error if a key of another projection
     /// is set.
     fn described_projection(&self, parameters: &CameraParameters) -> Result<Projection, CameraError> {
-        use ProjectionKind::{Fisheye, Orthographic, Panorama, Perspective};
+        use ProjectionKind::{Cubemap, Fisheye, Orthographic, Panorama, Perspective};
         let kind = self.projection();
         let keys = [
             ("ortho_height", self.ortho_height.is_some(), kind == Orthographic),
@@ -253,6 +253,7 @@ impl CameraSettings {
                 }
             }
             Panorama => Projection::Panorama,
+            Cubemap => Projection::Cubemap,
             Fisheye => Projection::Fisheye {
                 mapping: self.fisheye_mapping(),
                 fov: self.fisheye_fov(),

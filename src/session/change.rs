@@ -45,7 +45,7 @@ impl Session {
 
     /// Candidate cameras. Each has the shortest flags that select it. Camera settings of the
     /// session are ignored, except `up` and the axes of the OBJ file.
-    pub(crate) fn views(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
+    pub(crate) fn guessed_views(&self) -> Result<Vec<(String, CameraGuess)>, Error> {
         let accel = self.accel_for_guesses()?;
         let free = CameraSettings {
             options: CameraOptions {
@@ -77,6 +77,7 @@ impl Session {
         check_groups(&settings, &self.scene)?;
         check_pixels(&settings, settings.parts_of_light(&self.scene), None)?;
         let camera = description.camera(settings.resolution)?;
+        let views = description.views(settings.resolution)?;
         let method = settings.method();
         if self.scene.ground().is_some() {
             method.check_catching()?;
@@ -100,6 +101,7 @@ impl Session {
         self.scene_hash = OnceLock::new();
         self.paths = paths;
         self.camera = camera;
+        self.views = views;
         self.description = description;
         self.settings = settings;
         Ok(())

@@ -280,7 +280,8 @@ impl PartsExtent {
     /// Sums of all parts.
     fn join(&self, parts: &[PicturePart]) -> Result<RenderState, Error> {
         let metadata = &parts[0].description.metadata;
-        let film = Film::starting_at(self.resolution, self.crop, self.samples.start);
+        let view = metadata.view_size(self.resolution);
+        let film = Film::of_views((self.resolution, view), self.crop, self.samples.start);
         // Take the channels of the first part: all parts have the same channels, because channels
         // belong to the settings
         let mut merged = RenderState::new(film, metadata.backing(), metadata.features.as_ref());

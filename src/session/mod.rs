@@ -45,7 +45,7 @@ pub(crate) use memory::Memory;
 pub(crate) use renderer::denoise;
 pub(crate) use settings::all_threads;
 
-use crate::camera::{Camera, CameraDescription, CameraParameters};
+use crate::camera::{Camera, CameraDescription, CameraParameters, View};
 use crate::description::{LoadedScene, SceneFile, UnlitScene, load_scene_to_light};
 use crate::files::MemoryLimit;
 use crate::film::{Aov, Filter};
@@ -55,7 +55,7 @@ use crate::io::{Finding, LoadObserver, Warning};
 use crate::light::LightSelection;
 use crate::light_paths::{LightPathError, LightPaths};
 use crate::lint;
-use crate::math::Vec3;
+use crate::math::{UVec2, Vec3};
 use crate::options::Method;
 use crate::scene::Scene;
 use memory::{check_pixels, within_memory};
@@ -69,6 +69,8 @@ pub struct Session {
     settings: Settings,
     scene: Scene,
     camera: Camera,
+    /// Views of the picture: parts with a camera of their own.
+    views: Vec<View>,
     /// Description of the camera.
     description: CameraDescription,
     filter: Filter,
@@ -125,8 +127,34 @@ impl Session {
         Self::settle((file, settings), (loaded, Some(unlit)), pool, observer)
     }
 
+    /// The camera of the whole picture. A cube map is one camera here: its faces are views.
     pub(crate) fn camera(&self) -> &Camera {
         &self.camera
+    }
+
+    /// Views of the picture, which are rendered separately.
+    pub(crate) fn views(&self) -> &[View] {
+        &self.views
+    }
+
+    /// Size of a view; the size of the picture if it has one view.
+    pub(crate) fn view_size(&self) -> UVec2 {
+        self.description.view_size(self.settings.resolution)
+    }
+
+    /// Returns an error if the picture has several views. `setting` and `value` are what the user
+    /// requested, which needs a picture of one view.
+    pub(crate) fn check_one_view(&self, setting: &'static str, value: &str) -> Result<(), Error> {
+        if self.views.len() == 1 {
+            return Ok(());
+        }
+        let (count, size) = (self.views.len(), self.view_size());
+        let message = format!(
+            "{value}: the picture consists of {count} views of {}x{} pixels, which are rendered separately",
+            size.x, size.y
+        );
+        let help = "render a view alone, as a perspective: cubemap faces have --fov 90";
+        Err(InvalidSetting::new(setting, message, help).into())
     }
 
     /// Time in seconds that guessing the camera and the light took, or placing a named camera.
@@ -182,6 +210,7 @@ impl Session {
         warnings.extend(extent.iter().map(Finding::warning));
         warnings.extend(method_warnings(&method, (&scene, &light_selection), &camera)?);
         Ok(Self {
+            views: description.views(settings.resolution)?,
             backdrop: backdrop(&settings, &description.parameters),
             scene_hash: OnceLock::new(),
             filter: settings.filter(),
@@ -245,6 +274,7 @@ impl Session {
         let light_selection = scene.light_selection(method.light_choice());
         let warnings = method_warnings(&method, (&scene, &light_selection), &camera)?;
         Ok(Self {
+            views: description.views(settings.resolution)?,
             backdrop: backdrop(&settings, &description.parameters),
             scene_hash: OnceLock::new(),
             filter: settings.filter(),
@@ -391,6 +421,7 @@ impl Session {
     pub fn look_through(&mut self, guess: &CameraGuess) -> Result<(), Error> {
         let description = CameraDescription::still(guess.parameters());
         self.camera = description.camera(self.settings.resolution)?;
+        self.views = description.views(self.settings.resolution)?;
         self.light_selection.forget();
         self.scene_hash = OnceLock::new();
         self.backdrop = backdrop(&self.settings, &description.parameters);

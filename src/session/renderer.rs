@@ -12,16 +12,17 @@ use super::{
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::denoise::DenoiseError;
 use crate::files::{Output, guarded};
-use crate::film::{Aov, Film, Image};
+use crate::film::{Aov, BLOCK, Film, Image};
 #[cfg(feature = "view")]
 use crate::integrator::PickedSurface;
-use crate::integrator::{SampleTracer, TracerIntegrator};
+use crate::integrator::{SampleTracer, TracerIntegrator, World};
 use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Warning};
+use crate::light::LightSelection;
 use crate::lint::{dark_lamps, reason_for_darkness, reason_for_emptiness};
 #[cfg(feature = "view")]
 use crate::math::UVec2;
-use crate::options::IntegratorKind;
-use crate::render::{self, Observer, Outcome, Statistics};
+use crate::options::{IntegratorKind, view_size_text};
+use crate::render::{self, Observer, Outcome, Statistics, StopCondition};
 use std::path::Path;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
@@ -30,12 +31,47 @@ use std::time::{Duration, Instant};
 /// Maximum mean radiance of a picture that is called nearly black: 12 stops below mid-grey.
 const NEARLY_BLACK: f64 = 0.18 / 4096.0;
 
+/// Adds samples to the film of a view, until the condition holds.
+type ViewRender<'r, 'a> = dyn Fn(RenderContext<'_, AnyAccel<'a>>, &mut Film, StopCondition) -> (Outcome, Statistics) + 'r;
+
 /// A session with a built acceleration structure. It renders samples, and makes pictures from them.
 pub struct Renderer<'a> {
     session: &'a Session,
     accel: AnyAccel<'a>,
     build_seconds: f64,
     prepared: Preparation,
+    /// Data of each view; empty if the picture has one view.
+    views: Vec<ViewData>,
+}
+
+/// Data that the samples of a view share.
+struct ViewData {
+    /// Selection of lights, with the visibility of lights that is learned for the view.
+    light_selection: LightSelection,
+    prepared: Preparation,
+}
+
+impl ViewData {
+    /// New data of each view of the session's picture; empty if it has one view.
+    fn of(session: &Session) -> Vec<Self> {
+        if session.views().len() == 1 {
+            return Vec::new();
+        }
+        let settings = session.settings();
+        let new = |_| Self {
+            light_selection: session.scene().light_selection(settings.method().light_choice()),
+            prepared: Preparation::new(session.view_size(), settings.seed),
+        };
+        session.views().iter().map(new).collect()
+    }
+}
+
+/// Ends of the stages of a render with several views, up to the sample `end`. All views take the
+/// samples of a stage before the next stage begins, so that a render that is stopped has similar
+/// views. The stages end between passes, where a render resumes without work.
+fn stages(end: u32) -> Vec<u32> {
+    let first = std::iter::successors(Some(BLOCK), |end| end.checked_mul(4));
+    first.take_while(|&stage| stage < end).chain([end]).collect()
 }
 
 impl<'a> Renderer<'a> {
@@ -52,6 +88,7 @@ impl<'a> Renderer<'a> {
             accel,
             build_seconds: start.elapsed().as_secs_f64(),
             prepared: session.prepared(),
+            views: ViewData::of(session),
         })
     }
 
@@ -62,6 +99,7 @@ impl<'a> Renderer<'a> {
             accel: AnyAccel::Audited(auditor),
             build_seconds,
             prepared: session.prepared(),
+            views: ViewData::of(session),
         }
     }
 
@@ -84,7 +122,8 @@ impl<'a> Renderer<'a> {
     /// Fraction of the records of an irradiance cache that are supported by too few of their rays.
     /// `None` if there are no records.
     pub(crate) fn doubtful_records(&self) -> Option<f64> {
-        self.prepared.doubtful_records()
+        let all = std::iter::once(&self.prepared).chain(self.views.iter().map(|view| &view.prepared));
+        all.filter_map(Preparation::doubtful_records).reduce(f64::max)
     }
 
     fn context(&self) -> RenderContext<'_, AnyAccel<'a>> {
@@ -142,7 +181,8 @@ impl<'a> Renderer<'a> {
     /// State of a render without samples.
     pub fn start(&self) -> RenderState {
         let settings = self.session.settings();
-        let film = Film::starting_at(settings.resolution, settings.crop(), settings.samples().start);
+        let sizes = (settings.resolution, self.session.view_size());
+        let film = Film::of_views(sizes, settings.crop(), settings.samples().start);
         let mut state = RenderState::new(film, settings.backing(), self.feature_names().as_ref());
         self.separate_paths(&mut state);
         state
@@ -212,11 +252,52 @@ impl<'a> Renderer<'a> {
     /// is stopped early, `state` may have no sample ([`RenderState::is_empty`]).
     pub fn render(&self, state: &mut RenderState, observer: &dyn Observer) -> Outcome {
         let settings = self.session.settings();
-        let (sampler, stop, context) = (settings.random_numbers(), settings.stop(), self.context());
-        add_samples(state, |film| {
-            let render = || settings.method().render(context, &sampler, film, stop, observer);
+        let (sampler, method) = (settings.random_numbers(), settings.method());
+        let render = |context: RenderContext<'_, _>, film: &mut Film, stop| {
+            let render = || method.render(context, &sampler, film, stop, observer);
             self.session.install(render)
-        })
+        };
+        add_samples(state, |film| self.render_views(film, &render))
+    }
+
+    /// Renders each view of `film` by `render`, or the film itself if there is one view.
+    fn render_views(&self, film: &mut Film, render: &ViewRender<'_, 'a>) -> (Outcome, Statistics) {
+        let stop = self.session.settings().stop();
+        if self.views.is_empty() {
+            return render(self.context(), film, stop);
+        }
+        let mut statistics = Statistics::default();
+        // A noise level is reached in each view alone
+        let ends = if stop.noise.is_some() { vec![stop.end] } else { stages(stop.end) };
+        for end in ends {
+            for (index, (view, data)) in self.session.views().iter().zip(&self.views).enumerate() {
+                let context = RenderContext {
+                    world: World {
+                        camera: &view.camera,
+                        light_selection: &data.light_selection,
+                        ..self.session.world(&self.accel)
+                    },
+                    prepared: &data.prepared,
+                };
+                let done = film.with_view(index, |film| {
+                    let is_behind = stop.noise.is_some() || film.tiles().iter().any(|tile| tile.next_sample() < end);
+                    is_behind.then(|| render(context, film, StopCondition { end, ..stop }))
+                });
+                // The crop does not contain the view, or the view has all samples
+                let Some((outcome, mut taken)) = done.flatten() else {
+                    continue;
+                };
+                for sample in &mut taken.first_dropped {
+                    sample.key.x += view.corner.x;
+                    sample.key.y += view.corner.y;
+                }
+                statistics = statistics.merge(taken);
+                if outcome == Outcome::Stopped {
+                    return (outcome, statistics);
+                }
+            }
+        }
+        (Outcome::Complete, statistics)
     }
 
     /// [`Renderer::render`] with an integrator of the caller: `tracer` traces each sample, instead
@@ -225,15 +306,14 @@ impl<'a> Renderer<'a> {
     pub fn render_with(&self, state: &mut RenderState, tracer: &impl SampleTracer, observer: &dyn Observer) -> Outcome {
         let accel = self.accel.as_dyn();
         let settings = self.session.settings();
-        let integrator = TracerIntegrator {
-            world: self.session.world(&accel),
-            tracer,
-        };
-        let (sampler, stop) = (settings.random_numbers(), settings.stop());
-        add_samples(state, |film| {
+        let sampler = settings.random_numbers();
+        let render = |context: RenderContext<'_, AnyAccel<'a>>, film: &mut Film, stop| {
+            let world = context.world.with_accel(&accel);
+            let integrator = TracerIntegrator { world, tracer };
             let render = || render::render_samples(&integrator, &sampler, film, stop, &observer);
             self.session.install(render)
-        })
+        };
+        add_samples(state, |film| self.render_views(film, &render))
     }
 
     /// Metadata for a picture of `state`. `is_complete` is true if no samples are missing.
@@ -248,7 +328,7 @@ impl<'a> Renderer<'a> {
             version: env!("CARGO_PKG_VERSION").into(),
             build: BUILD.into(),
             scene_hash: session.scene_hash().into(),
-            settings: settings.describe(),
+            settings: settings.describe() + &view_size_text(settings.resolution, session.view_size()),
             common_errors: Some(settings.method().common_errors()),
             first_sample: samples.start,
             end_sample: samples.end,

@@ -431,6 +431,7 @@ mod tests {
         };
         Layers {
             resolution,
+            view: resolution,
             channels: names.iter().map(channel).collect(),
             finish: crate::options::Finish::default(),
             backing: None,

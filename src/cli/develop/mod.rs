@@ -189,6 +189,7 @@ fn image_of(layers: &Layers, found: &Layer) -> Image {
     };
     Image {
         resolution: layers.resolution,
+        view: layers.view,
         crop: window,
         channels,
         backing,
@@ -298,6 +299,7 @@ fn cropped(image: Image, [x0, y0, x1, y1]: [u32; 4]) -> Result<Image, CliError> 
     });
     Ok(Image {
         resolution: image.resolution,
+        view: image.view,
         crop,
         channels: channels.collect(),
         backing: image.backing,
@@ -335,6 +337,7 @@ fn scaled(image: Image, size: Option<[u32; 2]>, are_colors: bool) -> Image {
     });
     Image {
         resolution,
+        view: resolution,
         crop: Rect::full(resolution),
         channels: channels.collect(),
         backing,

@@ -4,10 +4,12 @@
 mod aperture;
 mod attributes;
 mod calibration;
+mod cubemap;
 mod description;
 mod error;
 mod importance;
 mod projection;
+mod views;
 
 pub use aperture::{Aperture, BLADES};
 pub use attributes::{CameraAttributes, Matrix};
@@ -16,9 +18,11 @@ pub use description::{CameraDescription, CameraMotion, CameraParameters, Pose};
 pub use error::CameraError;
 pub use importance::{Importance, LensPoint};
 pub use projection::{FisheyeMapping, Projection, ProjectionKind};
+pub use views::View;
 
 use crate::math::{Ray, UVec2, Vec2, Vec3};
 use crate::sampling::warp::uniform_disk;
+use cubemap::Face;
 use projection::Film;
 
 /// A camera of any projection. Its rays pass through a pinhole, or through an ideal thin lens if
@@ -39,6 +43,8 @@ pub struct Camera {
     path: Option<[Pose; 2]>,
     /// Times of shutter open and close.
     shutter: [f32; 2],
+    /// Face of a cube map to which the camera is turned.
+    face: Face,
 }
 
 impl Camera {
@@ -88,6 +94,7 @@ impl Camera {
             focus_distance: c.focus_distance,
             path: None,
             shutter: [0.0, 1.0],
+            face: Face::Front,
         })
     }
 
@@ -141,7 +148,7 @@ impl Camera {
     pub fn with_projection(self, projection: Projection, vertical_fov: f32) -> Result<Self, CameraError> {
         let film = Film::new(projection, vertical_fov, self.resolution)?;
         if film.is_curved() && self.lens_radius > 0.0 {
-            let message = "must be 0: panoramas and fisheyes have no lens";
+            let message = format!("must be 0, not {}: panoramas, cubemaps and fisheyes have no lens", self.lens_radius);
             return Err(CameraError::wrong("lens_radius", message));
         }
         Ok(Self { film, ..self })
@@ -189,14 +196,29 @@ impl Camera {
         let pose = self.path.map(|[first, last]| first.lerp(&last, time));
         match pose.and_then(|pose| Some((pose, pose.axes()?))) {
             None => *self,
-            Some((pose, [right, up, forward])) => Self {
-                position: pose.position,
-                right,
-                up,
-                forward,
-                path: None,
-                ..*self
-            },
+            Some((pose, axes)) => {
+                let [right, up, forward] = self.face.axes(axes);
+                Self {
+                    position: pose.position,
+                    right,
+                    up,
+                    forward,
+                    path: None,
+                    ..*self
+                }
+            }
+        }
+    }
+
+    /// The camera turned to a face of a cube map. It must not be turned yet.
+    fn turned(self, face: Face) -> Self {
+        let [right, up, forward] = face.axes([self.right, self.up, self.forward]);
+        Self {
+            right,
+            up,
+            forward,
+            face,
+            ..self
         }
     }
 
@@ -286,7 +308,8 @@ impl Camera {
     }
 
     /// Distance of `p` from the camera at `time`: along the view axis, or along the ray of a
-    /// panorama or a fisheye.
+    /// panorama, a cube map or a fisheye. The [views](CameraDescription::views) of a cube map are
+    /// perspectives, with the axis of their face.
     pub fn depth(&self, p: Vec3, time: f32) -> f32 {
         let camera = self.at(time);
         if camera.film.is_curved() {

@@ -6,6 +6,7 @@
 use super::CameraError;
 use super::attributes::Plane;
 use super::calibration::{CalibratedLens, Distortion, Intrinsics};
+use super::cubemap::{CubeLayout, FACE_FOV};
 use crate::math::{DVec2, UVec2, Vec2, Vec3, encode_variants};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -41,6 +42,9 @@ pub enum Projection {
         /// Model and coefficients of the lens.
         distortion: Distortion,
     },
+    /// All directions on the six faces of a cube, each a perspective of 90 degrees. A row, a column
+    /// or two rows of faces in the order right, left, up, down, front, back.
+    Cubemap,
 }
 
 encode_variants!(Projection {
@@ -49,6 +53,7 @@ encode_variants!(Projection {
     2 => Panorama,
     3 => Fisheye { mapping, fov },
     4 => Calibrated { intrinsics, distortion },
+    5 => Cubemap,
 });
 
 impl Default for Projection {
@@ -67,6 +72,8 @@ pub enum ProjectionKind {
     Orthographic,
     /// [`Projection::Panorama`].
     Panorama,
+    /// [`Projection::Cubemap`].
+    Cubemap,
     /// [`Projection::Fisheye`].
     Fisheye,
 }
@@ -77,6 +84,7 @@ impl ProjectionKind {
         ("perspective", Self::Perspective),
         ("orthographic", Self::Orthographic),
         ("panorama", Self::Panorama),
+        ("cubemap", Self::Cubemap),
         ("fisheye", Self::Fisheye),
     ];
 }
@@ -166,6 +174,8 @@ pub(super) struct Film {
     size: Vec2,
     /// Lens of a calibrated camera.
     pub lens: Option<CalibratedLens>,
+    /// Positions of the faces of a cube map.
+    cube: Option<CubeLayout>,
 }
 
 impl Film {
@@ -175,6 +185,20 @@ impl Film {
         let lens = match projection {
             Projection::Calibrated { intrinsics, distortion } => {
                 Some(CalibratedLens::new(intrinsics, distortion, resolution)?)
+            }
+            _ => None,
+        };
+        let cube = match projection {
+            Projection::Cubemap => {
+                let message = || {
+                    format!(
+                        "`cubemap` shows six squares in a row, in a column, or in two rows, not in a picture of {}x{}: its size may be {}",
+                        resolution.x,
+                        resolution.y,
+                        CubeLayout::sizes(resolution)
+                    )
+                };
+                Some(CubeLayout::of(resolution).ok_or_else(|| CameraError::wrong("projection", message()))?)
             }
             _ => None,
         };
@@ -196,10 +220,14 @@ impl Film {
                 2.0 * mapping.radius(0.5 * fov.to_radians()) / size.y
             }
             Projection::Calibrated { .. } => lens.as_ref().map_or(1.0, CalibratedLens::scale),
+            Projection::Cubemap => {
+                let side = cube.map_or(size.y, |cube| cube.side as f32);
+                2.0 * (0.5 * FACE_FOV.to_radians()).tan() / side
+            }
         };
         let shift = match projection {
             Projection::Perspective { shift } | Projection::Orthographic { shift, .. } => shift,
-            Projection::Panorama | Projection::Fisheye { .. } | Projection::Calibrated { .. } => Vec2::ZERO,
+            _ => Vec2::ZERO,
         };
         if !shift.is_finite() {
             return Err(CameraError::wrong(
@@ -214,6 +242,7 @@ impl Film {
             offset: scale * (0.5 * size + shift),
             size,
             lens,
+            cube,
         })
     }
 
@@ -231,7 +260,7 @@ impl Film {
     pub fn is_curved(&self) -> bool {
         match self.projection {
             Projection::Perspective { .. } | Projection::Orthographic { .. } => false,
-            Projection::Panorama | Projection::Fisheye { .. } => true,
+            Projection::Panorama | Projection::Fisheye { .. } | Projection::Cubemap => true,
             Projection::Calibrated { distortion, .. } => matches!(distortion, Distortion::Fisheye(_)),
         }
     }
@@ -250,7 +279,7 @@ impl Film {
                 let scale = f64::from(self.scale).recip();
                 Some(plane(DVec2::splat(scale), self.offset.as_dvec2() * scale))
             }
-            Projection::Panorama | Projection::Fisheye { .. } => None,
+            Projection::Panorama | Projection::Fisheye { .. } | Projection::Cubemap => None,
             Projection::Calibrated { .. } => {
                 let (focal, center) = self.lens.as_ref()?.undistorted()?;
                 Some(plane(focal, center))
@@ -305,6 +334,15 @@ impl Film {
                 }
                 None => (Vec3::ZERO, forward),
             },
+            Projection::Cubemap => match &self.cube {
+                Some(cube) => {
+                    let (face, image) = cube.at(film);
+                    let [right, up, forward] = face.axes([right, up, forward]);
+                    let to = image.x * right - image.y * up + forward;
+                    (Vec3::ZERO, to.normalize())
+                }
+                None => (Vec3::ZERO, forward),
+            },
         }
     }
 
@@ -324,6 +362,7 @@ impl Film {
                 let lens = self.lens.as_ref().filter(|lens| lens.is_fisheye());
                 lens.map_or(0.0, |lens| lens.density(sin.atan2(to.z), sin))
             }
+            Projection::Cubemap => (self.scale * self.scale * to.abs().max_element().powi(3)).recip(),
         }
     }
 
@@ -362,6 +401,7 @@ impl Film {
                 let point = (to.z > 0.0).then(|| plane / to.z)?;
                 return lens.plane_film(point).map(|(film, _)| film);
             }
+            Projection::Cubemap => return self.cube.as_ref()?.place(to),
         };
         Some((image + self.offset) / self.scale)
     }

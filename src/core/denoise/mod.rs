@@ -148,8 +148,26 @@ impl Denoiser {
     ///
     /// Uses the threads of rayon's pool; Open Image Denoise creates the same number of threads. On
     /// an error the image is unchanged.
+    ///
+    /// Each view of the image is denoised separately.
     pub fn apply_with(self, image: &mut Image, radius: Option<f32>) -> Result<(), DenoiseError> {
         let radius = radius.or(self.default_radius()).unwrap_or_default();
+        let views = image.views();
+        if image.view == image.resolution || views.len() == 1 {
+            return self.apply_to_view(image, radius);
+        }
+        let denoised = views.into_iter().map(|view| {
+            let mut part = image.part(view);
+            self.apply_to_view(&mut part, radius)?;
+            Ok(part)
+        });
+        let denoised: Vec<Image> = denoised.collect::<Result<_, DenoiseError>>()?;
+        denoised.iter().for_each(|part| image.put_part(part));
+        Ok(())
+    }
+
+    /// Denoises an image of one view.
+    fn apply_to_view(self, image: &mut Image, radius: f32) -> Result<(), DenoiseError> {
         let mut layers = Layers::of(image)?;
         let raw = layers.color.clone();
         let bright = bright::take_bright(&mut layers, values(image, EMITTED).ok());

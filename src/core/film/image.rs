@@ -1,6 +1,6 @@
 //! Developed images: channels computed from the sums of a film.
 
-use super::{Accumulator, Backing, Film, Rect, RgbImage};
+use super::{Accumulator, Backing, Film, Rect, RgbImage, views_of};
 use crate::color::Spectrum;
 use crate::math::UVec2;
 use std::borrow::Cow;
@@ -22,6 +22,9 @@ pub struct Channel {
 pub struct Image {
     /// Size of the full image.
     pub resolution: UVec2,
+    /// Size of a view: the image is a grid of views, which are denoised separately. The size of the
+    /// image if it has one view.
+    pub view: UVec2,
     /// Part of the image that the channels cover.
     pub crop: Rect,
     /// `R G B` first, then the auxiliary channels.
@@ -111,6 +114,7 @@ impl Image {
         }
         Self {
             resolution: film.resolution(),
+            view: film.view_size(),
             crop,
             channels,
             backing: film.backing(),
@@ -129,6 +133,50 @@ impl Image {
         Channel {
             name: "error".into(),
             values,
+        }
+    }
+
+    /// Pixels of each view inside of the crop, row by row.
+    pub fn views(&self) -> Vec<Rect> {
+        let views = views_of(self.resolution, self.view).into_iter();
+        views
+            .map(|view| view.intersection(self.crop))
+            .filter(|view| view.area() > 0)
+            .collect()
+    }
+
+    /// The pixels of `crop`, a rectangle inside of the crop of this image, as an image of one view.
+    pub fn part(&self, crop: Rect) -> Self {
+        let pick = |values: &[f32]| crop.pixels().map(|pixel| values[index(self.crop, pixel)]).collect();
+        let channels = self.channels.iter().map(|channel| Channel {
+            name: channel.name.clone(),
+            values: pick(&channel.values),
+        });
+        Self {
+            resolution: self.resolution,
+            view: self.resolution,
+            crop,
+            channels: channels.collect(),
+            backing: self.backing,
+        }
+    }
+
+    /// Replaces the pixels of `part` in all its channels. Channels that this image does not have
+    /// are added, with the value 1 in all other pixels.
+    pub fn put_part(&mut self, part: &Self) {
+        for channel in &part.channels {
+            let place = self.channels.iter().position(|own| own.name == channel.name);
+            let place = place.unwrap_or_else(|| {
+                self.channels.push(Channel {
+                    name: channel.name.clone(),
+                    values: vec![1.0; self.crop.area() as usize],
+                });
+                self.channels.len() - 1
+            });
+            let own = &mut self.channels[place].values;
+            for (pixel, &value) in part.crop.pixels().zip(&channel.values) {
+                own[index(self.crop, pixel)] = value;
+            }
         }
     }
 

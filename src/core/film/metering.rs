@@ -278,6 +278,7 @@ mod tests {
         let light = |light: Option<f32>| light.unwrap_or(1000.0);
         Image {
             resolution,
+            view: resolution,
             crop,
             backing: None,
             channels: vec![

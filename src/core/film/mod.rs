@@ -70,9 +70,42 @@ pub const MAX_PARTS: usize = 128;
 #[derive(Clone, Debug)]
 pub struct Film {
     resolution: UVec2,
+    /// Size of a view.
+    view: UVec2,
     crop: Rect,
     first: u32,
     tiles: Vec<Tile>,
+    /// Views of the picture, row by row.
+    views: Vec<ViewTiles>,
+}
+
+/// A view of a picture, and its tiles.
+#[derive(Clone, Copy, Debug)]
+struct ViewTiles {
+    /// First pixel of the view.
+    corner: UVec2,
+    /// Part of the view inside of the crop, in coordinates of the view; it may be empty.
+    crop: Rect,
+    /// Index of the first tile.
+    first: usize,
+}
+
+impl ViewTiles {
+    /// Index of the tile that contains `pixel`, a pixel of the crop.
+    fn index(&self, pixel: UVec2) -> usize {
+        let corner = self.crop.min / TILE_SIZE;
+        let place = (pixel - self.corner) / TILE_SIZE - corner;
+        let columns = (self.crop.max.x - 1) / TILE_SIZE - corner.x + 1;
+        self.first + (place.y * columns + place.x) as usize
+    }
+}
+
+/// Pixels of each view of a picture of `resolution` pixels, row by row. `view` is the size of a
+/// view.
+pub(crate) fn views_of(resolution: UVec2, view: UVec2) -> Vec<Rect> {
+    let count = resolution / view.max(UVec2::ONE);
+    let rows = (0..count.y).flat_map(|y| (0..count.x).map(move |x| UVec2::new(x, y)));
+    rows.map(|cell| Rect::full(view).moved(cell * view)).collect()
 }
 
 impl Film {
@@ -89,21 +122,80 @@ impl Film {
     /// # Panics
     /// Like [`Film::new`].
     pub fn starting_at(resolution: UVec2, crop: Rect, first_sample: u32) -> Self {
+        Self::of_views((resolution, resolution), crop, first_sample)
+    }
+
+    /// Empty film of a picture of `resolution` pixels that is a grid of views of `view` pixels.
+    ///
+    /// # Panics
+    /// Like [`Film::new`].
+    pub fn of_views((resolution, view): (UVec2, UVec2), crop: Rect, first_sample: u32) -> Self {
         assert!(crop.is_inside(resolution), "crop {crop:?} outside {resolution}");
-        // Tiles are aligned to the full image, so that a crop has the same pixels.
-        let corner = crop.min / TILE_SIZE * TILE_SIZE;
-        let mut tiles = Vec::new();
-        for y in (corner.y..crop.max.y).step_by(TILE_SIZE as usize) {
-            for x in (corner.x..crop.max.x).step_by(TILE_SIZE as usize) {
-                tiles.push(Tile::new(Self::cell(resolution, UVec2::new(x, y)), crop, first_sample));
+        let (mut tiles, mut views) = (Vec::new(), Vec::new());
+        for bounds in views_of(resolution, view) {
+            let inside = bounds.intersection(crop);
+            let part = ViewTiles {
+                corner: bounds.min,
+                crop: inside.moved_back(bounds.min),
+                first: tiles.len(),
+            };
+            views.push(part);
+            if inside.area() == 0 {
+                continue;
+            }
+            // Tiles are aligned to the full view, so that a crop has the same pixels.
+            let corner = part.crop.min / TILE_SIZE * TILE_SIZE;
+            for y in (corner.y..part.crop.max.y).step_by(TILE_SIZE as usize) {
+                for x in (corner.x..part.crop.max.x).step_by(TILE_SIZE as usize) {
+                    let cell = Self::cell(bounds.size(), UVec2::new(x, y));
+                    tiles.push(Tile::new(cell.moved(bounds.min), inside, first_sample));
+                }
             }
         }
         Self {
             resolution,
+            view,
             crop,
             first: first_sample,
             tiles,
+            views,
         }
+    }
+
+    /// Size of a view; the size of the image if it has one view.
+    pub fn view_size(&self) -> UVec2 {
+        self.view
+    }
+
+    /// Number of views.
+    pub fn view_count(&self) -> usize {
+        self.views.len()
+    }
+
+    /// Calls `work` with the film of the view with index `index`, as if the view was a picture, and
+    /// takes its samples over. `None` if the crop does not contain a pixel of the view.
+    pub fn with_view<T>(&mut self, index: usize, work: impl FnOnce(&mut Self) -> T) -> Option<T> {
+        let ViewTiles { corner, crop, first } = *self.views.get(index)?;
+        if crop.area() == 0 {
+            return None;
+        }
+        let end = self.views.get(index + 1).map_or(self.tiles.len(), |next| next.first);
+        let mut part = Self {
+            resolution: self.view,
+            view: self.view,
+            crop,
+            first: self.first,
+            tiles: self.tiles.drain(first..end).map(|tile| tile.moved_back(corner)).collect(),
+            views: vec![ViewTiles {
+                corner: UVec2::ZERO,
+                crop,
+                first: 0,
+            }],
+        };
+        let done = work(&mut part);
+        self.tiles
+            .splice(first..first, part.tiles.into_iter().map(|tile| tile.moved(corner)));
+        Some(done)
     }
 
     /// Block of pixels that contains `pixel`, in an image of `resolution` pixels.
@@ -239,12 +331,15 @@ impl Film {
     }
 
     fn tile_index(&self, pixel: UVec2) -> Option<usize> {
-        self.crop.contains(pixel).then(|| {
-            let corner = self.crop.min / TILE_SIZE;
-            let place = pixel / TILE_SIZE - corner;
-            let columns = (self.crop.max.x - 1) / TILE_SIZE - corner.x + 1;
-            (place.y * columns + place.x) as usize
-        })
+        if !self.crop.contains(pixel) {
+            return None;
+        }
+        if let [whole] = self.views[..] {
+            return Some(whole.index(pixel));
+        }
+        let view = pixel / self.view;
+        let columns = self.resolution.x / self.view.x;
+        Some(self.views.get((view.y * columns + view.x) as usize)?.index(pixel))
     }
 
     /// Sums of `pixel`; `None` outside the crop.

@@ -54,6 +54,22 @@ impl Rect {
         }
     }
 
+    /// The rectangle moved right and down.
+    pub(crate) fn moved(self, by: UVec2) -> Self {
+        Self {
+            min: self.min.saturating_add(by),
+            max: self.max.saturating_add(by),
+        }
+    }
+
+    /// The rectangle moved left and up.
+    pub(crate) fn moved_back(self, by: UVec2) -> Self {
+        Self {
+            min: self.min.saturating_sub(by),
+            max: self.max.saturating_sub(by),
+        }
+    }
+
     /// Columns and rows of all pixels, row by row.
     pub fn pixels(self) -> impl Iterator<Item = UVec2> {
         (self.min.y..self.max.y).flat_map(move |y| (self.min.x..self.max.x).map(move |x| UVec2::new(x, y)))
@@ -111,6 +127,24 @@ impl Tile {
             background: Vec::new(),
             backing: None,
             pixels: vec![Accumulator::default(); bounds.area() as usize],
+        }
+    }
+
+    /// The tile moved right and down.
+    pub(super) fn moved(self, by: UVec2) -> Self {
+        Self {
+            cell: self.cell.moved(by),
+            bounds: self.bounds.moved(by),
+            ..self
+        }
+    }
+
+    /// The tile moved left and up.
+    pub(super) fn moved_back(self, by: UVec2) -> Self {
+        Self {
+            cell: self.cell.moved_back(by),
+            bounds: self.bounds.moved_back(by),
+            ..self
         }
     }
 

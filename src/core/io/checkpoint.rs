@@ -316,7 +316,8 @@ impl OpenCheckpoint {
         }
         Allowance::of_system().check(path, bytes)?;
         let unread = |error: ::exr::error::Error| self.failure.or(path, damaged(path, &error));
-        let mut film = Film::starting_at(self.resolution, self.crop, self.metadata.first_sample);
+        let view = self.metadata.view_size(self.resolution);
+        let mut film = Film::of_views((self.resolution, view), self.crop, self.metadata.first_sample);
         let width = self.crop.size().x as usize;
         film = film.with_parts(self.layout.parts());
         if let Some(backing) = backing {

@@ -6,8 +6,8 @@ use crate::camera::CameraAttributes;
 use crate::color::Tone;
 use crate::compare::CommonErrors;
 use crate::film::{Aov, Backing, Image, metered};
-use crate::math::encode_fields;
-use crate::options::{DrawingScale, Finish, Print, Value, backing_of, name_of};
+use crate::math::{UVec2, encode_fields};
+use crate::options::{DrawingScale, Finish, Print, Value, backing_of, name_of, view_size_of};
 use ::exr::prelude as exr;
 use serde::{Deserialize, Serialize};
 
@@ -249,6 +249,11 @@ impl Metadata {
     /// other backgrounds.
     pub fn backing(&self) -> Option<Backing> {
         backing_of(&self.settings)
+    }
+
+    /// Size of a view of the picture of `resolution` pixels.
+    pub fn view_size(&self, resolution: UVec2) -> UVec2 {
+        view_size_of(&self.settings, resolution)
     }
 
     /// Attributes of the EXR header, by name.

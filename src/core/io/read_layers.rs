@@ -7,7 +7,7 @@ use crate::camera::CameraAttributes;
 use crate::files::memory::Allowance;
 use crate::film::{Backing, Image, Rect};
 use crate::math::UVec2;
-use crate::options::{Finish, backing_of};
+use crate::options::{Finish, backing_of, view_size_of};
 use ::exr::prelude as exr;
 use std::path::Path;
 
@@ -20,6 +20,8 @@ const COPIES: u64 = 2;
 pub struct Layers {
     /// Size of the full image: the display window.
     pub resolution: UVec2,
+    /// Size of a view of the picture; the size of the image if it has one view.
+    pub view: UVec2,
     /// Channels with a value for every pixel of their window, in the order of the file.
     pub channels: Vec<LayerChannel>,
     /// Display settings of the render. The exposure is the metered exposure if the file has it. The
@@ -45,6 +47,7 @@ impl Layers {
         });
         Self {
             resolution: image.resolution,
+            view: image.view,
             channels: channels.collect(),
             finish: metadata.finish(),
             backing: image.backing,
@@ -165,10 +168,13 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
     let backing = if channels.iter().any(|c| c.name == Backing::Transparent.channels()[0]) {
         Some(Backing::Transparent)
     } else {
-        settings.and_then(|settings| backing_of(&settings))
+        settings.as_ref().and_then(|settings| backing_of(settings))
     };
+    let resolution = resolution(&display);
+    let view = settings.map_or(resolution, |settings| view_size_of(&settings, resolution));
     Ok(Layers {
-        resolution: resolution(&display),
+        resolution,
+        view,
         channels,
         finish,
         backing,

@@ -38,7 +38,8 @@ parameters! {
         yaw: f32, default "the way that shows most", in Range::Any;
         /// Projection of the camera
         ///
-        /// `panorama` shows all directions, twice as wide as high. `fisheye` shows a circle.
+        /// `panorama` shows all directions, twice as wide as high. `cubemap` shows them on six
+        /// squares in a row, in a column, or in two rows. `fisheye` shows a circle.
         projection: ProjectionKind = ProjectionKind::Perspective;
         /// Height of an orthographic picture in scene units
         ortho_height: f32, default "that of a perspective at look_at", in Range::Above(0.0);
@@ -195,6 +196,10 @@ impl CameraOptions {
             },
             Projection::Panorama => Self {
                 projection: Some(ProjectionKind::Panorama),
+                ..Self::default()
+            },
+            Projection::Cubemap => Self {
+                projection: Some(ProjectionKind::Cubemap),
                 ..Self::default()
             },
             Projection::Fisheye { mapping, fov } => Self {

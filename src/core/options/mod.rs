@@ -19,6 +19,7 @@ mod print;
 pub mod quality;
 #[cfg(test)]
 mod tests;
+mod view_size;
 
 pub use crate::parameter::{
     Entry, EntryKind, Input, InvalidOption, Named, OptionGroup, Parameter, Range, Value, join_names, name_of, named,
@@ -34,3 +35,4 @@ pub use method::*;
 pub use picture_parameters::{Backend, Denoising, FilterOptions, SamplingOptions, SizeOptions, ToneOptions};
 pub use print::{DrawingScale, Print, PrintOptions};
 pub use quality::{Quality, QualityOptions};
+pub use view_size::{view_size_of, view_size_text};

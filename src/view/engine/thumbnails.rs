@@ -31,7 +31,7 @@ pub(super) struct View {
 impl Engine<'_> {
     /// Sends the candidate cameras to `page`. The pictures follow later.
     pub(super) fn list_views(&mut self, page: PageId, session: &Session) -> Result<(), Error> {
-        let cameras = session.views()?;
+        let cameras = session.guessed_views()?;
         let views = cameras.iter().enumerate().map(|(index, (_, guess))| View {
             page,
             index,

@@ -1,0 +1,55 @@
+//! Size of a view as a setting in files: a picture of several views is a grid of them.
+
+use crate::math::UVec2;
+
+/// Key of the size of a view among the settings of a file.
+const KEY: &str = "view";
+/// Maximum number of views of a picture: the faces of a cube map.
+const MAX_VIEWS: u32 = 6;
+
+/// Text with the size of a view, to append to the settings of a file; empty if the picture of
+/// `resolution` pixels has one view.
+pub fn view_size_text(resolution: UVec2, view: UVec2) -> String {
+    match view == resolution {
+        true => String::new(),
+        false => format!(" {KEY}={}x{}", view.x, view.y),
+    }
+}
+
+/// Size of a view of a picture of `resolution` pixels, from the settings of its file.
+pub fn view_size_of(settings: &str, resolution: UVec2) -> UVec2 {
+    let mut pairs = settings.split(' ').filter_map(|pair| pair.split_once('='));
+    let size = pairs.find(|(key, _)| *key == KEY).and_then(|(_, text)| {
+        let (width, height) = text.split_once('x')?;
+        Some(UVec2::new(width.parse().ok()?, height.parse().ok()?))
+    });
+    let is_grid = |view: &UVec2| {
+        let fits = view.cmpgt(UVec2::ZERO).all() && view.cmple(resolution).all();
+        fits && (resolution / *view) * *view == resolution && (resolution / *view).element_product() <= MAX_VIEWS
+    };
+    size.filter(is_grid).unwrap_or(resolution)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_of_views_are_read_again() {
+        let size = UVec2::new(60, 10);
+        let text = format!("path depth=4{}", view_size_text(size, UVec2::splat(10)));
+        assert_eq!(view_size_of(&text, size), UVec2::splat(10));
+        assert_eq!(view_size_text(size, size), "");
+        for text in [
+            "path",
+            "path view=60x10",
+            "path view=0x10",
+            "path view=7x10",
+            "path view=1x1",
+            "path view=x",
+            "path view=4294967295x4294967295",
+        ] {
+            assert_eq!(view_size_of(text, size), size, "{text}");
+        }
+    }
+}

@@ -16,6 +16,8 @@ use std::process::ExitCode;
 /// Traces one sample. Prints every ray with its result and its contribution to the pixel, or as
 /// JSON the vertices, densities, weights and contributions of `embrasure paths`.
 pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32, as_json: bool) -> Result<ExitCode, CliError> {
+    let [x, y] = pixel;
+    renderer.session().check_one_view("pixel", &format!("{x},{y}"))?;
     if as_json {
         let traces = paths::traces(renderer, pixel, sample..sample.saturating_add(1))?;
         outln!("{:#}", paths::facts(renderer, pixel, &traces));

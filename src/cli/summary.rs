@@ -30,6 +30,21 @@ pub(super) fn print_choices(session: &Session) {
             at.y
         );
     }
+    let camera = &session.settings().camera;
+    if let Some(stereo) = session
+        .camera_description()
+        .stereo
+        .filter(|_| camera.eye_distance.is_none())
+    {
+        let unit = match camera.unit {
+            Some(metres) => format!("the unit of the OBJ file is {} m", words::number(metres.into())),
+            None => "no file says the unit, which is taken as the metre".into(),
+        };
+        errln!(
+            "stereo: the eyes are {} units apart, 0.064 m: {unit} (--eye-distance changes it)",
+            words::number(stereo.eye_distance.into())
+        );
+    }
     if let Some(words) = session.light_guess() {
         errln!("light: {words}");
     }

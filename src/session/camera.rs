@@ -3,7 +3,7 @@
 use crate::accel::Accel;
 use crate::camera::{
     Aperture, Camera, CameraAttributes, CameraDescription, CameraError, CameraMotion, CameraParameters, Distortion,
-    Intrinsics, Pose, Projection, ProjectionKind,
+    Intrinsics, Pose, Projection, ProjectionKind, Stereo,
 };
 use crate::description::{SceneFile, Viewpoint};
 use crate::geometry::Hit;
@@ -83,6 +83,7 @@ impl CameraSettings {
     /// Properties of `camera` as attributes of image files. If the unit of the scene is unknown, it
     /// is taken as the metre. If the settings have a sensor height or an f-number, the sensor
     /// height is given in scene units. Else the sensor is a full-frame sensor.
+    /// The camera of a stereo picture is in the middle of the eyes.
     pub(crate) fn attributes(&self, camera: &Camera) -> CameraAttributes {
         const FULL_FRAME: f32 = 0.024;
         let metres = self.unit.unwrap_or(1.0);
@@ -123,7 +124,8 @@ impl CameraSettings {
             siblings,
             origin: self.origin,
         };
-        CameraFinder::new(scene, accel, request, resolution.x as f32 / resolution.y as f32)
+        let view = self.view_size(resolution);
+        CameraFinder::new(scene, accel, request, view.x as f32 / view.y as f32)
     }
 
     /// Returns the camera's description, and the guess if one was made. If [`Self::needs_scene`]
@@ -174,7 +176,10 @@ impl CameraSettings {
             focus_distance: self.focus_distance.unwrap_or_else(|| distance(position, look_at)),
         };
         if let (Some(at), Some(finder)) = (self.focus_at, finder) {
-            parameters.focus_distance = focus_distance(parameters, finder.accel(), at, resolution)?;
+            let view = self.view_size(resolution);
+            // The pixel of a stereo picture, in the view of its eye
+            let at = at.rem_euclid(view.as_vec2());
+            parameters.focus_distance = focus_distance(parameters, finder.accel(), at, view)?;
         }
         let motion = self.motion(&parameters);
         let aperture = self.aperture_blades.map(|blades| Aperture {
@@ -186,6 +191,7 @@ impl CameraSettings {
             motion,
             aperture,
             projection: self.described_projection(&parameters)?,
+            stereo: self.described_stereo()?,
         };
         Ok((description, guess))
     }
@@ -259,6 +265,33 @@ impl CameraSettings {
                 fov: self.fisheye_fov(),
             },
         })
+    }
+
+    /// Size of the view of an eye of a stereo picture of `resolution` pixels; else the size of the
+    /// picture.
+    fn view_size(&self, resolution: UVec2) -> UVec2 {
+        self.stereo.map_or(resolution, |layout| layout.view_size(resolution))
+    }
+
+    /// Pair of eyes; `None` if the picture is not a stereo picture. Returns an error if a key of
+    /// stereo pictures is set for another picture.
+    fn described_stereo(&self) -> Result<Option<Stereo>, CameraError> {
+        /// Distance of the eyes of a person in metres.
+        const EYE_DISTANCE: f32 = 0.064;
+        let keys = [("eye_distance", self.eye_distance), ("convergence", self.convergence)];
+        let Some(layout) = self.stereo else {
+            let given = keys.into_iter().find_map(|(key, value)| Some((key, value?)));
+            return given.map_or(Ok(None), |(key, value)| {
+                let message = format!("is {value}, but the picture has no `stereo`");
+                let help = "add --stereo side-by-side or --stereo top-bottom, or leave it out";
+                Err(CameraError::no_place(key, message, help.into()))
+            });
+        };
+        Ok(Some(Stereo {
+            layout,
+            eye_distance: self.eye_distance.unwrap_or(EYE_DISTANCE / self.unit.unwrap_or(1.0)),
+            convergence: self.convergence,
+        }))
     }
 
     /// Radius of the lens in scene units. If an f-number N is given, the radius is `f / 2N`. The

@@ -137,6 +137,14 @@ impl Session {
         &self.views
     }
 
+    /// Camera whose properties image files have: of a stereo picture, the camera in the middle of
+    /// the eyes, with the size of a view.
+    pub(crate) fn mean_camera(&self) -> Camera {
+        let of_view = || self.description.camera(self.view_size()).ok();
+        let is_stereo = self.description.stereo.is_some();
+        is_stereo.then(of_view).flatten().unwrap_or(self.camera)
+    }
+
     /// Size of a view; the size of the picture if it has one view.
     pub(crate) fn view_size(&self) -> UVec2 {
         self.description.view_size(self.settings.resolution)
@@ -153,7 +161,7 @@ impl Session {
             "{value}: the picture consists of {count} views of {}x{} pixels, which are rendered separately",
             size.x, size.y
         );
-        let help = "render a view alone, as a perspective: cubemap faces have --fov 90";
+        let help = "render one view alone: leave out --stereo, or render a face as a perspective with --fov 90";
         Err(InvalidSetting::new(setting, message, help).into())
     }
 
@@ -210,7 +218,7 @@ impl Session {
         warnings.extend(extent.iter().map(Finding::warning));
         warnings.extend(method_warnings(&method, (&scene, &light_selection), &camera)?);
         Ok(Self {
-            views: description.views(settings.resolution)?,
+            views: views(&description, &settings)?,
             backdrop: backdrop(&settings, &description.parameters),
             scene_hash: OnceLock::new(),
             filter: settings.filter(),
@@ -274,7 +282,7 @@ impl Session {
         let light_selection = scene.light_selection(method.light_choice());
         let warnings = method_warnings(&method, (&scene, &light_selection), &camera)?;
         Ok(Self {
-            views: description.views(settings.resolution)?,
+            views: views(&description, &settings)?,
             backdrop: backdrop(&settings, &description.parameters),
             scene_hash: OnceLock::new(),
             filter: settings.filter(),
@@ -421,7 +429,7 @@ impl Session {
     pub fn look_through(&mut self, guess: &CameraGuess) -> Result<(), Error> {
         let description = CameraDescription::still(guess.parameters());
         self.camera = description.camera(self.settings.resolution)?;
-        self.views = description.views(self.settings.resolution)?;
+        self.views = views(&description, &self.settings)?;
         self.light_selection.forget();
         self.scene_hash = OnceLock::new();
         self.backdrop = backdrop(&self.settings, &description.parameters);
@@ -564,6 +572,18 @@ fn method_warnings(
     let warnings = METHOD_WARNINGS.into_iter().zip([lights, motion, lamps]);
     let warnings = warnings.map(|(kind, text)| text.map(|text| Warning::new(kind, text)));
     Ok(warnings.flatten().collect())
+}
+
+/// Views of a picture of `settings`.
+///
+/// # Errors
+///
+/// A camera is invalid, or the method does not render it.
+fn views(description: &CameraDescription, settings: &Settings) -> Result<Vec<View>, Error> {
+    let views = description.views(settings.resolution)?;
+    let method = settings.method();
+    views.iter().try_for_each(|view| method.check_eyes(&view.camera))?;
+    Ok(views)
 }
 
 /// Background of camera rays that leave the scene. Its upward direction is the up of the camera.

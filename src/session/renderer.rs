@@ -10,6 +10,7 @@ use super::{
     AnyAccel, BUILD, Error, Preparation, RenderContext, RenderState, Session, Settings, inspect_camera, thread_pool,
 };
 use crate::accel::{Accel, Auditor, BackendInfo};
+use crate::camera::CameraAttributes;
 use crate::denoise::DenoiseError;
 use crate::files::{Output, guarded};
 use crate::film::{Aov, BLOCK, Film, Image};
@@ -32,7 +33,8 @@ use std::time::{Duration, Instant};
 const NEARLY_BLACK: f64 = 0.18 / 4096.0;
 
 /// Adds samples to the film of a view, until the condition holds.
-type ViewRender<'r, 'a> = dyn Fn(RenderContext<'_, AnyAccel<'a>>, &mut Film, StopCondition) -> (Outcome, Statistics) + 'r;
+type ViewRender<'r, 'a> =
+    dyn Fn(RenderContext<'_, AnyAccel<'a>>, &mut Film, StopCondition) -> (Outcome, Statistics) + 'r;
 
 /// A session with a built acceleration structure. It renders samples, and makes pictures from them.
 pub struct Renderer<'a> {
@@ -268,7 +270,11 @@ impl<'a> Renderer<'a> {
         }
         let mut statistics = Statistics::default();
         // A noise level is reached in each view alone
-        let ends = if stop.noise.is_some() { vec![stop.end] } else { stages(stop.end) };
+        let ends = if stop.noise.is_some() {
+            vec![stop.end]
+        } else {
+            stages(stop.end)
+        };
         for end in ends {
             for (index, (view, data)) in self.session.views().iter().zip(&self.views).enumerate() {
                 let context = RenderContext {
@@ -324,6 +330,7 @@ impl<'a> Renderer<'a> {
     fn metadata_after(&self, render_seconds: f64, is_complete: bool) -> Metadata {
         let (session, settings, info) = (self.session, self.session.settings(), self.backend());
         let samples = settings.samples();
+        let attributes = settings.camera.attributes(&session.mean_camera());
         Metadata {
             version: env!("CARGO_PKG_VERSION").into(),
             build: BUILD.into(),
@@ -344,7 +351,11 @@ impl<'a> Renderer<'a> {
             tone: None,
             bias: settings.method().bias(),
             origin: settings.camera.origin_text(),
-            camera: Some(settings.camera.attributes(session.camera())),
+            camera: Some(CameraAttributes {
+                // Several views have no common matrix
+                world_to_ndc: attributes.world_to_ndc.filter(|_| session.views().len() == 1),
+                ..attributes
+            }),
             print: settings.print,
         }
     }

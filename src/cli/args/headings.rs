@@ -195,7 +195,7 @@ const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
 ];
 
 /// Flags of scene commands that `--help` leaves out.
-const RARE: [&str; 42] = [
+const RARE: [&str; 45] = [
     "aperture-blades",
     "aperture-rotation",
     "audit-rays",
@@ -204,6 +204,7 @@ const RARE: [&str; 42] = [
     "checkpoint-interval",
     "compact",
     "compression",
+    "convergence",
     "crease-angle",
     "cut-caps",
     "cut-light",
@@ -212,6 +213,7 @@ const RARE: [&str; 42] = [
     "distortion",
     "dpi",
     "elevation",
+    "eye-distance",
     "filter-radius",
     "fisheye-fov",
     "fisheye-mapping",
@@ -229,6 +231,7 @@ const RARE: [&str; 42] = [
     "sensor-height",
     "shift",
     "shutter",
+    "stereo",
     "strict",
     "tev",
     "texture-filter",

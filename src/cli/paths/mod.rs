@@ -43,6 +43,7 @@ pub(super) fn paths(args: &PathsArgs) -> Result<ExitCode, CliError> {
     let session = Session::load(&job.scene, job.settings.clone(), &loading);
     loading.finish();
     let session = session?;
+    session.check_one_view("pixel", &format!("{},{}", args.pixel[0], args.pixel[1]))?;
     outputs.refuse_inputs(session.files().iter().map(PathBuf::as_path))?;
     ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
     let renderer = session.renderer()?;

@@ -109,7 +109,9 @@ impl CubeLayout {
     pub fn place(&self, to: Vec3) -> Option<Vec2> {
         let face = Face::of(to);
         let [right, up, forward] = face.axes([Vec3::X, Vec3::Y, Vec3::Z]).map(|axis| axis.dot(to));
-        let corner = self.corner(Face::ALL.iter().position(|other| *other == face)?).as_vec2();
+        let corner = self
+            .corner(Face::ALL.iter().position(|other| *other == face)?)
+            .as_vec2();
         let image = Vec2::new(right, -up) / forward;
         (forward > 0.0).then_some(corner + (image + 1.0) * (0.5 * self.side as f32))
     }

@@ -1,7 +1,7 @@
 //! Descriptions of cameras without the size of the image: pose, lens, motion and projection.
 
-use super::{Aperture, Camera, CameraError, Projection};
-use crate::math::{UVec2, Vec3, encode_fields};
+use super::{Aperture, Camera, CameraError, Projection, Stereo};
+use crate::math::{Encode, UVec2, Vec3, encode_fields};
 
 /// Position and orientation of a camera. Lengths are in scene units.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +71,8 @@ pub struct CameraDescription {
     pub aperture: Option<Aperture>,
     /// Projection. Only a perspective uses the `vertical_fov` of the parameters.
     pub projection: Projection,
+    /// Pair of eyes; `None` if the picture has one view.
+    pub stereo: Option<Stereo>,
 }
 
 impl CameraDescription {
@@ -81,10 +83,11 @@ impl CameraDescription {
             motion: None,
             aperture: None,
             projection: Projection::default(),
+            stereo: None,
         }
     }
 
-    /// Camera for an image of `resolution` pixels.
+    /// Camera for an image of `resolution` pixels: the camera in the middle of a pair of eyes.
     pub fn camera(&self, resolution: UVec2) -> Result<Camera, CameraError> {
         let camera = match self.motion {
             None => Camera::new(self.parameters, resolution),
@@ -108,9 +111,23 @@ encode_fields!(CameraParameters {
     lens_radius,
     focus_distance,
 });
-encode_fields!(CameraDescription {
-    parameters,
-    motion,
-    aperture,
-    projection,
-});
+
+impl Encode for CameraDescription {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        let Self {
+            parameters,
+            motion,
+            aperture,
+            projection,
+            stereo,
+        } = self;
+        parameters.encode(sink);
+        motion.encode(sink);
+        aperture.encode(sink);
+        projection.encode(sink);
+        // Encode eyes only if there are any, so that hashes of other cameras do not change
+        if let Some(stereo) = stereo {
+            stereo.encode(sink);
+        }
+    }
+}

@@ -28,7 +28,7 @@ pub struct LensPoint {
     /// Position in world space.
     pub p: Vec3,
     /// Direction to which cosines are measured: the view direction, or the direction of parallel
-    /// rays. Zero in panoramas and fisheyes, where all directions have equal weight.
+    /// rays. Zero in panoramas, cube maps and fisheyes, where all directions have equal weight.
     pub normal: Vec3,
     /// True if the point represents all parallel rays that come from the same point of the lens.
     pub is_far: bool,
@@ -93,7 +93,7 @@ impl Camera {
         let camera = self.at(time);
         if camera.film.is_curved() {
             let to = Vec3::new(w.dot(camera.right), w.dot(camera.up), w.dot(camera.forward));
-            let film = camera.film.place(to).filter(|film| camera.sees(*film))?;
+            let film = camera.film.place_of_direction(to).filter(|film| camera.sees(*film))?;
             let pdf = camera.film.density(to);
             return pdf.is_finite().then_some(Importance { film, we: pdf, pdf });
         }
@@ -134,6 +134,7 @@ impl Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::cubemap::CubeLayout;
     use crate::camera::{
         Aperture, CameraDescription, CameraMotion, CameraParameters, FisheyeMapping, Pose, Projection,
     };
@@ -184,6 +185,7 @@ mod tests {
             (lens, motion, None, parallel),
             (pinhole, motion, None, Projection::Panorama),
         ];
+        all.push((pinhole, motion, None, Projection::Cubemap));
         let fisheyes = FisheyeMapping::NAMES.iter().map(fisheye(170.0));
         let wide = FisheyeMapping::NAMES[..3].iter().map(fisheye(300.0));
         all.extend(
@@ -197,6 +199,12 @@ mod tests {
                 motion,
                 aperture,
                 projection,
+                stereo: None,
+            };
+            // A cube map has six squares
+            let resolution = match projection {
+                Projection::Cubemap => 2 * resolution.y / 3 * UVec2::new(3, 2),
+                _ => resolution,
             };
             description.camera(resolution).unwrap()
         };
@@ -219,9 +227,15 @@ mod tests {
                 let [place, lens, other, _] = numbers(i);
                 // Test film points outside the image too, for projections onto a plane
                 let margin = if is_flat { 0.25 } else { 0.0 };
-                let film = ((1.0 + 2.0 * margin) * place - margin) * size.as_vec2();
+                let film = ((1.0 + 2.0 * margin) * place - margin) * camera.resolution().as_vec2();
                 let time = other.x;
-                if !camera.sees(film) {
+                // At the border of a face, directions bend
+                let border = |cube: CubeLayout| {
+                    let side = cube.side as f32;
+                    let within = film - side * (film / side).floor();
+                    within.min_element().min(side - within.max_element()) < 0.1
+                };
+                if !camera.sees(film) || camera.film.cube.is_some_and(border) {
                     continue;
                 }
                 let ray = camera.ray(film, lens, time);

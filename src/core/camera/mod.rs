@@ -9,6 +9,7 @@ mod description;
 mod error;
 mod importance;
 mod projection;
+mod stereo;
 mod views;
 
 pub use aperture::{Aperture, BLADES};
@@ -18,6 +19,7 @@ pub use description::{CameraDescription, CameraMotion, CameraParameters, Pose};
 pub use error::CameraError;
 pub use importance::{Importance, LensPoint};
 pub use projection::{FisheyeMapping, Projection, ProjectionKind};
+pub use stereo::{Stereo, StereoLayout};
 pub use views::View;
 
 use crate::math::{Ray, UVec2, Vec2, Vec3};
@@ -45,6 +47,9 @@ pub struct Camera {
     shutter: [f32; 2],
     /// Face of a cube map to which the camera is turned.
     face: Face,
+    /// Position of the eye on the right axis, from the position of a stereo camera. `position`
+    /// includes it.
+    eye: f32,
 }
 
 impl Camera {
@@ -95,6 +100,7 @@ impl Camera {
             path: None,
             shutter: [0.0, 1.0],
             face: Face::Front,
+            eye: 0.0,
         })
     }
 
@@ -148,7 +154,10 @@ impl Camera {
     pub fn with_projection(self, projection: Projection, vertical_fov: f32) -> Result<Self, CameraError> {
         let film = Film::new(projection, vertical_fov, self.resolution)?;
         if film.is_curved() && self.lens_radius > 0.0 {
-            let message = format!("must be 0, not {}: panoramas, cubemaps and fisheyes have no lens", self.lens_radius);
+            let message = format!(
+                "must be 0, not {}: panoramas, cubemaps and fisheyes have no lens",
+                self.lens_radius
+            );
             return Err(CameraError::wrong("lens_radius", message));
         }
         Ok(Self { film, ..self })
@@ -198,8 +207,12 @@ impl Camera {
             None => *self,
             Some((pose, axes)) => {
                 let [right, up, forward] = self.face.axes(axes);
+                let position = match self.eye == 0.0 {
+                    true => pose.position,
+                    false => pose.position + self.eye * right,
+                };
                 Self {
-                    position: pose.position,
+                    position,
                     right,
                     up,
                     forward,
@@ -220,6 +233,26 @@ impl Camera {
             face,
             ..self
         }
+    }
+
+    /// The camera with an eye at the position `eye` on the right axis. It must not have an eye yet.
+    fn with_eye(self, eye: f32) -> Self {
+        if self.film.repeats() {
+            let mut film = self.film;
+            film.eye = eye;
+            return Self { film, ..self };
+        }
+        Self {
+            position: self.position + eye * self.right,
+            eye,
+            ..self
+        }
+    }
+
+    /// Returns true if each ray through the centre of the lens has an origin of its own, on a circle
+    /// around the position, as an eye of a panorama.
+    pub fn has_moving_eye(&self) -> bool {
+        self.film.eye != 0.0
     }
 
     /// Ray through `film` (pixels; origin top left, pixel centres at .5) from the lens point
@@ -313,7 +346,12 @@ impl Camera {
     pub fn depth(&self, p: Vec3, time: f32) -> f32 {
         let camera = self.at(time);
         if camera.film.is_curved() {
-            return p.distance(camera.position);
+            let squared = p.distance_squared(camera.position) - camera.film.eye * camera.film.eye;
+            return if self.has_moving_eye() {
+                squared.max(0.0).sqrt()
+            } else {
+                p.distance(camera.position)
+            };
         }
         (p - camera.position).dot(camera.forward)
     }

@@ -175,7 +175,10 @@ pub(super) struct Film {
     /// Lens of a calibrated camera.
     pub lens: Option<CalibratedLens>,
     /// Positions of the faces of a cube map.
-    cube: Option<CubeLayout>,
+    pub cube: Option<CubeLayout>,
+    /// Radius of the circle of the right eye of a panorama; negative for the left eye, and 0 if all
+    /// rays have one origin.
+    pub eye: f32,
 }
 
 impl Film {
@@ -190,15 +193,15 @@ impl Film {
         };
         let cube = match projection {
             Projection::Cubemap => {
-                let message = || {
-                    format!(
-                        "`cubemap` shows six squares in a row, in a column, or in two rows, not in a picture of {}x{}: its size may be {}",
-                        resolution.x,
-                        resolution.y,
-                        CubeLayout::sizes(resolution)
-                    )
+                let refused = || {
+                    let (width, height) = (resolution.x, resolution.y);
+                    let message = format!(
+                        "`cubemap` shows six squares in a row, in a column, or in two rows, not in a picture of {width}x{height}"
+                    );
+                    let help = format!("use --size with one of {}", CubeLayout::sizes(resolution));
+                    CameraError::no_place("projection", message, help)
                 };
-                Some(CubeLayout::of(resolution).ok_or_else(|| CameraError::wrong("projection", message()))?)
+                Some(CubeLayout::of(resolution).ok_or_else(refused)?)
             }
             _ => None,
         };
@@ -243,6 +246,7 @@ impl Film {
             size,
             lens,
             cube,
+            eye: 0.0,
         })
     }
 
@@ -310,7 +314,11 @@ impl Film {
                 let latitude = (0.5 - film.y / self.size.y) * PI;
                 let (sin, cos) = image.x.sin_cos();
                 let level = sin * right + cos * forward;
-                (Vec3::ZERO, latitude.cos() * level + latitude.sin() * up)
+                let place = match self.eye == 0.0 {
+                    true => Vec3::ZERO,
+                    false => self.eye * (cos * right - sin * forward),
+                };
+                (place, latitude.cos() * level + latitude.sin() * up)
             }
             Projection::Fisheye { mapping, .. } => {
                 let radius = image.length();
@@ -366,6 +374,12 @@ impl Film {
         }
     }
 
+    /// Film position of the direction `to`, in coordinates along right, up and forward; `None` if no
+    /// film position has the direction.
+    pub fn place_of_direction(&self, to: Vec3) -> Option<Vec2> {
+        Self { eye: 0.0, ..*self }.place(to)
+    }
+
     /// Film position of the point `to` relative to the camera, in coordinates along right, up and
     /// forward; `None` if no film position shows the point.
     pub fn place(&self, to: Vec3) -> Option<Vec2> {
@@ -373,6 +387,18 @@ impl Film {
         let image = match self.projection {
             Projection::Perspective { .. } => (to.z > 0.0).then(|| plane / to.z)?,
             Projection::Orthographic { .. } => (to.z > 0.0).then_some(plane)?,
+            Projection::Panorama if self.eye != 0.0 => {
+                // The ray to the point is a tangent of the circle of the eye.
+                let squared = to.x * to.x + to.z * to.z - self.eye * self.eye;
+                let level = (squared > 0.0).then_some(squared)?.sqrt();
+                let longitude = to.x.atan2(to.z) - self.eye.atan2(level);
+                let turns = (longitude / TAU).round();
+                let film = Vec2::new(
+                    (longitude - TAU * turns) / self.scale + 0.5 * self.size.x,
+                    (0.5 - to.y.atan2(level) / PI) * self.size.y,
+                );
+                return Some(film);
+            }
             Projection::Panorama => {
                 let latitude = to.y.atan2(to.x.hypot(to.z));
                 let film = Vec2::new(to.x.atan2(to.z) / self.scale, (0.5 - latitude / PI) * self.size.y);
@@ -420,6 +446,7 @@ mod tests {
             Projection::Orthographic { height: 3.0, shift },
             Projection::Panorama,
         ];
+        let cube = Film::new(Projection::Cubemap, 70.0, UVec2::new(72, 48)).unwrap();
         for &(_, mapping) in FisheyeMapping::NAMES {
             all.push(Projection::Fisheye {
                 mapping,
@@ -437,7 +464,12 @@ mod tests {
             all.push(Projection::Calibrated { intrinsics, distortion });
         }
         let film = |projection| Film::new(projection, 70.0, UVec2::new(64, 48)).unwrap();
-        all.into_iter().map(film).collect()
+        let eyes = [-0.3, 0.3].map(|eye| Film {
+            eye,
+            ..film(Projection::Panorama)
+        });
+        let plain = all.into_iter().map(film);
+        plain.chain(eyes).chain([cube]).collect()
     }
 
     /// Points on the film equal the film positions of their rays.

@@ -22,19 +22,34 @@ impl CameraDescription {
     /// Size of a view of a picture of `resolution` pixels: the size of the picture if it has one
     /// view.
     pub fn view_size(&self, resolution: UVec2) -> UVec2 {
-        match self.projection {
-            Projection::Cubemap => CubeLayout::of(resolution).map_or(resolution, |layout| UVec2::splat(layout.side)),
+        match (self.projection, self.stereo) {
+            (Projection::Cubemap, _) => {
+                CubeLayout::of(resolution).map_or(resolution, |layout| UVec2::splat(layout.side))
+            }
+            (_, Some(stereo)) => stereo.layout.view_size(resolution),
             _ => resolution,
         }
     }
 
     /// Views of a picture of `resolution` pixels, row by row. There is one view, except in cube
-    /// maps, where each face is a view.
+    /// maps, where each face is a view, and in stereo pictures, where each eye has a view.
     ///
     /// # Errors
     ///
     /// A camera is invalid, or the picture cannot be divided into views.
     pub fn views(&self, resolution: UVec2) -> Result<Vec<View>, CameraError> {
+        if let Some(stereo) = self.stereo {
+            stereo.check(&self.projection, resolution)?;
+            let view = |(corner, eye)| {
+                let projection = stereo.projection(eye, self.projection, &self.parameters);
+                let middle = Self { projection, ..*self }.camera(stereo.layout.view_size(resolution))?;
+                Ok(View {
+                    camera: middle.with_eye(eye),
+                    corner,
+                })
+            };
+            return stereo.eyes(resolution).into_iter().map(view).collect();
+        }
         let whole = self.camera(resolution)?;
         let layout = match self.projection {
             Projection::Cubemap => CubeLayout::of(resolution),

@@ -185,7 +185,11 @@ impl Film {
             view: self.view,
             crop,
             first: self.first,
-            tiles: self.tiles.drain(first..end).map(|tile| tile.moved_back(corner)).collect(),
+            tiles: self
+                .tiles
+                .drain(first..end)
+                .map(|tile| tile.moved_back(corner))
+                .collect(),
             views: vec![ViewTiles {
                 corner: UVec2::ZERO,
                 crop,

@@ -3,6 +3,7 @@
 use super::calibration::{DistortionCoefficients, Pose, PoseMatrix};
 use crate::camera::{
     Aperture, BLADES, CameraDescription, Distortion, FisheyeMapping, Intrinsics, Projection, ProjectionKind,
+    StereoLayout,
 };
 use crate::guess::{Elevation, Orbit, Stand, View};
 use crate::math::{DVec3, Vec2, Vec3};
@@ -51,6 +52,17 @@ parameters! {
         fisheye_fov: f32 = 180.0, in Range::FromTo(1.0, 360.0);
         /// Mapping of a fisheye: equidistant, equisolid, stereographic or orthographic
         fisheye_mapping: FisheyeMapping = FisheyeMapping::Equidistant;
+        /// Stereo picture: the left eye's view at the left, or at the top
+        ///
+        /// For perspectives with parallel axes, and for panoramas, whose eyes turn with the
+        /// direction. Each view has half of the picture.
+        stereo: StereoLayout, default "off";
+        /// Distance of the eyes of a stereo picture in scene units
+        eye_distance: f32, default "0.064 m; the unit is that of the OBJ file, or the metre", in Range::Above(0.0);
+        /// Depth of objects without disparity, in scene units
+        ///
+        /// It shifts the pictures of the eyes, and turns no axis. For a stereo perspective.
+        convergence: f32, default "infinite: no shift", in Range::Above(0.0);
         /// Focal lengths and principal point of a calibrated camera
         ///
         /// In pixels; the first pixel has its centre at 0.5, 0.5. For perspective and fisheye
@@ -227,6 +239,9 @@ impl CameraOptions {
             aperture_rotation: aperture.map(|Aperture { rotation, .. }| rotation),
             focus_distance: Some(parameters.focus_distance),
             shutter: motion.map(|motion| Shutter(motion.shutter)),
+            stereo: description.stereo.map(|stereo| stereo.layout),
+            eye_distance: description.stereo.map(|stereo| stereo.eye_distance),
+            convergence: description.stereo.and_then(|stereo| stereo.convergence),
             position_close: close.map(|pose| pose.position),
             look_at_close: close.map(|pose| pose.look_at),
             up_close: close.map(|pose| pose.up),

@@ -1,6 +1,6 @@
 //! Types whose values users choose by name.
 
-use crate::camera::{FisheyeMapping, ProjectionKind};
+use crate::camera::{FisheyeMapping, ProjectionKind, StereoLayout};
 use crate::color::tone::Curve;
 use crate::compare::CommonErrors;
 use crate::film::FilterKind;
@@ -44,6 +44,7 @@ named_elsewhere!(
     FisheyeMapping,
     ProjectionKind,
     SamplerKind,
+    StereoLayout,
     Curve,
     TextureFilter,
     View

@@ -163,6 +163,14 @@ impl FileCamera {
     /// The format does not support the projection, an existing file has other contents, or writing
     /// fails.
     pub fn write(&self, path: &Path) -> Result<(), FileError> {
+        if let Some(layout) = self.options.stereo {
+            let message = format!(
+                "the file has no place for the two eyes of a camera with stereo `{}`",
+                layout.text()
+            );
+            let help = "leave out --stereo; --dump-scene writes every camera";
+            return Err(FileError::new(path, message).help(help));
+        }
         if is_transforms(path) {
             transforms::write(path, self)
         } else {

@@ -18,6 +18,7 @@ fn description(projection: Projection) -> CameraDescription {
     };
     CameraDescription {
         projection,
+        stereo: None,
         ..CameraDescription::still(parameters)
     }
 }

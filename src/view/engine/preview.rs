@@ -61,7 +61,9 @@ impl Engine<'_> {
             true => (pixels / (self.rate * FIRST_SAMPLE)).sqrt().ceil().clamp(1.0, 8.0) as u32,
             false => FIRST_FACTOR,
         };
-        UVec2::max(size / factor, UVec2::ONE)
+        // Each face of a cube map becomes smaller, so that the picture still has six squares
+        let view = self.camera.view_size(size);
+        (size / view) * UVec2::max(view / factor, UVec2::ONE)
     }
 
     /// Settings of a picture with few samples, by a method without preparation.

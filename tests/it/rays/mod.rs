@@ -7,3 +7,4 @@ mod camera_files;
 mod cuts;
 mod drawings;
 mod projections;
+mod views;

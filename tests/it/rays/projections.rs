@@ -192,7 +192,7 @@ fn impossible_projections_are_errors() {
         ),
         (
             "--projection panorama --lens-radius 0.1",
-            "panoramas and fisheyes have no lens",
+            "panoramas, cubemaps and fisheyes have no lens",
         ),
         (
             "--projection fisheye --fisheye-fov 200 --fisheye-mapping orthographic",

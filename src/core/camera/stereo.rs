@@ -1,0 +1,125 @@
+//! Stereo pictures: one view for each eye.
+//!
+//! The eyes of a perspective are on its right axis, half of the eye distance from its position. The
+//! axes of both eyes are parallel, so an object at the depth z has the disparity f b / z, for the
+//! focal length f in pixels and the eye distance b. A convergence shifts the planes of the pictures
+//! (off-axis), which turns no axis and makes no vertical disparity: objects at the depth of
+//! convergence have no disparity.
+//!
+//! A panorama has eyes on a circle around its position (omni-directional stereo: Peleg, Ben-Ezra and
+//! Pritch 2001, "Omnistereo: Panoramic Stereo Imaging"). The ray of each pixel is a tangent of the
+//! circle.
+
+use super::{CameraError, CameraParameters, Projection};
+use crate::math::{UVec2, encode_fields, encode_variants};
+
+/// Place of the views of a stereo picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StereoLayout {
+    /// The left half is the view of the left eye.
+    SideBySide,
+    /// The upper half is the view of the left eye.
+    TopBottom,
+}
+
+encode_variants!(StereoLayout { 0 => SideBySide, 1 => TopBottom });
+
+impl StereoLayout {
+    /// Names that users type.
+    pub const NAMES: &[(&str, Self)] = &[("side-by-side", Self::SideBySide), ("top-bottom", Self::TopBottom)];
+
+    /// Columns and rows of views.
+    fn grid(self) -> UVec2 {
+        match self {
+            Self::SideBySide => UVec2::new(2, 1),
+            Self::TopBottom => UVec2::new(1, 2),
+        }
+    }
+
+    /// Size of a view of a picture of `resolution` pixels. An odd width or height is rounded down.
+    pub fn view_size(self, resolution: UVec2) -> UVec2 {
+        (resolution / self.grid()).max(UVec2::ONE)
+    }
+}
+
+/// A pair of eyes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stereo {
+    /// Place of the views in the picture.
+    pub layout: StereoLayout,
+    /// Distance of the eyes in scene units.
+    pub eye_distance: f32,
+    /// Depth along the view axis, in scene units, at which objects have no disparity; `None` if the
+    /// axes are parallel. Only for perspectives.
+    pub convergence: Option<f32>,
+}
+
+encode_fields!(Stereo {
+    layout,
+    eye_distance,
+    convergence,
+});
+
+impl Stereo {
+    /// Returns an error if a value is out of range, or if the pair does not fit the projection or
+    /// the size of the picture.
+    pub(super) fn check(&self, projection: &Projection, resolution: UVec2) -> Result<(), CameraError> {
+        let values = [
+            ("eye_distance", Some(self.eye_distance)),
+            ("convergence", self.convergence),
+        ];
+        for (parameter, value) in values {
+            if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
+                return Err(CameraError::not_positive(parameter, value));
+            }
+        }
+        match projection {
+            Projection::Perspective { .. } => {}
+            Projection::Panorama if self.convergence.is_none() => {}
+            Projection::Panorama => {
+                let message = "needs a perspective: the rays of panoramas have parallel axes";
+                return Err(CameraError::wrong("convergence", message));
+            }
+            _ => {
+                let message = "needs a perspective without `intrinsics`, or a panorama";
+                return Err(CameraError::wrong("stereo", message));
+            }
+        }
+        let (side, size) = match self.layout {
+            StereoLayout::SideBySide => ("width", resolution.x),
+            StereoLayout::TopBottom => ("height", resolution.y),
+        };
+        match size % 2 {
+            0 => Ok(()),
+            _ => Err(CameraError {
+                parameter: "stereo",
+                message: format!("needs a picture of an even {side}, for two equal views, not {size} pixels"),
+                help: Some(format!("use --size with a {side} of {}", size.saturating_add(1))),
+            }),
+        }
+    }
+
+    /// First pixels of the views of the left and the right eye, and the positions of the eyes on
+    /// the right axis.
+    pub(super) fn eyes(&self, resolution: UVec2) -> [(UVec2, f32); 2] {
+        let second = match self.layout {
+            StereoLayout::SideBySide => UVec2::new(resolution.x / 2, 0),
+            StereoLayout::TopBottom => UVec2::new(0, resolution.y / 2),
+        };
+        let half = 0.5 * self.eye_distance;
+        [(UVec2::ZERO, -half), (second, half)]
+    }
+
+    /// Projection of the eye at the position `eye` on the right axis, for the mean projection of
+    /// both eyes.
+    pub(super) fn projection(&self, eye: f32, projection: Projection, parameters: &CameraParameters) -> Projection {
+        match (projection, self.convergence) {
+            (Projection::Perspective { mut shift }, Some(depth)) => {
+                let height = 2.0 * (0.5 * parameters.vertical_fov.to_radians()).tan();
+                shift.x -= eye / (depth * height);
+                Projection::Perspective { shift }
+            }
+            (projection, _) => projection,
+        }
+    }
+}

@@ -250,9 +250,9 @@ fn methods_agree_in_every_view() {
     for (views, width, count) in VIEWS {
         let flags = format!("{views} --max-depth 4 --position 0.3,0.1,0.5 --look-at 0,0,-1");
         let shape = (width, count);
-        let expected = regions(&folder, &format!("{flags} --spp 256"), shape, 8);
+        let expected = regions(&folder, &format!("{flags} --spp 128"), shape, 8);
         for method in UNBIASED.into_iter().filter(|method| takes(method, views)) {
-            let found = regions(&folder, &format!("{flags} --integrator {method} --spp 64"), shape, 8);
+            let found = regions(&folder, &format!("{flags} --integrator {method} --spp 16"), shape, 8);
             for (view, (found, expected)) in found.iter().zip(&expected).enumerate() {
                 assert_same_mean(format!("{views}, {method}, view {view}"), *found, *expected);
             }

@@ -249,8 +249,8 @@ impl Camera {
         }
     }
 
-    /// Returns true if each ray through the centre of the lens has an origin of its own, on a circle
-    /// around the position, as an eye of a panorama.
+    /// Returns true if each ray through the centre of the lens has a separate origin, on a circle
+    /// around the position, as for an eye of a panorama.
     pub fn has_moving_eye(&self) -> bool {
         self.film.eye != 0.0
     }

@@ -374,8 +374,8 @@ impl Film {
         }
     }
 
-    /// Film position of the direction `to`, in coordinates along right, up and forward; `None` if no
-    /// film position has the direction.
+    /// Film position of the direction `to`, in coordinates along right, up and forward. `None` if
+    /// no film position has the direction.
     pub fn place_of_direction(&self, to: Vec3) -> Option<Vec2> {
         Self { eye: 0.0, ..*self }.place(to)
     }

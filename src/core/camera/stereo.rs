@@ -6,11 +6,11 @@
 //! (off-axis), which turns no axis and makes no vertical disparity: objects at the depth of
 //! convergence have no disparity.
 //!
-//! A panorama has eyes on a circle around its position (omni-directional stereo: Peleg, Ben-Ezra and
-//! Pritch 2001, "Omnistereo: Panoramic Stereo Imaging"). The ray of each pixel is a tangent of the
-//! circle.
+//! A panorama has eyes on a circle around its position (omni-directional stereo: Peleg, Ben-Ezra
+//! and Pritch 2001, "Omnistereo: Panoramic Stereo Imaging"). The ray of each pixel is a tangent of
+//! the circle.
 
-use super::{CameraError, CameraParameters, Projection};
+use super::{CameraError, Projection};
 use crate::math::{UVec2, encode_fields, encode_variants};
 
 /// Place of the views of a stereo picture.
@@ -111,11 +111,11 @@ impl Stereo {
     }
 
     /// Projection of the eye at the position `eye` on the right axis, for the mean projection of
-    /// both eyes.
-    pub(super) fn projection(&self, eye: f32, projection: Projection, parameters: &CameraParameters) -> Projection {
+    /// both eyes. `vertical_fov` is in degrees.
+    pub(super) fn projection(&self, eye: f32, projection: Projection, vertical_fov: f32) -> Projection {
         match (projection, self.convergence) {
             (Projection::Perspective { mut shift }, Some(depth)) => {
-                let height = 2.0 * (0.5 * parameters.vertical_fov.to_radians()).tan();
+                let height = 2.0 * (0.5 * vertical_fov.to_radians()).tan();
                 shift.x -= eye / (depth * height);
                 Projection::Perspective { shift }
             }

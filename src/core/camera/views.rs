@@ -41,7 +41,7 @@ impl CameraDescription {
         if let Some(stereo) = self.stereo {
             stereo.check(&self.projection, resolution)?;
             let view = |(corner, eye)| {
-                let projection = stereo.projection(eye, self.projection, &self.parameters);
+                let projection = stereo.projection(eye, self.projection, self.parameters.vertical_fov);
                 let middle = Self { projection, ..*self }.camera(stereo.layout.view_size(resolution))?;
                 Ok(View {
                     camera: middle.with_eye(eye),

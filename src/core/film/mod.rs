@@ -167,11 +167,6 @@ impl Film {
         self.view
     }
 
-    /// Number of views.
-    pub fn view_count(&self) -> usize {
-        self.views.len()
-    }
-
     /// Calls `work` with the film of the view with index `index`, as if the view was a picture, and
     /// takes its samples over. `None` if the crop does not contain a pixel of the view.
     pub fn with_view<T>(&mut self, index: usize, work: impl FnOnce(&mut Self) -> T) -> Option<T> {

@@ -9,11 +9,11 @@ use crate::guess::position_text;
 use crate::io::Warning;
 use crate::light::LightId;
 use crate::math::{DVec3, Vec3};
-use crate::scene::SceneBuilder;
+use crate::scene::{PartSize, SceneBuilder};
 use crate::session::{
     CameraSettings, FoundCamera, LitWords, Memory, Settings, all_threads, camera_and_lit, thread_pool,
 };
-use serde_json::json;
+use serde_json::{Value, json};
 use std::process::ExitCode;
 
 /// Prints the contents of a scene.
@@ -46,7 +46,8 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let count = |kind: &str| scene.lights().iter().filter(|l| l.kind() == kind).count();
     let groups = scene.light_groups();
     let members = |group: usize| (0..scene.lights().len()).filter(move |&id| groups.of(LightId(id as u32)) == group);
-    let info = json!({
+    let parts = scene.part_sizes();
+    let mut info = json!({
         "scene": args.scene.display().to_string(),
         "meshes": scene.meshes().len(),
         "triangles": scene.triangle_count(),
@@ -64,11 +65,6 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
             "ior": m.ior,
             "thin": m.thin,
             "emission": decimal(m.emission.to_array()),
-        })).collect::<Vec<_>>(),
-        "parts": scene.part_sizes().iter().map(|part| json!({
-            "name": Some(&part.name).filter(|name| !name.is_empty()),
-            "triangles": part.triangles,
-            "area": decimal_of(part.area),
         })).collect::<Vec<_>>(),
         "lights": {
             "triangle": count("triangle"),
@@ -112,10 +108,19 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
         },
         "warnings": warnings.iter().map(|w| &w.text).collect::<Vec<_>>(),
     });
+    // A file may have as many parts as faces, so JSON values are made only if they are printed.
     if args.json {
+        let values = parts.iter().map(|part| {
+            json!({
+                "name": Some(&part.name).filter(|name| !name.is_empty()),
+                "triangles": part.triangles,
+                "area": decimal_of(part.area),
+            })
+        });
+        info["parts"] = values.collect();
         outln!("{info:#}");
     } else {
-        print_text(&info, &warnings);
+        print_text(&info, &parts, &warnings);
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -136,7 +141,7 @@ pub(super) fn in_file(p: Vec3, origin: DVec3) -> [f64; 3] {
     position_text(p, origin).map(|x| x.parse().unwrap_or(f64::NAN))
 }
 
-fn print_text(info: &serde_json::Value, warnings: &[Warning]) {
+fn print_text(info: &Value, parts: &[PartSize], warnings: &[Warning]) {
     let text = |v: &serde_json::Value| v.as_str().map_or_else(|| v.to_string(), str::to_string);
     let megabytes = |v: &serde_json::Value| v.as_u64().unwrap_or(0) as f64 / 1e6;
     outln!("{}", text(&info["scene"]));
@@ -219,14 +224,13 @@ fn print_text(info: &serde_json::Value, warnings: &[Warning]) {
             m["emission"]
         );
     }
-    let parts = info["parts"].as_array().map_or(&[][..], Vec::as_slice);
     if !parts.is_empty() {
         outln!("  parts");
     }
     for part in parts {
-        let name = part["name"].as_str().unwrap_or("(no name)");
-        let triangles = words::count(part["triangles"].as_u64().unwrap_or(0), "triangle");
-        outln!("    {name}: {triangles}, area {}", part["area"]);
+        let name = if part.name.is_empty() { "(no name)" } else { &part.name };
+        let triangles = words::count(part.triangles, "triangle");
+        outln!("    {name}: {triangles}, area {}", Value::from(decimal_of(part.area)));
     }
     for warning in warnings {
         let kind = if warning.is_note() { "note" } else { "warning" };

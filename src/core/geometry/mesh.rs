@@ -283,7 +283,10 @@ pub fn retain_triangles(triangles: &mut Vec<[u32; 3]>, parts: &mut Vec<u32>, mut
     let mut kept = 0;
     for i in 0..triangles.len() {
         if keeps(&triangles[i]) {
-            (triangles[kept], parts[kept]) = (triangles[i], parts[i]);
+            // Usually all are kept: write nothing
+            if kept < i {
+                (triangles[kept], parts[kept]) = (triangles[i], parts[i]);
+            }
             kept += 1;
         }
     }

@@ -13,7 +13,7 @@ mod subdivision;
 
 pub use hit::{GeomId, Hit, InstanceId, PrimId, crossing};
 pub use mesh::{Facet, Mesh, SurfacePoint, corners_at, retain_triangles, triangle_area, triangle_normal};
-pub use part_names::{PartNames, UNNAMED};
+pub use part_names::{PartList, PartNames, UNNAMED};
 pub use placement::{PlacedTriangle, Placement, rounding};
 pub use spawn::{Side, offset_origin, offset_to, ray_between, ray_towards, segment};
 pub use subdivision::{ControlMesh, IrregularEdges, MAX_STEPS, Scheme, SubdividedMesh};

@@ -1,30 +1,21 @@
 use crate::math::Glob;
 use crate::math::hash::mix;
 use hashbrown::HashTable;
+use hashbrown::hash_table::Entry;
 use std::borrow::Cow;
 
 /// Part of triangles without a name.
 pub const UNNAMED: u32 = 0;
 
-/// Unique names of parts: the name of an object, and the names of its groups. A file may have as
-/// many parts as triangles, so all names are in one text, and the hash table holds indices only.
+/// Names of parts, one after the other: the name of an object, and the names of its groups. A file
+/// may have as many parts as triangles, so all names are in one text.
 ///
-/// Parts are numbered from 1. [`UNNAMED`] is the part without names.
+/// Parts are numbered from 1.
 #[derive(Clone, Debug, Default)]
-pub struct PartNames {
+pub struct PartList {
     /// Names of the object and of the groups of each part, one after the other.
     text: String,
     ends: Vec<End>,
-    /// Parts by the hash of their names.
-    table: HashTable<Slot>,
-}
-
-/// A part in the hash table.
-#[derive(Clone, Copy, Debug)]
-struct Slot {
-    /// Hash of the part's names, so that names of different parts are rarely compared.
-    hash: u32,
-    part: u32,
 }
 
 /// Ends of the two names of a part in the text.
@@ -34,23 +25,9 @@ struct End {
     groups: u32,
 }
 
-impl PartNames {
-    /// Part with these names, which is added if it is new. [`UNNAMED`] if the text would be longer
-    /// than 4 GiB.
-    pub fn find_or_add(&mut self, object: &str, groups: &str) -> u32 {
-        if object.is_empty() && groups.is_empty() {
-            return UNNAMED;
-        }
-        if self.table.len() < self.ends.len() {
-            // Fill the table again: [`Self::shrink_to_fit`] freed it
-            self.fill_table();
-        }
-        let hash = hash(object, groups);
-        let is_same =
-            |slot: &Slot| slot.hash == hash && self.object(slot.part) == object && self.groups(slot.part) == groups;
-        if let Some(slot) = self.table.find(spread(hash), is_same) {
-            return slot.part;
-        }
+impl PartList {
+    /// Adds a part, and returns its number. [`UNNAMED`] if the text would be longer than 4 GiB.
+    pub fn push(&mut self, object: &str, groups: &str) -> u32 {
         let end = |length: usize| u32::try_from(length).ok();
         let object_end = self.text.len() + object.len();
         let (Some(of_object), Some(of_groups)) = (end(object_end), end(object_end + groups.len())) else {
@@ -62,44 +39,7 @@ impl PartNames {
             object: of_object,
             groups: of_groups,
         });
-        let part = self.ends.len() as u32;
-        self.add_to_table(part, hash);
-        part
-    }
-
-    /// Adds the parts of `other`. Returns their new numbers, starting with [`UNNAMED`].
-    pub fn append(&mut self, other: &Self) -> Vec<u32> {
-        let parts = other
-            .parts()
-            .map(|part| self.find_or_add(other.object(part), other.groups(part)));
-        std::iter::once(UNNAMED).chain(parts).collect()
-    }
-
-    /// Reserves memory for `count` new parts.
-    pub fn reserve(&mut self, count: usize) {
-        self.table.reserve(count, |slot| spread(slot.hash));
-    }
-
-    /// Frees the memory that only new names need. Names that are added later are found as before.
-    pub fn shrink_to_fit(&mut self) {
-        self.table = HashTable::new();
-        self.text.shrink_to_fit();
-        self.ends.shrink_to_fit();
-    }
-
-    /// Number of parts with names.
-    pub fn len(&self) -> usize {
-        self.ends.len()
-    }
-
-    /// Returns true if no part has a name.
-    pub fn is_empty(&self) -> bool {
-        self.ends.is_empty()
-    }
-
-    /// Parts with names, in the order of addition.
-    pub fn parts(&self) -> impl Iterator<Item = u32> + use<> {
-        1..=self.ends.len() as u32
+        self.ends.len() as u32
     }
 
     /// Name of the object of a part; empty if it has none.
@@ -112,6 +52,156 @@ impl PartNames {
     pub fn groups(&self, part: u32) -> &str {
         let end = self.end(part);
         self.text(end.object, end.groups)
+    }
+
+    /// Names of the object and of the groups of each part.
+    fn iter(&self) -> impl Iterator<Item = (&str, &str)> {
+        (1..=self.ends.len() as u32).map(|part| (self.object(part), self.groups(part)))
+    }
+
+    /// Frees unused memory.
+    pub fn shrink_to_fit(&mut self) {
+        self.text.shrink_to_fit();
+        self.ends.shrink_to_fit();
+    }
+
+    fn bytes(&self) -> usize {
+        self.text.len() + size_of_val(self.ends.as_slice())
+    }
+
+    fn end(&self, part: u32) -> End {
+        let none = End { object: 0, groups: 0 };
+        let index = (part as usize).checked_sub(1);
+        index.and_then(|index| self.ends.get(index)).copied().unwrap_or(none)
+    }
+
+    fn text(&self, start: u32, end: u32) -> &str {
+        self.text.get(start as usize..end as usize).unwrap_or_default()
+    }
+}
+
+/// Unique names of parts: the name of an object, and the names of its groups. The hash table has
+/// indices only, and exists only while parts are added.
+///
+/// Parts are numbered from 1. [`UNNAMED`] is the part without names.
+#[derive(Clone, Debug, Default)]
+pub struct PartNames {
+    list: PartList,
+    /// Parts by the hash of their names.
+    table: HashTable<Slot>,
+}
+
+/// A part in the hash table.
+#[derive(Clone, Copy, Debug)]
+struct Slot {
+    /// Hash of the part's names, so that names of different parts are rarely compared.
+    hash: u32,
+    part: u32,
+}
+
+impl PartNames {
+    /// Part with these names, which is added if it is new. [`UNNAMED`] if the text would be longer
+    /// than 4 GiB.
+    pub fn find_or_add(&mut self, object: &str, groups: &str) -> u32 {
+        if object.is_empty() && groups.is_empty() {
+            return UNNAMED;
+        }
+        if self.table.len() < self.len() {
+            // Fill the table again: [`Self::shrink_to_fit`] freed it
+            self.fill_table();
+        }
+        find_or_push(&mut self.list, &mut self.table, hash(object, groups), object, groups)
+    }
+
+    /// Adds the parts of `other`. Returns their new numbers, starting with [`UNNAMED`].
+    pub fn append(&mut self, other: &Self) -> Vec<u32> {
+        let parts = other
+            .parts()
+            .map(|part| self.find_or_add(other.object(part), other.groups(part)));
+        std::iter::once(UNNAMED).chain(parts).collect()
+    }
+
+    /// Unique names of the parts of `lists`, and the number of each part, in the order of the lists.
+    ///
+    /// If each face is a part, nearly all names differ. A hash table of all names would take most
+    /// of the time in cache misses. Hashes are therefore first entered in a set of 16 to 32 bits
+    /// per part, and only names whose bit was set twice are compared.
+    pub fn join<'l>(lists: impl Iterator<Item = &'l PartList> + Clone) -> (Self, Vec<u32>) {
+        let sum = |(count, bytes): (usize, usize), list: &PartList| (count + list.ends.len(), bytes + list.text.len());
+        let (count, bytes) = lists.clone().fold((0, 0), sum);
+        let mut names = Self {
+            list: PartList {
+                text: String::with_capacity(bytes),
+                ends: Vec::with_capacity(count),
+            },
+            table: HashTable::new(),
+        };
+        let of_all = |list: &'l PartList| list.iter();
+        let mut hashes = Vec::with_capacity(count);
+        hashes.extend(
+            lists
+                .clone()
+                .flat_map(of_all)
+                .map(|(object, groups)| hash(object, groups)),
+        );
+        let bits = (16 * count).next_power_of_two().clamp(64, 1 << 32);
+        let place = |hash: u32| {
+            let bit = hash as usize & (bits - 1);
+            (bit / 64, 1u64 << (bit % 64))
+        };
+        let (mut once, mut twice) = (vec![0u64; bits / 64], vec![0u64; bits / 64]);
+        for &hash in &hashes {
+            let (word, mask) = place(hash);
+            twice[word] |= once[word] & mask;
+            once[word] |= mask;
+        }
+        drop(once);
+        let mut repeated = HashTable::new();
+        let mut numbers = hashes;
+        for ((object, groups), number) in lists.flat_map(of_all).zip(&mut numbers) {
+            let hash = *number;
+            let (word, mask) = place(hash);
+            *number = if object.is_empty() && groups.is_empty() {
+                UNNAMED
+            } else if twice[word] & mask == 0 {
+                names.list.push(object, groups)
+            } else {
+                find_or_push(&mut names.list, &mut repeated, hash, object, groups)
+            };
+        }
+        names.list.shrink_to_fit();
+        (names, numbers)
+    }
+
+    /// Frees the memory that only new names need. Names that are added later are found as before.
+    pub fn shrink_to_fit(&mut self) {
+        self.table = HashTable::new();
+        self.list.shrink_to_fit();
+    }
+
+    /// Number of parts with names.
+    pub fn len(&self) -> usize {
+        self.list.ends.len()
+    }
+
+    /// Returns true if no part has a name.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Parts with names, in the order of addition.
+    pub fn parts(&self) -> impl Iterator<Item = u32> + use<> {
+        1..=self.len() as u32
+    }
+
+    /// Name of the object of a part; empty if it has none.
+    pub fn object(&self, part: u32) -> &str {
+        self.list.object(part)
+    }
+
+    /// Names of the groups of a part, as in the file: one name, or several separated by blanks.
+    pub fn groups(&self, part: u32) -> &str {
+        self.list.groups(part)
     }
 
     /// Name of a part: the name of its object or of its groups, or `OBJECT/GROUPS` if these differ.
@@ -128,37 +218,48 @@ impl PartNames {
     /// Returns true if `glob` matches the name of the part, its object, its groups, or one of its
     /// groups.
     pub fn fits(&self, part: u32, glob: &Glob) -> bool {
+        self.matched_name(part, glob).is_some()
+    }
+
+    /// Name of the part that `glob` matches: its object, its groups, one of its groups, or its
+    /// whole name.
+    pub fn matched_name(&self, part: u32, glob: &Glob) -> Option<Cow<'_, str>> {
         let groups = self.groups(part);
-        let names = [&*self.name(part), self.object(part), groups];
-        let mut names = names.into_iter().chain(groups.split_whitespace());
-        names.any(|name| !name.is_empty() && glob.matches(name))
+        let names = [self.object(part), groups].into_iter();
+        let mut names = names.chain(groups.split_whitespace()).filter(|name| !name.is_empty());
+        let matched = names.find(|name| glob.matches(name)).map(Cow::from);
+        matched.or_else(|| Some(self.name(part)).filter(|name| !name.is_empty() && glob.matches(name)))
     }
 
     /// Bytes of the names and their table.
     pub fn bytes(&self) -> usize {
-        self.text.len() + size_of_val(self.ends.as_slice()) + self.table.allocation_size()
-    }
-
-    fn end(&self, part: u32) -> End {
-        let none = End { object: 0, groups: 0 };
-        let index = (part as usize).checked_sub(1);
-        index.and_then(|index| self.ends.get(index)).copied().unwrap_or(none)
-    }
-
-    fn text(&self, start: u32, end: u32) -> &str {
-        self.text.get(start as usize..end as usize).unwrap_or_default()
+        self.list.bytes() + self.table.allocation_size()
     }
 
     fn fill_table(&mut self) {
         self.table.clear();
         for part in self.parts() {
-            self.add_to_table(part, hash(self.object(part), self.groups(part)));
+            let hash = hash(self.object(part), self.groups(part));
+            self.table
+                .insert_unique(spread(hash), Slot { hash, part }, |slot| spread(slot.hash));
         }
     }
+}
 
-    fn add_to_table(&mut self, part: u32, hash: u32) {
-        self.table
-            .insert_unique(spread(hash), Slot { hash, part }, |slot| spread(slot.hash));
+/// Part of `list` with these names, whose hash is `hash`. If `table` has no such part, it is added to
+/// both.
+fn find_or_push(list: &mut PartList, table: &mut HashTable<Slot>, hash: u32, object: &str, groups: &str) -> u32 {
+    let is_same =
+        |slot: &Slot| slot.hash == hash && list.object(slot.part) == object && list.groups(slot.part) == groups;
+    match table.entry(spread(hash), is_same, |slot| spread(slot.hash)) {
+        Entry::Occupied(known) => known.get().part,
+        Entry::Vacant(free) => {
+            let part = list.push(object, groups);
+            if part != UNNAMED {
+                free.insert(Slot { hash, part });
+            }
+            part
+        }
     }
 }
 
@@ -214,6 +315,30 @@ mod tests {
         assert_eq!(numbers[0], UNNAMED);
         assert_eq!(numbers[new as usize] as usize, count + 1);
         assert_eq!(names.name(numbers[known as usize]), "o1/g1 x");
+    }
+
+    /// Names that are joined have the numbers that they get one by one.
+    #[test]
+    fn lists_are_joined_in_order() {
+        for distinct in [1, 3, 1000, 5000] {
+            let mut lists = vec![PartList::default(); 3];
+            let mut names = PartNames::default();
+            let mut expected = Vec::new();
+            for i in 0..3000 {
+                let name = mix(i) % distinct;
+                let (object, groups) = match name % 5 {
+                    0 => (String::new(), String::new()),
+                    1 => (String::new(), format!("g{name}")),
+                    _ => (format!("o{name}"), "x y".to_string()),
+                };
+                lists[i as usize / 1000].push(&object, &groups);
+                expected.push(names.find_or_add(&object, &groups));
+            }
+            let (joined, numbers) = PartNames::join(lists.iter());
+            assert_eq!(numbers, expected);
+            assert_eq!(joined.list.text, names.list.text);
+        }
+        assert!(PartNames::join(std::iter::empty()).1.is_empty());
     }
 
     /// The border between both names is significant.

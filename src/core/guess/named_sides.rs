@@ -2,9 +2,10 @@
 //! at the front, tails and tail lamps at the back.
 
 use super::scene_tracer::SceneTracer;
-use super::surfaces::{Point, words};
+use super::surfaces::{Point, side_of};
 use super::triangles::for_each_triangle;
 use crate::math::{Horizon, Vec3};
+use rayon::prelude::*;
 
 /// Maximum number of triangles that are used, evenly spread over the scene's triangles.
 const MAX_TRIANGLES: u64 = 1 << 20;
@@ -54,6 +55,7 @@ pub(super) fn named_front(tracer: &SceneTracer, points: &[Point], horizon: &Hori
     let materials: Vec<Option<bool>> = scene.materials().iter().map(|m| is_front(&m.name)).collect();
     let names = scene.part_names();
     let parts: Vec<Option<bool>> = (0..=names.len() as u32)
+        .into_par_iter()
         .map(|part| is_front(&names.name(part)))
         .collect();
     if materials.iter().chain(&parts).all(Option::is_none) {
@@ -132,16 +134,7 @@ impl Named {
 /// True if the name is of a thing at the front, false if it is of a thing at the back, `None` for
 /// other names.
 fn is_front(name: &str) -> Option<bool> {
-    let words = words(name);
-    let has = |list: &[&str]| {
-        let is_listed = |word: &String| list.contains(&word.as_str()) || list.contains(&word.trim_end_matches('s'));
-        words.iter().any(is_listed)
-    };
-    match (has(&FRONT), has(&BACK)) {
-        (true, false) => Some(true),
-        (false, true) => Some(false),
-        _ => None,
-    }
+    side_of(name, &FRONT, &BACK)
 }
 
 #[cfg(test)]

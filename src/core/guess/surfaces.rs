@@ -343,33 +343,44 @@ fn named(materials: &[Material], points: &[Point]) -> Vec3 {
 
 /// True for the name of a high thing, false for a low thing, `None` for all others.
 fn is_high(name: &str) -> Option<bool> {
-    let words = words(name);
-    let has = |list: &[&str]| {
-        let is_listed = |word: &String| list.contains(&word.as_str()) || list.contains(&word.trim_end_matches('s'));
-        words.iter().any(is_listed)
-    };
-    match (has(&HIGH), has(&LOW)) {
-        (true, false) => Some(true),
-        (false, true) => Some(false),
-        _ => None,
-    }
+    side_of(name, &HIGH, &LOW)
 }
 
-/// Words of a name in lower case. A word ends at a capital letter and at other characters.
-pub(super) fn words(name: &str) -> Vec<String> {
-    let mut words = vec![String::new()];
+/// True if the name has a word of the first list and none of the second, false if it has a word of
+/// the second list and none of the first. Words count in singular and in plural.
+pub(super) fn side_of(name: &str, first: &[&str], second: &[&str]) -> Option<bool> {
+    let is_in = |list: &[&str], word: &str| {
+        let singular = word.trim_end_matches('s');
+        list.contains(&word) || singular.len() < word.len() && list.contains(&singular)
+    };
+    let (mut has_first, mut has_second) = (false, false);
+    for_each_word(name, |word| {
+        has_first |= is_in(first, word);
+        has_second |= is_in(second, word);
+    });
+    (has_first != has_second).then_some(has_first)
+}
+
+/// Calls `visit` with the words of a name in lower case. A word ends at a capital letter and at
+/// other characters.
+fn for_each_word(name: &str, mut visit: impl FnMut(&str)) {
+    let mut word = String::new();
     let mut was_lower = false;
     for c in name.chars() {
-        if !c.is_alphabetic() || was_lower && c.is_uppercase() {
-            words.push(String::new());
+        if !word.is_empty() && (!c.is_alphabetic() || was_lower && c.is_uppercase()) {
+            visit(&word);
+            word.clear();
         }
         was_lower = c.is_lowercase();
-        if let (true, Some(word)) = (c.is_alphabetic(), words.last_mut()) {
+        if c.is_ascii_alphabetic() {
+            word.push(c.to_ascii_lowercase());
+        } else if c.is_alphabetic() {
             word.extend(c.to_lowercase());
         }
     }
-    words.retain(|word| !word.is_empty());
-    words
+    if !word.is_empty() {
+        visit(&word);
+    }
 }
 
 #[cfg(test)]

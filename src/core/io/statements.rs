@@ -11,8 +11,6 @@ pub(crate) const MRGB: &str = "#MRGB";
 pub(crate) struct Statement<'a> {
     /// First line of the statement, counted from 1.
     pub line: usize,
-    /// Byte offset of that line in the text.
-    pub start: usize,
     /// Statement without its comment.
     pub text: Cow<'a, str>,
     /// Line with its comment, if it has one and is not continued.
@@ -40,7 +38,6 @@ pub(crate) fn whole_statements(text: &str) -> impl Iterator<Item = Statement<'_>
     let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     std::iter::from_fn(move || {
         let (index, line) = lines.next()?;
-        let start = line.as_ptr() as usize - text.as_ptr() as usize;
         let (line, commented) = parts(line);
         let (statement, commented) = match line.strip_suffix('\\') {
             None => (Cow::Borrowed(line), commented),
@@ -49,7 +46,6 @@ pub(crate) fn whole_statements(text: &str) -> impl Iterator<Item = Statement<'_>
         let line = index + 1;
         Some(Statement {
             line,
-            start,
             text: statement,
             commented,
         })

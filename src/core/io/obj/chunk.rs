@@ -47,6 +47,8 @@ pub(super) struct DataSelection<'a> {
     pub keep_lines: bool,
     /// True if lines and points are read.
     pub keep_wires: bool,
+    /// True if the names of parts are kept.
+    pub keep_names: bool,
     /// Filter of the parts whose faces are read.
     pub parts: &'a PartFilter,
 }
@@ -88,10 +90,10 @@ impl<'a> Chunk<'a> {
         path: &Path,
         text: &'a str,
         [before, total]: [&'a Counts; 2],
-        names: &'a CurrentNames,
+        names: &CurrentNames,
         selection: DataSelection<'a>,
     ) -> Self {
-        let parts = || PartState::new(selection.parts, text, names);
+        let parts = || PartState::new(selection.parts, selection.keep_names, names);
         let wires = || Wires {
             section: Section::of_unchanged_state(),
             parts: parts(),
@@ -203,10 +205,10 @@ impl<'a> Chunk<'a> {
             "f" | "fo" if self.parts.is_shown(self.section.face_count()) => self.read_face(rest, line)?,
             "f" | "fo" => {}
             "o" => {
-                self.all_parts().for_each(|parts| parts.begin_object(whole.start));
+                self.all_parts().for_each(|parts| parts.begin_object(rest));
             }
             "g" => {
-                self.all_parts().for_each(|parts| parts.begin_groups(whole.start));
+                self.all_parts().for_each(|parts| parts.begin_groups(rest));
             }
             "usemtl" => {
                 let whole_name = whole.whole_name();

@@ -57,6 +57,7 @@ impl ObjFaces {
             origin: DVec3::ZERO,
             keep_lines: true,
             keep_wires: false,
+            keep_names: false,
             parts,
         };
         let text = read_text(path)?;

@@ -223,6 +223,7 @@ pub(super) fn read_obj(
         origin: changes.origin,
         keep_lines: false,
         keep_wires: options.parameters.line_width().is_some(),
+        keep_names: true,
         parts: &options.parts,
     };
     let mut outline = parse::parse(path, &chunks, selection, &|bytes| observer.advance(bytes))?;

@@ -70,6 +70,12 @@ fn parse_all(
         })
         .collect();
 
+    let part_lists = parsed.iter().flat_map(|chunk| {
+        let of_wires = chunk.wires.iter().map(|wires| wires.parts.parts());
+        std::iter::once(chunk.parts.parts()).chain(of_wires)
+    });
+    let (parts, numbers) = PartNames::join(part_lists);
+    let mut numbers = numbers.as_slice();
     let mut outline = Outline {
         vertices: VertexData {
             positions: Vec::with_capacity(total.elements[0]),
@@ -84,20 +90,17 @@ fn parse_all(
         wrong: Vec::new(),
         wrong_count: 0,
         wrong_positions: Vec::new(),
-        parts: PartNames::default(),
+        parts,
     };
-    outline
-        .parts
-        .reserve(parsed.iter().map(|chunk| chunk.parts.count()).sum());
     for mut chunk in parsed {
-        chunk.parts.number(&mut outline.parts, &mut chunk.section);
+        chunk.parts.number(&mut numbers, &mut chunk.section);
         let first = outline.vertices.positions.len();
         let wrong_positions = chunk.wrong_positions.iter().map(|i| first + i);
         outline.wrong_positions.extend(wrong_positions);
         outline.vertices.append(&mut chunk.vertices);
         outline.sections.push(chunk.section);
         if let Some(mut wires) = chunk.wires {
-            wires.parts.number(&mut outline.parts, &mut wires.section);
+            wires.parts.number(&mut numbers, &mut wires.section);
             outline.wires.push(wires.section);
         }
         outline.libraries.append(&mut chunk.libraries);
@@ -106,7 +109,6 @@ fn parse_all(
         outline.wrong.extend(chunk.wrong.into_iter().take(free));
         outline.wrong_count += chunk.wrong_count;
     }
-    outline.parts.shrink_to_fit();
     // Indices have 32 bits. Smoothing groups and flat triangles add normals, at most one per
     // corner.
     let corners: usize = outline.all_sections().map(Section::corner_count).sum();

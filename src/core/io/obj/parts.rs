@@ -1,15 +1,12 @@
 //! Parts of an OBJ file: faces that follow the same `o` and `g` statements.
 //!
-//! A file may have a part for each face. Chunks that are read in parallel therefore store the
-//! places of the statements. Names are read once, when chunks are joined.
+//! A file may have a part for each face. Chunks are read in parallel. Each one copies the names of
+//! its parts into one text, and numbers for the whole file are assigned when chunks are joined.
 
 use super::outline::Section;
-use crate::geometry::{PartNames, UNNAMED};
+use crate::geometry::{PartList, PartNames, UNNAMED};
 use crate::io::PartFilter;
-use crate::io::statements::{split_keyword, statements};
-
-/// Byte offset that means that a statement is before the chunk.
-const BEFORE: u32 = u32::MAX;
+use crate::io::statements::split_keyword;
 
 /// Part names of the following faces.
 #[derive(Clone, Debug, Default)]
@@ -22,128 +19,107 @@ pub(super) struct CurrentNames {
 
 impl CurrentNames {
     /// Updates the names with the last `o` and the last `g` statement of a text.
-    pub fn follow(&mut self, statements: &[Option<String>; 2]) {
-        for (kind, statement) in statements.iter().enumerate() {
-            if let Some(statement) = statement {
-                self.set(kind, statement);
-            }
-        }
+    pub fn follow(&mut self, [object, groups]: &[Option<String>; 2]) {
+        let name = |statement: &Option<String>| statement.as_deref().map(|text| split_keyword(text).1.to_string());
+        self.object = name(object).unwrap_or(std::mem::take(&mut self.object));
+        self.groups = name(groups).unwrap_or(std::mem::take(&mut self.groups));
     }
-
-    /// Updates the names with the statements at the byte offsets `places` of `text`.
-    fn follow_places(&mut self, text: &str, places: [u32; 2]) {
-        for (kind, place) in places.into_iter().enumerate().filter(|(_, place)| *place != BEFORE) {
-            let rest = text.get(place as usize..).unwrap_or_default();
-            if let Some((_, statement)) = statements(rest).next() {
-                self.set(kind, &statement);
-            }
-        }
-    }
-
-    /// Updates the name of an `o` statement (`kind` 0) or a `g` statement (`kind` 1).
-    fn set(&mut self, kind: usize, statement: &str) {
-        let name = if kind == 0 { &mut self.object } else { &mut self.groups };
-        name.clear();
-        name.push_str(split_keyword(statement).1);
-    }
-}
-
-/// A face whose part names differ from the names of the face before.
-#[derive(Clone, Copy, Debug)]
-struct NewNames {
-    /// Number of shown faces before this face.
-    face: u32,
-    /// Byte offsets of the last `o` and the last `g` statement in the chunk.
-    places: [u32; 2],
 }
 
 /// Part of the next face of a chunk of an OBJ file.
 #[derive(Debug)]
 pub(super) struct PartState<'a> {
     filter: &'a PartFilter,
-    text: &'a str,
-    /// Names at the beginning of the chunk.
-    before: &'a CurrentNames,
-    /// Byte offsets of the last `o` and the last `g` statement.
-    places: [u32; 2],
+    /// False if names are read only for the filter.
+    keep_names: bool,
+    current: CurrentNames,
     /// True if a name has changed since the last face.
     is_new: bool,
     is_shown: bool,
-    changes: Vec<NewNames>,
+    /// Parts in the order of their first faces, with repetitions.
+    parts: PartList,
+    /// Number of shown faces before the first face of each part.
+    starts: Vec<u32>,
 }
 
 impl<'a> PartState<'a> {
-    /// State at the beginning of a chunk `text`, with the names `before`.
-    pub fn new(filter: &'a PartFilter, text: &'a str, before: &'a CurrentNames) -> Self {
+    /// State at the beginning of a chunk, with the names `before`. If `keep_names` is false, no
+    /// parts are stored.
+    pub fn new(filter: &'a PartFilter, keep_names: bool, before: &CurrentNames) -> Self {
         Self {
             filter,
-            text,
-            before,
-            places: [BEFORE; 2],
+            keep_names,
+            current: before.clone(),
             is_new: true,
             is_shown: true,
-            changes: Vec::new(),
+            parts: PartList::default(),
+            starts: Vec::new(),
         }
     }
 
-    /// Reads an `o` statement that begins at the byte `place` of the chunk.
-    pub fn begin_object(&mut self, place: usize) {
-        self.places[0] = place as u32;
+    /// Reads an `o` statement with the name `name`.
+    pub fn begin_object(&mut self, name: &str) {
+        replace(&mut self.current.object, name);
         self.is_new = true;
     }
 
-    /// Reads a `g` statement that begins at the byte `place` of the chunk.
-    pub fn begin_groups(&mut self, place: usize) {
-        self.places[1] = place as u32;
+    /// Reads a `g` statement with the names `names`.
+    pub fn begin_groups(&mut self, names: &str) {
+        replace(&mut self.current.groups, names);
         self.is_new = true;
     }
 
     /// Returns true if the next face is shown. `faces` is the number of faces of the chunk before
     /// it.
+    #[inline]
     pub fn is_shown(&mut self, faces: usize) -> bool {
         if self.is_new {
-            self.is_new = false;
-            let (face, places) = (faces as u32, self.places);
-            self.changes.push(NewNames { face, places });
-            if !self.filter.is_empty() {
-                let mut current = self.before.clone();
-                current.follow_places(self.text, places);
-                let mut names = PartNames::default();
-                let part = names.find_or_add(&current.object, &current.groups);
-                self.is_shown = self.filter.shows(&names, part);
-            }
+            self.begin_part(faces);
         }
         self.is_shown
     }
 
-    /// Frees unused memory of the list of changes.
-    pub fn shrink_to_fit(&mut self) {
-        self.changes.shrink_to_fit();
-    }
-
-    /// Maximum number of parts of the chunk.
-    pub fn count(&self) -> usize {
-        self.changes.len()
-    }
-
-    /// Adds the parts of the chunk to `names`, and assigns them to its faces.
-    pub fn number(&self, names: &mut PartNames, section: &mut Section) {
-        let mut current = self.before.clone();
-        let mut last = [BEFORE; 2];
-        section.reserve_parts(self.changes.len());
-        for NewNames { face, places } in &self.changes {
-            let is_new = |kind: usize| {
-                if places[kind] == last[kind] {
-                    BEFORE
-                } else {
-                    places[kind]
-                }
-            };
-            current.follow_places(self.text, [0, 1].map(is_new));
-            last = *places;
-            section.begin_part(*face, names.find_or_add(&current.object, &current.groups));
+    /// Begins the part with the current names.
+    fn begin_part(&mut self, faces: usize) {
+        self.is_new = false;
+        let CurrentNames { object, groups } = &self.current;
+        if self.keep_names {
+            self.starts.push(faces as u32);
+            self.parts.push(object, groups);
+        }
+        if !self.filter.is_empty() {
+            let mut names = PartNames::default();
+            let part = names.find_or_add(object, groups);
+            self.is_shown = self.filter.shows(&names, part);
         }
     }
+
+    /// Frees unused memory of the list of parts.
+    pub fn shrink_to_fit(&mut self) {
+        self.parts.shrink_to_fit();
+        self.starts.shrink_to_fit();
+    }
+
+    /// Parts of the chunk, with repetitions.
+    pub fn parts(&self) -> &PartList {
+        &self.parts
+    }
+
+    /// Assigns the parts of the chunk to its faces. Takes their numbers from `numbers`.
+    pub fn number(&self, numbers: &mut &[u32], section: &mut Section) {
+        let (of_chunk, rest) = numbers.split_at(self.starts.len().min(numbers.len()));
+        *numbers = rest;
+        section.reserve_parts(of_chunk.len());
+        for (&face, &part) in self.starts.iter().zip(of_chunk) {
+            section.begin_part(face, part);
+        }
+    }
+}
+
+/// Sets `text` to `new` without a new allocation.
+fn replace(text: &mut String, new: &str) {
+    text.clear();
+    text.push_str(new);
 }
 
 /// Rules of a scene file that replace the materials of parts.
@@ -226,6 +202,7 @@ mod tests {
                     origin: DVec3::ZERO,
                     keep_lines: false,
                     keep_wires: false,
+                    keep_names: true,
                     parts: &filter,
                 };
                 let outline = parse(Path::new("t.obj"), &Chunks::count(&text, bytes), selection, &|_| ()).unwrap();

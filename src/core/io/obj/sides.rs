@@ -181,6 +181,7 @@ mod tests {
             origin: DVec3::ZERO,
             keep_lines: false,
             keep_wires: false,
+            keep_names: true,
             parts: &PartFilter::default(),
         };
         let outline = parse(Path::new("t.obj"), &chunks, selection, &|_| ()).unwrap();

@@ -144,6 +144,7 @@ fn read(text: &str, chunk_bytes: usize) -> Result<Vec<Group>, FileError> {
             origin: DVec3::ZERO,
             keep_lines: false,
             keep_wires: false,
+            keep_names: true,
             parts: &PartFilter::default(),
         },
         &|_| (),

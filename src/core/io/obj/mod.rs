@@ -28,7 +28,7 @@ mod wires;
 
 use super::mtl::{FileMaterial, MtlDialect, ObjContext, Signature, key_of_name};
 use super::statements::with_line_feeds;
-use super::{FileError, Findings, LoadObserver, LoadOptions, Severity};
+use super::{FileError, Findings, LoadObserver, LoadOptions, Position, Severity};
 use crate::files::input;
 use crate::files::memory::Allowance;
 use crate::geometry::{Mesh, PartNames};
@@ -160,6 +160,10 @@ pub(super) struct FacelessFile {
     pub is_cut: bool,
     /// Description of the elements that are not rendered.
     pub skipped: Option<String>,
+    /// Line of the first of these elements; 0 if there are none.
+    pub skipped_line: usize,
+    /// True if lines or points are among these elements.
+    pub has_wires: bool,
 }
 
 /// Error of a file without faces.
@@ -168,7 +172,16 @@ pub(super) fn no_faces(path: &Path, file: FacelessFile) -> FileError {
         1 => "1 vertex".to_string(),
         n => format!("{n} vertices"),
     };
+    let line = if file.has_wires { 0 } else { file.skipped_line };
     let (message, help) = match file {
+        FacelessFile {
+            skipped: Some(elements),
+            has_wires: false,
+            ..
+        } => (
+            format!("{NO_FACES}: its {elements} are not rendered, the first is here"),
+            "convert free-form curves and surfaces to faces (`f` lines) in the program that made them",
+        ),
         FacelessFile {
             skipped: Some(elements),
             ..
@@ -198,7 +211,12 @@ pub(super) fn no_faces(path: &Path, file: FacelessFile) -> FileError {
         ),
         _ => (NO_FACES.to_string(), "export the mesh with its faces (`f` lines)"),
     };
-    FileError::new(path, message).help(help)
+    let error = FileError::new(path, message).help(help);
+    if line > 0 {
+        error.at(Position::line(line))
+    } else {
+        error
+    }
 }
 
 /// Reads an OBJ file and its libraries with the reader of this module. The option `smooth` is not
@@ -270,6 +288,8 @@ pub(super) fn read_obj(
         is_of_mesh: !outline.vertices.uvs.is_empty() || outline.uses_materials(),
         is_cut,
         skipped: outline.remarks.skipped(),
+        skipped_line: outline.remarks.first_skipped_line(),
+        has_wires: outline.remarks.skips_wires(),
     };
     let mut of_colors = Vec::new();
     let mut colors = take_colors(path, &mut outline.vertices, &options.parameters, &mut of_colors);

@@ -113,6 +113,18 @@ impl Remarks {
         self.skipped.add(count as u64, &[line]);
     }
 
+    /// Line of the first element that is not rendered; 0 if there is none.
+    pub fn first_skipped_line(&self) -> usize {
+        self.skipped.lines.first().copied().unwrap_or(0)
+    }
+
+    /// Returns true if lines or points are not rendered.
+    pub fn skips_wires(&self) -> bool {
+        [SkippedElement::Line, SkippedElement::Point]
+            .iter()
+            .any(|kind| self.skipped_counts[*kind as usize] > 0)
+    }
+
     /// Number of each kind of elements that are not rendered, such as
     /// `2 lines (l) and 1 point (p)`. `None` if there are none.
     pub fn skipped(&self) -> Option<String> {

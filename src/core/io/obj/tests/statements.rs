@@ -245,6 +245,11 @@ fn nothing_to_render_is_an_error() {
             "its 4 points (`p`) are skipped",
             "--line-width",
         ),
+        (
+            format!("{SQUARE}cstype bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\nend\ncurv 0 1 1 2\nsurf 0 1 0 1 1 2 3 4"),
+            "its 1 curve (`curv`) and 2 surfaces (`surf`) are not rendered, the first is here",
+            "convert free-form curves and surfaces to faces",
+        ),
         ("o a\n".into(), "no faces in this OBJ file", "export"),
     ] {
         let error = load(&text).unwrap_err();

@@ -2,6 +2,7 @@ use super::LoadParameters;
 use super::key_schema::{either, list};
 use super::section::{key_types, section, table};
 use crate::geometry::MAX_STEPS;
+use crate::math::Vec3;
 use crate::options::Range;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -94,6 +95,16 @@ pub enum Scale {
     Uniform(f32),
     /// Factors along x, y and z.
     Axes([f32; 3]),
+}
+
+impl Scale {
+    /// Factors along x, y and z.
+    pub(super) fn factors(self) -> Vec3 {
+        match self {
+            Self::Uniform(factor) => Vec3::splat(factor),
+            Self::Axes(factors) => factors.into(),
+        }
+    }
 }
 
 key_types! {

@@ -1,7 +1,9 @@
 //! `[part."GLOB"]`: changes of the parts of OBJ files whose names match the glob.
 
-use super::MaterialSection;
-use super::section::{Section, section};
+use super::section::{Section, section, value};
+use super::{MaterialSection, Scale};
+use crate::io::PartMovement;
+use crate::math::Vec3;
 use crate::options::Parameter;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
@@ -19,6 +21,15 @@ section! {
         ///
         /// Other keys of the section change it for these parts alone.
         material: String, default "that of the file";
+        /// Translation in units of the OBJ file; applied last
+        translate: [f32; 3], default "0 0 0";
+        /// Rotation in degrees about the fixed x, y and z axes, in that order
+        ///
+        /// The centre is the middle of the bounding box. Each part has its own. If the pattern
+        /// matches the name of an object or of a group, all faces with this name turn together.
+        rotate: [f32; 3], default "0 0 0";
+        /// Scale about the same centre: one factor, or one for each axis; applied first
+        scale: Scale, default "1";
     }
 }
 
@@ -48,6 +59,15 @@ impl PartSection {
     pub(super) fn set_over(&mut self, other: Self) {
         self.keys.set_over(other.keys);
         self.material.set_over(other.material);
+    }
+
+    /// Keys that move the parts.
+    pub(super) fn movement(&self) -> PartMovement {
+        PartMovement {
+            translate: value(&self.keys.translate).map(Vec3::from),
+            rotate: value(&self.keys.rotate).map(Vec3::from),
+            scale: value(&self.keys.scale).map(Scale::factors),
+        }
     }
 
     /// Returns true if the section assigns another material to the parts.

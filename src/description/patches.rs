@@ -3,12 +3,13 @@
 
 use super::overrides::PatchTarget;
 use super::part_section::PartSection;
+use super::placement::fault;
 use super::presets::Preset;
 use super::section::{Section, value};
 use super::unknown_key::parser_error;
 use super::{FileError, MaterialSection, SceneFile};
 use crate::io::{PartFilter, PartRule};
-use crate::math::Glob;
+use crate::math::{Glob, Vec3, affine_from_trs};
 use crate::options::Parameter;
 use serde::Deserialize;
 use std::borrow::Cow;
@@ -222,7 +223,30 @@ impl SceneFile {
         });
         let mut patches = of_file.collect();
         self.add_flags(&mut patches, PatchTarget::Parts, PartSection::set_over)?;
+        for patch in &patches {
+            self.check_movement(&patch.section)?;
+        }
         Ok(patches)
+    }
+
+    /// Returns an error if a part could not be moved back: a factor is zero, or a number is not
+    /// finite.
+    fn check_movement(&self, section: &PartSection) -> Result<(), FileError> {
+        let of = |key: &str, [translate, rotate]: [Option<Vec3>; 2], scale: Option<Vec3>| {
+            let matrix = affine_from_trs(
+                translate.unwrap_or_default(),
+                rotate.unwrap_or_default(),
+                scale.unwrap_or(Vec3::ONE),
+            );
+            let span = section.keys.span_of(key)?;
+            let (message, help) = fault("the part", &matrix)?;
+            Some(self.error(span, format!("`{key}` {message}")).help(help))
+        };
+        let movement = section.movement();
+        let wrong = of("translate", [movement.translate, None], None)
+            .or_else(|| of("rotate", [None, movement.rotate], None))
+            .or_else(|| of("scale", [None; 2], movement.scale));
+        wrong.map_or(Ok(()), Err)
     }
 
     /// Filter that selects the parts of OBJ files, by the keys `visible` of `patches` and by
@@ -235,6 +259,7 @@ impl SceneFile {
             glob: patch.glob.clone(),
             visible: value(&patch.section.keys.visible),
             has_material: patch.section.has_material(),
+            movement: patch.section.movement(),
         };
         PartFilter {
             hide,

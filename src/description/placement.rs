@@ -88,11 +88,7 @@ impl PlacementForm {
 
     fn of(section: &TransformSection) -> Self {
         let [translate, rotate] = [&section.translate, &section.rotate].map(|v| value(v).unwrap_or_default().into());
-        let scale = match value(&section.scale) {
-            None => Vec3::ONE,
-            Some(Scale::Uniform(s)) => Vec3::splat(s),
-            Some(Scale::Axes(axes)) => axes.into(),
-        };
+        let scale = value(&section.scale).map_or(Vec3::ONE, Scale::factors);
         Self::Parts {
             translate,
             rotate,
@@ -186,7 +182,7 @@ fn given(
             (PlacementForm::Matrix(affine), matrix.span())
         }
     };
-    if let Some((message, help)) = fault(&given.affine()) {
+    if let Some((message, help)) = fault("the object", &given.affine()) {
         return Err(file.error(span, format!("the transform {message}")).help(help));
     }
     Ok(Some(given))
@@ -198,11 +194,11 @@ fn last_row(file: &SceneFile, span: Range<usize>) -> FileError {
 }
 
 fn is_placement(m: &Affine3A) -> bool {
-    fault(m).is_none()
+    fault("the object", m).is_none()
 }
 
-/// Returns a reason and help if the placement cannot be inverted.
-fn fault(m: &Affine3A) -> Option<(String, &'static str)> {
+/// Returns a reason and help if the placement of `what` cannot be inverted.
+pub(super) fn fault(what: &str, m: &Affine3A) -> Option<(String, &'static str)> {
     let determinant = m.matrix3.determinant();
     if !m.is_finite() {
         return Some(("is not finite".into(), "give finite numbers"));
@@ -212,9 +208,9 @@ fn fault(m: &Affine3A) -> Option<(String, &'static str)> {
     let factor = m.matrix3.as_dmat3().determinant().abs().cbrt();
     let is_beyond = determinant == 0.0 || !determinant.is_finite();
     is_beyond.then(|| match factor {
-        0.0 => ("flattens the object".into(), "scale factors must not be zero"),
+        0.0 => (format!("flattens {what}"), "scale factors must not be zero"),
         _ => (
-            format!("scales the object by about {factor:.0e}, which cannot be inverted in 32-bit floats"),
+            format!("scales {what} by about {factor:.0e}, which cannot be inverted in 32-bit floats"),
             "use factors from 1e-12 to 1e12, or scale the OBJ file itself",
         ),
     })

@@ -60,7 +60,7 @@ pub use mtl::MtlDialect;
 pub use normals::{area_vector, smooth_by_angle, weld};
 pub use obj::{Face, FaceMaterial, ObjFaces};
 pub use origin::Origin;
-pub use part_filter::{PartFilter, PartRule};
+pub use part_filter::{PartFilter, PartMovement, PartRule};
 pub use png::{display_bytes, png_bytes};
 pub use read_image::read_exr;
 pub use read_layers::{LayerChannel, Layers, SampleKind, read_layers};

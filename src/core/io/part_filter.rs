@@ -1,7 +1,8 @@
 //! Selection of the parts of OBJ files by their names.
 
 use crate::geometry::PartNames;
-use crate::math::Glob;
+use crate::math::{Glob, Vec3};
+use std::borrow::Cow;
 
 /// Parts that are shown, and parts that differ from the rest of their file. Patterns match any name
 /// of a part ([`PartNames::fits`]).
@@ -24,6 +25,41 @@ pub struct PartRule {
     pub visible: Option<bool>,
     /// True if the rule replaces the material of the parts, which then have separate meshes.
     pub has_material: bool,
+    /// Changes of the places of the parts.
+    pub movement: PartMovement,
+}
+
+/// Keys that move parts: scale, then rotation, both about the centre of the bounding box, then
+/// translation.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PartMovement {
+    /// Translation in units of the file.
+    pub translate: Option<Vec3>,
+    /// Rotation in degrees about the fixed x, y and z axes, in that order.
+    pub rotate: Option<Vec3>,
+    /// Factors along x, y and z.
+    pub scale: Option<Vec3>,
+}
+
+impl PartMovement {
+    /// Returns true if a rotation or a scale needs the centre of the parts.
+    pub fn has_center(&self) -> bool {
+        self.rotate.is_some() || self.scale.is_some()
+    }
+
+    /// Returns true if no key is set.
+    pub fn is_empty(&self) -> bool {
+        self.translate.is_none() && !self.has_center()
+    }
+
+    /// This movement, with the keys that `other` has.
+    fn replaced_by(&self, other: &Self) -> Self {
+        Self {
+            translate: other.translate.or(self.translate),
+            rotate: other.rotate.or(self.rotate),
+            scale: other.scale.or(self.scale),
+        }
+    }
 }
 
 impl PartFilter {
@@ -53,5 +89,26 @@ impl PartFilter {
         let rules = (0..).zip(&self.rules);
         let fitting = rules.filter(|(_, rule)| rule.has_material && names.fits(part, &rule.glob));
         fitting.map(|(index, _)| index).collect()
+    }
+
+    /// Returns true if a rule moves parts.
+    pub fn moves(&self) -> bool {
+        self.rules.iter().any(|rule| !rule.movement.is_empty())
+    }
+
+    /// Movement of `part`, in which each key has the value of the last matching rule with the key.
+    /// Also returns that name of the part which the last matching rule with a rotation or a scale
+    /// matches: parts with this name turn together.
+    pub fn movement<'n>(&self, names: &'n PartNames, part: u32) -> (PartMovement, Cow<'n, str>) {
+        let (mut movement, mut name) = (PartMovement::default(), Cow::default());
+        for rule in self.rules.iter().filter(|rule| !rule.movement.is_empty()) {
+            if let Some(matched) = names.matched_name(part, &rule.glob) {
+                movement = movement.replaced_by(&rule.movement);
+                if rule.movement.has_center() {
+                    name = matched;
+                }
+            }
+        }
+        (movement, name)
     }
 }

@@ -229,6 +229,74 @@ fn parts_are_hidden_by_rules() {
     }
 }
 
+/// A moved part has the bits of a file with moved vertices.
+#[test]
+fn moving_a_part_equals_moving_its_vertices() {
+    let whole = scene([true; 4]);
+    let [chair, top, leg, rest] = PARTS.map(|(names, faces)| (names, faces));
+    // The table gets vertices of its own, a quarter higher and half a unit nearer.
+    let lifted = "v -4 -1 0\nv -2 -1 0\nv -2 1 0\nv -4 1 0\nv 0 -0.75 0.5\nv 0 1.25 0.5\nv 2 -0.75 0.5\nv 2 1.25 0.5\n\
+        v 4 -0.75 0.5\nv 4 1.25 0.5\nv -2 -0.75 0.5\nv -2 1.25 0.5\n";
+    let lifted = format!(
+        "{lifted}{}{}{}f 11 5 6 12\n{}{}{}{}",
+        chair.0, chair.1, top.0, leg.0, leg.1, rest.0, rest.1
+    );
+    // A mirror about the own centre exchanges the corners, and keeps the front.
+    let mirrored = format!(
+        "{VERTICES}{}f 3 4 1 2\n{}{}{}{}{}{}",
+        chair.0, top.0, top.1, leg.0, leg.1, rest.0, rest.1
+    );
+    for (flags, section, obj) in [
+        (
+            "--part Table.translate=[0,0.25,0.5]",
+            "[part.Table]\ntranslate = [0.0, 0.25, 0.5]\n",
+            lifted,
+        ),
+        (
+            "--part Chair*.scale=[-1,1,1]",
+            "[part.\"Chair*\"]\nscale = [-1.0, 1.0, 1.0]\n",
+            mirrored,
+        ),
+    ] {
+        let by_hand = folder(&[("a.obj", &obj), ("s.toml", SCENE)]);
+        let expected = picture(&by_hand, "");
+        for backend in ["embree", "brute"] {
+            let backend = format!("--backend {backend}");
+            let expected = picture(&by_hand, &backend);
+            assert!(
+                picture(&whole, &format!("{flags} {backend}")) == expected,
+                "{flags} {backend}"
+            );
+            assert_same_bits(&whole.path().join("t.exr"), &by_hand.path().join("t.exr"));
+        }
+        fs::write(whole.path().join("s.toml"), format!("{SCENE}{section}")).unwrap();
+        assert!(picture(&whole, "") == expected, "{section}");
+        fs::write(whole.path().join("s.toml"), SCENE).unwrap();
+        // In a dumped scene, the flag is a section.
+        assert!(picture(&whole, &format!("{flags} --dump-scene d.toml")) == expected);
+        let dumped = fs::read_to_string(whole.path().join("d.toml")).unwrap();
+        assert!(dumped.contains("[part."), "{dumped}");
+    }
+}
+
+#[test]
+fn wrong_movements_are_errors() {
+    let folder = scene([true; 4]);
+    for (flag, expected) in [
+        ("Chiar.001.translate=[0,1,0]", "did you mean `Chair.001`?"),
+        ("seat.scale=0", "`scale` flattens the part"),
+        ("seat.scale=[1,0,1]", "`scale` flattens the part"),
+        ("seat.rotate=90", "expected a list of 3 values"),
+    ] {
+        let words = refused(
+            folder.path(),
+            &joined(&["render", "s.toml", "-o", "t.png", "--part"], &[flag]),
+            2,
+        );
+        assert!(words.contains(expected), "{flag}: {words}");
+    }
+}
+
 #[test]
 fn wrong_rules_are_errors() {
     let folder = scene([true; 4]);

@@ -1,7 +1,8 @@
 //! OBJ files: chunks (`counts`, `parse`), their statements (`chunk`) and contents (`outline`),
 //! faces by material (`groups`) or as written (`faces`), polygons (`polygon`), smoothing groups
-//! (`smoothing`), material libraries (`libraries`), pairs of front and back faces at the same place
-//! (`sides`), subdivision (`subdivide`), lines and points (`wires`).
+//! (`smoothing`), material libraries (`libraries`), movement of parts (`moved_parts`), pairs of
+//! front and back faces at the same place (`sides`), subdivision (`subdivide`), lines and points
+//! (`wires`).
 //!
 //! A text is cut between statements into chunks of a fixed size, which are read in parallel and
 //! joined in order. The result is bit-identical for any chunks and threads. One reader serves
@@ -14,6 +15,7 @@ mod faces;
 mod file_axes;
 mod groups;
 mod libraries;
+mod moved_parts;
 mod named_unit;
 mod origin;
 mod outline;
@@ -39,6 +41,7 @@ use counts::Chunks;
 pub use faces::{Face, FaceMaterial, ObjFaces};
 pub use file_axes::{file_axes, first_comment};
 use libraries::{find_libraries, load_libraries};
+use moved_parts::move_parts;
 pub use named_unit::named_unit;
 pub(super) use origin::chosen_origin;
 pub use origin::origin_of;
@@ -294,6 +297,7 @@ pub(super) fn read_obj(
     let mut of_colors = Vec::new();
     let mut colors = take_colors(path, &mut outline.vertices, &options.parameters, &mut of_colors);
     findings.extend(of_colors);
+    move_parts(&mut outline, &mut colors, &options.parts);
     subdivide(
         path,
         &mut outline,

@@ -358,6 +358,15 @@ impl Section {
         self.vn[i] = index;
     }
 
+    /// Reverses the corners of a face.
+    pub fn turn_over(&mut self, corners: Range<usize>) {
+        for list in [&mut self.v, &mut self.vt, &mut self.vn] {
+            if let Some(indices) = list.get_mut(corners.clone()) {
+                indices.reverse();
+            }
+        }
+    }
+
     /// Adds a corner by the indices of its position, texture coordinates and normal.
     #[inline]
     pub fn push_corner(&mut self, [v, vt, vn]: [u32; 3]) {
@@ -424,7 +433,7 @@ impl Section {
     }
 
     /// All faces.
-    fn all_faces(&self) -> FaceRange {
+    pub fn all_faces(&self) -> FaceRange {
         FaceRange {
             faces: 0..self.sizes.len(),
             corner: 0,

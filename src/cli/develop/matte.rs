@@ -29,6 +29,7 @@ pub(super) fn write(
     let mut image = Image {
         resolution: layers.resolution,
         crop: mask.window,
+        view: layers.view,
         channels: vec![Channel {
             name: "Y".into(),
             values: mask.values,

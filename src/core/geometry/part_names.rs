@@ -121,7 +121,8 @@ impl PartNames {
         std::iter::once(UNNAMED).chain(parts).collect()
     }
 
-    /// Unique names of the parts of `lists`, and the number of each part, in the order of the lists.
+    /// Unique names of the parts of `lists`, and the number of each part, in the order of the
+    /// lists.
     ///
     /// If each face is a part, nearly all names differ. A hash table of all names would take most
     /// of the time in cache misses. Hashes are therefore first entered in a set of 16 to 32 bits
@@ -246,8 +247,8 @@ impl PartNames {
     }
 }
 
-/// Part of `list` with these names, whose hash is `hash`. If `table` has no such part, it is added to
-/// both.
+/// Part of `list` with these names, whose hash is `hash`. If `table` has no such part, it is added
+/// to both.
 fn find_or_push(list: &mut PartList, table: &mut HashTable<Slot>, hash: u32, object: &str, groups: &str) -> u32 {
     let is_same =
         |slot: &Slot| slot.hash == hash && list.object(slot.part) == object && list.groups(slot.part) == groups;

@@ -30,9 +30,9 @@ pub(in crate::cli) struct DevelopArgs {
     #[arg(long, value_name = "NAME")]
     pub channel: Option<String>,
 
-    /// Mask of the parts, objects or materials whose names match, of a file with --aov cryptomatte
+    /// Mask of the names that match, from --aov cryptomatte
     ///
-    /// White is what the names cover. LAYER:GLOB searches one layer, such as CryptoMaterial:wood.
+    /// Names are of parts, objects and materials. White is what they cover. LAYER:GLOB searches one layer, such as CryptoMaterial:wood.
     #[arg(long, value_name = "GLOB", conflicts_with_all = ["channel", "list", "denoise", "lines"])]
     pub matte: Option<String>,
 
@@ -55,7 +55,7 @@ pub(in crate::cli) struct DevelopArgs {
     #[arg(long, value_name = "PIXELS", requires = "denoise", value_parser = parse_radius)]
     pub denoise_radius: Option<f32>,
 
-    /// Draw the lines of --aov lines over the picture, in black or another colour [default: as the render]
+    /// Draw the lines of --aov lines in black or a colour [default: as the render]
     #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true, value_parser = parse_line_color)]
     pub lines: Option<Option<LineColor>>,
 

@@ -195,7 +195,7 @@ const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
 ];
 
 /// Flags of scene commands that `--help` leaves out.
-const RARE: [&str; 45] = [
+const RARE: [&str; 48] = [
     "aperture-blades",
     "aperture-rotation",
     "audit-rays",
@@ -220,12 +220,15 @@ const RARE: [&str; 45] = [
     "half",
     "intrinsics",
     "line-width",
+    "lines-angle",
+    "lines-width",
     "maps-by-name",
     "mtl-dialect",
     "obj-reader",
     "origin",
     "ortho-height",
     "panes",
+    "plan",
     "pose",
     "scale",
     "sensor-height",

@@ -146,7 +146,7 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "ADDRESS", value_parser = parse_address, conflicts_with = "pixel")]
     pub tev: Option<String>,
 
-    /// Further channels of EXR files, such as P, uv, id, cryptomatte, lines, lights or all
+    /// Further channels of EXR files, such as P, uv, id, cryptomatte, lines or all
     ///
     /// Also motion, points (photons or irradiance records) and strategies (bdpt, --max-depth up to
     /// 6); lights is a layer for each light group; all includes everything but lines and strategies. Light

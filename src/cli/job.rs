@@ -141,12 +141,16 @@ pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) -> bool {
 /// picture.
 fn options(args: &RenderArgs, scene: &SceneFile, camera: Option<&FileCamera>) -> SceneOptions {
     let size = args.size.map(UVec2::from).or_else(|| camera?.size);
+    let projection = args.camera.0.or(scene.options.camera).projection();
     SceneOptions {
         camera: scene.options.camera,
-        size: size.map_or(scene.options.size, |size| SizeOptions {
-            width: Some(size.x),
-            height: Some(size.y),
-        }),
+        size: match size {
+            Some(size) => SizeOptions {
+                width: Some(size.x),
+                height: Some(size.y),
+            },
+            None => scene.options.size.of_projection(projection),
+        },
         print: args.print.0.or(scene.options.print),
         filter: args.filter.0.or(scene.options.filter),
         background: args.background.0.or(scene.options.background),

@@ -81,6 +81,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         renamed.map(|words| Warning::new("renamed-output", words)).as_slice(),
         idle_aov(args, &files.images).as_slice(),
         narrow_picture(&job.settings).as_slice(),
+        panorama_shape(&session).as_slice(),
         negative_lobes(&job.settings).as_slice(),
     ]
     .concat();
@@ -156,6 +157,21 @@ fn narrow_picture(settings: &Settings) -> Option<Warning> {
         )
     };
     is_slow.then(|| Warning::new("narrow-picture", text()))
+}
+
+/// Warns if a panorama does not have square pixels at the horizon.
+fn panorama_shape(session: &Session) -> Option<Warning> {
+    let (is_panorama, size) = session.panorama_size();
+    let text = || {
+        format!(
+            "a panorama of {}x{} pixels is squeezed: all directions around are twice as wide as high\n  help: use a --size twice as wide as high, such as {}x{}",
+            size.x,
+            size.y,
+            size.x,
+            (size.x / 2).max(1)
+        )
+    };
+    (is_panorama && size.x != 2 * size.y).then(|| Warning::new("panorama-shape", text()))
 }
 
 /// Note that the filter may make pixels negative.

@@ -15,11 +15,12 @@ pub(super) fn print_choices(session: &Session) {
         errln!("origin: {list} is subtracted from all positions (--origin off keeps them)");
     }
     if let Some(guess) = session.camera_guess() {
-        errln!(
-            "camera: {}\n  {}",
-            guess.words,
-            guess.flags(session.settings().camera.origin)
-        );
+        let origin = session.settings().camera.origin;
+        let flags = match session.has_fov() {
+            true => guess.flags(origin),
+            false => guess.place_flags(origin),
+        };
+        errln!("camera: {}\n  {flags}", guess.words);
     }
     if let Some(at) = session.settings().camera.focus_at {
         let distance = session.camera_description().parameters.focus_distance;

@@ -45,7 +45,7 @@ pub(crate) use memory::Memory;
 pub(crate) use renderer::denoise;
 pub(crate) use settings::all_threads;
 
-use crate::camera::{Camera, CameraDescription, CameraParameters, View};
+use crate::camera::{Camera, CameraDescription, CameraParameters, Projection, View};
 use crate::description::{LoadedScene, SceneFile, UnlitScene, load_scene_to_light};
 use crate::files::MemoryLimit;
 use crate::film::{Aov, Filter};
@@ -143,6 +143,17 @@ impl Session {
         let of_view = || self.description.camera(self.view_size()).ok();
         let is_stereo = self.description.stereo.is_some();
         is_stereo.then(of_view).flatten().unwrap_or(self.camera)
+    }
+
+    /// Returns true if the camera has a field of view that a guess can set: a perspective.
+    pub fn has_fov(&self) -> bool {
+        matches!(self.description.projection, Projection::Perspective { .. })
+    }
+
+    /// True if the picture is a panorama, and the size of the panorama of one eye.
+    pub fn panorama_size(&self) -> (bool, UVec2) {
+        let is_panorama = matches!(self.description.projection, Projection::Panorama);
+        (is_panorama, self.view_size())
     }
 
     /// Size of a view; the size of the picture if it has one view.

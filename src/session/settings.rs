@@ -121,7 +121,7 @@ impl Settings {
 
     /// Settings of `options`, with defaults for missing values.
     pub(crate) fn new(options: &SceneOptions, camera: CameraSettings) -> Self {
-        let (size, filter) = (&options.size, &options.filter);
+        let (size, filter) = (options.size.of_projection(options.camera.projection()), &options.filter);
         let noise = options.quality.noise(&options.sampling);
         let sampling = options.quality.under(options.sampling);
         Self {

@@ -95,13 +95,18 @@ impl CameraGuess {
 
     /// Flags that select this camera. `origin` is the point of the file that is the scene's origin.
     pub fn flags(&self, origin: DVec3) -> String {
+        format!("{} --fov {}", self.place_flags(origin), self.vertical_fov)
+    }
+
+    /// [`CameraGuess::flags`] without the field of view, for projections that have none.
+    pub fn place_flags(&self, origin: DVec3) -> String {
         let list = |v: Vec3| v.to_array().map(|x| x.to_string()).join(",");
         let [position, look_at] = [self.position, self.look_at].map(|p| position_text(p, origin).join(","));
         let mut flags = format!("--position {position} --look-at {look_at}");
         if self.up != Vec3::Y {
             flags += &format!(" --up {}", list(self.up));
         }
-        flags + &format!(" --fov {}", self.vertical_fov)
+        flags
     }
 }
 

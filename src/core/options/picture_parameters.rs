@@ -1,8 +1,10 @@
 //! Parameters of the image and of its sampling.
 
+use crate::camera::ProjectionKind;
 use crate::color::tone::{Curve, Exposure, MAX_EXPOSURE, Tone};
 use crate::denoise::Denoiser;
 use crate::film::FilterKind;
+use crate::math::UVec2;
 use crate::parameter::{Named, Range, Value, named, parameters};
 use crate::sampler::SamplerKind;
 use serde_json::json;
@@ -18,6 +20,25 @@ parameters! {
         width: u32 = 512, in Range::FromTo(1, MAX_SIDE);
         /// Height of the image in pixels
         height: u32 = 512, in Range::FromTo(1, MAX_SIDE);
+    }
+}
+
+impl SizeOptions {
+    /// The size with the default of `projection` if none is set: a panorama is twice as wide as
+    /// high, and a cube map has two rows of three faces.
+    pub fn of_projection(self, projection: ProjectionKind) -> Self {
+        let default = match projection {
+            ProjectionKind::Panorama => UVec2::new(1024, 512),
+            ProjectionKind::Cubemap => UVec2::new(1536, 1024),
+            _ => UVec2::new(self.width(), self.height()),
+        };
+        match (self.width, self.height) {
+            (None, None) => Self {
+                width: Some(default.x),
+                height: Some(default.y),
+            },
+            _ => self,
+        }
     }
 }
 

@@ -67,9 +67,12 @@ impl Named<'_> {
         let meant = near
             .first()
             .map_or(String::new(), |near| format!("did you mean {near}? "));
+        let is_number = preset.parse::<f32>().is_ok();
         let help = match Spectrum::of_text(preset) {
-            Some(_) => format!("a colour is a value of `diffuse`, as in --material 'NAME.diffuse={preset}'"),
-            None => format!("{meant}presets are {}", all.join(", ")),
+            Some(_) if !is_number => {
+                format!("a colour is a value of `diffuse`, as in --material 'NAME.diffuse={preset}'")
+            }
+            _ => format!("{meant}presets are {}", all.join(", ")),
         };
         self.error(place, &format!("there is no preset `{}`", excerpt(preset)), &help)
     }

@@ -326,3 +326,34 @@ fn furnace_is_even_in_every_projection() {
         }
     }
 }
+
+/// Without a size, panoramas are twice as wide as high, and cube maps have two rows of three faces.
+/// Other shapes of panoramas are warned of.
+#[test]
+fn pictures_of_all_directions_have_their_shape() {
+    let folder = folder(&[
+        ("a.obj", "v -9 -1 -9\nv 9 -1 -9\nv 0 -1 9\nf 1 2 3\n"),
+        (
+            "s.toml",
+            "version = 1\n[camera]\nprojection = \"panorama\"\n[[object]]\nobj = \"a.obj\"\n\
+             [[light]]\ntype = \"constant\"\nradiance = [1, 1, 1]\n",
+        ),
+    ]);
+    let at = folder.path();
+    let words = |line: &str| words(&run(at, &split(line)));
+    let place = "--position 0,1,0 --look-at 0,1,1 --spp 1 --denoise=off -o a.exr";
+    for (scene, expected) in [
+        ("s.toml", "1024x512"),
+        ("s.toml --projection cubemap", "1536x1024"),
+        ("s.toml --projection perspective", "512x512"),
+        ("a.obj --projection panorama", "1024x512"),
+    ] {
+        let words = words(&format!("render {scene} {place}"));
+        assert!(
+            words.contains(expected) && !words.contains("squeezed"),
+            "{scene}: {words}"
+        );
+    }
+    let words = words(&format!("render s.toml --size 64x64 {place}"));
+    assert!(words.contains("64x32"), "{words}");
+}

@@ -17,6 +17,7 @@ use crate::session::Session;
 pub(super) fn write_scene(output: &Output, job: &Job, session: &Session) -> Result<(), CliError> {
     let size = session.settings().resolution;
     let tone = job.options.tone;
+    let scene = session.lit_file().unwrap_or(&job.scene);
     let options = SceneOptions {
         size: SizeOptions {
             width: Some(size.x),
@@ -29,10 +30,9 @@ pub(super) fn write_scene(output: &Output, job: &Job, session: &Session) -> Resu
             exposure: tone.exposure.map(|_| session.settings().tone.exposure),
             ..tone
         },
-        load: job.scene.load.parameters,
+        load: scene.load.parameters,
         ..job.options
     };
-    let scene = session.lit_file().unwrap_or(&job.scene);
     let mut file = scene.with(&options, session.camera_description())?;
     if session.warnings().iter().any(|warning| warning.kind == DEFAULT_LIGHT) {
         file.light.push(LightSection::default_light());

@@ -53,11 +53,11 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     let job = Job::to_show_scene(&render, file)?;
     let session = Session::load(&job.scene, job.settings.clone(), &())?;
     // Also write the loading flags to the scene file.
+    let scene = session.lit_file().unwrap_or(&job.scene);
     let mut options = job.options;
-    options.load = job.scene.load.parameters;
     options.background.background = Some(session.settings().background);
     options.tone.exposure = Some(session.settings().tone.exposure);
-    let scene = session.lit_file().unwrap_or(&job.scene);
+    options.load = scene.load.parameters;
     let text = scene.template(&options, session.camera_description(), &inspection, &path)?;
     output.write(|writer| writer.write_all(text.as_bytes()))?;
     outln!(

@@ -17,6 +17,7 @@ mod find_texture;
 mod ground_section;
 mod in_order;
 mod key_schema;
+mod levels;
 mod light_changes;
 mod light_group_section;
 mod light_section;
@@ -53,7 +54,7 @@ pub(crate) use load::{UnlitScene, load_scene_to_light};
 pub use made_object::MadeObject;
 pub use map_section::{MapSection, TextureSection};
 pub use material_section::MaterialSection;
-pub use object_section::{Instances, ObjectSection, Scale, TransformSection};
+pub use object_section::{Instances, ObjectSection, Scale, TransformSection, WrittenSubdivision};
 pub use part_section::{PartKeys, PartSection};
 pub use presets::{PRESETS, Preset};
 pub use scene_file::SceneFile;
@@ -62,6 +63,7 @@ pub use schema::schema_text;
 
 #[cfg(feature = "cli")]
 pub(crate) use cameras::FileCamera;
+pub(crate) use levels::{LEVELS, ObjectCage};
 pub(crate) use light_changes::{Environment, LightChanges, Sun, Viewpoint};
 #[cfg(all(test, feature = "cli"))]
 pub(crate) use section::Section;

@@ -1,11 +1,14 @@
 use super::LoadParameters;
 use super::key_schema::{either, list};
 use super::section::{key_types, section, table};
-use crate::geometry::MAX_STEPS;
+use crate::io::Subdivision;
 use crate::math::Vec3;
 use crate::options::Range;
+use crate::parameter::Value;
+use serde::de::{self, Deserializer, Unexpected, Visitor};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
+use std::fmt;
 use std::path::PathBuf;
 
 section! {
@@ -33,10 +36,10 @@ section! {
         ///
         /// Vertices move on straight lines.
         obj_close: PathBuf, default "as at time 0";
-        /// Steps of subdivision, which make a smooth surface of the faces
+        /// Steps of subdivision, which make a smooth surface of the faces: 0 to 12, or `"pixels:W"`
         ///
         /// See [Smooth surfaces](../how-to/smooth-and-displace.md).
-        subdivision: u32, default "render.subdivision", schema json!({ "type": "integer", "minimum": 0, "maximum": MAX_STEPS });
+        subdivision: WrittenSubdivision, default "render.subdivision";
         /// Angle in degrees between faces above which subdivision keeps edges sharp
         crease_angle: f32, default "render.crease_angle", in Range::Between(0.0, 180.0);
         /// Placements of copies: a list of matrices, or a file with one per line
@@ -71,6 +74,52 @@ section! {
         rotate: [f32; 3];
         /// Scale: one factor, or one for each axis; applied first
         scale: Scale;
+    }
+}
+
+/// Value of `subdivision`
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WrittenSubdivision(pub Subdivision);
+
+impl Serialize for WrittenSubdivision {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.0 {
+            Subdivision::Steps(steps) => serializer.serialize_u32(steps),
+            Subdivision::Pixels(_) => serializer.serialize_str(&self.0.text()),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for WrittenSubdivision {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(SubdivisionVisitor)
+    }
+}
+
+/// Deserialiser of `subdivision`.
+struct SubdivisionVisitor;
+
+impl Visitor<'_> for SubdivisionVisitor {
+    type Value = WrittenSubdivision;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(Subdivision::KIND)
+    }
+
+    fn visit_i64<E: de::Error>(self, steps: i64) -> Result<WrittenSubdivision, E> {
+        let value = Subdivision::of_text(&steps.to_string()).map(WrittenSubdivision);
+        value.ok_or_else(|| E::invalid_value(Unexpected::Signed(steps), &self))
+    }
+
+    fn visit_u64<E: de::Error>(self, steps: u64) -> Result<WrittenSubdivision, E> {
+        let value = Subdivision::of_text(&steps.to_string()).map(WrittenSubdivision);
+        value.ok_or_else(|| E::invalid_value(Unexpected::Unsigned(steps), &self))
+    }
+
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<WrittenSubdivision, E> {
+        let value = Subdivision::of_text(text).filter(|value| value.pixels().is_some());
+        let value = value.map(WrittenSubdivision);
+        value.ok_or_else(|| E::invalid_value(Unexpected::Str(text), &self))
     }
 }
 
@@ -109,6 +158,7 @@ impl Scale {
 
 key_types! {
     TransformSection: |_number| table::<Self>(None);
+    WrittenSubdivision: |_number| Subdivision::schema();
     Scale: |number| either(&[number.clone(), list(3, number)]);
     Instances: |number| either(&[
         json!({ "type": "string" }),

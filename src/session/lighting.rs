@@ -20,7 +20,7 @@ const BACKDROP: Spectrum = Spectrum::rgb(0.105, 0.14, 0.19);
 const LAMP: f32 = 20.0;
 
 /// Copy of `settings` with the camera of `parameters` and without guesses.
-fn settled(settings: &Settings, parameters: &CameraParameters) -> Settings {
+pub(super) fn settled(settings: &Settings, parameters: &CameraParameters) -> Settings {
     let mut settings = settings.clone();
     settings.guesses = Guesses::default();
     let camera = &mut settings.camera;

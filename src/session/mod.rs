@@ -20,6 +20,7 @@ mod change;
 mod drawing;
 mod guesses;
 mod hash;
+mod levels;
 mod lighting;
 mod memory;
 mod merge;
@@ -89,8 +90,8 @@ pub struct Session {
     given_camera: CameraSettings,
     /// Description of the guess of light or ground, if one was made.
     lit_words: Option<LitWords>,
-    /// The scene file with guessed light, or with light that was placed for a guessed camera.
-    /// `None` if the light did not change.
+    /// The scene file with guessed light, with light that was placed for a guessed camera, or with
+    /// numbers of subdivision steps that follow from the camera. `None` if nothing changed.
     lit_file: Option<SceneFile>,
     /// Files from which the scene was read.
     files: Vec<PathBuf>,
@@ -120,6 +121,9 @@ impl Session {
         }
         // Check before any file is read. The number of light groups is not known yet.
         check_pixels(&settings, settings.light_paths.len(), limit)?;
+        if file.has_levels_by_pixels() {
+            return Self::load_by_pixels(file, settings, observer);
+        }
         let pool = thread_pool(settings.threads)?;
         let method = settings.method();
         let builder = method.scene_builder();
@@ -395,8 +399,9 @@ impl Session {
         self.lit_words.as_ref()?.ground()
     }
 
-    /// The scene file with guessed light, or with light that was placed for a guessed camera.
-    /// `None` if the light equals the light of the given file.
+    /// The scene file with guessed light, with light that was placed for a guessed camera, or with
+    /// numbers of subdivision steps that follow from the camera. `None` if the given file has
+    /// neither.
     pub fn lit_file(&self) -> Option<&SceneFile> {
         self.lit_file.as_ref()
     }

@@ -59,7 +59,7 @@ pub struct Finding {
 pub const DEFAULT_LIGHT: &str = "default-light";
 
 /// Notes that a render prints, because their assumptions change the picture.
-const REPORTED_NOTES: [&str; 13] = [
+const REPORTED_NOTES: [&str; 14] = [
     DEFAULT_LIGHT,
     "mtl-dialect",
     "no-library",
@@ -72,6 +72,7 @@ const REPORTED_NOTES: [&str; 13] = [
     "maps-by-name",
     "displacement",
     "skipped-elements",
+    "subdivision-by-pixels",
     "vertex-colors",
 ];
 

@@ -31,7 +31,7 @@ pub fn load_obj(
             let error = FileError::new(path, "--hide, --only and [part]: obj-reader tobj reads no parts").of_flag();
             return Err(error.help("use --obj-reader own"));
         }
-        ObjReader::Tobj if options.parameters.subdivision() > 0 => {
+        ObjReader::Tobj if options.parameters.subdivision().steps() > 0 => {
             let error = FileError::new(path, "subdivision: obj-reader tobj reads no polygons").of_flag();
             return Err(error.help("use --obj-reader own"));
         }

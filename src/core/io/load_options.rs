@@ -1,8 +1,7 @@
 use super::mtl::LibraryOptions;
 use super::origin::Origin;
 use super::part_filter::PartFilter;
-use super::{MtlDialect, Severity};
-use crate::geometry::MAX_STEPS;
+use super::{MtlDialect, Severity, Subdivision};
 use crate::parameter::{Named, Range, named, parameters};
 use crate::scene::{CutLight, Panes};
 use crate::texture::TextureFilter;
@@ -20,11 +19,13 @@ parameters! {
         obj_reader: ObjReader = ObjReader::Own;
         /// Smooth edges below this angle in degrees, ignoring the file's normals
         smooth: f32, default "normals of the file", in Range::Above(0.0);
-        /// Steps of subdivision of all objects
+        /// Steps of subdivision of all objects: 0 to 12, or pixels:W for edges of W pixels
         ///
         /// Each step divides a face into four, and the mesh becomes the smooth surface whose
         /// control mesh it is: by Loop if all faces are triangles, by Catmull and Clark otherwise.
-        subdivision: u32 = 0, in Range::FromTo(0, MAX_STEPS), flag "subdivide";
+        /// `pixels:1.5` makes the smallest number of steps after which edges are at most 1.5 pixels
+        /// long, as seen from the camera.
+        subdivision: Subdivision = Subdivision::Steps(0), flag "subdivide";
         /// Keep edges between faces sharp above this angle in degrees
         ///
         /// For subdivision. A vertex keeps its position if the sharp curve through it turns by more

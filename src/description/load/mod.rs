@@ -24,7 +24,7 @@ use super::part_section::PartSection;
 use super::patches::{Patch, PatchList};
 use super::scene_file::SceneFile;
 use super::texture::TextureRequest;
-use super::{FileError, Findings, LoadObserver, MemoryLimit, Severity, Warning};
+use super::{FileError, Finding, Findings, LoadObserver, MemoryLimit, Severity, Warning};
 use crate::io::LoadOptions;
 use crate::light::LightGroupId;
 use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};

@@ -1,6 +1,7 @@
 //! Reads the OBJ files of objects.
 
-use super::Loader;
+use super::{Finding, Loader, Severity};
+use crate::description::levels::LEVELS;
 use crate::description::load_obj::load_obj;
 use crate::description::obj::ObjFile;
 use crate::description::object_section::ObjectSection;
@@ -8,8 +9,9 @@ use crate::description::patches::PatchList;
 use crate::description::scene_file::SceneFile;
 use crate::description::section::value;
 use crate::description::{FileError, Findings};
-use crate::geometry::MAX_STEPS;
+use crate::io::Subdivision;
 use crate::lint::ObjSource;
+use crate::parameter::Value;
 use std::collections::{BTreeMap, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -45,7 +47,7 @@ impl Shapes {
         let parameters = &file.load.parameters;
         let shape = |name: &Spanned<PathBuf>| Shape {
             path: file.resolve(name.get_ref()),
-            steps: value(&object.subdivision).unwrap_or(parameters.subdivision()),
+            steps: file.subdivision_of(object).steps(),
             crease_angle: value(&object.crease_angle)
                 .or(parameters.crease_angle())
                 .map(f32::to_bits),
@@ -94,7 +96,7 @@ impl Loader<'_> {
                 }
                 let path = shape.path.clone();
                 let is_read = self.files.contains(&path);
-                match self.read_shape(shape, object) {
+                match self.read_shape(shape) {
                     Err(error) => self.wrong("unreadable-file", self.named_here(error, &path, name.span())),
                     Ok(mut obj) => {
                         for (fits, glob) in self.part_fits.iter_mut().zip(self.load.parts.globs()) {
@@ -124,6 +126,7 @@ impl Loader<'_> {
                 }
             }
         }
+        self.report_levels();
         self.check_parts(&objs);
         for object in &self.file.made {
             if let Err(error) = self.add_made(object, &objs) {
@@ -137,16 +140,25 @@ impl Loader<'_> {
         sources
     }
 
+    /// Adds a note if a number of steps depends on the camera, which the loader does not know.
+    fn report_levels(&mut self) {
+        let Some((object, pixels)) = self.file.objects_by_pixels().next() else {
+            return;
+        };
+        let text = Subdivision::Pixels(pixels).text();
+        let message =
+            format!("subdivision {text}: not subdivided here; a render finds the number of steps from its camera");
+        let error = FileError::new(&self.file.resolve(object.obj.get_ref()), message);
+        let error = error.help("use --subdivide 3 for a fixed number of steps");
+        let count = self.file.objects_by_pixels().count() as u64;
+        let finding = Finding::new(Severity::Note, LEVELS, error);
+        self.findings.push(finding.repeated(count, []));
+    }
+
     /// Reads the OBJ file of an object.
-    fn read_shape(&mut self, shape: &Shape, object: &ObjectSection) -> Result<ObjFile, FileError> {
-        let subdivision = object.subdivision.as_ref().filter(|steps| *steps.get_ref() > MAX_STEPS);
-        if let Some(steps) = subdivision {
-            let message = format!("subdivision = {}", steps.get_ref());
-            let error = self.file.error(steps.span(), message);
-            return Err(error.help(format!("write a number of steps from 0 to {MAX_STEPS}")));
-        }
+    fn read_shape(&mut self, shape: &Shape) -> Result<ObjFile, FileError> {
         let mut options = self.load.clone();
-        options.parameters.subdivision = Some(shape.steps);
+        options.parameters.subdivision = Some(Subdivision::Steps(shape.steps));
         options.parameters.crease_angle = shape.crease_angle.map(f32::from_bits);
         let is_told = self.files.contains(&shape.path);
         let mut again = Findings::default();

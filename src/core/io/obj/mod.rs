@@ -1,13 +1,14 @@
 //! OBJ files: chunks (`counts`, `parse`), their statements (`chunk`) and contents (`outline`),
 //! faces by material (`groups`) or as written (`faces`), polygons (`polygon`), smoothing groups
 //! (`smoothing`), material libraries (`libraries`), movement of parts (`moved_parts`), pairs of
-//! front and back faces at the same place (`sides`), subdivision (`subdivide`), lines and points
-//! (`wires`).
+//! front and back faces at the same place (`sides`), subdivision (`subdivide`) and the edges before
+//! it (`cage`), lines and points (`wires`).
 //!
 //! A text is cut between statements into chunks of a fixed size, which are read in parallel and
 //! joined in order. The result is bit-identical for any chunks and threads. One reader serves
 //! renders, which need a mesh, and `embrasure check`, which needs all errors (`io/finding.rs`).
 
+mod cage;
 mod chunk;
 mod colors;
 mod counts;
@@ -35,6 +36,7 @@ use crate::files::input;
 use crate::files::memory::Allowance;
 use crate::geometry::{Mesh, PartNames};
 use crate::math::{DVec3, excerpt_of_name};
+pub use cage::Cage;
 use chunk::DataSelection;
 use colors::{Colors, take_colors};
 use counts::Chunks;

@@ -24,7 +24,7 @@ pub(super) fn subdivide(
     allowance: Allowance,
     findings: &mut Findings,
 ) -> Result<(), FileError> {
-    let steps = parameters.subdivision();
+    let steps = parameters.subdivision().steps();
     if steps == 0 {
         return Ok(());
     }

@@ -1,0 +1,111 @@
+//! Edges of an OBJ file before subdivision, from which the number of steps is computed.
+
+use super::chunk::DataSelection;
+use super::colors::Colors;
+use super::counts::Chunks;
+use super::moved_parts::move_parts;
+use super::{CHUNK_BYTES, chosen_origin, parse, read_text};
+use crate::files::MemoryLimit;
+use crate::files::memory::Allowance;
+use crate::io::{FileError, LoadOptions};
+use crate::math::{Bounds3, Vec3};
+use std::fs;
+use std::path::Path;
+
+/// Edges of the faces of an OBJ file before subdivision.
+///
+/// The first step of Catmull and Clark also makes edges from the middle of a face to the middles of
+/// its sides. In faces of more than four corners they can be longer than half a side. The cage has
+/// an edge of twice their length for each of them, so that a step halves all edges of the cage.
+#[derive(Clone, Debug)]
+pub struct Cage {
+    /// End points, in units of the file.
+    pub positions: Vec<Vec3>,
+    /// Indices of the end points of each edge.
+    pub edges: Vec<[u32; 2]>,
+    /// Bounding box of all edges.
+    pub bounds: Bounds3,
+    /// Length of the longest edge.
+    pub longest: f32,
+}
+
+impl Cage {
+    /// Reads the faces of a file as a render does. Hidden parts have no edges, and moved parts are
+    /// moved. Displacement is not applied.
+    ///
+    /// # Errors
+    ///
+    /// A file that cannot be read, or too little memory.
+    pub fn read(path: &Path, options: &LoadOptions) -> Result<Self, FileError> {
+        let allowance = Allowance {
+            limit: MemoryLimit::of(options.max_memory),
+            kept: 0,
+        };
+        let length = fs::metadata(path).map_or(0, |data| data.len());
+        allowance.check(path, length)?;
+        let text = read_text(path)?;
+        let chunks = Chunks::count(&text, CHUNK_BYTES);
+        allowance.check(path, chunks.bytes(length))?;
+        let selection = DataSelection {
+            origin: chosen_origin(path, options),
+            keep_lines: false,
+            keep_wires: false,
+            keep_names: true,
+            parts: &options.parts,
+        };
+        let mut outline = parse::parse(path, &chunks, selection, &|_| ())?;
+        drop(chunks);
+        drop(text);
+        move_parts(&mut outline, &mut Colors::default(), &options.parts);
+        let mut cage = Self {
+            positions: std::mem::take(&mut outline.vertices.positions),
+            edges: Vec::new(),
+            bounds: Bounds3::EMPTY,
+            longest: 0.0,
+        };
+        for section in &outline.sections {
+            let mut start = 0;
+            for &size in section.sizes() {
+                let size = size as usize;
+                let corner = |i: usize| section.corner(start + i % size)[0];
+                let sides = (0..size).map(|i| [corner(i), corner(i + 1)]);
+                cage.edges.extend(sides.clone().map(|[a, b]| [a.min(b), a.max(b)]));
+                if size > 4 {
+                    cage.add_spokes(sides);
+                }
+                start += size;
+            }
+        }
+        cage.edges.sort_unstable();
+        cage.edges.dedup();
+        for &edge in &cage.edges {
+            let [a, b] = edge.map(|i| cage.positions[i as usize]);
+            cage.bounds.extend(a);
+            cage.bounds.extend(b);
+            cage.longest = cage.longest.max(a.distance(b));
+        }
+        Ok(cage)
+    }
+
+    /// Adds an edge from the middle of a face through the middle of each of its sides.
+    fn add_spokes(&mut self, sides: impl Iterator<Item = [u32; 2]> + Clone) {
+        let at = |cage: &Self, i: u32| cage.positions[i as usize];
+        let (count, sum) = sides
+            .clone()
+            .fold((0, Vec3::ZERO), |(count, sum), [a, _]| (count + 1, sum + at(self, a)));
+        let middle = sum / count as f32;
+        let center = self.positions.len() as u32;
+        self.positions.push(middle);
+        for [a, b] in sides {
+            let end = self.positions.len() as u32;
+            let through = at(self, a) + at(self, b) - middle;
+            self.positions.push(through);
+            self.edges.push([center, end]);
+        }
+    }
+
+    /// End points of each edge.
+    pub fn ends(&self) -> impl Iterator<Item = [Vec3; 2]> {
+        self.edges.iter().map(|edge| edge.map(|i| self.positions[i as usize]))
+    }
+}

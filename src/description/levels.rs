@@ -1,0 +1,107 @@
+//! Numbers of subdivision steps that depend on the camera (`subdivision = "pixels:1.5"`). The
+//! session computes them from the cages of the objects, and writes them into a copy of the scene
+//! file.
+
+use super::placement::place;
+use super::section::value;
+use super::{FileError, ObjectSection, SceneFile, WrittenSubdivision};
+use crate::geometry::Placement;
+use crate::io::{Cage, ObjReader, Subdivision};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+use toml::Spanned;
+
+/// Code of the note about numbers of steps that depend on the camera.
+pub(crate) const LEVELS: &str = "subdivision-by-pixels";
+
+/// An object whose number of subdivision steps depends on the camera.
+pub(crate) struct ObjectCage {
+    /// Index of the object in the scene file.
+    pub object: usize,
+    /// Maximum length of an edge in pixels.
+    pub pixels: f32,
+    /// Edges before subdivision, at time 0.
+    pub open: Arc<Cage>,
+    /// Edges at time 1, if the vertices move.
+    pub close: Option<Arc<Cage>>,
+    /// Placements of all copies.
+    pub placements: Vec<Placement>,
+}
+
+impl SceneFile {
+    /// Subdivision of `object`, by its own key or by the option for all objects.
+    pub(super) fn subdivision_of(&self, object: &ObjectSection) -> Subdivision {
+        let own = value(&object.subdivision).map(|WrittenSubdivision(own)| own);
+        own.unwrap_or(self.load.parameters.subdivision())
+    }
+
+    /// Objects whose number of subdivision steps depends on the camera, with their maximum length
+    /// of an edge in pixels.
+    pub(super) fn objects_by_pixels(&self) -> impl Iterator<Item = (&ObjectSection, f32)> {
+        let pixels_of = |object| Some((object, self.subdivision_of(object).pixels()?));
+        self.object.iter().filter_map(pixels_of)
+    }
+
+    /// Returns true if the number of subdivision steps of an object depends on the camera.
+    pub(crate) fn has_levels_by_pixels(&self) -> bool {
+        self.objects_by_pixels().next().is_some()
+    }
+
+    /// Cages of the objects whose number of subdivision steps depends on the camera. An object
+    /// with an error is left out: loading the scene finds the same error, and reports its place.
+    ///
+    /// # Errors
+    ///
+    /// An invalid `[part]`, or a reader that does not read polygons.
+    pub(crate) fn cages(&self) -> Result<Vec<ObjectCage>, FileError> {
+        if self.load.parameters.obj_reader() == ObjReader::Tobj {
+            let error = self.whole("subdivision: obj-reader tobj reads no polygons").of_flag();
+            return Err(error.help("use --obj-reader own"));
+        }
+        let mut options = self.load.clone();
+        options.parts = self.part_filter(&self.part_patches()?);
+        let mut known: BTreeMap<PathBuf, Option<Arc<Cage>>> = BTreeMap::new();
+        let mut read = |path: PathBuf| {
+            let cage = known.entry(path);
+            let cage = cage.or_insert_with_key(|path| Cage::read(path, &options).ok().map(Arc::new));
+            cage.clone()
+        };
+        let mut cages = Vec::new();
+        for (index, object) in self.object.iter().enumerate() {
+            let Some(pixels) = self.subdivision_of(object).pixels() else {
+                continue;
+            };
+            let open = read(self.resolve(object.obj.get_ref()));
+            let close = object.obj_close.as_ref().map(|name| self.resolve(name.get_ref()));
+            let close = close.and_then(&mut read);
+            if let (Some(open), Ok(place)) = (open, place(self, object)) {
+                cages.push(ObjectCage {
+                    object: index,
+                    pixels,
+                    open,
+                    close,
+                    placements: place.into_placements(),
+                });
+            }
+        }
+        Ok(cages)
+    }
+
+    /// The scene file with numbers of subdivision steps that do not depend on the camera: of each
+    /// object in `levels`, by its index, the given number, and 0 of other objects.
+    pub(crate) fn with_levels(&self, levels: &BTreeMap<usize, u32>) -> Self {
+        let mut file = self.clone();
+        for (index, object) in file.object.iter_mut().enumerate() {
+            let level = levels.get(&index).copied();
+            if level.is_some() || self.subdivision_of(object).pixels().is_some() {
+                let level = WrittenSubdivision(Subdivision::Steps(level.unwrap_or(0)));
+                object.subdivision = Some(Spanned::new(0..0, level));
+            }
+        }
+        let of_all = &mut file.load.parameters.subdivision;
+        *of_all = of_all.filter(|of_all| of_all.pixels().is_none());
+        file.options.load.subdivision = *of_all;
+        file
+    }
+}

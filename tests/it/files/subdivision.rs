@@ -231,3 +231,205 @@ fn subdivision_interpolates_colors() {
     let max = coarse.iter().zip(&fine).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(max < 2e-3, "{max}");
 }
+
+/// Grid of 4 × 4 unit squares in the plane z = 0, around the origin. One vertex is raised, so that
+/// each step changes the picture.
+fn grid() -> String {
+    let mut text = String::new();
+    for i in 0..25 {
+        let height = if i == 12 { 1 } else { 0 };
+        text += &format!("v {} {} {height}\n", i % 5 - 2, i / 5 - 2);
+    }
+    for i in (0..20).filter(|i| i % 5 < 4) {
+        text += &format!("f {} {} {} {}\n", i + 1, i + 2, i + 7, i + 6);
+    }
+    text
+}
+
+/// Scene of the grid, with 16 pixels per unit.
+const FROM_ABOVE: &str = "version = 1\n[camera]\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\n\
+    projection = \"orthographic\"\northo_height = 4\n[image]\nwidth = 64\nheight = 64\n[render]\nsamples = 4\n\
+    [[object]]\nobj = \"a.obj\"\n[[light]]\ntype = \"directional\"\ndirection = [1, 1, -1]\nirradiance = 1\n";
+
+fn grid_with(scene: &str) -> TempDir {
+    folder(&[("a.obj", &grid()), ("s.toml", scene)])
+}
+
+/// Renders `s.toml` in `with` with `flags`, and returns the picture's name.
+fn rendered(with: &TempDir, flags: &str, out: &str) -> std::path::PathBuf {
+    done(
+        with.path(),
+        &joined(&["render", "s.toml", "-q", "-o", out], &split(flags)),
+    );
+    with.path().join(out)
+}
+
+/// The number of steps that the note of a render says.
+fn steps_of(with: &TempDir, flags: &str) -> u32 {
+    let args = ["render", "s.toml", "--spp", "1", "-o", "n.exr"];
+    let text = words(&done(with.path(), &joined(&args, &split(flags))));
+    let steps = text.split("steps ").nth(1).unwrap_or_else(|| panic!("{text}"));
+    steps.split(' ').next().unwrap().parse().unwrap()
+}
+
+/// The longest edge of the grid, from the raised vertex, has √2 · 16 = 22.6 pixels. The number of
+/// steps halves it to the given length, and follows size and camera, not crop and samples.
+#[test]
+fn steps_by_pixels_are_the_smallest_that_suffice() {
+    let with = grid_with(FROM_ABOVE);
+    for (pixels, steps) in [(23.0, 0), (22.0, 1), (12.0, 1), (11.0, 2), (5.7, 2), (5.6, 3), (1.5, 4)] {
+        let flags = format!("--subdivide pixels:{pixels}");
+        assert_eq!(steps_of(&with, &flags), steps, "{pixels}");
+        assert_eq!(steps_of(&with, &format!("{flags} --size 128x128")), steps + 1);
+    }
+    let by_pixels = rendered(&with, "--subdivide pixels:5", "a.exr");
+    assert_same_bits(&by_pixels, &rendered(&with, "--subdivide 3", "b.exr"));
+    assert_eq!(steps_of(&with, "--subdivide pixels:5 --crop 0,0,8,8"), 3);
+    assert_eq!(steps_of(&with, "--subdivide pixels:5 --set camera.ortho_height=16"), 1);
+
+    // The key of an object is a string
+    let key = FROM_ABOVE.replace("a.obj\"\n", "a.obj\"\nsubdivision = \"pixels:5\"\n");
+    assert_same_bits(&by_pixels, &rendered(&grid_with(&key), "", "a.exr"));
+    assert_same_bits(&by_pixels, &rendered(&grid_with(&key), "--subdivide 3", "a.exr"));
+    let of_all = FROM_ABOVE.replace("samples = 4", "samples = 4\nsubdivision = \"pixels:5\"");
+    assert_same_bits(&by_pixels, &rendered(&grid_with(&of_all), "", "a.exr"));
+}
+
+/// The nearest copy decides, at both ends of its motion, and a distant camera needs fewer steps.
+#[test]
+fn steps_by_pixels_follow_the_nearest_placement() {
+    let far = FROM_ABOVE.replace(
+        "projection = \"orthographic\"\northo_height = 4\n",
+        "vertical_fov = 40\n",
+    );
+    let far = far.replace("[0, 0, 5]", "[0, 0, 41]");
+    let at = |z: u32| format!("[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, {z}], [0, 0, 0, 1]]");
+    let with_key = |key: String| grid_with(&far.replace("a.obj\"\n", &format!("a.obj\"\n{key}\n")));
+    let steps = |key: String| steps_of(&with_key(key), "--subdivide pixels:0.5");
+    let alone = steps(String::new());
+    // A quarter of the distance to the raised vertex: two steps more
+    let near = steps(format!("instances = [{}, {}]", at(0), at(30)));
+    assert_eq!([alone, near], [3, 5]);
+    assert_eq!(steps("transform_close = { translate = [0, 0, 30] }".into()), near);
+    assert_eq!(steps("transform_close = { translate = [0, 0, -30] }".into()), alone);
+    assert_eq!(steps("transform = { scale = 0.25 }".into()), alone - 2);
+    let panorama = steps_of(
+        &with_key(String::new()),
+        "--subdivide pixels:0.5 --projection panorama --size 128x64",
+    );
+    assert!((1..=alone).contains(&panorama), "{panorama}");
+    // Behind and inside of the camera's place, the distance has a minimum
+    let inside = far
+        .replace("[0, 0, 41]", "[0.1, 0.2, 0]")
+        .replace("look_at = [0, 0, 0]", "look_at = [1, 0, 0]");
+    let text = words(&done(
+        grid_with(&inside).path(),
+        &[
+            "render",
+            "s.toml",
+            "--spp",
+            "1",
+            "-o",
+            "n.exr",
+            "--subdivide",
+            "pixels:64",
+        ],
+    ));
+    assert!(text.contains("steps "), "{text}");
+}
+
+/// A guessed camera is guessed without the steps. A written scene file has the number of steps.
+#[test]
+fn steps_by_pixels_work_with_a_guessed_camera() {
+    let with = grid_with(FROM_ABOVE);
+    let args = |out| {
+        [
+            "render",
+            "a.obj",
+            "--size",
+            "64x48",
+            "--spp",
+            "2",
+            "--denoise=off",
+            "-o",
+            out,
+        ]
+    };
+    let by_pixels = joined(&args("a.exr"), &["--subdivide", "pixels:2", "--dump-scene", "d.toml"]);
+    let text = words(&done(with.path(), &by_pixels));
+    assert!(
+        text.contains("camera: ") && text.contains("light: ") && text.contains("steps 3 for a.obj"),
+        "{text}"
+    );
+    let dumped = std::fs::read_to_string(with.path().join("d.toml")).unwrap();
+    assert!(
+        dumped.contains("subdivision = 3") && !dumped.contains("pixels"),
+        "{dumped}"
+    );
+    done(
+        with.path(),
+        &["render", "d.toml", "--spp", "2", "--denoise=off", "-q", "-o", "b.exr"],
+    );
+    assert_same_bits(&with.path().join("a.exr"), &with.path().join("b.exr"));
+    let twice = joined(&args("c.exr"), &["--subdivide", "pixels:2", "--threads", "1"]);
+    done(with.path(), &twice);
+    assert_same_bits(&with.path().join("a.exr"), &with.path().join("c.exr"));
+}
+
+/// Parts of the samples have one scene hash, and merge to the bits of the picture, with a given and
+/// with a guessed camera. A resumed render continues.
+#[test]
+fn parts_with_steps_by_pixels_merge_to_one_picture() {
+    let with = grid_with(FROM_ABOVE);
+    let path = |name: &str| with.path().join(name);
+    for scene in ["s.toml", "a.obj"] {
+        let usual = ["render", scene, "-q", "--size", "32x32", "--denoise=off"];
+        let render = |flags: &str| {
+            done(with.path(), &joined(&usual, &split(flags)));
+        };
+        render("--spp 128 -o whole.exr --subdivide pixels:3");
+        render("--spp 128 -o a.exr --subdivide pixels:3 --samples 0..64");
+        render("--spp 128 -o b.exr --subdivide pixels:3 --samples 64..128 --threads 1");
+        done(with.path(), &["merge", "-q", "a.exr", "b.exr", "-o", "merged.exr"]);
+        assert_same_bits(&path("whole.exr"), &path("merged.exr"));
+        let _ = std::fs::remove_file(path("c.exr"));
+        render("--spp 64 --subdivide pixels:3 --checkpoint c.exr -o part.exr");
+        render("--spp 128 --subdivide pixels:3 --checkpoint c.exr --resume -o resumed.exr");
+        assert_same_bits(&path("whole.exr"), &path("resumed.exr"));
+        // Parts of other numbers of steps are of another scene
+        render("--spp 128 -o d.exr --subdivide pixels:40 --samples 64..128");
+        refused(with.path(), &["merge", "-q", "a.exr", "d.exr", "-o", "merged.exr"], 1);
+    }
+}
+
+/// Invalid values name the value and the valid ones. Commands without a camera say so.
+#[test]
+fn invalid_steps_by_pixels_are_errors() {
+    let with = grid_with(FROM_ABOVE);
+    for value in [
+        "pixels:0",
+        "pixels:-1",
+        "pixels:nan",
+        "pixels:inf",
+        "pixels:",
+        "pixels:wide",
+        "wide",
+        "13",
+    ] {
+        let error = refused(with.path(), &["render", "s.toml", "--subdivide", value], 2);
+        assert!(
+            error.contains(&format!("--subdivide {value}")) && error.contains("pixels:1.5"),
+            "{error}"
+        );
+        let key = FROM_ABOVE.replace("a.obj\"\n", &format!("a.obj\"\nsubdivision = \"{value}\"\n"));
+        let error = refused(grid_with(&key).path(), &["render", "s.toml"], 1);
+        assert!(
+            error.contains(&format!("\"{value}\"")) && error.contains("pixels:1.5"),
+            "{error}"
+        );
+    }
+    let text = printed(&done(with.path(), &["check", "s.toml", "--subdivide", "pixels:2"]));
+    assert!(text.contains("subdivision pixels:2: not subdivided here"), "{text}");
+    let tobj = ["render", "s.toml", "--subdivide", "pixels:2", "--obj-reader", "tobj"];
+    assert!(refused(with.path(), &tobj, 2).contains("--obj-reader own"));
+}

@@ -6,7 +6,7 @@ use super::job::{Job, SceneKind, kind_of, read_scene};
 use super::outputs::Outputs;
 use super::warnings::ShownWarnings;
 use super::words;
-use crate::description::inspect_scene;
+use crate::description::{LEVELS, inspect_scene};
 use crate::io::{DEFAULT_LIGHT, FileError};
 use crate::scene::SceneBuilder;
 use crate::session::Session;
@@ -41,9 +41,10 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     if let Some(error) = inspection.findings.first_error() {
         return Err(error.clone().into());
     }
-    // Leave out the warning about default light: the new scene file contains this light.
+    // Leave out messages about defaults that the new scene file contains: light, and numbers of
+    // subdivision steps.
     let mut warnings = inspection.findings.warnings();
-    warnings.retain(|warning| warning.kind != DEFAULT_LIGHT);
+    warnings.retain(|warning| ![DEFAULT_LIGHT, LEVELS].contains(&warning.kind));
     ShownWarnings::Summary.show(&warnings, &args.scene);
     let render = RenderArgs {
         scene: args.scene.clone(),

@@ -32,7 +32,8 @@ pub(in crate::cli) struct DevelopArgs {
 
     /// Mask of the names that match, from --aov cryptomatte
     ///
-    /// Names are of parts, objects and materials. White is what they cover. LAYER:GLOB searches one layer, such as CryptoMaterial:wood.
+    /// Names are of parts, objects and materials. White is what they cover. LAYER:GLOB searches one
+    /// layer, such as CryptoMaterial:wood.
     #[arg(long, value_name = "GLOB", conflicts_with_all = ["channel", "list", "denoise", "lines"])]
     pub matte: Option<String>,
 

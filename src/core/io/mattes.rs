@@ -1,5 +1,5 @@
-//! Names of the mattes of an EXR file (Cryptomatte specification 1.2), of this program or of another
-//! one.
+//! Names of the mattes of an EXR file (Cryptomatte specification 1.2), of this program or of
+//! another one.
 
 use super::cryptomatte;
 use super::metadata::FeatureNames;

@@ -149,10 +149,10 @@ pub(in crate::cli) struct RenderArgs {
     /// Further channels of EXR files, such as P, uv, id, cryptomatte, lines or all
     ///
     /// Also motion, points (photons or irradiance records) and strategies (bdpt, --max-depth up to
-    /// 6); lights is a layer for each light group; all includes everything but lines and strategies.
-    /// Light paths: emission, direct, indirect, diffuse_direct, diffuse_indirect (also specular_
-    /// and transmission_), bounces, bounces:N, bounce.N, and light path expressions such as
-    /// 'lpe:caustics=LS+DE'.
+    /// 6); lights is a layer for each light group; all includes everything but lines and
+    /// strategies. Light paths: emission, direct, indirect, diffuse_direct, diffuse_indirect (also
+    /// specular_ and transmission_), bounces, bounces:N, bounce.N, and light path expressions such
+    /// as 'lpe:caustics=LS+DE'.
     #[arg(long, value_name = "NAME,...")]
     pub aov: Vec<String>,
 

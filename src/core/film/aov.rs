@@ -101,7 +101,7 @@ impl Aov {
     }
 
     /// Channels of the id that covers most of the pixel, each with its coverage.
-    fn ids(self) -> &'static [(&'static str, fn(&FeatureSums) -> &Coverage)] {
+    fn ids(self) -> &'static [IdChannel] {
         match self {
             Self::Ids => &[
                 ("id.object", |f| &f.objects),
@@ -112,6 +112,9 @@ impl Aov {
         }
     }
 }
+
+/// Name of a channel of ids, and the coverage whose largest id it shows.
+type IdChannel = (&'static str, fn(&FeatureSums) -> &Coverage);
 
 /// Channels of the first surface, developed from the film's sums.
 pub(super) fn develop_features(film: &Film, aovs: &[Aov]) -> Vec<Channel> {

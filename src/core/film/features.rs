@@ -44,8 +44,11 @@ pub struct Points {
     pub gradient: f32,
 }
 
+/// Name of a channel, and its value at a surface.
+type FeatureValue = (&'static str, fn(&Features) -> f32);
+
 /// Numbers of the first surface that are summed, each with the name of its channel.
-pub(super) const SUMS: [(&str, fn(&Features) -> f32); 12] = [
+pub(super) const SUMS: [FeatureValue; 12] = [
     ("P.X", |f| f.p.x),
     ("P.Y", |f| f.p.y),
     ("P.Z", |f| f.p.z),
@@ -160,8 +163,8 @@ impl FeatureSums {
         self.objects.iter().map(|(_, n)| n).sum()
     }
 
-    /// Mean of the number `name` of [`SUMS`] over the samples that hit a surface; 0 if there are
-    /// none.
+    /// Mean of the number of the channel `name`, such as `P.X`, over the samples that hit a
+    /// surface; 0 if there are none.
     pub fn mean(&self, name: &str) -> f32 {
         let index = SUMS.iter().position(|(known, _)| *known == name);
         let sum = index.map_or(0.0, |i| self.sums[i].to_f64());

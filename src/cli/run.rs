@@ -163,12 +163,13 @@ fn narrow_picture(settings: &Settings) -> Option<Warning> {
 fn panorama_shape(session: &Session) -> Option<Warning> {
     let (is_panorama, size) = session.panorama_size();
     let text = || {
+        let grid = session.settings().resolution / size;
         format!(
-            "a panorama of {}x{} pixels is squeezed: all directions around are twice as wide as high\n  help: use a --size twice as wide as high, such as {}x{}",
+            "a panorama of {}x{} pixels is squeezed: all directions around are twice as wide as high\n  help: use a size such as --size {}x{}",
             size.x,
             size.y,
-            size.x,
-            (size.x / 2).max(1)
+            size.x * grid.x,
+            (size.x / 2).max(1) * grid.y
         )
     };
     (is_panorama && size.x != 2 * size.y).then(|| Warning::new("panorama-shape", text()))

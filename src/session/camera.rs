@@ -177,8 +177,10 @@ impl CameraSettings {
         };
         if let (Some(at), Some(finder)) = (self.focus_at, finder) {
             let view = self.view_size(resolution);
-            // The pixel of a stereo picture, in the view of its eye
-            let at = at.rem_euclid(view.as_vec2());
+            // The pixel of a stereo picture is taken in the camera in the middle of the eyes.
+            let last = (resolution / view).saturating_sub(UVec2::ONE).as_vec2();
+            let corner = (at / view.as_vec2()).floor().clamp(Vec2::ZERO, last) * view.as_vec2();
+            let at = at - corner;
             parameters.focus_distance = focus_distance(parameters, finder.accel(), at, view)?;
         }
         let motion = self.motion(&parameters);

@@ -111,9 +111,10 @@ pub(super) fn changed(
 }
 
 /// Writes `guess` into copies of the scene file and of the settings, for the camera of
-/// `parameters`. Also returns a description of the guess.
+/// `parameters`. Also returns a description of the guess, which mentions lamps of the `scene` that
+/// leave a room dark.
 pub(super) fn lit(
-    file: &SceneFile,
+    (file, scene): (&SceneFile, &Scene),
     settings: &Settings,
     (guess, survey): (LightGuess, &Survey),
     parameters: &CameraParameters,
@@ -172,6 +173,13 @@ pub(super) fn lit(
             file.light.push(LightSection::rectangle(0..0, &lamp));
             "a lamp below the ceiling, since no daylight comes in (--env COLOUR, --key-light change that)".into()
         }
+    };
+    let has_lamps = survey.is_interior && scene.lights().iter().any(|light| !light.is_infinite());
+    let words = match has_lamps {
+        true => {
+            words + "; the lamps of the file light little of the room (`embrasure check` finds lamps that face inwards)"
+        }
+        false => words,
     };
     if has_ground_to_turn(&file, guesses) {
         file.ground.get_or_insert_default().up = written(up);

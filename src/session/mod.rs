@@ -492,7 +492,7 @@ impl Session {
             camera: &self.camera,
             filter: &self.filter,
             features: self.settings.aovs.iter().any(|aov| aov.is_of_surface()),
-            lines: (self.settings.aovs.contains(&Aov::Lines)).then(|| self.settings.lines.style()),
+            lines: None,
             strategies: self.settings.aovs.contains(&Aov::Strategies),
             paths: self.paths.as_deref(),
             backdrop: self.backdrop,
@@ -561,7 +561,7 @@ pub(crate) fn camera_and_lit(
         Some(SceneSurvey {
             survey,
             light: Some(light),
-        }) => Some(lighting::lit(file, settings, (light, &survey), parameters)),
+        }) => Some(lighting::lit((file, scene), settings, (light, &survey), parameters)),
         surveyed => {
             let survey = surveyed.as_ref().map(|surveyed| &surveyed.survey);
             let viewpoint = found.viewpoint(&settings.camera);

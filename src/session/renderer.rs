@@ -130,8 +130,17 @@ impl<'a> Renderer<'a> {
 
     fn context(&self) -> RenderContext<'_, AnyAccel<'a>> {
         RenderContext {
-            world: self.session.world(&self.accel),
+            world: self.world(),
             prepared: &self.prepared,
+        }
+    }
+
+    /// World of the session, with lines if the picture has a channel of them.
+    fn world(&self) -> World<'_, AnyAccel<'a>> {
+        let settings = self.session.settings();
+        World {
+            lines: settings.aovs.contains(&Aov::Lines).then(|| settings.lines.style()),
+            ..self.session.world(&self.accel)
         }
     }
 
@@ -281,7 +290,7 @@ impl<'a> Renderer<'a> {
                     world: World {
                         camera: &view.camera,
                         light_selection: &data.light_selection,
-                        ..self.session.world(&self.accel)
+                        ..self.world()
                     },
                     prepared: &data.prepared,
                 };

@@ -34,7 +34,7 @@ pub(in crate::cli) struct DevelopArgs {
     ///
     /// Names are of parts, objects and materials. White is what they cover. LAYER:GLOB searches one
     /// layer, such as CryptoMaterial:wood.
-    #[arg(long, value_name = "GLOB", conflicts_with_all = ["channel", "list", "denoise", "lines"])]
+    #[arg(long, value_name = "GLOB", conflicts_with_all = ["channel", "list", "denoise", "lines", "exposure", "tone"])]
     pub matte: Option<String>,
 
     /// List layers and channels

@@ -94,6 +94,10 @@ fn no_match(args: &DevelopArgs, layers: &Layers, pattern: &str) -> FileError {
         let names = layers.mattes.iter().flat_map(|mattes| &mattes.names);
         names.map(|(name, _)| name.as_str())
     };
+    if names().any(|name| name == pattern) {
+        return FileError::new(&args.input, format!("has no channels of the mattes of `{pattern}`"))
+            .help("write the layers of Cryptomatte to the file");
+    }
     let near = nearest(pattern, names()).map_or(String::new(), |near| format!("did you mean `{near}`? "));
     let some: Vec<&str> = names().take(MAX_NAMES).collect();
     let more = if names().count() > MAX_NAMES { " and more" } else { "" };

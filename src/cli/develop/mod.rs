@@ -100,7 +100,8 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
             (Format::Exr(_), kind) => {
                 said.push(format!("{name}: linear values"));
                 let mut image = scaled(image.clone(), size, kind.is_colors());
-                if let Some(color) = lines {
+                // Lines that the render draws over PNG files are not light.
+                if let Some(color) = lines.filter(|_| args.lines.is_some()) {
                     draw_lines(&mut image, color);
                 }
                 let picture = developed(image);

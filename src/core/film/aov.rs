@@ -18,7 +18,7 @@ pub const LINES: &str = "lines";
 pub struct LineStyle {
     /// Width in pixels.
     pub width: f32,
-    /// Angle between the normals of a crease, in degrees: edges with larger angles are drawn.
+    /// Angle between the normals of a crease, in degrees: edges of at least this angle are drawn.
     pub angle: f32,
 }
 

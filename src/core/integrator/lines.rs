@@ -42,7 +42,7 @@ struct FilmSurface {
 }
 
 impl<A: Accel> World<'_, A> {
-    /// Tells the sink if the film point `film` lies on a line at `time`.
+    /// Calls [`Sink::line`] if the film point `film` lies on a line at `time`.
     #[inline(never)]
     pub(super) fn draw_lines(
         &self,
@@ -112,7 +112,7 @@ impl FilmSurface {
         // Heights of each point over the tangent plane of the other point
         let heights = [chord.dot(a.ng), -chord.dot(b.ng)];
         let is_step = heights[0] * heights[1] < 0.0 && heights.iter().all(|h| h.abs() > STEP * distance);
-        self.ids != other.ids || is_step || a.ns.dot(b.ns) < min_cos
+        self.ids != other.ids || is_step || a.ns.dot(b.ns) <= min_cos
     }
 }
 

@@ -24,7 +24,8 @@ use ::exr::meta::header::Header as ExrHeader;
 use ::exr::prelude as exr;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
-use std::io::BufReader;
+use std::fs::File;
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -207,10 +208,14 @@ pub fn read_checkpoint(path: impl AsRef<Path>) -> Result<Checkpoint, FileError> 
     OpenCheckpoint::new(path)?.read(path)
 }
 
+/// First bytes of an EXR file (OpenEXR file layout, "Magic number").
+const EXR_MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
 fn damaged(path: &Path, error: &dyn std::fmt::Display) -> FileError {
-    let is_exr = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("exr"));
-    if !is_exr {
-        let message = "this is no EXR file: only EXR files keep the sums of a render";
+    let mut magic = [0; 4];
+    let begins = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
+    if begins.is_ok() && magic != EXR_MAGIC {
+        let message = "this is not an EXR file: only EXR files keep the sums of a render";
         return FileError::new(path, message).help("write parts to .exr files, or with --checkpoint");
     }
     FileError::new(path, format!("this file is damaged: {error}")).help("use an earlier copy, or render it anew")

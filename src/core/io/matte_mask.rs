@@ -1,8 +1,9 @@
 //! Masks from the mattes of an EXR file (Cryptomatte specification 1.2).
 
-use super::{Layers, Mattes};
+use super::{LayerChannel, Layers, Mattes};
 use crate::film::Rect;
 use crate::math::Glob;
+use std::collections::HashSet;
 
 /// Mask of the names that match a pattern.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,14 +37,15 @@ impl Layers {
         let glob = Glob::new(glob);
         layers.into_iter().find_map(|mattes| {
             let matching = mattes.names.iter().filter(|(name, _)| glob.matches(name));
-            let (names, ids): (Vec<String>, Vec<u32>) = matching.map(|(name, id)| (name.clone(), id.to_bits())).unzip();
+            let (names, ids): (Vec<String>, HashSet<u32>) =
+                matching.map(|(name, id)| (name.clone(), id.to_bits())).unzip();
             (!names.is_empty()).then(|| self.covered(&mattes.layer, names, &ids))?
         })
     }
 
     /// Mask of the `names` of a layer, whose ids have the bits `ids`. `None` if the file lacks the
     /// channels of the layer.
-    fn covered(&self, layer: &str, names: Vec<String>, ids: &[u32]) -> Option<MatteMask> {
+    fn covered(&self, layer: &str, names: Vec<String>, ids: &HashSet<u32>) -> Option<MatteMask> {
         let channel = |name: String| {
             self.channels
                 .iter()
@@ -57,7 +59,8 @@ impl Layers {
         let pairs: Vec<_> = pairs.flatten().collect();
         let window = pairs.first()?[0].window;
         let mut values = vec![0.0; window.area() as usize];
-        for [of_ids, shares] in pairs {
+        let is_in_window = |pair: &[&LayerChannel; 2]| pair.iter().all(|channel| channel.window == window);
+        for [of_ids, shares] in pairs.into_iter().filter(is_in_window) {
             let pixels = of_ids.values.iter().zip(&shares.values);
             for (value, (id, share)) in values.iter_mut().zip(pixels) {
                 if ids.contains(&id.to_bits()) {

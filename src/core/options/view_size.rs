@@ -25,7 +25,9 @@ pub fn view_size_of(settings: &str, resolution: UVec2) -> UVec2 {
     });
     let is_grid = |view: &UVec2| {
         let fits = view.cmpgt(UVec2::ZERO).all() && view.cmple(resolution).all();
-        fits && (resolution / *view) * *view == resolution && (resolution / *view).element_product() <= MAX_VIEWS
+        let grid = resolution / view.max(UVec2::ONE);
+        let count = u64::from(grid.x) * u64::from(grid.y);
+        fits && grid * *view == resolution && count <= u64::from(MAX_VIEWS)
     };
     size.filter(is_grid).unwrap_or(resolution)
 }

@@ -34,6 +34,7 @@ mod man;
 mod merge;
 mod outputs;
 mod paths;
+mod picture_warnings;
 mod pixel;
 mod plot;
 mod points;

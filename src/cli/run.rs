@@ -10,6 +10,10 @@ use super::dump::write_scene;
 use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
 use super::outputs::{self, Images, Outputs, images_of_render};
+use super::picture_warnings::{
+    cut_warning, doubtful_warning, dropped_warning, idle_aov, narrow_picture, negative_lobes, panorama_shape,
+    spikes_warning,
+};
 use super::pixel;
 use super::progress::{InterruptGuard, Loading, Progress, TimedProgress, interrupted_for, is_interrupted};
 use super::stats::{Chains, DenoiseStats, DroppedSampleEntry, NoiseOfRender, Rays, Stats, StatsOutput, peak_rss_bytes};
@@ -21,8 +25,8 @@ use crate::accel::{Auditor, BackendInfo};
 use crate::files::{guarded, in_words};
 use crate::film::{Image, Spikes, metered};
 use crate::io::{FileError, Format, LoadObserver, Warning};
-use crate::render::{Observer, Outcome, Statistics};
-use crate::session::{BUILD, RenderState, Renderer, Session, Settings, Unfinished};
+use crate::render::{Observer, Outcome};
+use crate::session::{BUILD, RenderState, Renderer, Session, Unfinished};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -61,7 +65,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let session = session?;
     // The exposure may depend on the light, which is known now.
     let elevation = job.settings.camera.elevation;
-    // A drawing to scale has a size of its own.
+    // The size of a drawing to scale is computed from the scene.
     job.settings.resolution = session.settings().resolution;
     job.settings.tone = session.settings().tone;
     outputs::show(&mut files.images, job.settings.tone);
@@ -141,60 +145,6 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
             Some(Report::new(name, &session, accels, &auditor.findings()))
         },
     )
-}
-
-/// Warns if a denoiser works on far more pixels than the picture has.
-fn narrow_picture(settings: &Settings) -> Option<Warning> {
-    /// Number of pixels that every denoiser filters within seconds.
-    const FEW: u64 = 1 << 18;
-    let size = settings.crop().size();
-    let pixels = settings.denoiser?.pixels(size);
-    let is_slow = pixels > FEW && pixels > 2 * settings.crop().area();
-    let text = || {
-        format!(
-            "denoising {}x{} pixels takes as long as {pixels}: Open Image Denoise fills narrow pictures up to 16 pixels\n  help: use --denoise=atrous, or --denoise=off",
-            size.x, size.y
-        )
-    };
-    is_slow.then(|| Warning::new("narrow-picture", text()))
-}
-
-/// Warns if a panorama does not have square pixels at the horizon.
-fn panorama_shape(session: &Session) -> Option<Warning> {
-    let (is_panorama, size) = session.panorama_size();
-    let text = || {
-        let grid = session.settings().resolution / size;
-        format!(
-            "a panorama of {}x{} pixels is squeezed: all directions around are twice as wide as high\n  help: use a size such as --size {}x{}",
-            size.x,
-            size.y,
-            size.x * grid.x,
-            (size.x / 2).max(1) * grid.y
-        )
-    };
-    (is_panorama && size.x != 2 * size.y).then(|| Warning::new("panorama-shape", text()))
-}
-
-/// Note that the filter may make pixels negative.
-fn negative_lobes(settings: &Settings) -> Option<Warning> {
-    let text = "the mitchell filter has negative lobes: pixels of EXR files beside bright ones may be negative\n  \
-                help: use --filter gaussian or blackman-harris if a program cannot read such pixels";
-    let is_negative = settings.filter.has_negative_lobes();
-    is_negative.then(|| Warning::new("negative-lobes", text))
-}
-
-/// Warns of `--aov` if no output has additional channels.
-fn idle_aov(args: &RenderArgs, images: &Images) -> Option<Warning> {
-    let has_channels = images.iter().any(|(format, _)| matches!(format, Format::Exr(_)));
-    let is_written = !images.is_empty() && args.pixel.is_none();
-    let is_idle = !args.aov.is_empty() && is_written && !has_channels && args.checkpoint.is_none();
-    let text = || {
-        format!(
-            "--aov {}: a PNG file has no further channels\n  help: add -o NAME.exr",
-            args.aov.join(",")
-        )
-    };
-    is_idle.then(|| Warning::new("idle-flag", text()))
 }
 
 /// Maximum time of denoising after an interrupt.
@@ -542,61 +492,6 @@ fn warn_of(failures: &[FileError]) {
     for failure in failures {
         words::warning(format_args!("{failure}; the render continues"));
     }
-}
-
-fn dropped_warning(statistics: &Statistics) -> String {
-    let first = statistics.first_dropped.first().map_or_else(String::new, |d| {
-        format!(
-            "; the first is sample {} of pixel {},{}",
-            d.key.sample, d.key.x, d.key.y
-        )
-    });
-    match statistics.dropped {
-        1 => format!("1 sample was NaN, infinite or negative and counts as black{first}"),
-        n => format!("{n} samples were NaN, infinite or negative and count as black{first}"),
-    }
-}
-
-/// Minimum fraction of doubtful records of a doubtful picture.
-const MANY_DOUBTFUL: f64 = 0.02;
-
-/// Warning that an irradiance cache does not suit the scene: the fraction `doubtful` of its records
-/// depends on few rays.
-fn doubtful_warning(doubtful: f64) -> Option<String> {
-    (doubtful >= MANY_DOUBTFUL).then(|| {
-        format!(
-            "{:.0} % of the irradiance records get most of their light from a few rays, as at caustics and small openings: the picture has wrong blotches, and more samples do not remove them\n  \
-             help: use photon-map, sppm or path, or raise --cache-rays",
-            100.0 * doubtful
-        )
-    })
-}
-
-/// Warning about pixels that a few iterations made bright.
-fn spikes_warning(spikes: Spikes) -> String {
-    let Spikes {
-        count,
-        brightest,
-        value,
-        error,
-        around,
-    } = spikes;
-    let pixels = match count {
-        1 => "1 pixel gets most of its light".into(),
-        n => format!("{n} pixels get most of their light"),
-    };
-    format!(
-        "{pixels} from a few iterations: a chain was stuck there, or the path is very rare; pixel {},{} is {value:.3} ± {error:.3}, its neighbours {around:.3}\n  \
-         help: do not trust such pixels; take more samples, or compare with bdpt or vcm",
-        brightest.x, brightest.y
-    )
-}
-
-fn cut_warning(walks: u64) -> String {
-    format!(
-        "{} passed 10,000 surfaces with an opacity below 1; everything behind them counts as opaque",
-        words::count(walks, "ray")
-    )
 }
 
 /// Message for a caught panic and its consequence.

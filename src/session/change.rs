@@ -2,9 +2,9 @@
 //! or the size.
 
 use super::memory::check_pixels;
+use super::views::views_of;
 use super::{
     CameraSettings, Error, METHOD_WARNINGS, Session, Settings, backdrop, check_groups, light_paths, method_warnings,
-    views,
 };
 use crate::camera::CameraDescription;
 use crate::guess::CameraGuess;
@@ -78,7 +78,7 @@ impl Session {
         check_groups(&settings, &self.scene)?;
         check_pixels(&settings, settings.parts_of_light(&self.scene), None)?;
         let camera = description.camera(settings.resolution)?;
-        let views = views(&description, &settings)?;
+        let views = views_of(&description, &settings)?;
         let method = settings.method();
         if self.scene.ground().is_some() {
             method.check_catching()?;

@@ -29,6 +29,7 @@ mod settings;
 mod siblings;
 mod state;
 mod version;
+mod views;
 
 pub use crate::method::{Error, InvalidSetting};
 pub use camera::CameraSettings;
@@ -46,7 +47,7 @@ pub(crate) use memory::Memory;
 pub(crate) use renderer::denoise;
 pub(crate) use settings::all_threads;
 
-use crate::camera::{Camera, CameraDescription, CameraParameters, Projection, View};
+use crate::camera::{Camera, CameraDescription, CameraParameters, View};
 use crate::description::{LoadedScene, SceneFile, UnlitScene, load_scene_to_light};
 use crate::files::MemoryLimit;
 use crate::film::{Aov, Filter};
@@ -56,7 +57,7 @@ use crate::io::{Finding, LoadObserver, Warning};
 use crate::light::LightSelection;
 use crate::light_paths::{LightPathError, LightPaths};
 use crate::lint;
-use crate::math::{UVec2, Vec3};
+use crate::math::Vec3;
 use crate::options::Method;
 use crate::scene::Scene;
 use memory::{check_pixels, within_memory};
@@ -64,6 +65,7 @@ use settings::{GuessSelection, SceneSurvey};
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
+use views::views_of;
 
 /// A loaded scene with all settings of its render.
 pub struct Session {
@@ -136,50 +138,6 @@ impl Session {
         &self.camera
     }
 
-    /// Views of the picture, which are rendered separately.
-    pub(crate) fn views(&self) -> &[View] {
-        &self.views
-    }
-
-    /// Camera whose properties image files have: of a stereo picture, the camera in the middle of
-    /// the eyes, with the size of a view.
-    pub(crate) fn mean_camera(&self) -> Camera {
-        let of_view = || self.description.camera(self.view_size()).ok();
-        let is_stereo = self.description.stereo.is_some();
-        is_stereo.then(of_view).flatten().unwrap_or(self.camera)
-    }
-
-    /// Returns true if the camera has a field of view that a guess can set: a perspective.
-    pub fn has_fov(&self) -> bool {
-        matches!(self.description.projection, Projection::Perspective { .. })
-    }
-
-    /// True if the picture is a panorama, and the size of the panorama of one eye.
-    pub fn panorama_size(&self) -> (bool, UVec2) {
-        let is_panorama = matches!(self.description.projection, Projection::Panorama);
-        (is_panorama, self.view_size())
-    }
-
-    /// Size of a view; the size of the picture if it has one view.
-    pub(crate) fn view_size(&self) -> UVec2 {
-        self.description.view_size(self.settings.resolution)
-    }
-
-    /// Returns an error if the picture has several views. `setting` and `value` are what the user
-    /// requested, which needs a picture of one view.
-    pub(crate) fn check_one_view(&self, setting: &'static str, value: &str) -> Result<(), Error> {
-        if self.views.len() == 1 {
-            return Ok(());
-        }
-        let (count, size) = (self.views.len(), self.view_size());
-        let message = format!(
-            "{value}: the picture consists of {count} views of {}x{} pixels, which are rendered separately",
-            size.x, size.y
-        );
-        let help = "render one view alone: leave out --stereo, or render a face as a perspective with --fov 90";
-        Err(InvalidSetting::new(setting, message, help).into())
-    }
-
     /// Time in seconds that guessing the camera and the light took, or placing a named camera.
     pub(crate) fn guess_seconds(&self) -> f64 {
         self.guess_seconds
@@ -233,7 +191,7 @@ impl Session {
         warnings.extend(extent.iter().map(Finding::warning));
         warnings.extend(method_warnings(&method, (&scene, &light_selection), &camera)?);
         Ok(Self {
-            views: views(&description, &settings)?,
+            views: views_of(&description, &settings)?,
             backdrop: backdrop(&settings, &description.parameters),
             scene_hash: OnceLock::new(),
             filter: settings.filter(),
@@ -297,7 +255,7 @@ impl Session {
         let light_selection = scene.light_selection(method.light_choice());
         let warnings = method_warnings(&method, (&scene, &light_selection), &camera)?;
         Ok(Self {
-            views: views(&description, &settings)?,
+            views: views_of(&description, &settings)?,
             backdrop: backdrop(&settings, &description.parameters),
             scene_hash: OnceLock::new(),
             filter: settings.filter(),
@@ -445,7 +403,7 @@ impl Session {
     pub fn look_through(&mut self, guess: &CameraGuess) -> Result<(), Error> {
         let description = CameraDescription::still(guess.parameters());
         self.camera = description.camera(self.settings.resolution)?;
-        self.views = views(&description, &self.settings)?;
+        self.views = views_of(&description, &self.settings)?;
         self.light_selection.forget();
         self.scene_hash = OnceLock::new();
         self.backdrop = backdrop(&self.settings, &description.parameters);
@@ -588,18 +546,6 @@ fn method_warnings(
     let warnings = METHOD_WARNINGS.into_iter().zip([lights, motion, lamps]);
     let warnings = warnings.map(|(kind, text)| text.map(|text| Warning::new(kind, text)));
     Ok(warnings.flatten().collect())
-}
-
-/// Views of a picture of `settings`.
-///
-/// # Errors
-///
-/// A camera is invalid, or the method does not render it.
-fn views(description: &CameraDescription, settings: &Settings) -> Result<Vec<View>, Error> {
-    let views = description.views(settings.resolution)?;
-    let method = settings.method();
-    views.iter().try_for_each(|view| method.check_eyes(&view.camera))?;
-    Ok(views)
 }
 
 /// Background of camera rays that leave the scene. Its upward direction is the up of the camera.

@@ -9,7 +9,7 @@ use super::cubemap::{CubeLayout, FACE_FOV, Face};
 use super::{Camera, CameraDescription, CameraError, CameraParameters, Projection};
 use crate::math::UVec2;
 
-/// A part of a picture that a camera of its own shows.
+/// A part of a picture, with the camera that shows it.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
     /// Camera of the view. Its resolution is the size of the view.

@@ -11,7 +11,7 @@
 //! - Coverage is filtered as a separate picture. It is clamped to the range of the raw coverage of
 //!   the 5 × 5 pixels around, so the inside of objects and the empty background stay bit-identical.
 //!   It changes by at most two standard deviations of its noise.
-//! - The shadow on a ground is coverage, too, but its samples are no shares of a pixel: they may be
+//! - The shadow on a ground is coverage, too. Its samples are not shares of a pixel: they may be
 //!   far outside of 0 to 1. In pixels without objects it is filtered as a third picture, and may
 //!   change by any amount within the range around.
 //!

@@ -28,8 +28,8 @@ pub(super) fn software() -> String {
     format!("embrasure {}", env!("CARGO_PKG_VERSION"))
 }
 
-/// Writes `image` with the tone curve of `tone`, and the lines that `metadata` asks for. An
-/// automatic exposure is metered in `image`.
+/// Writes `image` with the tone curve of `tone`. If `metadata` has a colour of lines, lines are
+/// drawn. An automatic exposure is metered in `image`.
 ///
 /// A crop becomes a picture of its own size, because PNG has no data window.
 pub(super) fn write(writer: impl Write, image: &Image, metadata: &Metadata, tone: &Tone) -> io::Result<()> {

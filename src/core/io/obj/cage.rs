@@ -48,10 +48,7 @@ impl Cage {
         allowance.check(path, chunks.bytes(length))?;
         let selection = DataSelection {
             origin: chosen_origin(path, options),
-            keep_lines: false,
-            keep_wires: false,
-            keep_names: true,
-            parts: &options.parts,
+            ..DataSelection::of_faces(&options.parts)
         };
         let mut outline = parse::parse(path, &chunks, selection, &|_| ())?;
         drop(chunks);

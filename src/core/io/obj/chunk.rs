@@ -53,6 +53,19 @@ pub(super) struct DataSelection<'a> {
     pub parts: &'a PartFilter,
 }
 
+impl<'a> DataSelection<'a> {
+    /// Faces and the names of their parts, of the parts that `parts` shows.
+    pub fn of_faces(parts: &'a PartFilter) -> Self {
+        Self {
+            origin: DVec3::ZERO,
+            keep_lines: false,
+            keep_wires: false,
+            keep_names: true,
+            parts,
+        }
+    }
+}
+
 /// Contents of a chunk of the file.
 pub(super) struct Chunk<'a> {
     before: &'a Counts,

@@ -202,7 +202,7 @@ mod tests {
     use crate::io::obj::chunk::DataSelection;
     use crate::io::obj::counts::Chunks;
     use crate::io::obj::parse::parse;
-    use crate::math::{DVec3, Glob};
+    use crate::math::Glob;
     use half::f16;
     use std::path::Path;
 
@@ -226,13 +226,7 @@ mod tests {
                 })
                 .collect(),
         };
-        let selection = DataSelection {
-            origin: DVec3::ZERO,
-            keep_lines: false,
-            keep_wires: false,
-            keep_names: true,
-            parts: &filter,
-        };
+        let selection = DataSelection::of_faces(&filter);
         let mut outline = parse(Path::new("t.obj"), &Chunks::count(TEXT, 50), selection, &|_| ()).unwrap();
         let mut colors = Colors {
             rgb: (0..10).map(|i| [f16::from_f32(i as f32); 3]).collect(),

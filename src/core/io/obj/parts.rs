@@ -172,7 +172,7 @@ impl MaterialRules {
 mod tests {
     use super::*;
     use crate::io::obj::{chunk::DataSelection, counts::Chunks, parse::parse};
-    use crate::math::{DVec3, Glob};
+    use crate::math::Glob;
     use std::path::Path;
 
     /// Parts continue across chunks.
@@ -198,13 +198,7 @@ mod tests {
                 rules: Vec::new(),
             };
             for bytes in (1..text.len()).step_by(7) {
-                let selection = DataSelection {
-                    origin: DVec3::ZERO,
-                    keep_lines: false,
-                    keep_wires: false,
-                    keep_names: true,
-                    parts: &filter,
-                };
+                let selection = DataSelection::of_faces(&filter);
                 let outline = parse(Path::new("t.obj"), &Chunks::count(&text, bytes), selection, &|_| ()).unwrap();
                 let corners: usize = outline.sections.iter().map(|section| section.corner_count()).sum();
                 assert_eq!(corners, 3 * expected, "{filter:?}, chunks of {bytes} bytes");

@@ -170,20 +170,14 @@ mod tests {
     use super::super::{Colors, Group, MaterialRules, into_groups};
     use super::super::{chunk::DataSelection, counts::Chunks, parse::parse};
     use crate::io::PartFilter;
-    use crate::math::DVec3;
     use std::path::Path;
 
     /// Groups of a square of side 1 with `faces`, and number of pairs.
     fn groups(faces: &str) -> (Vec<Group>, usize) {
         let text = format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n{faces}");
         let chunks = Chunks::count(&text, 1 << 20);
-        let selection = DataSelection {
-            origin: DVec3::ZERO,
-            keep_lines: false,
-            keep_wires: false,
-            keep_names: true,
-            parts: &PartFilter::default(),
-        };
+        let filter = PartFilter::default();
+        let selection = DataSelection::of_faces(&filter);
         let outline = parse(Path::new("t.obj"), &chunks, selection, &|_| ()).unwrap();
         into_groups(outline, Colors::default(), &MaterialRules::default(), true)
     }

@@ -4,7 +4,7 @@ use crate::geometry::triangle_normal;
 use crate::io::FileError;
 use crate::io::PartFilter;
 use crate::math::hash::mix;
-use crate::math::{DVec3, Vec2, Vec3};
+use crate::math::{Vec2, Vec3};
 use std::path::Path;
 
 /// Random numbers for the generator of files below.
@@ -140,13 +140,7 @@ fn read(text: &str, chunk_bytes: usize) -> Result<Vec<Group>, FileError> {
     let mut outline = parse::parse(
         Path::new("t.obj"),
         &Chunks::count(text, chunk_bytes),
-        DataSelection {
-            origin: DVec3::ZERO,
-            keep_lines: false,
-            keep_wires: false,
-            keep_names: true,
-            parts: &PartFilter::default(),
-        },
+        DataSelection::of_faces(&PartFilter::default()),
         &|_| (),
     )?;
     // First error of the file

@@ -1,8 +1,9 @@
 use super::{Dimension, Independent, SampleKey, Sampler};
 use crate::math::{Vec2, float::ALMOST_ONE};
 
-/// Pairs of samples with mirrored numbers: u and 1 − u (Hammersley and Morton 1956). The errors of
-/// the integrand's odd part around the middle cancel. Pairs are independent.
+/// Pairs of samples with mirrored numbers: u and 1 − u (Hammersley and Morton 1956). In each pair,
+/// the part of the integrand that is odd about the centre of the unit cube cancels. Pairs are
+/// independent of each other.
 #[derive(Clone, Copy, Debug)]
 pub struct Antithetic {
     first: Independent,

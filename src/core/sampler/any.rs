@@ -1,7 +1,7 @@
-//! All samplers as one enum. Each draw matches on the variant.
+//! An enum of all samplers. Each draw matches on the variant.
 //!
-//! The renderer is not monomorphised per sampler, because compiling it once for each sampler,
-//! backend and integrator would gain little (docs/notebook/2026-11.md, "Shared paths").
+//! The renderer is not monomorphised per sampler: compiling each pair of backend and integrator
+//! once per sampler would gain little speed (docs/notebook/2026-11.md, "Shared paths").
 
 use super::{Antithetic, Dimension, Halton, Hammersley, Independent, Orthogonal, SampleKey, Sampler};
 use super::{Sobol, Stratified, ZSobol};
@@ -59,8 +59,8 @@ impl SamplerKind {
         }
     }
 
-    /// A sampler of this kind. Kinds with [`SamplerKind::needs_count`] use `count`, the samples per
-    /// pixel.
+    /// A sampler of this kind. `count` is the number of samples per pixel; only kinds with
+    /// [`SamplerKind::needs_count`] use it.
     pub fn with_seed(self, seed: u64, count: u32) -> AnySampler {
         match self {
             Self::Sobol => AnySampler::Sobol(Sobol::new(seed)),
@@ -76,10 +76,10 @@ impl SamplerKind {
     }
 }
 
-/// A sampler that is chosen at run time. Every draw matches on the kind, always with the same
-/// branch in a render. A renderer compiled for each sampler would cost more.
+/// A sampler that is chosen at run time. Every draw matches on the variant, which is the same for
+/// the whole render.
 #[derive(Clone, Copy, Debug)]
-#[allow(missing_docs)] // Each holds the sampler of its name.
+#[allow(missing_docs)] // Each variant holds the sampler of its name.
 pub enum AnySampler {
     Sobol(Sobol),
     Independent(Independent),
@@ -195,7 +195,7 @@ mod tests {
 
     /// Batched points are bit-identical to single draws.
     #[test]
-    fn batches_are_single_draws() {
+    fn batches_equal_single_draws() {
         let dimensions = [Bounce::Decisions, Bounce::LightPoint, Bounce::Direction];
         for (name, kind) in all() {
             for sample in [0, 5, 63, 1 << 20, u32::MAX - 1] {
@@ -220,8 +220,8 @@ mod tests {
         }
     }
 
-    /// χ² of single samples over 16 × 16 cells. Each sample has a different pixel and seed, so each
-    /// sample must be uniform separately.
+    /// χ² of single samples over 16 × 16 cells. The samples have different pixels and seeds, so
+    /// only the distribution of each single sample is tested.
     #[test]
     fn single_samples_are_uniform() {
         let dimensions = [

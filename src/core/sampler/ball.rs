@@ -18,7 +18,7 @@ pub enum CubePoints {
     #[default]
     Halton,
     /// Hammersley's set: the first coordinate is the index divided by the number of points, and the
-    /// others are Halton's sequence in the bases 2 and 3.
+    /// other coordinates are Halton's sequence in the bases 2 and 3.
     Hammersley,
     /// The first three dimensions of Sobol's sequence.
     Sobol,
@@ -47,8 +47,8 @@ impl CubePoints {
         }
     }
 
-    /// Point `i` of the unit cube. `n` is the number of points in the cube. Only Hammersley's set
-    /// needs it.
+    /// Point `i` of the unit cube. `n` is the number of points in the cube, which only Hammersley's
+    /// set needs.
     fn point(self, i: u32, n: u32) -> DVec3 {
         let unit = |bits: u32| bits as f64 / 2f64.powi(32);
         match self {
@@ -110,9 +110,9 @@ mod tests {
         }
     }
 
-    /// All points of a set are different, and sets of all sizes are complete.
+    /// Sets of all sizes are complete, and at least 98 % of the points of a set are different.
     #[test]
-    fn sets_have_as_many_points_as_they_should() {
+    fn sets_have_the_requested_number_of_points() {
         for points in ALL {
             for bits in 0..=MAX_BITS {
                 let set = points.directions(bits);

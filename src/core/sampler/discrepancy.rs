@@ -5,12 +5,12 @@ use super::sphere::pair;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::uniform_sphere;
 
-/// Star discrepancy of points in the unit square: the largest difference between the share of
-/// `points` in a box with a corner at the origin and the box's area.
+/// Star discrepancy of points in the unit square: the largest difference between the area of a box
+/// with a corner at the origin and the fraction of `points` inside the box.
 ///
-/// Exact except for f64 rounding. Boxes whose edges go through points are extremal (Niederreiter
-/// 1972, "Discrepancy and Convex Programming"). A sweep over x with a sorted list of y visits them
-/// in O(n²) steps. Returns 0 without points.
+/// The result is exact except for f64 rounding. Boxes whose edges go through points are extremal
+/// (Niederreiter 1972, "Discrepancy and Convex Programming"). A sweep over x with a sorted list of
+/// y visits these boxes in O(n²) steps. Returns 0 if there are no points.
 pub fn star_discrepancy(points: &[Vec2]) -> f64 {
     let mut sorted: Vec<[f64; 2]> = points.iter().map(|p| [p.x.into(), p.y.into()]).collect();
     sorted.sort_by(|a, b| a[0].total_cmp(&b[0]));
@@ -40,8 +40,9 @@ pub fn star_discrepancy(points: &[Vec2]) -> f64 {
     largest.max(open(1.0, &heights))
 }
 
-/// Largest difference between the share of `points` in a spherical cap and the cap's share of the
-/// sphere, over 512 axes and 199 heights: a lower bound of the spherical cap discrepancy.
+/// Largest difference between the fraction of `points` in a spherical cap and the cap's fraction of
+/// the sphere's area, over 512 axes and 199 heights: a lower bound of the spherical cap
+/// discrepancy.
 pub fn cap_discrepancy(points: &[Vec3]) -> f64 {
     let axes = (0..512).map(|i| uniform_sphere(pair(numbered(1, i))));
     let of_axis = |axis: Vec3| {
@@ -80,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn star_discrepancy_is_that_of_all_boxes() {
+    fn star_discrepancy_is_maximum_over_all_boxes() {
         for (name, kind) in SamplerKind::NAMES {
             for n in [1, 2, 7, 50] {
                 let points = points(kind.with_seed(3, n), 1, Dimension::PIXEL, 0..n);

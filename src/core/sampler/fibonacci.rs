@@ -1,9 +1,9 @@
 //! Directions from spherical Fibonacci points (`--directions fibonacci`).
 //!
 //! This sampler wraps the sampler of `--sampler`. `integrator/path/strategy.rs` has the matching
-//! warp. Any sampler works with any warp: the warp has the cosine's density with any sampler, and
-//! the numbers are uniform with any warp. Fibonacci directions cost more time than their lower
-//! error saves (docs/notebook/2026-11.md, "Fibonacci directions").
+//! warp. Any sampler can be combined with any warp: samplers return uniform numbers, and warps map
+//! uniform numbers to directions with a cosine density. Fibonacci directions cost more time than
+//! their lower error saves (docs/notebook/2026-11.md, "Fibonacci directions").
 
 use super::hash::{numbered, permute, pixel};
 use super::sphere::{moved_on_disk, pair, rotation, set_bits};
@@ -30,10 +30,10 @@ const GOLDEN_SECTION: f32 = 0.618_034;
 pub struct Fibonacci {
     others: AnySampler,
     seed: u64,
-    /// Hash of the seed, the pixel and the number of the set.
+    /// Hash of the seed, the pixel and the index of the set.
     key: u64,
     sample: u32,
-    /// Number of points of a set, as the exponent of 2.
+    /// Base-2 logarithm of the number of points of a set.
     bits: u32,
 }
 
@@ -49,7 +49,7 @@ impl Fibonacci {
         }
     }
 
-    /// Point of the current sample on the unit sphere.
+    /// Point of the current sample on the unit sphere, for the decision `dimension`.
     fn point(&self, dimension: Dimension) -> Vec3 {
         let n = 1u32 << self.bits;
         let set = numbered(self.key, dimension.index());
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn any_sample_can_be_replayed_and_all_else_is_the_others() {
+    fn samples_can_be_replayed_and_other_dimensions_use_other_sampler() {
         let of = |seed, x, depth, samples| points(sampler(seed, 100), x, Dimension::bounce(depth, DIRECTION), samples);
         let whole = of(5, 2, 3, 0..200);
         for sample in [0, 1, 63, 64, 99, 100, 199] {
@@ -144,7 +144,7 @@ mod tests {
         }
     }
 
-    /// Points keep the distance that the radii of the disks allow, and leave no large gap.
+    /// Points are at least as far apart as the radii of the disks allow, and leave no large gap.
     #[test]
     fn points_are_spread_over_the_sphere() {
         for seed in 0..50 {

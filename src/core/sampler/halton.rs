@@ -70,9 +70,10 @@ impl Sampler for Halton {
     }
 }
 
-/// Hammersley's set for a known number of samples. One coordinate is the sample's place divided by
-/// the number of samples. The other coordinate mirrors the digits of the place at the radix point.
-/// Each dimension orders the samples differently. Samples beyond the known number start a new set.
+/// Hammersley's set for a known number of samples. One coordinate is the sample's position in the
+/// set divided by the number of samples. The other coordinate mirrors the binary digits of the
+/// position at the radix point. Each dimension orders the samples differently. Samples beyond the
+/// known number start a new set.
 #[derive(Clone, Copy, Debug)]
 pub struct Hammersley {
     seed: u64,
@@ -93,7 +94,7 @@ impl Hammersley {
         }
     }
 
-    /// Place of the sample in the order of `dimension`, and random bits of the dimension.
+    /// Position of the sample in the order of `dimension`, and random bits of the dimension.
     fn place(&self, dimension: Dimension) -> (u32, u64) {
         let order = numbered(self.key, dimension.index());
         (permute_below(self.count, self.sample, order), mix(order))

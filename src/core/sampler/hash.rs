@@ -15,7 +15,7 @@ pub(super) fn pixel(seed: u64, key: SampleKey) -> u64 {
     mix(mix(seed.wrapping_add(GOLDEN_GAMMA)) ^ pixel)
 }
 
-/// The top 24 of 32 bits as a multiple of 2⁻²⁴ in [0, 1): every such value is exact in f32.
+/// The top 24 of 32 bits as a multiple of 2⁻²⁴ in [0, 1), which is exact in f32.
 #[inline(always)]
 pub(super) fn unit_f32(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / (1u32 << 24) as f32)
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn permutations_are_permutations_and_differ() {
+    fn permutations_are_bijective_and_uniform() {
         let is_one = |n: u32, of: &dyn Fn(u32) -> u32| {
             let mut all: Vec<u32> = (0..n).map(of).collect();
             all.sort_unstable();

@@ -3,8 +3,8 @@
 //! Samplers keep no state between samples, so the image does not depend on threads or on the order
 //! of work. Dimensions have fixed blocks: one for the camera, and one for each vertex (light
 //! choice, light point, lobe, direction, roulette). A skipped draw therefore does not shift later
-//! draws. Numbers that belong to no pixel, such as the numbers of photons and chains, have sample
-//! keys whose rows are below the rows of all images ([`Stream`]).
+//! draws. Random numbers that belong to no pixel, such as those of photons and Markov chains, use
+//! row numbers that no image has ([`Stream`]).
 
 mod antithetic;
 mod any;
@@ -68,7 +68,8 @@ impl SampleKey {
     }
 }
 
-/// Streams of random numbers that belong to no pixel. Their sample keys have rows below all images.
+/// Streams of random numbers that belong to no pixel. Their sample keys use row numbers that no
+/// image has: `u32::MAX` and the numbers just before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stream {
     /// Markov chains of Metropolis light transport: a column for each chain.
@@ -99,12 +100,12 @@ impl Stream {
     }
 }
 
-/// Key of one decision along a path. Decisions have fixed blocks of numbers, so a skipped draw
-/// never shifts a later one.
+/// Index of one random decision along a path. Each path vertex has a fixed block of indices, so a
+/// skipped draw never shifts a later draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dimension(u32);
 
-/// Decisions taken at each vertex of a path.
+/// Random decisions at each path vertex.
 #[derive(Clone, Copy, Debug)]
 #[repr(u32)]
 pub enum Bounce {
@@ -127,14 +128,14 @@ impl Dimension {
     pub const LENS: Self = Self(1);
     /// Time between shutter open and close.
     pub const TIME: Self = Self(2);
-    /// Choice of the technique that makes a path, if a render chooses one of several.
+    /// Choice of the sampling technique, if an integrator chooses one of several for each path.
     pub const TECHNIQUE: Self = Self(3);
-    /// Decision if a camera ray passes a thin surface.
+    /// Choice between passing and scattering, if a camera ray hits a thin surface.
     pub const THIN_SURFACES: Self = Self(4);
-    /// Wavelength of the light of a path, if glass disperses light.
+    /// Wavelength of a path, in scenes with glass that disperses light.
     pub const WAVELENGTH: Self = Self(5);
 
-    /// The decision `what` at the vertex reached after `depth` scatterings.
+    /// Dimension of the decision `what` at the path vertex after `depth` scattering events.
     pub fn bounce(depth: u32, what: Bounce) -> Self {
         Self(
             Self::BLOCK
@@ -143,28 +144,29 @@ impl Dimension {
         )
     }
 
-    /// Repetition `index` of this dimension, for a decision that is taken several times.
+    /// Dimension of repetition `index` of this decision, for decisions that are repeated at a
+    /// vertex.
     pub fn nth(self, index: u32) -> Self {
-        // Set bits above all practical path depths
+        // Use bits from 16 up: dimensions of path depths below 8191 end at bit 15
         Self(self.0.wrapping_add(index.wrapping_add(1) << 16))
     }
 
-    /// Returns true if the dimension is the decision `what` at any vertex.
+    /// Returns `true` if the dimension is the decision `what` of any path vertex.
     fn is(self, what: Bounce) -> bool {
         self.0 >= Self::BLOCK && self.0 % Self::BLOCK == what as u32
     }
 
-    /// Index of the dimension in the order of decisions along a path, without unused numbers of the
-    /// blocks.
+    /// Position of the dimension in a numbering of all decisions along a path without gaps.
     fn ordinal(self) -> u32 {
         const OF_CAMERA: u32 = Dimension::LENS.0 + 1;
-        /// Few scenes move, so time comes after all practical path depths and displaces no other
-        /// dimension.
+        /// Position of the time: after all practical path depths, because few scenes move. The
+        /// other dimensions then keep low positions.
         const OF_TIME: u32 = (1 << 20) - 1;
-        /// Few scenes have thin glass, so its dimension is also after all path depths.
+        /// Position of thin surfaces: also after all path depths, because few scenes have thin
+        /// glass.
         const OF_THIN_SURFACES: u32 = OF_TIME - 1;
-        /// Few scenes have glass that disperses light, so its dimension is also after all path
-        /// depths.
+        /// Position of the wavelength: also after all path depths, because few scenes have glass
+        /// that disperses light.
         const OF_WAVELENGTH: u32 = OF_TIME - 2;
         const OF_BOUNCE: u32 = Bounce::Direction as u32 + 1;
         let (block, within) = (self.0 / Self::BLOCK, self.0 % Self::BLOCK);
@@ -177,13 +179,14 @@ impl Dimension {
         }
     }
 
-    /// A number above the indices of all decisions of paths with `depth` scatterings, except
+    /// Upper bound of the dimension indices of paths with `depth` scattering events, without
     /// repetitions ([`Dimension::nth`]).
     pub fn end(depth: u32) -> u32 {
         Self::BLOCK.saturating_mul(depth.saturating_add(2))
     }
 
-    /// Index of the dimension: first the block of the camera, then one block for each bounce.
+    /// Index of the dimension. The block of the camera comes first, then one block for each path
+    /// vertex.
     pub fn index(self) -> u32 {
         self.0
     }
@@ -195,24 +198,25 @@ pub trait Sampler: Clone + Send + Sync {
     /// Starts the sample `key`.
     fn start(&mut self, key: SampleKey);
 
-    /// Makes the numbers of different pixels independent of each other, beginning with the next
-    /// [`Sampler::start`].
+    /// Makes the numbers of different pixels independent of each other, from the next
+    /// [`Sampler::start`] on.
     fn separate(&mut self) {}
 
     /// One variate.
     fn get_1d(&self, dimension: Dimension) -> f32;
 
-    /// Two variates that are stratified together.
+    /// Two variates that are stratified jointly.
     fn get_2d(&self, dimension: Dimension) -> Vec2;
 
-    /// [`Sampler::get_2d`] in `N` dimensions, at most four. Samplers may draw them together faster
-    /// than separately.
+    /// Two variates in each of `N` dimensions, at most four, equal to the results of
+    /// [`Sampler::get_2d`]. Some samplers compute several dimensions together faster.
     fn get_2ds<const N: usize>(&self, dimensions: [Dimension; N]) -> [Vec2; N] {
         dimensions.map(|dimension| self.get_2d(dimension))
     }
 
-    /// [`Sampler::get_2d`] in two dimensions for `count` samples from `key` on. `count` is at most
-    /// four. The other elements of the result are unspecified.
+    /// Two variates in each of two dimensions, for `count` samples from `key` on, equal to the
+    /// results of [`Sampler::get_2d`]. `count` is at most four. Elements of the result from `count`
+    /// on are unspecified.
     fn get_2ds_of(&self, key: SampleKey, count: u32, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
         let mut sampler = self.clone();
         std::array::from_fn(|i| {
@@ -226,7 +230,7 @@ pub trait Sampler: Clone + Send + Sync {
     }
 }
 
-/// Points of `samples` in `dimension`, for the pixel in column `x`.
+/// Two-dimensional variates of `dimension` for the samples `samples` of the pixel in column `x`.
 #[cfg(test)]
 fn points(mut sampler: impl Sampler, x: u32, dimension: Dimension, samples: std::ops::Range<u32>) -> Vec<Vec2> {
     let point = |sample| {

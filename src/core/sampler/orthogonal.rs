@@ -2,35 +2,36 @@ use super::hash::{numbered, permute, permute_few, pixel, unit_f32};
 use super::{Dimension, SampleKey, Sampler};
 use crate::math::{Vec2, hash::mix};
 
-/// Maximum number of levels of a factor, as the exponent of 2.
+/// Base-2 logarithm of the maximum number of levels of a factor.
 const MAX_BITS: usize = 5;
 /// Irreducible polynomials over GF(2), indexed by the degree k, with one bit for each coefficient.
 /// The elements of GF(2ᵏ) are the remainders modulo the polynomial.
 const POLYNOMIALS: [u32; MAX_BITS + 1] = [0b1, 0b11, 0b111, 0b1011, 0b1_0011, 0b10_0101];
 
 /// Orthogonal arrays of strength 2 (Jarosz et al. 2019, "Orthogonal Array Sampling for Monte Carlo
-/// Rendering"). For *any* two numbers of an array, from any decisions, each of s × s squares
-/// contains one of s² samples. For every number, each of s² intervals also contains one sample.
+/// Rendering"). For *any* two numbers of an array, even of different decisions, each of s × s
+/// squares contains one of s² samples. For every number, each of s² intervals also contains one
+/// sample.
 ///
 /// Arrays follow Bush's construction over the field of s = 2ᵏ elements: run (a, b) has level a + j
 /// b in factor j, for all j of the field. Each decision uses two factors, in the order of decisions
 /// along a path, so that neighbouring decisions are in one array: four decisions if s is 8, eight
 /// if s is 16. Arrays are independent of each other.
 ///
-/// Levels are permuted at random, as in the paper. A level is an interval of a number. It is
-/// divided into one part for each level of the decision's other factor, as in correlated
-/// multi-jitter. Owen scrambling of the digits, which makes the points of each decision a
-/// (0,2)-net, reduced the error less.
+/// Levels are permuted at random, as in the paper. Each level is one of s intervals of a number.
+/// The interval is divided into s parts, one for each level of the decision's other factor, as in
+/// correlated multi-jitter. Owen scrambling of the digits, which makes the points of each decision
+/// a (0,2)-net, reduced the error less.
 ///
-/// s² is the largest power of 4 up to the number of samples, at most 1024. Blocks of s² are
-/// independent.
+/// s² is the largest power of 4 up to the number of samples, at most 1024. Blocks of s² samples are
+/// independent of each other.
 #[derive(Clone, Copy, Debug)]
 pub struct Orthogonal {
     seed: u64,
     /// Hash of the seed, the pixel and the block.
     key: u64,
     sample: u32,
-    /// Number of levels of a factor, as the exponent of 2.
+    /// Base-2 logarithm of the number of levels of a factor.
     bits: u32,
 }
 
@@ -64,7 +65,7 @@ impl Orthogonal {
         (x, x ^ b, numbered(array, dimension.index()))
     }
 
-    /// Product of two elements of the field.
+    /// Product of two elements of the finite field GF(2ᵏ).
     fn product(&self, i: u32, j: u32) -> u32 {
         let polynomial = POLYNOMIALS[self.bits as usize];
         (0..self.bits).rev().fold(0, |sum, digit| {
@@ -73,8 +74,8 @@ impl Orthogonal {
         })
     }
 
-    /// A number in the stratum `level`. Each level `other` of the decision's other factor has a
-    /// separate part of the stratum.
+    /// A number in the stratum of `level`. The level `other` of the decision's other factor selects
+    /// a part of the stratum, and `jitter` is the random position in the part.
     fn coordinate(&self, level: u32, other: u32, key: u64, jitter: u32) -> f32 {
         let stratum = permute_few(level, self.bits, key);
         let part = permute_few(other, self.bits, !key);
@@ -164,7 +165,7 @@ mod tests {
     /// Integrands that depend on two decisions have a lower error than with randomly combined
     /// decisions.
     #[test]
-    fn errors_of_two_decisions_fall_too() {
+    fn integrands_of_two_decisions_have_lower_error() {
         let [here, there] = [Bounce::LightPoint, Bounce::Decisions].map(|what| Dimension::bounce(0, what));
         let error = |kind: SamplerKind| {
             let one = |seed| {
@@ -182,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_are_fields() {
+    fn products_satisfy_field_axioms() {
         for bits in 1..=MAX_BITS as u32 {
             let sampler = Orthogonal::new(0, 1 << (2 * bits));
             assert_eq!(sampler.bits, bits);

@@ -36,17 +36,17 @@ pub struct Perturbation {
 
 /// Perturbed quasi-Monte Carlo directions. All other numbers come from another sampler.
 ///
-/// Each of n samples uses a different one of n points, in a separate order for each vertex. n is
-/// the largest power of 2 up to the number of samples, at most 1024. The sampler returns points of
-/// the unit square that [`uniform_sphere`](crate::sampling::warp::uniform_sphere) maps to the
-/// directions.
+/// Each of n samples uses a different one of n points. Each vertex has a separate order of the
+/// points. n is the largest power of 2 up to the number of samples, at most 1024. The sampler
+/// returns points of the unit square that [`uniform_sphere`](crate::sampling::warp::uniform_sphere)
+/// maps to the directions.
 #[derive(Clone, Copy, Debug)]
 pub struct PerturbedQmc {
     others: AnySampler,
     seed: u64,
     options: Perturbation,
     points: &'static [Vec3],
-    /// Number of points, as the exponent of 2.
+    /// Base-2 logarithm of the number of points.
     bits: u32,
     key: SampleKey,
 }
@@ -65,7 +65,7 @@ impl PerturbedQmc {
         }
     }
 
-    /// Point of the current sample on the unit sphere.
+    /// Point of the current sample on the unit sphere, for the decision `dimension`.
     fn point(&self, dimension: Dimension) -> Vec3 {
         // Select a point. The order of points is the same for all pixels and seeds.
         let (sample, n) = (self.key.sample, self.points.len() as u32);
@@ -149,7 +149,7 @@ mod tests {
     const DIMENSION: fn(u32) -> Dimension = |depth| Dimension::bounce(depth, Bounce::Direction);
 
     #[test]
-    fn any_sample_can_be_replayed_and_all_else_is_the_others() {
+    fn samples_can_be_replayed_and_other_dimensions_use_other_sampler() {
         for options in [
             options(CubePoints::Halton, 1.0, true),
             options(CubePoints::Sobol, 0.5, false),

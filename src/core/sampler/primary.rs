@@ -1,9 +1,9 @@
 //! Primary samples: a sampler whose random numbers are the state of a Markov chain.
 //!
-//! Numbers are addressed by dimension, and steps are hashes. The value of a number follows from the
-//! key of the chain and its accepted steps. It is computed on request and does not depend on
-//! earlier requests. Values are cached in atomics (`AtomicU64`, relaxed), because samplers
-//! are shared by reference. The cache saves work and changes no value.
+//! Steps of the chain are hashes. A number follows from the key of the chain, its accepted steps
+//! and the dimension. It is computed on request and does not depend on earlier requests. Values are
+//! cached in atomics (`AtomicU64`, relaxed), because samplers are shared by reference. The cache
+//! saves work and changes no value.
 
 use super::{Dimension, SampleKey, Sampler, hash};
 use crate::math::Vec2;
@@ -36,14 +36,14 @@ const STEP_RATIO: f32 = 16.0;
 pub struct PrimarySampler {
     /// Key of the random decisions of the chain: steps, and acceptance.
     key: u64,
-    /// Number of steps that were proposed so far.
+    /// Number of steps proposed so far.
     proposed: u32,
-    /// Name of the point at which the chain is after the last accepted large step. The point's
-    /// coordinates are hashes of the name.
+    /// Hash key of the point that the last accepted large step reached. The coordinates of this
+    /// point are hashes of the key.
     origin: u64,
     /// Hashes of the small steps that were accepted since the last large step.
     steps: Vec<u64>,
-    /// Kind and hash of the step that is proposed now.
+    /// Kind and hash of the proposed step, until it is accepted or rejected.
     proposal: Option<(Step, u64)>,
     /// Length of the longest small step.
     size: f32,
@@ -58,13 +58,13 @@ pub struct PrimarySampler {
 }
 
 impl PrimarySampler {
-    /// The point whose coordinates are hashes of `origin`.
+    /// A sampler at the point whose coordinates are hashes of `origin`.
     pub fn new(origin: u64) -> Self {
         Self::chain(origin, origin, 0.0, 0)
     }
 
     /// A chain with the key `key` that starts at the point `origin`, with small steps up to `size`.
-    /// `dimensions` is the number of dimensions that are cached: most requests are below it.
+    /// Only coordinates of the first `dimensions` dimensions are cached.
     pub fn chain(origin: u64, key: u64, size: f32, dimensions: u32) -> Self {
         Self {
             key,
@@ -78,8 +78,8 @@ impl PrimarySampler {
         }
     }
 
-    /// Proposes a step. It is a large step with the probability `large_step_probability`. Later
-    /// draws return the numbers of the proposal.
+    /// Proposes a step: with probability `large_step_probability` a large step, otherwise a small
+    /// step. Later draws return the numbers of the proposal.
     pub fn propose(&mut self, large_step_probability: f32) -> Step {
         let step = hash::numbered(self.key, self.proposed);
         self.proposed = self.proposed.wrapping_add(1);
@@ -92,8 +92,8 @@ impl PrimarySampler {
         kind
     }
 
-    /// Accepts the proposed step with the probability `probability`, and returns true if accepted.
-    /// If the step is rejected, the numbers return to their values before the proposal.
+    /// Accepts the proposed step with probability `probability`. Returns `true` if the step is
+    /// accepted. Otherwise the numbers return to their values before the proposal.
     pub fn decide(&mut self, probability: f32) -> bool {
         let Some((kind, step)) = self.proposal.take() else {
             return false;
@@ -111,7 +111,7 @@ impl PrimarySampler {
         is_accepted
     }
 
-    /// Number of a dimension as an integer, in units of 2⁻³².
+    /// Number of `dimension` as an integer, in units of 2⁻³².
     fn number(&self, dimension: Dimension, component: u32) -> u32 {
         let coordinate = coordinate(dimension).wrapping_mul(2).wrapping_add(component);
         match self.proposal {
@@ -127,7 +127,7 @@ impl PrimarySampler {
     fn accepted(&self, coordinate: u32) -> u32 {
         let cached = self.cache.get(coordinate as usize);
         let word = cached.map_or(0, |word| word.load(Ordering::Relaxed));
-        // The cached value may be from before the last large step.
+        // The cached value is invalid if it is from before the last accepted large step.
         let (mut value, taken) = match (word as u32).checked_sub(self.origin_step + 1) {
             Some(taken) => ((word >> 32) as u32, taken as usize),
             None => (drawn(self.origin, coordinate), 0),
@@ -156,7 +156,8 @@ impl PrimarySampler {
     }
 }
 
-/// Numbers of a step that belong to no dimension.
+/// Indices of the numbers that decide the kind of a step and its acceptance. No dimension has these
+/// indices.
 const STEP_KIND: u32 = u32::MAX;
 const ACCEPTANCE: u32 = u32::MAX - 1;
 
@@ -164,13 +165,14 @@ fn unit(step: u64, which: u32) -> f32 {
     hash::unit_f32((hash::numbered(step, which) >> 32) as u32)
 }
 
-/// Coordinate of the point with the name `origin`.
+/// Coordinate `coordinate` of the point with the hash key `origin`.
 fn drawn(origin: u64, coordinate: u32) -> u32 {
     (hash::numbered(origin, coordinate) >> 32) as u32
 }
 
-/// Maps lens dimensions of light paths to the lens dimension of camera paths. A path uses only one
-/// of both, so the lens point stays the same when the technique changes.
+/// Index of the coordinate of a dimension. Light paths and camera paths share the coordinate of the
+/// lens point, so the lens point stays the same if the technique changes. A path samples the lens
+/// only once.
 fn coordinate(dimension: Dimension) -> u32 {
     match dimension.index() {
         index if index & 0xffff == Dimension::LENS.index() => Dimension::LENS.index(),
@@ -248,9 +250,9 @@ mod tests {
         assert_uniform(20, 0.2);
     }
 
-    /// The middle number of one long chain reaches all values equally often.
+    /// The pixel coordinate of one long chain has all values equally often.
     #[test]
-    fn a_long_chain_is_everywhere_equally_often() {
+    fn long_chain_visits_all_values_equally_often() {
         const STEPS: u32 = 400_000;
         let mut chain = PrimarySampler::chain(1, 2, 1.0 / 16.0, 10);
         let mut counts = [0.0f64; 16];
@@ -269,7 +271,7 @@ mod tests {
     /// Lengths of small steps have the density 1 / length, from a sixteenth of `size` to `size`, in
     /// both directions.
     #[test]
-    fn small_steps_are_as_long_as_they_should_be() {
+    fn small_step_lengths_have_density_one_over_length() {
         const N: usize = 100_000;
         const SIZE: f64 = 1.0 / 64.0;
         let mut counts = [[0.0f64; 16]; 2];
@@ -291,7 +293,7 @@ mod tests {
 
     /// A number does not depend on earlier requests or on the cache.
     #[test]
-    fn numbers_do_not_depend_on_what_was_drawn() {
+    fn numbers_do_not_depend_on_earlier_draws() {
         let mut chains = [100, 100, 0, 30].map(|dimensions| PrimarySampler::chain(5, 6, 0.1, dimensions));
         for i in 0..300 {
             let kinds = [0, 1, 2, 3].map(|c| chains[c].propose(0.1));
@@ -314,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_accepted_changes_nothing() {
+    fn rejected_step_changes_nothing() {
         let mut chain = PrimarySampler::chain(7, 8, 0.1, 30);
         let numbers = |chain: &PrimarySampler| [HERE, there()].map(|dimension| chain.get_2d(dimension));
         let before = numbers(&chain);

@@ -84,22 +84,22 @@ impl Sampler for Sobol {
 // registers: an array that is written number by number must reach memory before a vector can be
 // read from it.
 
-/// Points of four sequences at one index: all first coordinates, then all second coordinates.
+/// Points of four sequences at one index: the x coordinates of all points, then the y coordinates.
 #[multiversion(targets("x86_64+avx2"))]
 fn points_of_four_sequences(reversed: u32, a: u64, b: u64, c: u64, d: u64) -> [[f32; 4]; 2] {
     points([reversed; 4], [a, b, c, d])
 }
 
-/// Points of two sequences at four indices from `sample` on: first coordinates of the first
-/// sequence, then of the second one, then second coordinates in the same order.
+/// Points of two sequences at four indices from `sample` on: the x coordinates of the first
+/// sequence, the x coordinates of the second sequence, then the y coordinates in the same order.
 #[multiversion(targets("x86_64+avx2"))]
 fn points_of_two_sequences(sample: u32, a: u64, b: u64) -> [[f32; 8]; 2] {
     let reversed = from_fn(|i| sample.wrapping_add(i as u32 % 4).reverse_bits());
     points(reversed, [a, a, a, a, b, b, b, b])
 }
 
-/// Points as drawn by [`Sobol::get_2d`]. `reversed` are the indices with their digits reversed, and
-/// `bits` are the seeds of the scrambling.
+/// Points as drawn by [`Sobol::get_2d`]. `reversed` has the indices with their binary digits
+/// reversed, and `bits` has the scrambling seeds of the sequences.
 #[inline(always)]
 fn points<const N: usize>(reversed: [u32; N], bits: [u64; N]) -> [[f32; N]; 2] {
     let index: [u32; N] = from_fn(|i| scramble(reversed[i], order(bits[i])).reverse_bits());
@@ -108,9 +108,8 @@ fn points<const N: usize>(reversed: [u32; N], bits: [u64; N]) -> [[f32; N]; 2] {
     [x, y].map(|digits| digits.map(hash::unit_f32))
 }
 
-/// Seed of the order of a sequence's points. `bits` are the scrambling seed of the sequence. The
-/// result need not be independent of the seeds of the digits: it must only differ between
-/// sequences.
+/// Seed of the order of a sequence's points. `bits` is the scrambling seed of the sequence. The
+/// result may depend on the seeds of the digits; it must only differ between sequences.
 #[inline(always)]
 pub(super) fn order(bits: u64) -> u32 {
     (bits.wrapping_mul(GOLDEN_GAMMA) >> 32) as u32

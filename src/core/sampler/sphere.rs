@@ -5,23 +5,23 @@ use crate::math::{Frame, Quat, Vec2, Vec3};
 use crate::sampling::warp::uniform_disk;
 use std::f32::consts::TAU;
 
-/// Maximum number of points of a set, as the exponent of 2.
+/// Base-2 logarithm of the maximum number of points of a set.
 pub(super) const MAX_BITS: u32 = 10;
 
-/// Number of points of the set for `count` samples, as the exponent of 2: the largest power of 2 up
-/// to `count`.
+/// Base-2 logarithm of the number of points of the set for `count` samples: the largest power of 2
+/// up to `count`, at most 2^[`MAX_BITS`].
 pub(super) fn set_bits(count: u32) -> u32 {
     count.max(1).ilog2().min(MAX_BITS)
 }
 
-/// The unit vector `base`, moved to the point `u` of a disk in its tangent plane and projected back
-/// to the sphere.
+/// Moves the unit vector `base` on a disk of radius `radius` in its tangent plane, and projects the
+/// result back to the unit sphere. `u` selects a uniform position on the disk.
 pub(super) fn moved_on_disk(base: Vec3, u: Vec2, radius: f32) -> Vec3 {
     let moved = radius * uniform_disk(u);
     Frame::from_z(base).to_world(moved.extend(1.0).into()).normalize()
 }
 
-/// A uniform rotation (Shoemake 1992, "Uniform Random Rotations"), chosen by `key`.
+/// A uniform random rotation, selected by `key` (Shoemake 1992, "Uniform Random Rotations").
 pub(super) fn rotation(key: u64) -> Quat {
     let (share, turns) = (pair(numbered(key, 0)).x, pair(numbered(key, 1)));
     let xy = (1.0 - share).sqrt() * Vec2::from_angle(TAU * turns.x);

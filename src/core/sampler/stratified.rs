@@ -3,9 +3,10 @@ use super::{Dimension, SampleKey, Sampler};
 use crate::math::float::ALMOST_ONE;
 use crate::math::{Vec2, hash::mix};
 
-/// Number of strata per side of the unit square, as the exponent of 2.
+/// Base-2 logarithm of the number of strata per side of the unit square.
 const SIDE_BITS: u32 = 3;
-/// Number of samples in a block, one in each stratum, as the exponent of 2.
+/// Base-2 logarithm of the number of samples in a block. Each stratum contains one sample of a
+/// block.
 const BLOCK_BITS: u32 = 2 * SIDE_BITS;
 
 /// Jittered strata: of every 64 samples, one lies in each of 8 × 8 squares (of 64 intervals in
@@ -13,8 +14,8 @@ const BLOCK_BITS: u32 = 2 * SIDE_BITS;
 /// Correlated multi-jitter also places one sample in each of 64 columns and 64 rows (Kensler 2013,
 /// "Correlated Multi-Jittered Sampling").
 ///
-/// Blocks of 64 are independent of each other, so any sample can be drawn separately, and the
-/// number of samples is not needed.
+/// Blocks of 64 are independent of each other. Any sample can be drawn separately, and the total
+/// number of samples need not be known.
 #[derive(Clone, Copy, Debug)]
 pub struct Stratified {
     seed: u64,
@@ -25,7 +26,7 @@ pub struct Stratified {
 }
 
 impl Stratified {
-    /// A sampler that jitters samples in their squares only.
+    /// A sampler that jitters each sample within its square.
     pub fn new(seed: u64) -> Self {
         Self {
             seed,
@@ -43,8 +44,8 @@ impl Stratified {
         }
     }
 
-    /// Key of the pattern of `dimension`, stratum of the sample, and random bits for the place
-    /// within the stratum.
+    /// Returns the key of the pattern of `dimension`, the stratum of the sample, and random bits
+    /// for the position within the stratum.
     fn place(&self, dimension: Dimension) -> (u64, u32, u64) {
         let pattern = numbered(self.key, dimension.index());
         let within = self.sample & ((1 << BLOCK_BITS) - 1);
@@ -75,7 +76,8 @@ impl Sampler for Stratified {
         let mut within = Vec2::new(unit_f32((bits >> 32) as u32), unit_f32(bits as u32));
         let side = (1 << SIDE_BITS) as f32;
         if self.multi_jitter {
-            // All rows of a column, and all columns of a row, have separate parts of the stratum.
+            // Divide each stratum into 8 × 8 cells. The strata of one column use different cell
+            // columns, and the strata of one row use different cell rows.
             let part = |other, key| permute_few(other, SIDE_BITS, mix(pattern ^ key)) as f32;
             within = (within + Vec2::new(part(row, 1), part(column, 2))) / side;
         }

@@ -5,7 +5,7 @@ use crate::math::{Vec2, hash::mix};
 use multiversion::multiversion;
 use std::array::from_fn;
 
-/// Side of the square of pixels that share a net, in pixels, as the exponent of 2.
+/// Base-2 logarithm of the side of the square of pixels that share a net, in pixels.
 const SIDE_BITS: u32 = 16;
 
 /// Points of one net for the samples of many pixels.
@@ -33,9 +33,10 @@ const SIDE_BITS: u32 = 16;
 #[derive(Clone, Copy, Debug)]
 pub struct ZSobol {
     seed: u64,
-    /// True if each pixel has separate nets, as after [`Sampler::separate`].
+    /// True after [`Sampler::separate`]: each pixel then has separate nets.
     is_separate: bool,
-    /// Hash of the seed and the square of pixels; of the seed and the pixel if nets are separate.
+    /// Hash of the seed and the square of pixels. If nets are separate: hash of the seed and the
+    /// pixel.
     key: u64,
     /// Index of the sample, with its binary digits reversed.
     reversed: u32,
@@ -111,22 +112,22 @@ impl Sampler for ZSobol {
     }
 }
 
-/// One point in each of four dimensions: all first coordinates, then all second coordinates.
+/// One point in each of four dimensions: the x coordinates of all points, then the y coordinates.
 #[multiversion(targets("x86_64+avx2"))]
 fn points_of_four_dimensions(reversed: u32, pixel: u32, a: u64, b: u64, c: u64, d: u64) -> [[f32; 4]; 2] {
     points([reversed; 4], pixel, [a, b, c, d])
 }
 
-/// Points of four samples from `sample` on, in two dimensions: first coordinates in the first
-/// dimension, then in the second one, then second coordinates in the same order.
+/// Points of four samples from `sample` on, in two dimensions: the x coordinates of the first
+/// dimension, the x coordinates of the second dimension, then the y coordinates in the same order.
 #[multiversion(targets("x86_64+avx2"))]
 fn points_of_two_dimensions(sample: u32, pixel: u32, a: u64, b: u64) -> [[f32; 8]; 2] {
     let reversed = from_fn(|i| sample.wrapping_add(i as u32 % 4).reverse_bits());
     points(reversed, pixel, [a, a, a, a, b, b, b, b])
 }
 
-/// Points of one pixel. `reversed` has the indices of the samples, with reversed digits. `bits` are
-/// the seeds of the scrambling of the dimensions.
+/// Points of one pixel: x coordinates, then y coordinates. `reversed` has the indices of the
+/// samples, with their binary digits reversed. `bits` has the scrambling seeds of the dimensions.
 #[inline(always)]
 fn points<const N: usize>(reversed: [u32; N], pixel: u32, bits: [u64; N]) -> [[f32; N]; 2] {
     let sample: [u32; N] = from_fn(|i| scramble(reversed[i], order(bits[i])).reverse_bits());
@@ -140,7 +141,7 @@ fn points<const N: usize>(reversed: [u32; N], pixel: u32, bits: [u64; N]) -> [[f
     [x, y].map(|digits| digits.map(unit_f32))
 }
 
-/// Scrambling seed of the order of the pixels. `bits` are the scrambling seed of a dimension.
+/// Scrambling seed of the order of the pixels. `bits` is the scrambling seed of the dimension.
 #[inline(always)]
 fn order_of_pixels(bits: u64) -> u32 {
     (bits.wrapping_mul(0xd6e8_feb8_6659_fd93) >> 32) as u32
@@ -160,7 +161,7 @@ fn numerator(digits: u32) -> u32 {
     n ^ high ^ (high << 8)
 }
 
-/// The low 16 bits of `x`, with a zero after each bit.
+/// The low 16 bits of `x`, spread to the even bits of the result.
 fn spread(x: u32) -> u32 {
     let x = (x | (x << 8)) & 0x00ff_00ff;
     let x = (x | (x << 4)) & 0x0f0f_0f0f;

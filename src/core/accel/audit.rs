@@ -1,10 +1,11 @@
-//! Audits: a second backend checks a share of the rays of a render (`embrasure audit`, `render
-//! --audit-rays`).
+//! Audits: a second backend checks a random fraction of the rays of a render (`embrasure audit`,
+//! `render --audit-rays`).
 //!
 //! Rays are chosen by a hash of their bits, so the report does not depend on threads. The audited
-//! backend is called as in a normal render, packets as packets, so that an audited picture has the
-//! same bits. Brute force also traces each reported disagreement, to identify the wrong backend,
-//! and a share of the checked rays that is inversely proportional to the number of triangles.
+//! backend traces single rays and packets as in a normal render, so an audited picture is
+//! bit-identical. Brute force also traces each reported disagreement, to identify the wrong
+//! backend. It traces a fraction of the checked rays too, inversely proportional to the number of
+//! triangles.
 
 use super::brute::BruteForce;
 use super::{Accel, Answer, BackendInfo, Cause, Disagreement, Query, QueryKind, judge};
@@ -18,19 +19,18 @@ use std::sync::{Mutex, PoisonError};
 /// rest of a check.
 const BRUTE_TESTS: f64 = 256.0;
 
-/// A backend whose answers are checked, for a share of the rays, against a second backend and exact
-/// arithmetic.
+/// A backend that checks a fraction of its answers against a second backend and exact arithmetic.
 ///
 /// The first backend is called as in a render: packets are traced as packets. Each ray of a packet
-/// is checked separately. The choice of rays depends on their bits only, so that any number of
-/// threads checks the same rays.
+/// is checked separately. The choice of rays depends on their bits only, so it does not depend on
+/// the number of threads.
 pub struct Auditor<'a> {
     scene: &'a Scene,
     accels: [&'a dyn Accel; 2],
     brute: BruteForce<'a>,
     /// A ray is checked if its hash is below this threshold.
     threshold: u64,
-    /// Brute force also traces a ray if its hash is below this threshold.
+    /// Brute force also traces a checked ray if its hash is below this threshold.
     brute_threshold: u64,
     findings: Mutex<Findings>,
 }
@@ -44,7 +44,8 @@ pub struct Findings {
     pub occlusion: u64,
     /// Number of disagreements by cause, in the order of [`Cause::ALL`].
     pub causes: [u64; Cause::COUNT],
-    /// At most 100 of the disagreements, independent of the order in which they were found.
+    /// Some of the disagreements, at most 100. The selection does not depend on the order in which
+    /// they were found.
     pub disagreements: Vec<Disagreement>,
 }
 
@@ -62,7 +63,7 @@ impl Findings {
         self.causes.iter().sum()
     }
 
-    /// Number of disagreements with this cause.
+    /// Number of disagreements with the cause `cause`.
     pub fn caused_by(&self, cause: Cause) -> u64 {
         self.causes[cause as usize]
     }
@@ -81,14 +82,14 @@ impl Findings {
     }
 }
 
-/// Sort key: unexplained disagreements first.
+/// Sort key of disagreements: unexplained disagreements come first.
 fn order(d: &Disagreement) -> (std::cmp::Reverse<Cause>, u64) {
     (std::cmp::Reverse(d.cause), hash(&d.query))
 }
 
 impl<'a> Auditor<'a> {
-    /// Auditor that returns the hits of the first backend, and checks a `share` in [0, 1] of the
-    /// rays with the second.
+    /// Auditor that returns the hits of the first backend, and checks the fraction `share` in [0,
+    /// 1] of the rays with the second backend.
     pub fn new(scene: &'a Scene, accels: [&'a dyn Accel; 2], share: f64) -> Self {
         // The cast saturates: a share of 1 selects all rays.
         let threshold = |share: f64| (share * 2f64.powi(64)) as u64;
@@ -103,7 +104,7 @@ impl<'a> Auditor<'a> {
         }
     }
 
-    /// Current findings.
+    /// Copy of the current findings.
     pub fn findings(&self) -> Findings {
         self.findings.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -133,8 +134,8 @@ impl<'a> Auditor<'a> {
         }
     }
 
-    /// Returns the disagreement of the first backend with brute force, if both backends agree but
-    /// missed a surface that brute force hits.
+    /// Returns the disagreement of the first backend with brute force, if both backends missed a
+    /// surface that brute force hits.
     fn common_fault(&self, query: &Query, answers: [Answer; 2]) -> Option<Disagreement> {
         let exact = query.trace(&self.brute);
         let distance = |answer: &Answer| answer.hit().map_or(f32::INFINITY, |hit| hit.t);
@@ -231,7 +232,8 @@ mod tests {
         builder.build().unwrap().0
     }
 
-    /// Checks `rays` against a backend with hits changed by `change`.
+    /// Audits `rays` with a correct first backend, and a second backend whose hits are changed by
+    /// `change`.
     fn audit(rays: &[Ray], share: f64, change: fn(Hit) -> Option<Hit>) -> Findings {
         let scene = triangle();
         let right = BruteForce::new(&scene);
@@ -277,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn what_roundings_decide_is_told_apart() {
+    fn differences_by_rounding_have_their_cause() {
         let cause = |ray: Ray| {
             let findings = audit(&[ray], 1.0, |_| None);
             assert_eq!(findings.count(), 2, "{ray:?}");
@@ -310,8 +312,9 @@ mod tests {
         builder.build().unwrap().0
     }
 
-    /// Cause of the disagreement for the closest hit of `ray` in a backend with hits changed by
-    /// `change`, and true for each backend that is wrong. `None` if the backends agree.
+    /// Audits the closest hit of `ray` in a backend whose hits are changed by `change`. Returns the
+    /// cause of the disagreement, and `true` for each backend that is wrong. `None` if the backends
+    /// agree.
     fn judged(ray: Ray, change: fn(Hit) -> Option<Hit>) -> Option<(Cause, [bool; 2])> {
         let scene = squares();
         let right = BruteForce::new(&scene);
@@ -354,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn leaks_are_told_from_rims() {
+    fn leaks_are_distinguished_from_boundary_edges() {
         // Test rays through the shared edge of both triangles, and rays at the boundary of the
         // square
         let diagonal = down(0.25, 0.25 + 1e-9);
@@ -370,7 +373,7 @@ mod tests {
             assert_eq!(judged(down(0.5, 1e-9), miss), Some((Cause::Edge, [false; 2])));
             assert_eq!(judged(down(0.6, 0.3), miss), Some((Cause::Unexplained, [false, true])));
         }
-        // On an edge, a hit of either triangle is right.
+        // A hit on a shared edge may belong to either triangle.
         let other = |hit: Hit| {
             let (b1, b2) = if hit.prim == PrimId(0) {
                 (0.25, 0.0)
@@ -389,7 +392,7 @@ mod tests {
 
     /// Faults that only brute force finds: both backends are wrong in the same way.
     #[test]
-    fn what_both_backends_miss_is_found() {
+    fn surfaces_that_both_backends_miss_are_found() {
         let scene = squares();
         let right = BruteForce::new(&scene);
         let blind = BrokenAccel {
@@ -407,7 +410,7 @@ mod tests {
     }
 
     #[test]
-    fn surfaces_in_one_another_are_told() {
+    fn coincident_surfaces_are_reported() {
         let mut builder = SceneBuilder::new();
         let material = builder.add_material(Material::default()).unwrap();
         let mesh = Mesh {

@@ -1,15 +1,15 @@
-//! Brute force: tests every triangle against every ray, in f64. It is slow, but simple enough to be
-//! the reference for the other backends.
+//! Brute-force backend: tests every triangle against every ray, in f64. It is slow, and simple
+//! enough to be the reference for the other backends.
 
 use super::{Accel, BackendInfo};
 use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, crossing};
 use crate::math::{DAffine3, DVec3, Ray, Vec3};
 use crate::scene::Scene;
 
-/// Name that users type.
+/// Name of the backend on the command line.
 pub const NAME: &str = "brute";
 
-/// Triangles of a borrowed scene.
+/// Brute-force backend over the triangles of a borrowed scene.
 #[derive(Clone, Copy, Debug)]
 pub struct BruteForce<'a> {
     scene: &'a Scene,
@@ -78,12 +78,12 @@ fn corners_at(mesh: &Mesh, prim: PrimId, time: f64, placement: Option<&DAffine3>
     }
 }
 
-/// Ray parameter and barycentrics of a hit, in f64. Edges belong to the triangle.
+/// Ray parameter and barycentrics of a hit, computed in f64. Edges belong to the triangle.
 fn intersect_triangle(ray: &Ray, corners: [DVec3; 3]) -> Option<(f32, f32, f32)> {
     let (t, b1, b2) = crossing(ray, corners)?;
     let inside = b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0;
-    // Test the rounded `t` that the caller gets: a ray that continues from a hit must not find it
-    // again because of rounding.
+    // Test the rounded `t` that is returned: a ray that continues from a hit must not find the same
+    // hit again because of rounding.
     let t = t as f32;
     let in_range = t > ray.t_min && t < ray.t_max;
     (inside && in_range).then_some((t, b1 as f32, b2 as f32))
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn parameters_count_in_lengths_of_the_direction() {
+    fn ray_parameters_are_multiples_of_direction_length() {
         assert_eq!(intersect_triangle(&ray(0.25, 0.5), CORNERS), Some((1.0, 0.25, 0.5)));
     }
 

@@ -1,11 +1,11 @@
-//! Agreement of the answers of two backends, and causes of disagreements.
+//! Comparison of the answers of two backends, and causes of disagreements.
 //!
-//! Distances may differ by a bound on their rounding, derived from the triangle, the ray and the
-//! placement (`Crossing`). Each hit must also be at the crossing of its ray and its triangle,
-//! computed in f64. This checks ids and barycentrics without a second backend, and finds errors
-//! that both backends share.
+//! Distances may differ by a bound on their rounding errors, which follows from the triangle, the
+//! ray and the placement ([`Crossing`]). Each hit must also be at the crossing of its ray and its
+//! triangle, computed in f64. This check finds wrong ids and barycentrics without a second backend,
+//! and errors that both backends share.
 //!
-//! If only one backend has a hit, rounding explains it in four cases:
+//! If only one backend has a hit, rounding explains the difference in four cases:
 //!
 //! - The ray passes the boundary edge of a surface.
 //! - The ray is parallel to the surface.
@@ -13,8 +13,8 @@
 //! - Two surfaces coincide.
 //!
 //! If the ray passes an edge, eight rays beside it are traced. If all of them hit a surface at a
-//! similar distance, the edge is not a boundary, and the ray has leaked. All other differences are
-//! defects, and `tests/it/rays/backends.rs` allows none.
+//! similar distance, the edge is not a boundary, and the ray has leaked through the surface. All
+//! other differences are defects, and `tests/it/rays/backends.rs` allows none.
 
 use super::brute::BruteForce;
 use super::{Accel, Answer, Query};
@@ -27,7 +27,7 @@ use std::f32::consts::TAU;
 /// Answers of two backends to one query that differ by more than rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disagreement {
-    /// The query.
+    /// Query to which the answers differ.
     pub query: Query,
     /// True if the first backend traced the ray in a packet.
     pub is_packet: bool,
@@ -42,14 +42,14 @@ pub struct Disagreement {
 pub enum Cause {
     /// The ray passes the boundary of a surface within the rounding error.
     Edge,
-    /// The ray is nearly parallel to the triangle: rounding decides if it crosses the plane.
+    /// The ray is nearly parallel to the triangle: rounding decides whether it crosses the plane.
     Grazing,
     /// The crossing is within the rounding error of an end of the ray's interval.
     Interval,
-    /// Two surfaces coincide: rounding decides which is hit.
+    /// Two surfaces coincide: rounding decides which surface is hit.
     Coincident,
-    /// The ray passed through a shared edge of triangles, or past a corner: the surface continues
-    /// on all sides.
+    /// The ray passed through a shared edge or a corner of triangles, although the surface
+    /// continues on all sides.
     Leak,
     /// No other cause applies: one of the backends is wrong.
     Unexplained,
@@ -81,15 +81,16 @@ impl Cause {
         }
     }
 
-    /// Returns true if an answer is wrong. For other causes, rounding allows more than one answer.
+    /// Returns `true` if an answer is wrong. For the other causes, rounding allows more than one
+    /// answer.
     pub fn is_fault(self) -> bool {
         matches!(self, Self::Leak | Self::Unexplained)
     }
 }
 
 impl Disagreement {
-    /// Returns true for each answer that is wrong. The answer of `brute`, if given, counts as
-    /// correct. Both results are false if rounding explains the difference.
+    /// For each backend, `true` if its answer is wrong. The answer of `brute`, if given, counts as
+    /// correct. Both values are `false` if rounding explains the difference.
     pub fn wrong(&self, scene: &Scene, brute: Option<&BruteForce>) -> [bool; 2] {
         let ray = &self.query.ray;
         let exact = brute.map(|brute| self.query.trace(brute));
@@ -109,7 +110,7 @@ impl Disagreement {
     }
 }
 
-/// Sort key: smaller for nearer hits, and for occluded rays.
+/// Sort key of an answer: smaller for nearer hits, and for occluded rays.
 fn nearness(answer: &Answer) -> f32 {
     match answer {
         Answer::Closest(hit) => hit.map_or(f32::INFINITY, |hit| hit.t),
@@ -117,7 +118,7 @@ fn nearness(answer: &Answer) -> f32 {
     }
 }
 
-/// Returns true if both answers agree within rounding error and each hit lies on its triangle.
+/// Returns `true` if both answers agree within rounding error and each hit lies on its triangle.
 fn agree(scene: &Scene, ray: &Ray, answers: [Answer; 2]) -> bool {
     match answers.map(|answer| answer.hit().map(|hit| Crossing::new(scene, ray, &hit))) {
         [Some(a), Some(b)] => a.is_right() && b.is_right() && a.is_as_far_as(&b),
@@ -125,17 +126,17 @@ fn agree(scene: &Scene, ray: &Ray, answers: [Answer; 2]) -> bool {
     }
 }
 
-/// Traces the query in both backends. Returns their disagreement, if any.
+/// Traces the query in both backends. Returns the disagreement of the answers, if any.
 pub fn compare(scene: &Scene, accels: [&dyn Accel; 2], query: &Query) -> Option<Disagreement> {
     judge(scene, accels, query, accels.map(|accel| query.trace(accel)))
 }
 
 /// Returns the disagreement between the answers of `accels`, if any.
 ///
-/// Each hit must be at the crossing of its ray and its triangle, computed in f64. Either both
-/// backends hit, or both backends miss. Their distances may differ by the sum of
-/// [`Crossing::t_error`] of both hits. The triangles must be equal, unless the ray passes an edge,
-/// which neighbours share.
+/// Each hit must be at the crossing of its ray and its triangle, computed in f64. Both backends
+/// must hit, or both must miss. The hit distances may differ by the sum of [`Crossing::t_error`] of
+/// both hits. The triangles must be equal, unless the ray passes an edge, which two triangles
+/// share.
 pub(super) fn judge(
     scene: &Scene,
     accels: [&dyn Accel; 2],
@@ -157,7 +158,7 @@ pub(super) fn judge(
             }
             Cause::Coincident
         }
-        // The backend with the farther hit missed the nearer one.
+        // The backend with the farther hit missed the nearer hit.
         [Some(a), Some(b)] if a.t < b.t => missed(accels[0], &a),
         [Some(_), Some(b)] => missed(accels[1], &b),
         [Some(a), None] => missed(accels[0], &a),
@@ -250,12 +251,12 @@ impl Crossing {
         }
     }
 
-    /// Maximum error of a hit's distance, in lengths of the ray's direction.
+    /// Error bound of the hit's distance, in multiples of the length of the ray's direction.
     pub fn t_error(&self) -> f64 {
         (ROUNDINGS * self.scale * self.edge + self.displacement * self.normal.length()) / self.determinant.abs()
     }
 
-    /// Maximum error of an edge function.
+    /// Error bound of an edge function.
     fn volume_error(&self) -> f64 {
         (ROUNDINGS * self.scale + self.displacement * self.edge) * self.ray.direction.as_dvec3().length()
     }
@@ -266,13 +267,14 @@ impl Crossing {
         [p1.cross(p2), p2.cross(p0), p0.cross(p1)].map(|n| n.dot(self.ray.direction.as_dvec3()))
     }
 
-    /// Maximum error of a hit's barycentrics: quotients of two edge functions, or sums of such
+    /// Error bound of the hit's barycentrics: quotients of two edge functions, or sums of such
     /// quotients, that are at most 1.
     pub fn barycentric_error(&self) -> f64 {
         4.0 * self.volume_error() / self.determinant.abs() + ROUNDINGS
     }
 
-    /// Errors of the hit's distance and barycentrics, against the crossing in f64.
+    /// Differences of the hit's distance and of its barycentrics from the crossing computed in f64.
+    /// The second number is the larger difference of the two barycentrics.
     pub fn errors(&self) -> (f64, f64) {
         let [_, b1, b2] = self.volumes().map(|volume| volume / self.determinant);
         let t = self.normal.dot(self.corners[0]) / self.determinant;
@@ -280,7 +282,7 @@ impl Crossing {
         ((self.t - t).abs(), (d1 - b1).abs().max((d2 - b2).abs()))
     }
 
-    /// Returns true if the hit is at the crossing of ray and triangle, within the ray's interval.
+    /// Returns `true` if the hit is at the crossing of ray and triangle, within the ray's interval.
     fn is_right(&self) -> bool {
         let [b1, b2] = self.barycentrics;
         let is_inside = b1.min(b2).min(1.0 - b1 - b2) >= -ROUNDINGS;
@@ -290,17 +292,17 @@ impl Crossing {
         is_inside && is_in_range && (is_there || self.is_grazing())
     }
 
-    /// Returns true if both hits have the same distance up to rounding.
+    /// Returns `true` if both hits have the same distance up to rounding.
     fn is_as_far_as(&self, other: &Self) -> bool {
         (self.t - other.t).abs() <= self.t_error() + other.t_error()
     }
 
-    /// Returns true if rounding decides whether the ray crosses the triangle's plane.
+    /// Returns `true` if rounding decides whether the ray crosses the triangle's plane.
     fn is_grazing(&self) -> bool {
         self.determinant.abs() <= self.volume_error()
     }
 
-    /// Cause for which another intersector may miss the triangle.
+    /// Cause of a disagreement if another backend misses this triangle.
     fn cause(&self) -> Cause {
         let near = |end: f32| (self.t - end as f64).abs() <= self.t_error();
         if self.is_grazing() {
@@ -314,8 +316,9 @@ impl Crossing {
         }
     }
 
-    /// Returns true if the surface continues on all sides: eight rays beside this ray, farther off
-    /// than rounding, hit something at a similar or smaller distance.
+    /// Returns `true` if the surface continues on all sides of the ray. Traces eight parallel rays
+    /// whose offset is larger than rounding errors: all of them must hit a surface at a similar or
+    /// smaller distance.
     fn continues_around(&self, accel: &dyn Accel) -> bool {
         let ray = &self.ray;
         let length = ray.direction.length();

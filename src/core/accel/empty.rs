@@ -1,10 +1,10 @@
-//! Backend of a world without surfaces: no ray hits anything.
+//! Backend for scenes without surfaces: no ray hits anything.
 
 use super::{Accel, BackendInfo};
 use crate::geometry::Hit;
 use crate::math::Ray;
 
-/// A world without surfaces.
+/// A backend without surfaces.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Empty;
 

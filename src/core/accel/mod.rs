@@ -25,7 +25,8 @@ pub use record::Recorder;
 use crate::geometry::Hit;
 use crate::math::Ray;
 
-/// An acceleration structure: committed, immutable, built once and shared by all threads.
+/// An acceleration structure for ray queries. It is built once, does not change, and is shared by
+/// all threads.
 pub trait Accel: Send + Sync {
     /// Closest hit in the ray's open interval.
     fn intersect(&self, ray: &Ray) -> Option<Hit>;
@@ -52,8 +53,8 @@ pub trait Accel: Send + Sync {
         }
     }
 
-    /// Number of `queries` with a hit. The loop is compiled for the backend, so that measurements
-    /// have no dynamic calls.
+    /// Number of `queries` with a hit. The loop is compiled for each backend, so measured times
+    /// contain no dynamic calls.
     fn count_hits(&self, queries: &[Query]) -> usize {
         queries.iter().filter(|query| query.trace(self).is_hit()).count()
     }
@@ -61,13 +62,13 @@ pub trait Accel: Send + Sync {
     /// Name, version and instruction set of the backend.
     fn info(&self) -> BackendInfo;
 
-    /// Bytes of memory of the structure, as far as the backend can measure them.
+    /// Memory of the structure in bytes, as far as the backend can measure it.
     fn bytes(&self) -> u64;
 }
 
-/// Dispatch of ray-tracing code to a backend.
+/// Backends for which ray-tracing code is compiled separately, or which are called dynamically.
 pub trait Dispatch: Accel {
-    /// True if each query is a dynamic call. Code compiled for the backend then has no advantage.
+    /// True if each query is a dynamic call. Code compiled for this backend then has no advantage.
     const IS_DYNAMIC: bool;
 }
 
@@ -108,10 +109,10 @@ impl Accel for &dyn Accel {
 /// Description of a backend for users.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BackendInfo {
-    /// Name that users type.
+    /// Name of the backend on the command line.
     pub name: &'static str,
-    /// Version of the library.
+    /// Version of the backend's library.
     pub version: String,
-    /// Instruction set in use.
+    /// Instruction set that the backend uses.
     pub isa: &'static str,
 }

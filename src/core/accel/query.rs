@@ -2,21 +2,21 @@ use super::Accel;
 use crate::geometry::Hit;
 use crate::math::Ray;
 
-/// A query to a backend.
+/// A ray query to a backend.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Query {
-    /// Ray segment of the query.
+    /// Ray, with the interval of the ray parameter in which hits count.
     pub ray: Ray,
     /// Kind of the query.
     pub kind: QueryKind,
 }
 
-/// Kind of a query.
+/// Kind of a ray query.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum QueryKind {
-    /// Closest hit.
+    /// Query for the closest hit.
     Closest,
-    /// True if there is any hit.
+    /// Query for any hit.
     Occlusion,
 }
 
@@ -66,7 +66,7 @@ impl Answer {
         }
     }
 
-    /// Returns true if there is a hit.
+    /// Returns `true` if the ray hit a surface.
     #[inline(always)]
     pub fn is_hit(&self) -> bool {
         match self {

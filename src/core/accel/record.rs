@@ -1,12 +1,12 @@
-//! Recorded queries of a backend. Packets stay together. `--pixel` prints a record, and `embrasure
-//! bench` traces it again.
+//! Recorded queries of a backend. Rays of a packet are recorded consecutively. `--pixel` prints a
+//! record, and `embrasure bench` traces it again.
 
 use super::{Accel, Answer, BackendInfo, Query};
 use crate::geometry::Hit;
 use crate::math::Ray;
 use std::sync::{Mutex, PoisonError};
 
-/// A backend that records its queries and answers. Rays that are traced together stay together.
+/// A backend that records its queries and answers. Rays of a packet are recorded consecutively.
 #[derive(Debug)]
 pub struct Recorder<'a, A> {
     accel: &'a A,
@@ -22,8 +22,8 @@ impl<'a, A: Accel> Recorder<'a, A> {
         }
     }
 
-    /// Returns and clears all records. With one thread, they are in the order of the queries. Rays
-    /// that were traced together are consecutive.
+    /// Returns all recorded queries with their answers, and clears the record. With one thread, the
+    /// record has the order of the queries. Rays of a packet are consecutive.
     pub fn take(&self) -> Vec<(Query, Answer)> {
         std::mem::take(&mut *self.notes.lock().unwrap_or_else(PoisonError::into_inner))
     }

@@ -1,4 +1,5 @@
-/// A discrete distribution sampled in constant time (Walker 1977; built as Vose 1991 does).
+/// A discrete distribution that is sampled in constant time with Walker's alias method (Walker
+/// 1977; built as in Vose 1991).
 #[derive(Clone, Debug)]
 pub struct AliasTable {
     bins: Vec<Bin>,
@@ -6,9 +7,9 @@ pub struct AliasTable {
 
 #[derive(Clone, Copy, Debug)]
 struct Bin {
-    /// Probability of this index.
+    /// Probability of the bin's index.
     pmf: f32,
-    /// Share of the bin that belongs to the bin's index. The rest of the bin belongs to `alias`.
+    /// Fraction of the bin that belongs to the bin's index. The rest of the bin belongs to `alias`.
     threshold: f32,
     alias: u32,
 }
@@ -32,8 +33,8 @@ impl AliasTable {
             })
             .collect();
 
-        // Combine each bin that is not full with a bin that is over-full, until every bin holds
-        // 1/n.
+        // Combine each bin that is not full with a bin that is over-full, until the weight of every
+        // bin is 1/n.
         let mut fill: Vec<f64> = weights.iter().map(|w| w / sum * n as f64).collect();
         let (mut small, mut large): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| fill[i] < 1.0);
         while let (Some(&s), Some(&l)) = (small.last(), large.last()) {
@@ -46,7 +47,7 @@ impl AliasTable {
                 small.push(l);
             }
         }
-        // The remaining bins differ from full bins by rounding only. An index of probability zero
+        // The remaining bins differ from full bins by rounding only. An index with probability zero
         // must never be drawn, so remaining bins of zero weight get an alias with a positive
         // weight.
         let some = weights.iter().position(|&w| w > 0.0)?;
@@ -105,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_to_choose_from() {
+    fn no_positive_weight_is_none() {
         assert!(AliasTable::new(&[]).is_none());
         assert!(AliasTable::new(&[0.0, 0.0]).is_none());
         assert_eq!(AliasTable::new(&[0.0, 2.0]).unwrap().sample(0.1), (1, 1.0));

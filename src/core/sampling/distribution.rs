@@ -3,10 +3,11 @@
 use crate::math::{Vec2, float::ALMOST_ONE};
 use std::ops::Range;
 
-/// A density over [0, 1) that is constant in each of n equal steps.
+/// A probability density over [0, 1) that is constant in each of n equal steps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distribution1D {
-    /// Cumulative probability of all steps before each step. The last element is 1.
+    /// Cumulative probabilities: element i is the probability of all steps before step i. The last
+    /// element is 1.
     cdf: Vec<f32>,
     integral: f64,
 }
@@ -16,7 +17,7 @@ impl Distribution1D {
     /// sum to 0.
     ///
     /// # Panics
-    /// Without weights.
+    /// Panics if `weights` is empty.
     pub fn new(weights: &[f32]) -> Self {
         assert!(!weights.is_empty(), "a distribution has at least one step");
         let n = weights.len();
@@ -77,9 +78,10 @@ impl Distribution1D {
         self.cdf[steps.end] - self.cdf[steps.start]
     }
 
-    /// The place in step `i` at the fraction `within` in [0, 1) of its width.
+    /// Position in [0, 1) that lies in step `i`, at the fraction `within` in [0, 1) of its width.
     fn place(&self, i: usize, within: f32) -> f32 {
-        // Rounding must not move the place into a neighbouring step, which has a different density.
+        // Rounding must not move the position into a neighbouring step, which has a different
+        // density.
         let mut x = ((i as f32 + within) / self.len() as f32).min(ALMOST_ONE);
         while self.step(x) > i {
             x = f32::from_bits(x.to_bits() - 1);
@@ -90,7 +92,7 @@ impl Distribution1D {
         x
     }
 
-    /// Density at `x` in [0, 1).
+    /// Probability density at `x` in [0, 1).
     pub fn pdf(&self, x: f32) -> f32 {
         self.pdf_of_step(self.step(x))
     }
@@ -104,10 +106,11 @@ impl Distribution1D {
     }
 }
 
-/// A density over the unit square that is constant in each cell of a grid (PBR4 §A.5.6).
+/// A probability density over the unit square that is constant in each cell of a grid (PBR4
+/// §A.5.6).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distribution2D {
-    /// Distribution over x, one for each row.
+    /// Distributions over x, one for each row.
     rows: Vec<Distribution1D>,
     /// Distribution over y: the choice of the row.
     marginal: Distribution1D,
@@ -118,7 +121,7 @@ impl Distribution2D {
     /// row. All weights are finite and ≥ 0.
     ///
     /// # Panics
-    /// Without weights, or with an incomplete row.
+    /// Panics if `weights` is empty or its last row is incomplete.
     pub fn new(weights: &[f32], width: usize) -> Self {
         assert!(width > 0 && weights.len() % width == 0, "rows of {width} weights");
         let rows: Vec<Distribution1D> = weights.chunks(width).map(Distribution1D::new).collect();
@@ -129,7 +132,7 @@ impl Distribution2D {
         }
     }
 
-    /// Draws a point. Returns the point and its density.
+    /// Draws a point of the unit square. Returns the point and its density.
     pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
         let (y, row) = self.marginal.sample(u.y);
         let (x, column) = self.rows[row].sample(u.x);
@@ -150,7 +153,7 @@ impl Distribution2D {
         (Vec2::new(x, self.marginal.place(row, u.y.min(ALMOST_ONE))), pdf)
     }
 
-    /// Density at `p` in [0, 1)².
+    /// Probability density at `p` in [0, 1)².
     pub fn pdf(&self, p: Vec2) -> f32 {
         let row = self.marginal.step(p.y);
         self.marginal.pdf_of_step(row) * self.rows[row].pdf(p.x)

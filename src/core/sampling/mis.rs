@@ -1,12 +1,13 @@
-//! Weights of multiple importance sampling (Veach 1997, §9.2). If a strategy takes n samples, its
-//! density is n times that of one sample.
+//! Weights of multiple importance sampling (Veach 1997, §9.2). The density of a strategy with n
+//! samples is n times the density of one sample.
 //!
-//! The functions here combine two strategies, for `integrator/path`. The strategies of a
-//! bidirectional path are weighted in `integrator/bidirectional/connection/weights.rs`. `Heuristic`
-//! of `integrator/path/strategy.rs` chooses the heuristic for both.
+//! The functions here combine two strategies, for `integrator/path`.
+//! `integrator/bidirectional/connection/weights.rs` computes the weights of bidirectional
+//! strategies. The option `Heuristic` of `integrator/path/strategy.rs` selects the heuristic for
+//! both.
 
 /// Balance heuristic: the weight of the strategy with the density `pdf`, if the second strategy has
-/// the density `other`. Limits as in [`power_heuristic`].
+/// the density `other`. Returns 0 if `pdf` is 0, and 1 if `other` is 0.
 pub fn balance_heuristic(pdf: f32, other: f32) -> f32 {
     if pdf <= 0.0 {
         return 0.0;

@@ -4,30 +4,30 @@
 use crate::math::{Vec2, Vec3, atan2, sin_cos_turns};
 use std::f32::consts::TAU;
 
-/// A rectangle as seen from a point: the region on the unit sphere of the directions towards the
-/// rectangle.
+/// The region of the unit sphere that a rectangle covers, seen from a point.
 #[derive(Clone, Copy, Debug)]
 pub struct SphericalRectangle {
     /// Unit vectors: along the two edges, and along the normal from the rectangle's plane to the
     /// point.
     axes: [Vec3; 3],
-    /// Coordinates relative to the point: `x` and `y` have the positions of the edges along the
-    /// first two axes, and `z` has the position of the rectangle's plane along the third axis,
-    /// which is negative.
+    /// Coordinates relative to the point. `x` and `y` are the positions of the edges along the
+    /// first two axes. `z` is the position of the rectangle's plane along the third axis; it is
+    /// negative.
     x: [f64; 2],
     y: [f64; 2],
     z: f64,
     /// A complex number whose argument is the sum of the two interior angles at the left edge.
     left: [f64; 2],
-    /// Modulus of `left`, divided by the distances of the point from the lines of the lower and the
-    /// upper edge.
+    /// Modulus of `left`, divided by the two distances of the point from the lines of the lower
+    /// edge and of the upper edge.
     left_modulus: f64,
     solid_angle: f32,
 }
 
 impl SphericalRectangle {
-    /// The rectangle with the corner `corner` and two orthogonal edges along the unit vectors
-    /// `edges`, with lengths `lengths`, as seen from `p`; `None` if `p` is in its plane.
+    /// The rectangle with the corner `corner` and two orthogonal edges, seen from the point `p`.
+    /// The unit vectors `edges` are the directions of the edges, and `lengths` are their lengths.
+    /// `None` if `p` lies in the rectangle's plane.
     #[inline(always)]
     pub fn new(corner: Vec3, edges: [Vec3; 2], lengths: [f32; 2], p: Vec3) -> Option<Self> {
         let to = corner - p;
@@ -70,14 +70,14 @@ impl SphericalRectangle {
         })
     }
 
-    /// Returns true if the solid angle is accurate enough for sampling. Small solid angles, and
-    /// solid angles near the half sphere, have few correct digits.
+    /// Returns `true` if the solid angle is accurate enough for sampling. Small solid angles, and
+    /// solid angles near 2π, have few correct digits.
     #[inline]
     pub fn is_accurate(&self) -> bool {
         (0.01..6.2).contains(&self.solid_angle)
     }
 
-    /// Solid angle, sr.
+    /// Solid angle of the rectangle, sr.
     #[inline]
     pub fn solid_angle(&self) -> f32 {
         self.solid_angle
@@ -92,10 +92,10 @@ impl SphericalRectangle {
     pub fn sample<const N: usize>(&self, u: [Vec2; N]) -> [(Vec3, Vec3); N] {
         let ([x0, x1], [y0, y1]) = (self.x, self.y);
         let z_squared = self.z * self.z;
-        // Find x such that the rectangle up to x has the share u.x of the solid angle: |z| / √(f² −
-        // b₀²) in the paper. In the paper, f and b₀ have the distance from the line of the lower
-        // edge as denominator. We cancel this distance and the sine of f, so that only one root is
-        // left.
+        // Find x such that the rectangle up to x has the fraction u.x of the solid angle: |z| /
+        // √(f² − b₀²) in the paper. In the paper, f and b₀ have the distance from the line of the
+        // lower edge as denominator. We cancel this distance and the sine of f, so that only one
+        // root is left.
         let (mut sin, mut cos) = ([0.0; N], [0.0; N]);
         for i in 0..N {
             let (s, c) = sin_cos_turns(u[i].x * self.solid_angle * (1.0 / TAU));
@@ -119,7 +119,7 @@ impl SphericalRectangle {
             x[i] = smaller(larger(x_squared.sqrt().copysign(side), x0), x1);
             squared[i] = z_squared + x_squared;
         }
-        // On the line of this x, the sine of the elevation is uniform.
+        // On the line with this x, the sine of the elevation is uniform.
         let (mut y, mut nearness) = ([0.0; N], [0.0; N]);
         for i in 0..N {
             let [h0, h1] = self.y.map(|y| y / (squared[i] + y * y).sqrt());
@@ -138,14 +138,13 @@ impl SphericalRectangle {
     }
 }
 
-/// The larger of both numbers, or `b` if `a` is NaN. Compiles to one instruction, unlike
-/// `f64::max`.
+/// The larger of `a` and `b`, or `b` if `a` is NaN. Compiles to one instruction, unlike `f64::max`.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// The smaller of both numbers, or `b` if `a` is NaN.
+/// The smaller of `a` and `b`, or `b` if `a` is NaN.
 #[inline(always)]
 fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
@@ -167,7 +166,7 @@ mod tests {
     /// The solid angle equals the sum of the solid angles of two triangles, seen from near and from
     /// far.
     #[test]
-    fn solid_angles_are_those_of_two_triangles() {
+    fn solid_angles_equal_sums_of_two_triangles() {
         let [a, b] = EDGES;
         for p in [
             Vec3::ZERO,
@@ -218,7 +217,7 @@ mod tests {
 
     /// Corners of the unit square map to corners of the rectangle.
     #[test]
-    fn all_of_the_rectangle_is_sampled() {
+    fn corners_of_square_map_to_corners_of_rectangle() {
         let rectangle = seen(Vec3::ZERO).unwrap();
         let corner = |x, y| rectangle.sample([Vec2::new(x, y)])[0].0;
         let [a, b] = EDGES;

@@ -3,8 +3,7 @@
 use crate::math::{DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
 
-/// A triangle as seen from a point: the region on the unit sphere of the directions towards the
-/// triangle.
+/// The region of the unit sphere that a triangle covers, seen from a point.
 #[derive(Clone, Copy, Debug)]
 pub struct SphericalTriangle {
     corners: [DVec3; 3],
@@ -12,7 +11,7 @@ pub struct SphericalTriangle {
 }
 
 impl SphericalTriangle {
-    /// The triangle of `corners` as seen from `p`; `None` if `p` is a corner.
+    /// The triangle with the corners `corners`, seen from the point `p`; `None` if `p` is a corner.
     pub fn new(corners: [Vec3; 3], p: Vec3) -> Option<Self> {
         let [a, b, c] = corners.map(|q| (q.as_dvec3() - p.as_dvec3()).try_normalize());
         let (a, b, c) = (a?, b?, c?);
@@ -26,13 +25,13 @@ impl SphericalTriangle {
         })
     }
 
-    /// Solid angle, sr.
+    /// Solid angle of the triangle, sr.
     pub fn solid_angle(&self) -> f64 {
         self.solid_angle
     }
 
-    /// Direction uniform over the solid angle (Arvo 1995, "Stratified Sampling of Spherical
-    /// Triangles"); `None` if the point is in the triangle's plane.
+    /// Samples a direction uniformly over the solid angle (Arvo 1995, "Stratified Sampling of
+    /// Spherical Triangles"). `None` if the point lies in the triangle's plane.
     pub fn sample(&self, u: Vec2) -> Option<DVec3> {
         let [a, b, c] = self.corners;
         // Interior angles at the vertices A, B and C
@@ -45,12 +44,12 @@ impl SphericalTriangle {
         let (alpha, beta, gamma) = (angle(ca, ab), angle(ab, bc), angle(bc, ca));
         let (sin_alpha, cos_alpha) = alpha.sin_cos();
 
-        // Move C along the arc AC until the triangle has the share u.x of the area.
+        // Move C along the arc AC until the triangle has the fraction u.x of the area.
         let area = u.x as f64 * (alpha + beta + gamma - PI);
         let (s, t) = (area - alpha).sin_cos();
         let (uu, v) = (t - cos_alpha, s + sin_alpha * a.dot(b));
         let q = ((v * t - uu * s) * cos_alpha - v) / ((v * s + uu * t) * sin_alpha);
-        // `q` is 0/0 if the share is 0: the moved C is at A then.
+        // `q` is 0/0 if the fraction is 0: the moved C is then at A.
         let q = if q.is_finite() { q.clamp(-1.0, 1.0) } else { 1.0 };
         let c_moved = q * a + (1.0 - q * q).sqrt() * orthogonal(c, a)?;
 
@@ -61,7 +60,8 @@ impl SphericalTriangle {
     }
 }
 
-/// Unit vector of the component of `x` orthogonal to the unit vector `y`.
+/// Unit vector along the component of `x` orthogonal to the unit vector `y`; `None` if both are
+/// parallel.
 fn orthogonal(x: DVec3, y: DVec3) -> Option<DVec3> {
     (x - x.dot(y) * y).try_normalize()
 }
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn solid_angles_known_on_paper() {
+    fn solid_angles_match_closed_forms() {
         // An octant of the unit sphere
         let octant = SphericalTriangle::new([Vec3::X, Vec3::Y, Vec3::Z], Vec3::ZERO).unwrap();
         assert!((octant.solid_angle() - PI / 2.0).abs() < 1e-12);
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ends_of_the_square_are_directions_too() {
+    fn borders_of_unit_square_give_unit_vectors() {
         let triangle = SphericalTriangle::new(corners(1.0), Vec3::ZERO).unwrap();
         for x in [0.0, 0.5, ALMOST_ONE] {
             for y in [0.0, 0.5, ALMOST_ONE] {

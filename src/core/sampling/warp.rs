@@ -34,9 +34,9 @@ pub fn cosine_hemisphere(u: Vec2) -> Vec3 {
 }
 // ANCHOR_END: cosine
 
-/// Cosine-weighted direction on the upper hemisphere: the normal plus the point of the unit sphere
-/// to which [`uniform_sphere`] maps `u`, normalised. The sum halves the angle to the normal, so its
-/// sine is `√u.x`.
+/// Cosine-weighted direction on the upper hemisphere, from the point of the unit sphere to which
+/// [`uniform_sphere`] maps `u`: the sum of the normal and this point, normalised. The sum halves
+/// the angle to the normal, so the sine of the new angle is `√u.x`.
 pub fn cosine_hemisphere_of_sphere(u: Vec2) -> Vec3 {
     let (sin, cos) = sin_cos_turns(u.y);
     let r = u.x.sqrt();
@@ -109,12 +109,12 @@ pub fn uniform_cone(u: Vec2, cos: f32) -> Vec3 {
     uniform_cap(u, 1.0 - cos)
 }
 
-/// Uniform direction of the cap around +z with the depth `depth`, 1 − cos of its half-angle.
+/// Uniform direction of the cap around +z with the depth `depth`: 1 − cos of the half-angle.
 /// Density [`uniform_cap_pdf`].
 ///
-/// The depth is accurate for narrow caps; the cosine is not.
+/// For narrow caps the depth has more correct digits than the cosine.
 pub fn uniform_cap(u: Vec2, depth: f32) -> Vec3 {
-    // Sample 1 − z uniformly, and compute the sine from it
+    // Sample the depth 1 − z uniformly, and compute the sine from the depth
     let depth = u.x * depth;
     let r = (depth * (2.0 - depth)).max(0.0).sqrt();
     let (sin_phi, cos_phi) = sin_cos_turns(u.y);
@@ -131,7 +131,7 @@ pub fn uniform_cap_pdf(depth: f32) -> f32 {
     0.5 * FRAC_1_PI / depth
 }
 
-/// Uniform point in a triangle as the barycentric coordinates of its second and third vertex.
+/// Uniform point in a triangle. Returns the barycentric coordinates of the second and third vertex.
 ///
 /// The map folds the unit square with little distortion (Heitz 2019, "A Low-Distortion Map Between
 /// Triangle and Square"). Density: one over the triangle's area.
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn the_normal_and_a_point_of_the_sphere_have_the_cosine_between_them() {
+    fn normal_plus_sphere_point_is_cosine_distributed() {
         for u in grid(64) {
             let sum = (Vec3::Z + uniform_sphere(u)).normalize();
             assert!(cosine_hemisphere_of_sphere(u).distance(sum) < 1e-5, "{u}");

@@ -17,17 +17,18 @@ const BAND: f32 = 5.0;
 /// Number of bands. The last band ends at 730 nm.
 const BANDS: usize = 70;
 
-/// A wavelength that represents the light of all channels.
+/// A wavelength for the light of all three channels of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wavelength {
     /// Wavelength in vacuum, nanometres.
     pub nanometers: f32,
-    /// Factor by which each channel of light that was refracted at this wavelength is multiplied.
+    /// Weight of each channel (linear Rec.709 red, green, blue): a factor of light that was
+    /// refracted at this wavelength.
     pub weight: [f32; 3],
 }
 
 struct Bands {
-    /// Share of each channel's light that lies in each band.
+    /// Fraction of each channel's light that lies in each band.
     shares: [[f32; 3]; BANDS],
     /// Mean of the distributions of the three channels over the bands.
     mean: Distribution1D,
@@ -45,8 +46,8 @@ impl Wavelength {
         }
     }
 
-    /// Wavelength in the middle of each band in nanometres, with the share of each channel's light
-    /// that lies in the band.
+    /// Middle wavelength of each band in nanometres, and the fraction of each channel's light in
+    /// the band.
     pub fn bands() -> impl Iterator<Item = (f32, [f32; 3])> {
         let middles = (0..BANDS).map(|band| FIRST + BAND * (band as f32 + 0.5));
         middles.zip(bands().shares)

@@ -1,15 +1,16 @@
-//! The backend in pure Rust: obvhs builds a hierarchy of boxes, and this module traces rays.
+//! Backend in pure Rust: obvhs builds a hierarchy of boxes, and this module traces rays.
 //!
 //! obvhs's own traversals clamp the reciprocal of a direction at a fixed epsilon. obvhs's wide
 //! variant also starts at a fixed distance, which misses scenes of 10⁻⁸ units. Its box tests round
 //! to both sides, which leaks at edges. This module converts the binary hierarchy (PLOC with
 //! reinsertion) to four boxes per node (`wide`). Box tests are conservative (Ize 2013) and triangle
 //! tests watertight (`watertight`; Woop et al. 2013). Both use f32. Edge functions that vanish, and
-//! the distance of a hit, use f64: with f32 errors a ray that leaves a sliver could hit it again.
+//! the distance of a hit, use f64: with f32 errors a ray that leaves a very thin triangle could hit
+//! it again.
 //!
-//! Instances have a separate tree, and so have moving triangles; boxes bound all positions over
-//! time. obvhs's CWBVH is not used. It has nodes with eight quantised boxes; four float boxes per
-//! node have the same gain over a binary hierarchy (docs/notebook/2026-11.md, "Choice of BVH").
+//! Instances and moving triangles have separate trees. Boxes bound all positions over time. obvhs's
+//! CWBVH is not used. It has nodes with eight quantised boxes; four float boxes per node have the
+//! same gain over a binary hierarchy (docs/notebook/2026-11.md, "Choice of BVH").
 
 mod tree;
 mod watertight;
@@ -23,7 +24,7 @@ use std::ops::Range;
 use tree::{Leaf, Tree};
 use watertight::{MovingTriangleLeaf, ShearedRay, TriangleLeaf};
 
-/// Name that users type.
+/// Name of the backend on the command line.
 pub const NAME: &str = "obvhs";
 /// Version of the crate that builds the hierarchy, as in Cargo.toml.
 pub const VERSION: &str = "0.4";
@@ -37,7 +38,7 @@ pub struct BvhAccel {
     placements: Vec<Placement>,
 }
 
-/// Triangles in one space: one tree of still triangles, and one tree of moving triangles.
+/// Triangles in one space: a tree of still triangles, and a tree of moving triangles.
 struct Shapes {
     still: Tree<TriangleLeaf>,
     moving: Tree<MovingTriangleLeaf>,
@@ -49,7 +50,7 @@ struct InstanceLeaf {
     id: u32,
     prototype: u32,
     bounds: Bounds3,
-    /// Transform from the world to the prototype; `None` if the instance moves.
+    /// Transform from world space to the prototype's space; `None` if the instance moves.
     inverse: Option<Affine3A>,
 }
 
@@ -91,8 +92,8 @@ impl BvhAccel {
         }
     }
 
-    /// `ray` in the space of the instance's prototype, up to `t_max`. A point on the ray has the
-    /// same ray parameter in both spaces.
+    /// Transforms `ray` to the space of the instance's prototype, and sets its end to `t_max`. A
+    /// point on the ray has the same ray parameter in both spaces.
     fn in_prototype(&self, instance: &InstanceLeaf, ray: &Ray, t_max: f32) -> Ray {
         let placement = || self.placements[instance.id as usize].at(ray.time).inverse();
         let inverse = instance.inverse.unwrap_or_else(placement);
@@ -125,7 +126,7 @@ impl Shapes {
         }
     }
 
-    /// Closest hit before `t_max`, which is set to the distance of the hit.
+    /// Closest hit before `t_max`. Sets `t_max` to the ray parameter of the hit.
     #[inline(always)]
     fn intersect(&self, ray: &Ray, t_max: &mut f32) -> Option<Hit> {
         let sheared = ShearedRay::new(ray);
@@ -150,7 +151,7 @@ impl Shapes {
         closest
     }
 
-    /// Returns true if there is a hit before `t_max`.
+    /// Returns `true` if there is a hit before `t_max`.
     #[inline(always)]
     fn occluded(&self, ray: &Ray, t_max: f32) -> bool {
         let sheared = ShearedRay::new(ray);

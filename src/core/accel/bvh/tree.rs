@@ -8,7 +8,7 @@ use obvhs::{Boundable, BvhBuildParams};
 use rayon::slice::ParallelSliceMut;
 use std::time::Duration;
 
-/// A leaf of a hierarchy.
+/// An item in a leaf of a hierarchy, such as a triangle.
 pub(super) trait Leaf: Copy + Send + Sync {
     /// Bounding box over all times.
     fn bounds(&self) -> Bounds3;
@@ -16,7 +16,7 @@ pub(super) trait Leaf: Copy + Send + Sync {
 
 /// A hierarchy of axis-aligned boxes.
 pub(super) struct Tree<L> {
-    /// Nodes; the root is first.
+    /// Nodes of the hierarchy. The first node is the root.
     nodes: Vec<Node>,
     /// Items in the order of the leaves.
     leaves: Vec<L>,
@@ -63,8 +63,8 @@ impl<L: Leaf> Tree<L> {
     }
 
     /// Visits the leaves in boxes that `ray` hits before `t_max`, nearer boxes first. `visit`
-    /// lowers `t_max` to the distance of a hit. Stops and returns true as soon as `visit` returns
-    /// true.
+    /// lowers `t_max` to the ray parameter of a hit. Stops and returns `true` as soon as `visit`
+    /// returns `true`.
     #[inline(always)]
     pub fn walk(&self, ray: &Ray, t_max: &mut f32, mut visit: impl FnMut(&L, &mut f32) -> bool) -> bool {
         if self.nodes.is_empty() {
@@ -100,7 +100,7 @@ impl<L: Leaf> Tree<L> {
     }
 }
 
-/// Bits of the box, as a sort key that groups equal boxes.
+/// Bits of the box's corners, as a sort key that groups equal boxes.
 fn bits(bounds: Bounds3) -> [[u32; 3]; 2] {
     [bounds.min, bounds.max].map(|corner| corner.to_array().map(f32::to_bits))
 }
@@ -137,7 +137,8 @@ impl Stack {
         self.len
     }
 
-    /// Inserts `item` into the sorted items from `bottom` on; the nearest is last.
+    /// Inserts `item` into the stack from the index `bottom` on, sorted so that the nearest box is
+    /// last.
     #[inline(always)]
     fn push_in_order(&mut self, bottom: usize, item: (Child, f32)) {
         if self.len == Self::NEAR {

@@ -4,8 +4,7 @@ use super::tree::Leaf;
 use crate::geometry::{GeomId, PrimId, corners_at};
 use crate::math::{Bounds3, DVec3, Ray, Vec3, Vec3Swizzles, float::gamma};
 
-/// A triangle of the scene, transposed for SIMD: the coordinates of its three corners along each
-/// axis.
+/// A triangle, transposed for SIMD: for each axis, the coordinates of the three corners.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct TriangleLeaf {
     coordinates: [Vec3; 3],
@@ -34,7 +33,7 @@ impl Leaf for TriangleLeaf {
     }
 }
 
-/// A triangle whose corners move linearly from time 0 to time 1.
+/// A triangle whose corners move linearly between shutter open (time 0) and shutter close (time 1).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MovingTriangleLeaf {
     open: TriangleLeaf,
@@ -46,7 +45,7 @@ impl MovingTriangleLeaf {
         Self { open, close }
     }
 
-    /// Triangle at `time`.
+    /// The triangle at `time`.
     pub fn at(&self, time: f32) -> TriangleLeaf {
         let corners = corners_at(self.open.corners(), self.close, time);
         TriangleLeaf::new(corners, self.open.geom, self.open.prim)
@@ -62,8 +61,8 @@ impl Leaf for MovingTriangleLeaf {
     }
 }
 
-/// A ray prepared for triangles: axes permuted and sheared so that the ray points along +z (Woop,
-/// Benthin and Wald 2013, "Watertight Ray/Triangle Intersection").
+/// A ray prepared for tests against triangles: axes are permuted and sheared so that the ray points
+/// along +z (Woop, Benthin and Wald 2013, "Watertight Ray/Triangle Intersection").
 pub(super) struct ShearedRay {
     origin: Vec3,
     direction: Vec3,
@@ -115,9 +114,9 @@ impl ShearedRay {
         (t > t_min && t < t_max).then_some((t, edges.y * inverse, edges.z * inverse))
     }
 
-    /// Ray parameter of the crossing with the triangle's plane, in f64. With f32 errors, a ray that
-    /// leaves a sliver would hit it again: the ratio of length to width makes the errors larger
-    /// than any ray offset.
+    /// Ray parameter of the crossing with the triangle's plane, in f64. With f32, a ray that leaves
+    /// a very thin triangle would hit it again: the error grows with the ratio of length to width,
+    /// and exceeds any ray offset.
     fn distance(&self, triangle: &TriangleLeaf) -> f32 {
         let [a, b, c] = triangle.corners().map(Vec3::as_dvec3);
         let normal: DVec3 = (b - a).cross(c - a);

@@ -6,20 +6,20 @@ use obvhs::bvh2::{Bvh2, node::Bvh2Node};
 /// Number of children of a node.
 pub(super) const WIDTH: usize = 4;
 
-/// Four boxes, stored by coordinate, and their contents. Two cache lines.
+/// A node: four boxes, stored by coordinate, and their contents. A node fills two cache lines.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
-    /// Lower and upper ends of the boxes along x, y and z. A place without a box has inverted ends.
+    /// Lower and upper ends of the boxes along x, y and z. An unused box has inverted ends.
     bounds: [[Vec4; 3]; 2],
     /// Content of each box.
     pub children: [Child; WIDTH],
 }
 
-/// Content of a box: the node `first`, or `count` items from `first` on.
+/// Content of a box: a node or a range of leaves.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Child {
     pub first: u32,
-    /// 0 for a node.
+    /// Number of leaves, or 0 for a node.
     pub count: u32,
 }
 
@@ -42,8 +42,8 @@ impl Node {
 
 /// Converts a binary hierarchy to a hierarchy with four children per node. To make a wide node,
 /// start with one binary node and replace the member with the largest surface by its two children,
-/// until there are four members. The root is first. Primitive `i` of the binary hierarchy stands
-/// for the items from `starts[i]` to `starts[i + 1]`.
+/// until there are four members. The first node of the result is the root. Primitive `i` of the
+/// binary hierarchy stands for the leaves from `starts[i]` to `starts[i + 1]`.
 pub(super) fn widen(binary: &Bvh2, starts: &[u32]) -> Vec<Node> {
     let Some(root) = binary.nodes.first() else {
         return Vec::new();
@@ -86,18 +86,19 @@ fn children<'a>(binary: &'a Bvh2, node: &Bvh2Node) -> [&'a Bvh2Node; 2] {
     [&binary.nodes[first], &binary.nodes[first + 1]]
 }
 
-/// Index of the inner node with the largest surface.
+/// Index of the inner node with the largest surface; `None` if all members are leaves.
 fn largest_inner(members: &[&Bvh2Node]) -> Option<usize> {
     let area = |i: &usize| members[*i].aabb().half_area();
     let inner = (0..members.len()).filter(|&i| !members[i].is_leaf());
     inner.max_by(|i, j| area(i).total_cmp(&area(j)))
 }
 
-/// A ray prepared for boxes.
+/// A ray prepared for tests against boxes.
 pub(super) struct Slabs {
     origin: [Vec4; 3],
     inverse: [Vec4; 3],
-    /// Index of the nearer end of a box along each axis: 0 is the lower end.
+    /// For each axis, the end of a box that the ray enters first: 0 for the lower end, 1 for the
+    /// upper end.
     near: [usize; 3],
     t_min: f32,
 }
@@ -116,7 +117,8 @@ impl Slabs {
         }
     }
 
-    /// Ray parameters of the entry into each box, and a bit mask of the boxes hit before `t_max`.
+    /// Ray parameters at which the ray enters each box, and a bit mask of the boxes that it hits
+    /// before `t_max`.
     ///
     /// The far end is increased by the error bound of both ends (Ize 2013, "Robust BVH Ray
     /// Traversal"; PBR4 §6.8.2).

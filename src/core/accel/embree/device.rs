@@ -62,8 +62,8 @@ impl Device {
     /// Instruction sets that a device can be configured for.
     pub const ISAS: [&str; 3] = ["sse2", "avx2", "avx512"];
 
-    /// Device with Embree's configuration string `config`, before the tests of `probe`. The
-    /// library's version must match the headers.
+    /// Creates a device with Embree's configuration string `config`. The library's version is
+    /// checked against the headers; the tests of `probe` are still to be run.
     pub(super) fn configured(config: &str) -> Result<Self, EmbreeError> {
         let config = CString::new(config).unwrap_or_default();
         // SAFETY: rtcNewDevice reads the zero-terminated configuration during the call only, and
@@ -86,7 +86,7 @@ impl Device {
         Ok(device)
     }
 
-    /// Starts to count the memory of this device's scenes.
+    /// Starts counting the memory of this device's scenes.
     pub(super) fn watch_memory(&self) -> Result<(), EmbreeError> {
         let user = ptr::from_ref::<AtomicI64>(&self.bytes).cast_mut().cast::<c_void>();
         // SAFETY: the handle is a live device. `user` stays valid until Drop has unregistered the
@@ -95,8 +95,8 @@ impl Device {
         self.check("watching memory")
     }
 
-    /// Checks that the library has the headers' major version and is not older: structures and
-    /// constants are then identical.
+    /// Returns an error unless the library has the major version of the headers and is not older.
+    /// Structures and constants are then identical.
     fn check_version(&self) -> Result<(), EmbreeError> {
         let found = self.property(RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION) as u32;
         let major = self.property(RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION_MAJOR) as u32;
@@ -126,7 +126,8 @@ impl Device {
         format!("{major}.{minor}.{patch}")
     }
 
-    /// Instruction set in use, from the widest natively supported ray packet.
+    /// Instruction set in use, derived from the widest ray packet that the device supports
+    /// natively.
     pub fn isa(&self) -> &'static str {
         if self.property(RTCDeviceProperty::RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0 {
             "avx512"
@@ -148,7 +149,8 @@ impl Device {
         self.handle
     }
 
-    /// Returns this thread's first error since the last check.
+    /// Returns this thread's first error since the last check, if any. `doing` names the operation
+    /// in the error.
     pub(super) fn check(&self, doing: &'static str) -> Result<(), EmbreeError> {
         // SAFETY: the handle is a live device; the call reads and clears the error of this thread.
         let code = unsafe { rtcGetDeviceError(self.handle) };

@@ -147,8 +147,8 @@ fn attach(device: &Device, scene: &SceneHandle, id: u32, geometry: &GeometryHand
     device.check("attaching a geometry")
 }
 
-/// Shares `items`, without a copy, with `geometry`. They become the buffer of type `kind` in
-/// `slot`.
+/// Makes `items` a buffer of `geometry` without copying. `kind` and `slot` are the type and the
+/// index of the buffer.
 ///
 /// # Safety
 /// `T` begins with the fields of `format`, and has 16 bytes if Embree loads it as a vertex. `items`

@@ -1,8 +1,8 @@
 //! Intel Embree 4. All `unsafe` code of this crate is in this folder.
 //!
-//! - bindgen reads the headers of the library. The loaded library must have their major version and
-//!   not be older, which `device` checks. `handles` owns Embree's objects, `scene` builds, and
-//!   `query` and `packet` trace.
+//! - bindgen reads the headers of the library. `device` checks the loaded library: it must have the
+//!   major version of the headers and not be older. `handles` owns Embree's objects, `scene` builds
+//!   Embree scenes, and `query` and `packet` trace rays.
 //! - The version does not contain the build options of a library, so `probe` traces three rays on
 //!   each new device.
 //! - Errors are checked after each call of a build, but not after a ray.
@@ -40,5 +40,5 @@ pub use device::{Device, EmbreeError};
 pub use raw::{raw_hits, raw_occlusions};
 pub use scene::EmbreeAccel;
 
-/// Name that users type.
+/// Name of the backend on the command line.
 pub const NAME: &str = "embree";

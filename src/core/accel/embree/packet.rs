@@ -10,7 +10,7 @@ use std::ptr;
 
 /// Maximum number of rays in a packet.
 const WIDTH: usize = 16;
-/// Minimum number of rays in a packet: fewer rays are faster one by one.
+/// Minimum number of rays in a packet. Fewer rays are traced separately, which is faster.
 const FEWEST: usize = 4;
 
 /// Closest hits of `rays`, in packets of up to sixteen.
@@ -96,8 +96,8 @@ fn occluded_packet(accel: &EmbreeAccel, rays: &[Ray], occluded: &mut [bool]) {
     }
 }
 
-/// Fills `packet` with at most sixteen `rays`: all masks, no ids and no flags. Returns the valid
-/// lanes.
+/// Fills `packet` with `rays`, at most sixteen, with all mask bits set, without ids and flags.
+/// Returns the validity of the lanes.
 #[inline(always)]
 fn fill(packet: &mut RTCRay16, rays: &[Ray]) -> Lanes {
     // Embree ignores lanes with validity 0.

@@ -1,8 +1,9 @@
-//! Construction of devices, with a test that the loaded library matches its headers.
+//! Construction of Embree devices, with a test that the loaded library matches the headers.
 //!
-//! The version contains neither the number of instance levels, which sets the size of a hit, nor
-//! the option for backface culling. Three rays at a triangle and a copy of it, with guard words
-//! behind the hit, detect both. A library that does not match its headers is rejected.
+//! The version number does not show how the library was built. The number of instance levels sets
+//! the size of a hit, and backface culling removes hits. Three rays at a triangle and a copy of it,
+//! with guard words behind the hit, detect both. A library that does not match its headers is
+//! rejected.
 
 use super::device::{Device, EmbreeError};
 use super::handles::{SceneHandle, attach_instance, attach_mesh};
@@ -21,15 +22,16 @@ struct GuardedQuery {
     guard: [u32; 64],
 }
 
-/// A test ray that starts at height 2 above or below a point of a triangle.
+/// A test ray. It starts at height 2 above or below a point of a triangle, at y = 0.5.
 struct Trial {
     x: f32,
     is_behind: bool,
-    /// Expected instance.
+    /// Expected id of the instance.
     inst: u32,
 }
 
-/// Triangle (0,0,0), (1,0,0), (0,1,0) from both sides, and a copy of it at x + 4.
+/// Test rays at the triangle (0,0,0), (1,0,0), (0,1,0) from both sides, and at a copy of it, moved
+/// by 4 along x.
 const TRIALS: [Trial; 3] = [
     Trial {
         x: 0.25,
@@ -48,17 +50,19 @@ const TRIALS: [Trial; 3] = [
     },
 ];
 
-/// Id of the copy.
+/// Id of the instance that is the copy of the triangle.
 const INSTANCE: u32 = 1;
 
 impl Device {
-    /// Device that builds with `threads` threads and uses the widest instructions of the processor.
+    /// Creates a device that builds with `threads` threads and uses the widest instructions of the
+    /// processor.
     pub fn new(threads: usize) -> Result<Self, EmbreeError> {
         Self::tried(&format!("threads={threads}"))
     }
 
-    /// Device with `threads` threads and the instruction set `isa`, one of [`Device::ISAS`].
-    /// Returns an error if the processor or the library does not support it.
+    /// Creates a device with `threads` threads and the instruction set `isa`, one of
+    /// [`Device::ISAS`]. Returns an error if the processor or the library does not support the
+    /// instruction set.
     pub fn with_isa(threads: usize, isa: &str) -> Result<Self, EmbreeError> {
         Self::tried(&format!("threads={threads},isa={isa}"))
     }
@@ -71,7 +75,8 @@ impl Device {
     }
 }
 
-/// Tests `device`, which takes some microseconds.
+/// Traces the test rays on `device`, which takes some microseconds. Returns an error if the library
+/// does not match its headers.
 fn check(device: &Device) -> Result<(), EmbreeError> {
     let misfit = |problem| EmbreeError::Misfit {
         version: device.version(),
@@ -132,7 +137,7 @@ impl Trial {
         query
     }
 
-    /// Fault of the library with this answer, if any.
+    /// Returns an error if `answer` shows that the library does not match its headers.
     fn judge(&self, answer: &GuardedQuery) -> Result<(), &'static str> {
         let RTCRayHit { ray, hit } = &answer.query;
         let near = |a: f32, b: f32| (a - b).abs() < 1e-5;
@@ -152,7 +157,7 @@ impl Trial {
 mod tests {
     use super::*;
 
-    /// Answer of a library without a fault.
+    /// Answer of a correct library.
     fn right(trial: &Trial) -> GuardedQuery {
         let mut query = trial.query();
         query.ray.tfar = 2.0;
@@ -169,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_library_that_was_built_otherwise_is_refused() {
+    fn library_with_other_build_options_is_rejected() {
         let [front, behind, copy] = &TRIALS;
         for trial in &TRIALS {
             assert_eq!(judged(trial, |_| ()), Ok(()));

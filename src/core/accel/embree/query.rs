@@ -1,4 +1,4 @@
-//! The backend: queries of single rays and of packets.
+//! Ray queries of the Embree backend: single rays and packets.
 
 use super::EmbreeAccel;
 use super::packet;

@@ -23,7 +23,7 @@ fn raw_ray(ray: &Ray) -> RTCRay {
     }
 }
 
-/// Number of `rays` that hit, by a plain loop over `rtcIntersect1`.
+/// Number of `rays` that hit a surface, by a plain loop over `rtcIntersect1`.
 pub fn raw_hits(accel: &EmbreeAccel, rays: &[Ray]) -> usize {
     let mut hits = 0;
     for ray in rays {

@@ -3,11 +3,11 @@
 use crate::math::{Ray, Vec4};
 use embree4_sys::*;
 
-/// Words of an `RTCRay`, sixteen bytes each.
+/// Three 16-byte words that have the layout of an `RTCRay`.
 ///
-/// Embree loads a ray in 16-byte words. If the ray is stored in the same words, the CPU forwards it
-/// from the store buffer. If it is stored field by field, each query has to wait until the fields
-/// are in the cache.
+/// Embree loads a ray in 16-byte words. If the ray is stored in the same words, the CPU forwards
+/// them from the store buffer. If the ray is stored field by field, each query has to wait until
+/// the fields are in the cache.
 #[repr(C, align(16))]
 struct RayWords {
     origin_tnear: Vec4,
@@ -22,14 +22,14 @@ const _: () = assert!(size_of::<RayWords>() == size_of::<RTCRay>());
 #[inline(always)]
 pub(super) fn interval(ray: &Ray) -> (f32, f32) {
     const ABOVE_ZERO: f32 = f32::from_bits(f32::MIN_POSITIVE.to_bits() - 1);
-    // Adding 1 to the bits of a positive float gives the next float; the float before infinity is
-    // the largest.
+    // Adding 1 to the bits of a positive float gives the next larger float. Subtracting 1 from the
+    // bits of infinity gives the largest float.
     let near = f32::from_bits(ray.t_min.max(ABOVE_ZERO).to_bits() + 1);
     let far = f32::from_bits(ray.t_max.max(f32::MIN_POSITIVE).to_bits() - 1);
     (near, far)
 }
 
-/// Embree ray for `ray`: all masks, no id and no flags.
+/// Embree ray for `ray`, with all mask bits set, without id and flags.
 #[inline(always)]
 pub(super) fn to_embree(ray: &Ray) -> RTCRay {
     let (near, far) = interval(ray);

@@ -11,8 +11,9 @@ use std::sync::Arc;
 /// high-quality build. Embree reads vertices and indices from the arrays of the scene, so the scene
 /// is borrowed, or its meshes are shared.
 ///
-/// In Embree's scene, the ids of the meshes in world space come first, then the ids of the
-/// instances. Ids in a prototype's scene count from its first mesh.
+/// In the Embree scene, the ids of the meshes in world space come first, followed by the ids of the
+/// instances. Each prototype has a separate Embree scene, in which ids count from the prototype's
+/// first mesh.
 #[derive(Debug)]
 pub struct EmbreeAccel<'a> {
     // Before the device: fields are dropped in order, and a scene must be dropped before its
@@ -21,23 +22,24 @@ pub struct EmbreeAccel<'a> {
     device: Device,
     /// Number of meshes in world space.
     world_mesh_count: u32,
-    /// First mesh of each instance.
+    /// For each instance, the index of the first mesh of its prototype.
     first_meshes: Vec<u32>,
-    /// Arrays that Embree reads.
+    /// Meshes whose arrays Embree reads.
     meshes: Meshes<'a>,
 }
 
-/// Arrays that Embree reads.
+/// Meshes whose arrays Embree reads.
 #[derive(Debug)]
 enum Meshes<'a> {
-    /// Arrays of a borrowed scene.
+    /// Meshes of a borrowed scene.
     Of(&'a Scene),
-    /// Shared meshes and placements, which outlive the borrow of the scene.
+    /// Meshes shared by reference counting, with the placements of the instances. They outlive the
+    /// borrow of the scene.
     Kept(Arc<Vec<Mesh>>, Vec<Placement>),
 }
 
 impl Meshes<'_> {
-    /// Corners at `time` of the triangle that was hit.
+    /// World-space corners at `time` of the triangle of `hit`.
     fn corners(&self, hit: &Hit, time: f32) -> [Vec3; 3] {
         match self {
             Self::Of(scene) => scene.corners(hit, time),
@@ -54,7 +56,7 @@ impl Meshes<'_> {
 
 impl EmbreeAccel<'static> {
     /// Builds the Embree scene over the meshes of `scene` with `threads` threads, and shares
-    /// ownership of these meshes. All other parts of `scene` may then change while the result is in
+    /// ownership of these meshes. The other parts of `scene` may then change while the result is in
     /// use.
     pub(crate) fn kept(scene: &Scene, threads: usize) -> Result<Self, EmbreeError> {
         let placements = scene.instances().iter().map(|i| i.placement.clone()).collect();
@@ -113,7 +115,7 @@ impl<'a> EmbreeAccel<'a> {
         })
     }
 
-    /// Ids of mesh and instance for a hit with Embree's ids `geom` and `inst`.
+    /// Ids of mesh and instance for the Embree ids `geom` and `inst` of a hit.
     #[inline(always)]
     pub(super) fn ids(&self, geom: u32, inst: u32) -> (GeomId, InstanceId) {
         if inst == RTC_INVALID_GEOMETRY_ID {

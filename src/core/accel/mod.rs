@@ -66,7 +66,7 @@ pub trait Accel: Send + Sync {
     fn bytes(&self) -> u64;
 }
 
-/// Backends for which ray-tracing code is compiled separately, or which are called dynamically.
+/// A backend that integrators call statically (as `EmbreeAccel`) or dynamically (`&dyn Accel`).
 pub trait Dispatch: Accel {
     /// True if each query is a dynamic call. Code compiled for this backend then has no advantage.
     const IS_DYNAMIC: bool;

@@ -5,9 +5,9 @@
 //! the pixels that show it.
 //!
 //! An integrator passes the background or the ground that the camera ray sees (`CameraView`) to its
-//! sink, and the sink finishes the sample with it. The light of a sample is linear in its first
-//! vertex, so on the ground all light of the sample is multiplied by one factor. Path reuse,
-//! roulette and the weights of multiple importance sampling therefore do not depend on the ground.
+//! sink, and the sink uses this view to finish the sample. The light of a sample is linear in its
+//! first vertex, so on the ground all light of the sample is multiplied by one factor. Path reuse,
+//! roulette and MIS weights therefore do not depend on the ground.
 
 use super::{FoundLight, LightSource};
 use crate::color::Spectrum;
@@ -18,18 +18,18 @@ use crate::math::float::smooth_step;
 /// Background for camera rays that leave the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Background {
-    /// The lights of the scene: the environment.
+    /// The environment lights of the scene.
     #[default]
     Light,
     /// Transparent: the image has an alpha channel.
     Transparent,
     /// Constant radiance, W·sr⁻¹·m⁻².
     Color(Spectrum),
-    /// Backdrop that darkens towards the top. The value is its radiance at the bottom, W·sr⁻¹·m⁻².
+    /// Backdrop that darkens towards the top. The value is the radiance at the bottom, W·sr⁻¹·m⁻².
     Gradient(Spectrum),
 }
 
-/// The background and its orientation.
+/// The background of camera rays, and its orientation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Backdrop {
     /// The background.
@@ -39,7 +39,7 @@ pub struct Backdrop {
 }
 
 impl Default for Backdrop {
-    /// The lights of the scene, y up.
+    /// Environment lights as background, with y up.
     fn default() -> Self {
         Self {
             background: Background::Light,
@@ -48,17 +48,17 @@ impl Default for Backdrop {
     }
 }
 
-/// Elevations, in degrees, between which a gradient falls from full radiance to [`TOP`].
+/// Elevations, in degrees, between which the radiance of a gradient falls from its full value to
+/// [`TOP`].
 const FALL: [f32; 2] = [-15.0, 50.0];
-/// Radiance at the top of a gradient, relative to its full radiance.
+/// Radiance at the top of a gradient, as a fraction of its full radiance.
 const TOP: f32 = 0.3;
 
 impl Background {
     /// Default radiance of a gradient: light grey, below the clipping level of displays.
     pub const GRADIENT: Spectrum = Spectrum::splat(0.8);
 
-    /// Backing of display images that shows exactly this background. `None` if there is no such
-    /// backing.
+    /// Backing of display images that looks the same as this background, if there is one.
     pub fn backing(self) -> Option<Backing> {
         match self {
             Self::Transparent => Some(Backing::Transparent),
@@ -67,8 +67,8 @@ impl Background {
         }
     }
 
-    /// Radiance in the unit direction `w`, if the background does not depend on the lights.
-    /// Otherwise `None`.
+    /// Radiance in the unit direction `w`, with `up` as the upward direction. `None` if the
+    /// background depends on the lights or is transparent.
     pub fn radiance(&self, w: Vec3, up: Vec3) -> Option<Spectrum> {
         match *self {
             Self::Light | Self::Transparent => None,
@@ -84,36 +84,37 @@ impl Background {
     }
 }
 
-/// Background or ground that a camera ray sees.
+/// Background or ground that a camera ray sees first.
 #[derive(Clone, Debug)]
 pub enum CameraView {
-    /// The background. The value is the transmittance of the surfaces before it.
+    /// The background. The value is the transmittance of the surfaces in front of it.
     Background(Spectrum),
-    /// The ground, which shows the background times the share of unshadowed light.
+    /// The ground. It shows the background, multiplied by the fraction of unshadowed light.
     Ground(Shadow),
 }
 
-/// The ground at a point, seen by a camera ray.
+/// The ground at a point that a camera ray sees.
 ///
-/// The share of unshadowed light is `reflected · factor + base`, where `reflected` is the light
+/// The fraction of unshadowed light is `reflected · factor + base`, where `reflected` is the light
 /// that the sample finds. The ground is a diffuse surface of albedo ρ and irradiance E, which
-/// reflects ρ E / π. `factor` is π / (ρ E₀) for the irradiance E₀ without the scene.
+/// reflects ρ E / π. `factor` is π / (ρ E₀), with the irradiance E₀ that the ground has without
+/// objects.
 #[derive(Clone, Debug)]
 pub struct Shadow {
-    /// Factor from the reflected light to the share of unshadowed light.
+    /// Factor that converts reflected light to the fraction of unshadowed light.
     pub factor: Spectrum,
-    /// Share that is added to the product of reflected light and `factor`.
+    /// Summand of the fraction of unshadowed light.
     pub base: Spectrum,
-    /// Light of the background behind the ground. `None` if the background is transparent.
+    /// Light of the background that the ground shows. `None` if the background is transparent.
     pub background: Option<BackgroundLight>,
 }
 
-/// Light of the background along a camera ray.
+/// Radiance of the background along a camera ray.
 #[derive(Clone, Debug)]
 pub enum BackgroundLight {
-    /// Radiance that does not come from a light.
+    /// Radiance that does not come from lights of the scene.
     Plain(Spectrum),
-    /// Radiance of each light.
+    /// Radiance of each light of the scene.
     Lights(Vec<(Spectrum, LightSource)>),
 }
 
@@ -130,7 +131,7 @@ impl BackgroundLight {
         }
     }
 
-    /// Light of each source of the background, times `factor`.
+    /// Radiance of each source of the background, times `factor`.
     pub fn lights(&self, factor: Spectrum) -> impl Iterator<Item = FoundLight<'static>> + '_ {
         let (plain, lights) = match self {
             Self::Plain(radiance) => (Some((*radiance, LightSource::BACKGROUND)), &[][..]),
@@ -163,13 +164,14 @@ impl CameraView {
 }
 
 impl Shadow {
-    /// Factor of the light that the sample finds. It is 0 over a transparent background.
+    /// Factor for the light that the sample finds. It is 0 if the background is transparent.
     pub fn light_factor(&self) -> Spectrum {
         let light = self.background.as_ref().map(BackgroundLight::radiance);
         light.map_or(Spectrum::ZERO, |light| self.factor * light)
     }
 
-    /// Light of a sample that found the light `radiance`, and the share of the background in it.
+    /// Final light of a sample that found the light `radiance`, and the fraction of the sample that
+    /// shows the background, per channel.
     fn seen(&self, radiance: Spectrum) -> (Spectrum, Spectrum) {
         let share = radiance * self.factor + self.base;
         let Some(background) = self.background.as_ref().map(BackgroundLight::radiance) else {
@@ -202,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ground_shows_the_share_of_light_that_arrives() {
+    fn ground_shows_background_times_unshadowed_light() {
         let shadow = |background: Option<Spectrum>| {
             CameraView::Ground(Shadow {
                 factor: Spectrum::splat(4.0),

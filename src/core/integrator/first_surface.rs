@@ -1,6 +1,6 @@
-//! First view of a camera ray: the auxiliary channels of the first surface (albedo, normal and
-//! depth of every image, and the channels of `--aov`, `film/aov.rs`), the background, and the
-//! ground (`background.rs`).
+//! First view of a camera ray. It is a surface with its auxiliary channels (albedo, normal and
+//! depth of every image, and the channels of `--aov`, `film/aov.rs`), the background, or the ground
+//! (`background.rs`).
 
 use super::background::{Background, BackgroundLight, CameraView, Shadow};
 use super::vertex::Vertex;
@@ -14,10 +14,10 @@ use crate::math::{Ray, Vec2};
 use crate::scene::Ground;
 
 impl<A: Accel> World<'_, A> {
-    /// Passes `vertex`, the first view of the camera ray `ray`, to the sink. The ground counts as
-    /// background, not as a surface: depths, mattes and metering use only the objects.
+    /// Passes `vertex`, the first surface that the camera ray `ray` hits, to the sink. The ground
+    /// counts as background, not as a surface: depths, mattes and metering use only the objects.
     ///
-    /// `beta` is the transmittance before the surface.
+    /// `beta` is the transmittance in front of the surface.
     #[inline(always)]
     pub(super) fn see(&self, vertex: &Vertex, (ray, beta): (&Ray, Spectrum), out: &mut impl Sink) {
         match self.scene.ground().filter(|ground| ground.is_at(&vertex.hit)) {
@@ -26,8 +26,8 @@ impl<A: Accel> World<'_, A> {
         }
     }
 
-    /// View of the ground at `vertex`. The light that the sample finds there determines the share
-    /// of unshadowed light.
+    /// View of the ground at `vertex`. The sink computes the fraction of unshadowed light from the
+    /// light that the sample finds.
     #[inline(never)]
     fn ground_view(&self, ground: &Ground, vertex: &Vertex, (ray, beta): (&Ray, Spectrum)) -> CameraView {
         let (factor, base) = ground.shadow(vertex.point.p, ray.time, self.scene.lights());
@@ -38,8 +38,8 @@ impl<A: Accel> World<'_, A> {
         })
     }
 
-    /// View of the ground at `vertex`, for an integrator whose light on the ground is negative: the
-    /// light that objects block.
+    /// View of the ground at `vertex`, for integrators that compute the light on the ground as
+    /// negative light: the light that objects block.
     #[inline(never)]
     pub(super) fn shadow_view(&self, ground: &Ground, vertex: &Vertex, (ray, beta): (&Ray, Spectrum)) -> CameraView {
         let (factor, _) = ground.shadow(vertex.point.p, ray.time, self.scene.lights());
@@ -50,7 +50,7 @@ impl<A: Accel> World<'_, A> {
         })
     }
 
-    /// Light of the background along `ray`. `None` if the background is transparent.
+    /// Background radiance along `ray`. `None` if the background is transparent.
     fn behind(&self, ray: &Ray) -> Option<BackgroundLight> {
         let (background, up) = (self.backdrop.background, self.backdrop.up);
         if background == Background::Transparent {
@@ -69,7 +69,7 @@ impl<A: Accel> World<'_, A> {
     }
 
     /// Adds the background to `out` for the camera ray `ray`, which leaves the scene with
-    /// throughput `beta`. Returns false if the background is the lights of the scene: the
+    /// throughput `beta`. Returns `false` if the environment lights are the background: the
     /// integrator then adds them.
     #[inline(always)]
     pub(super) fn see_background(&self, ray: &Ray, beta: Spectrum, out: &mut impl Sink) -> bool {
@@ -125,7 +125,7 @@ impl<A: Accel> World<'_, A> {
 }
 
 impl<A: Accel> World<'_, A> {
-    /// Channels that `--aov` adds, at `vertex`.
+    /// Auxiliary channels of `--aov` for the surface at `vertex`.
     #[inline(never)]
     fn features_of(&self, vertex: &Vertex) -> Features {
         let hit = &vertex.hit;

@@ -2,8 +2,8 @@
 //!
 //! Each `FoundLight` has its source and the scattering events between the source and the camera.
 //! The sink of a plain image adds the radiance. A sink that separates groups of lights or classes
-//! of paths also adds it to the parts (`render/light_parts.rs`). `LightSum` keeps light that is
-//! multiplied by a common factor later.
+//! of paths also adds the radiance to the parts (`render/light_parts.rs`). `LightSum` stores light
+//! that is multiplied by a common factor later.
 
 use super::Sink;
 use crate::bsdf::ScatteringEvent;
@@ -12,17 +12,18 @@ use crate::film::{LightPaths, MAX_CLASSES, PathLight};
 use crate::light::{Light, LightId};
 use crate::scene::Scene;
 
-/// Light of one path.
+/// Light that reaches the camera along one path.
 #[derive(Clone, Copy, Debug)]
 pub struct FoundLight<'e> {
     /// Radiance times the throughput of the path.
     pub radiance: Spectrum,
-    /// Source of the light. `None` for a sum over several sources: [`Sink::part`] gets its parts.
+    /// Source of the light. `None` for a sum over several sources; [`Sink::part`] then receives the
+    /// light of each source.
     pub source: Option<LightSource>,
     /// Number of scattering events between the source and the camera.
     pub scatterings: u32,
-    /// Last events of the path, in order from the camera. The sink has received the earlier events
-    /// by [`Sink::scattered`]. Empty if the sink does not separate paths.
+    /// Last scattering events of the path, in order from the camera. The sink has received the
+    /// earlier events by [`Sink::scattered`]. Empty if the sink does not separate classes of paths.
     pub events: &'e [ScatteringEvent],
 }
 
@@ -37,7 +38,7 @@ pub struct LightSource {
 }
 
 impl LightSource {
-    /// Source of background light that does not come from a light.
+    /// Source of background radiance that does not come from a light of the scene.
     pub const BACKGROUND: Self = Self {
         group: None,
         kind: PathLight::Background,
@@ -68,7 +69,7 @@ impl LightSource {
 }
 
 impl FoundLight<'_> {
-    /// `radiance` of the light `id` of `scene`, after `scatterings` scattering events.
+    /// Radiance `radiance` from the light `id` of `scene`, after `scatterings` scattering events.
     #[inline(always)]
     pub fn of(radiance: Spectrum, id: LightId, scene: &Scene, scatterings: u32) -> Self {
         Self {
@@ -79,7 +80,7 @@ impl FoundLight<'_> {
         }
     }
 
-    /// `radiance` of several sources, after `scatterings` scattering events.
+    /// Radiance `radiance` summed over several sources, after `scatterings` scattering events.
     #[inline(always)]
     pub fn sum(radiance: Spectrum, scatterings: u32) -> Self {
         Self {
@@ -91,11 +92,11 @@ impl FoundLight<'_> {
     }
 }
 
-/// Splits light of `kind` into the classes of `paths`. `events` lie between the light and the
-/// camera, the event next to the light first.
+/// Splits the light `radiance` of a source of kind `kind` into the classes of `paths`. `events` are
+/// the scattering events between source and camera, in order from the source.
 ///
-/// Diffuse and glossy lobes share a smooth scattering event in proportion to their values, and each
-/// share goes to its own class. This needs no random number.
+/// A smooth scattering event may be diffuse and glossy. Its light is split in proportion to the
+/// values of these lobes, and each part goes to its class. This needs no random number.
 pub fn path_classes(
     radiance: Spectrum,
     kind: PathLight,
@@ -115,15 +116,15 @@ pub fn path_classes(
     })
 }
 
-/// Sum of light that is passed to a sink later, times a common factor. If the sink separates parts
-/// of the light, the sum contains its parts.
+/// Sum of light that is multiplied by a common factor later, and then passed to a sink. If the sink
+/// separates parts of the light, the sum also stores its parts.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightSum {
     pub radiance: Spectrum,
     parts: Vec<LightPart>,
 }
 
-/// Part of a sum: light of one source by one sequence of scattering events.
+/// Part of a [`LightSum`]: the light of one source with one sequence of scattering events.
 #[derive(Clone, Debug)]
 pub(crate) struct LightPart {
     pub radiance: Spectrum,
@@ -133,7 +134,7 @@ pub(crate) struct LightPart {
 }
 
 impl LightSum {
-    /// Adds a part of the light that `radiance` contains.
+    /// Stores a part of the light. `radiance` must already include it.
     #[inline(never)]
     pub fn add_part(&mut self, light: FoundLight) {
         let Some(source) = light.source else { return };
@@ -156,7 +157,7 @@ impl LightSum {
         &self.parts
     }
 
-    /// Passes the sum times `factor` to `out`.
+    /// Multiplies the sum by `factor` and passes it to `out`.
     #[inline(always)]
     pub fn pass_on(&self, factor: Spectrum, scatterings: u32, out: &mut impl Sink) {
         out.light(FoundLight::sum(self.radiance * factor, scatterings));

@@ -1,20 +1,20 @@
 //! Lines of drawings (`--aov lines`): edges of objects, parts and materials, creases, and
 //! silhouettes.
 //!
-//! A sample lies on a line if a point of the film near it shows another surface (Choudhury and
-//! Parker 2009, "Ray tracing NPR-style feature lines", §3). The points lie on rings around the
+//! A sample lies on a line if a film point near it shows a different surface (Choudhury and Parker
+//! 2009, "Ray tracing NPR-style feature lines", §3). The film points lie on rings around the
 //! sample, at most half the width of a line away. So a line has its width in every projection, on
 //! both sides of an edge, and the pixel filter makes it smooth.
 //!
-//! Two points show the same surface if
+//! Two film points show the same surface if
 //!
 //! - object, part and material are the same,
-//! - the surface has no step between them. At a step one point lies behind the tangent plane of
-//!   the other, and the other lies in front of the plane of the first. At a convex edge both lie
-//!   behind, at a concave edge both lie in front.
+//! - the surface has no step between them. At a step, one point lies behind the tangent plane of
+//!   the other point, and the other point lies in front of the tangent plane of the first. At a
+//!   convex edge both points lie behind, at a concave edge both lie in front.
 //! - and the shading normals differ by less than the angle of a crease.
 //!
-//! Surfaces of opacity 0.5 and more are drawn, glass too. The ground counts as background.
+//! Surfaces of opacity 0.5 and more have lines, including glass. The ground counts as background.
 
 use super::{RayKind, Sink, World};
 use crate::accel::Accel;
@@ -24,20 +24,20 @@ use crate::math::{Ray, Vec2};
 use crate::sampler::Sampler;
 use std::f32::consts::TAU;
 
-/// Opacity from which on a surface is drawn.
+/// Minimum opacity of surfaces with lines.
 const OPAQUE: f32 = 0.5;
-/// Number of points on the inner ring. Every ring has as many more than the ring before, so that
-/// neighbours are at most 0.8 pixels apart.
+/// Number of points on the inner ring. Ring n has n times as many points, so that neighbours are at
+/// most 0.8 pixels apart.
 const POINTS_OF_RING: u32 = 8;
-/// Height of a step from which on it is drawn, in units of the distance between the two points on
-/// the film, at the depth of the surface.
+/// Minimum height of a step that is drawn, relative to the distance between the two film points at
+/// the depth of the surface.
 const STEP: f32 = 0.5;
 
-/// Surface that a point of the film shows.
+/// Surface that a film point shows.
 struct FilmSurface {
-    /// Object, part and material.
+    /// Ids of object, part and material.
     ids: [u32; 3],
-    /// Point with normals towards the camera.
+    /// Surface point, with normals that face the camera.
     point: SurfacePoint,
 }
 
@@ -73,7 +73,7 @@ impl<A: Accel> World<'_, A> {
         }
     }
 
-    /// Surface that is drawn where `ray` leads; `None` for the background.
+    /// Surface with lines that `ray` hits first; `None` for the background.
     fn film_surface(&self, ray: &Ray, out: &mut impl Sink) -> Option<FilmSurface> {
         out.ray(RayKind::Camera);
         let first = self.accel.intersect(ray);
@@ -144,7 +144,8 @@ mod tests {
         FilmSurface { ids: [0; 3], point }
     }
 
-    /// Cases worked out by hand. The camera looks along −z, and the film points are 1 apart.
+    /// Cases computed by hand. The camera looks along −z, and the film points are at a distance of
+    /// 1.
     #[test]
     fn steps_and_creases_separate_surfaces() {
         let cos_30 = 30f32.to_radians().cos();
@@ -175,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn rings_reach_their_radius_and_leave_no_gaps() {
+    fn ring_points_reach_radius_without_gaps() {
         for radius in [0.1, 0.75, 1.0, 2.5, 8.0] {
             let points: Vec<Vec2> = ring_points(radius).collect();
             let max = points.iter().map(|p| p.length()).fold(0.0, f32::max);

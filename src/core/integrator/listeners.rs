@@ -1,5 +1,5 @@
-//! Sinks between an integrator and the sink of a sample. `Summed` sums the light of the rest of a
-//! shared path, and `Clamped` limits indirect light.
+//! Sinks that forward to the sink of a sample. `SummingSink` sums the light of the rest of a shared
+//! path, and `ClampingSink` limits indirect light.
 
 use super::found_light::LightSum;
 use super::{CameraView, FoundLight, PathEvent, RayKind, RaySink, Sink};
@@ -7,7 +7,7 @@ use crate::bsdf::ScatteringEvent;
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
 
-/// Implements [`RaySink`] for a type: rays and records go to its field `out`.
+/// Implements [`RaySink`] for a type by forwarding rays and records to its field `out`.
 macro_rules! rays_go_to_out {
     ($($head:tt)+) => {
         $($head)+ {
@@ -36,19 +36,20 @@ macro_rules! rays_go_to_out {
     };
 }
 
-/// A sink that sums the light of the rest of a path. Rays and records go to the sink of the path.
+/// A sink that sums the light of the rest of a path. Forwards rays and records to the sink of the
+/// path.
 pub(crate) struct SummingSink<'o, O> {
     out: &'o mut O,
-    /// Sum of the light.
+    /// Sum of the light received so far.
     pub sum: LightSum,
-    /// Number of scattering events before the rest of the path.
+    /// Number of scattering events of the path before its rest.
     depth: u32,
-    /// Events of the rest of the path, if the sink separates paths.
+    /// Scattering events of the rest of the path, if the sink separates classes of paths.
     events: Vec<ScatteringEvent>,
 }
 
 impl<'o, O: Sink> SummingSink<'o, O> {
-    /// Empty sum for a path of the sink `out`, after `depth` scattering events.
+    /// Empty sum for a path that has had `depth` scattering events. `out` is the sink of the path.
     pub fn new(depth: u32, out: &'o mut O) -> Self {
         Self {
             out,
@@ -106,12 +107,12 @@ rays_go_to_out!(impl<O: RaySink> RaySink for SummingSink<'_, O>);
 /// A sink that limits the luminance of a sample's light after the first bounce.
 pub(crate) struct ClampingSink<'o> {
     out: &'o mut dyn Sink,
-    /// Light after the first bounce.
+    /// Sum of the light after the first bounce.
     indirect: LightSum,
 }
 
 impl<'o> ClampingSink<'o> {
-    /// Empty sum for a sample of the sink `out`.
+    /// Empty sum for a sample. `out` is the sink of the sample.
     pub fn new(out: &'o mut dyn Sink) -> Self {
         Self {
             out,
@@ -119,7 +120,8 @@ impl<'o> ClampingSink<'o> {
         }
     }
 
-    /// Passes on the light after the first bounce, scaled down if its luminance is above `limit`.
+    /// Passes the light after the first bounce to the sink of the sample. Scales the light down if
+    /// its luminance is above `limit`.
     pub fn finish(mut self, limit: f32) {
         let luminance = self.indirect.radiance.luminance();
         let factor = if luminance > limit { limit / luminance } else { 1.0 };

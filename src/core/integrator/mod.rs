@@ -1,6 +1,7 @@
-//! Light transport: the mathematics of one pixel sample. No threads, no tiles, no files.
+//! Light transport: integrators, which compute the light of one pixel sample. They start no threads
+//! and know no tiles and no files.
 //!
-//! Each family of methods has a folder: `path`, `bidirectional`, `photon`, `metropolis` and
+//! Each family of integrators has a folder: `path`, `bidirectional`, `photon`, `metropolis` and
 //! `irradiance_cache`. All families use the modules at the top. Families may use `path` and
 //! `bidirectional`; these two use no other family.
 
@@ -68,34 +69,34 @@ use crate::film::FirstSurface;
 use crate::math::Vec2;
 use crate::sampler::{SampleKey, Sampler};
 
-/// Computes one sample of one pixel. It gets the key of the sample, and passes light to a sink.
+/// An integrator: computes one sample of one pixel from its key, and passes the light to a sink.
 pub trait Integrator: Sync {
     /// Traces the sample `key` with numbers from `sampler` and adds its light to `out`.
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink);
 
-    /// Traces several samples, each into a separate sink of `out`. Work that the samples share may
-    /// be done once.
+    /// Traces several samples, each into a separate sink of `out`. Integrators may do work that the
+    /// samples share only once.
     fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
         for (key, out) in keys.iter().zip(out) {
             self.sample(*key, sampler, out);
         }
     }
 
-    /// Number of pixels of a tile whose samples are worth tracing together: 1 to
+    /// Number of pixels of a tile whose samples should be traced together: 1 to
     /// [`SAMPLES_AT_ONCE`].
     fn pixels_at_once(&self) -> usize {
         1
     }
 }
 
-/// An integrator from another crate. Works with any backend. `Renderer::render_with` renders with
-/// it; `examples/own_integrator.rs` is an example.
+/// Interface for integrators of other crates, which works with any backend. `Renderer::render_with`
+/// renders with such an integrator; `examples/own_integrator.rs` is an example.
 pub trait SampleTracer: Sync {
     /// Traces the sample `key` as [`Integrator::sample`] does.
     fn sample<S: Sampler>(&self, world: &World<&dyn Accel>, key: SampleKey, sampler: &mut S, out: &mut impl Sink);
 }
 
-/// A [`SampleTracer`] with its world.
+/// A [`SampleTracer`] with its world. It is an [`Integrator`].
 pub struct TracerIntegrator<'a, T> {
     /// Scene, backend and camera.
     pub world: World<'a, &'a dyn Accel>,
@@ -109,7 +110,7 @@ impl<T: SampleTracer> Integrator for TracerIntegrator<'_, T> {
     }
 }
 
-/// Maximum number of samples that are worth tracing together.
+/// Maximum number of samples that are traced together.
 pub const SAMPLES_AT_ONCE: usize = 16;
 
 /// Purpose of a ray. Statistics count the rays of each purpose.
@@ -123,19 +124,20 @@ pub enum RayKind {
     Shadow,
 }
 
-/// Receives the light that an integrator finds for one sample.
+/// Sink that receives the light that an integrator finds for one sample.
 pub trait Sink: RaySink {
-    /// Filter weight of the sample: 1, or ±1 for filters with negative lobes. Call it before light
-    /// is added.
+    /// Sets the filter weight of the sample: 1, or ±1 for filters with negative lobes. Integrators
+    /// call this before they add light.
     fn weight(&mut self, weight: f32);
 
     /// Adds light to the pixel of the sample.
     fn light(&mut self, light: FoundLight);
 
-    /// Receives a part of the light that [`Sink::light`] gets as a sum over several sources.
+    /// Receives a part of light that [`Sink::light`] receives as a sum over several sources.
     fn part(&mut self, _light: FoundLight) {}
 
-    /// Adds radiance that does not come from a light of the scene to the pixel of the sample.
+    /// Adds radiance to the pixel of the sample. The radiance does not come from a light of the
+    /// scene.
     #[inline(always)]
     fn radiance(&mut self, radiance: Spectrum) {
         self.light(FoundLight {
@@ -149,32 +151,33 @@ pub trait Sink: RaySink {
     /// Receives the first surface that the camera ray hits.
     fn first_surface(&mut self, surface: FirstSurface);
 
-    /// Receives the background or the ground that the camera ray sees. The sink finishes the sample
-    /// with it.
+    /// Receives the background or the ground that the camera ray sees. The sink uses this view to
+    /// finish the sample.
     fn camera_view(&mut self, _view: CameraView) {}
 
-    /// The sample lies on a line of a drawing.
+    /// Marks the sample as a point on a line of a drawing (`--aov lines`).
     fn line(&mut self) {}
 
-    /// Returns true if the sink separates sources of light. Only then it needs the parts of sums
-    /// ([`Sink::part`]).
+    /// Returns `true` if the sink separates sources of light. Only such a sink needs the parts of
+    /// sums ([`Sink::part`]).
     #[inline(always)]
     fn separates_parts(&self) -> bool {
         false
     }
 
-    /// Returns true if the sink separates classes of paths. Only then it needs scattering events
-    /// ([`Sink::scattered`]).
+    /// Returns `true` if the sink separates classes of light paths. Only such a sink needs
+    /// scattering events ([`Sink::scattered`]).
     #[inline(always)]
     fn separates_paths(&self) -> bool {
         false
     }
 
-    /// Receives a scattering event of the path, and the number of scattering events before it.
+    /// Receives a scattering event of the path. `depth` is the number of scattering events before
+    /// it.
     fn scattered(&mut self, _depth: u32, _event: ScatteringEvent) {}
 }
 
-/// Dynamic dispatch, for code that is not compiled separately for each sink.
+/// Sinks behind dynamic dispatch, for code that is not compiled separately for each sink.
 impl Sink for &mut (dyn Sink + '_) {
     fn weight(&mut self, weight: f32) {
         (**self).weight(weight);
@@ -243,12 +246,13 @@ impl RaySink for &mut (dyn Sink + '_) {
     }
 }
 
-/// An integrator whose light paths may light any pixel. Each iteration is one sample of every
-/// pixel.
+/// An integrator whose light paths may contribute to any pixel. Each iteration is one sample of
+/// every pixel.
 ///
-/// An iteration is prepared (photon maps, seeds of chains). Then it takes samples of pixels and
-/// runs Markov chains, in any order. Random numbers depend only on the index of the iteration and
-/// on the place within it, so any machine may compute any iteration.
+/// An iteration starts with a preparation (photon maps, seeds of chains). Then samples of pixels
+/// are traced and Markov chains run, in any order. Random numbers depend only on the index of the
+/// iteration and on the index of the sample or chain within it, so any machine may compute any
+/// iteration.
 pub trait IterationIntegrator: Sync {
     /// Result of one part of the preparation.
     type PreparationPart: Send;
@@ -258,7 +262,7 @@ pub trait IterationIntegrator: Sync {
     /// Number of parts in which an iteration is prepared.
     fn preparations(&self) -> u32;
 
-    /// Prepares part `index` of `iteration`. `out` counts the rays.
+    /// Prepares part `index` of iteration `iteration`. `out` counts the rays.
     fn prepare<S: Sampler>(
         &self,
         iteration: u32,
@@ -267,22 +271,22 @@ pub trait IterationIntegrator: Sync {
         out: &mut impl RaySink,
     ) -> Self::PreparationPart;
 
-    /// Joins the parts, given in their order.
+    /// Joins the parts of the preparation, given in the order of their indices.
     fn join(&self, iteration: u32, parts: Vec<Self::PreparationPart>) -> Self::Preparation;
 
-    /// Number of strategies whose light is summed separately.
+    /// Number of sampling strategies whose light is summed separately.
     fn strategies(&self) -> usize {
         0
     }
 
-    /// Returns true if film points beyond the borders of the image have the directions of points
-    /// inside the image, as in panoramas ([`Camera::repeats`](crate::camera::Camera::repeats)).
+    /// Returns `true` if film points outside of the image have the same directions as points inside
+    /// the image, as in panoramas ([`Camera::repeats`](crate::camera::Camera::repeats)).
     fn repeats(&self) -> bool {
         false
     }
 
-    /// Returns true if samples of a pixel may light other pixels. Then samples outside of a crop
-    /// are taken too.
+    /// Returns `true` if samples of a pixel may contribute light to other pixels. Samples outside
+    /// of a crop are then traced too.
     fn sends_light(&self) -> bool;
 
     /// Traces the sample `key` of a pixel.
@@ -299,7 +303,7 @@ pub trait IterationIntegrator: Sync {
         0
     }
 
-    /// Runs chain `index` of `iteration`.
+    /// Runs Markov chain `index` of iteration `iteration`.
     fn chain<S: Sampler>(
         &self,
         _prepared: &Self::Preparation,
@@ -311,21 +315,22 @@ pub trait IterationIntegrator: Sync {
     }
 }
 
-/// Counts rays, and may record paths.
+/// Sink that counts rays, and may record paths.
 pub trait RaySink {
     /// Counts a traced ray.
     fn ray(&mut self, kind: RayKind);
 
-    /// Counts a walk through surfaces with opacity below 1 that ended at its maximum length.
+    /// Counts a walk through surfaces with opacity below 1 that ended at its maximum number of
+    /// surfaces.
     fn cut_walk(&mut self);
 
-    /// Returns true if the work is cancelled and its result will be discarded. Long loops check
+    /// Returns `true` if the work is cancelled and its result will be discarded. Long loops call
     /// this and return early.
     fn is_cancelled(&self) -> bool {
         false
     }
 
-    /// Returns true if the sink records paths. Only then integrators make events for it.
+    /// Returns `true` if the sink records paths. Integrators make events only for such a sink.
     fn records(&self) -> bool {
         false
     }
@@ -333,7 +338,7 @@ pub trait RaySink {
     /// Records an event of a path.
     fn record(&mut self, _event: PathEvent) {}
 
-    /// Number of recorded events.
+    /// Number of recorded path events.
     fn record_len(&self) -> usize {
         0
     }
@@ -355,26 +360,26 @@ impl RaySink for NullRaySink {
     fn cut_walk(&mut self) {}
 }
 
-/// A sink that also receives light for other pixels.
+/// A sink that also receives light for pixels other than the pixel of the sample.
 pub trait SplatSink: Sink {
     /// Adds `light` to all pixels whose filter reaches the point `film` (pixels, origin top left),
     /// multiplied by the value of each pixel's filter at that point.
     fn splat(&mut self, film: Vec2, light: FoundLight);
 
     /// Receives the light of strategy `index` of [`IterationIntegrator::strategies`], with its MIS
-    /// weight (`weighed`) and without it (`alone`). The light falls on the pixel of the sample, or
-    /// on the film point `film`.
+    /// weight (`weighed`) and without the weight (`alone`). The light falls on the film point
+    /// `film`, or on the pixel of the sample if `film` is `None`.
     fn strategy(&mut self, index: usize, film: Option<Vec2>, weighed: Spectrum, alone: Spectrum);
 
-    /// Adds light of one class of paths ([`LightPaths`](crate::film::LightPaths)) to the pixel of
-    /// the sample, or to a film point. It is a part of the light that [`Sink::light`] or
-    /// [`SplatSink::splat`] gets.
+    /// Adds light of one class of light paths ([`LightPaths`](crate::film::LightPaths)) to the
+    /// pixel of the sample, or to a film point. [`Sink::light`] or [`SplatSink::splat`] also
+    /// receives this light.
     fn path_class(&mut self, _class: usize, _film: Option<Vec2>, _radiance: Spectrum) {}
 
-    /// Counts `proposed` mutations of the kind `kind`, of which the chain accepted `accepted`.
+    /// Counts `proposed` mutations of the kind `kind`, of which `accepted` were accepted.
     fn mutation(&mut self, _kind: &'static str, _proposed: u64, _accepted: u64) {}
 
-    /// Counts a Markov chain that ended.
+    /// Counts a completed Markov chain.
     fn chain(&mut self, _counts: ChainCounts) {}
 }
 

@@ -1,34 +1,33 @@
-//! Alpha and thin glass: the walk along a ray through surfaces of opacity below 1 (`d` and `map_d`
-//! of MTL, 0 to 1) and through surfaces that light passes without a change of direction
+//! Alpha and thin glass: the walk of a ray through surfaces of opacity below 1 (`d` and `map_d` of
+//! MTL, 0 to 1) and through surfaces that light passes without a change of direction
 //! (`material/thin_surface.rs`).
 //!
 //! Backends do not handle such surfaces. A walk keeps the origin and direction of its ray, and
 //! moves the near end of the ray's open interval to the parameter of the last hit. So each hit is
-//! strictly farther than the one before, and no surface counts twice. A new ray from the offset
-//! origin behind each surface was tried: two surfaces with large offsets passed a ray to each other
-//! for ever.
+//! strictly farther than the hit before, and no surface counts twice. A new ray from an offset
+//! origin behind each surface was tried: with two surfaces with large offsets the walk never ended.
 //!
 //! - `World::intersect` stops at a surface with the probability of its opacity, decided by a hash
 //!   of ray and hit.
 //! - `World::intersect` passes thin glass with the probability of its Fresnel transmittance, and
 //!   multiplies the throughput by the tint of the glass. All thin surfaces of a ray share one
-//!   random number: after a decision it is rescaled to be uniform again. The path tracer samples
-//!   that number for camera rays, so that windows in the image are stratified; for all other rays
+//!   random number: after a decision it is rescaled to be uniform again. For camera rays the
+//!   sampler provides this number, so that windows in the image are stratified; for all other rays
 //!   it is a hash.
-//! - `World::transmittance` multiplies 1 − opacity and the transmittance of glass along a shadow
-//!   ray, which is less noisy than a random decision.
+//! - `World::transmittance` multiplies the factors 1 − opacity and the transmittances of glass
+//!   along a shadow ray, which is less noisy than random decisions.
 //! - Crossing a surface is not a scattering event: the depth and the previous vertex stay the same.
 //! - Camera rays pass surfaces that are hidden from the camera. All other rays pass surfaces that
 //!   only the camera sees (`Material::camera_visible`, `Material::light_visible`).
 //! - Surfaces that coincide to the last bit count as one.
 //! - A walk has at most 10,000 queries. All surfaces behind the last query count as opaque, and
 //!   `cut_walks` of `--stats` counts such walks.
-//! - An emitting surface of opacity α emits α Le on average. A ray that stops there finds Le; a
-//!   light sample there has α Le (`light/textured.rs`). Rays that miss a round lamp pass the hull
-//!   of the lamp (`scene/lamp_hulls.rs`).
+//! - A surface of opacity α with emitted radiance Le emits α Le on average. A ray that stops at the
+//!   surface finds Le; a light sample there has α Le (`light/textured.rs`). Rays that miss a round
+//!   lamp pass the hull of the lamp (`scene/lamp_hulls.rs`).
 //!
-//! Each ray checks once if the scene has alpha or thin glass. docs/notebook/2026-11.md, "Alpha",
-//! has the cost of alpha, and "Window panes" the cost of glass.
+//! Each ray query checks once if the scene has alpha or thin glass. docs/notebook/2026-11.md,
+//! "Alpha", has the cost of alpha, and "Window panes" the cost of glass.
 
 use super::{RayKind, RaySink};
 use crate::accel::Accel;
@@ -48,7 +47,7 @@ pub(super) const MAX_LAYERS: u32 = 10_000;
 pub struct Transmittance {
     /// Probability that a ray passes all surfaces.
     pub pass: f32,
-    /// Mean factor by which the surfaces tint the light of rays that pass.
+    /// Mean tint of the light of rays that pass, as a factor per channel.
     pub tint: Spectrum,
 }
 
@@ -64,7 +63,7 @@ impl Transmittance {
         tint: Spectrum::ONE,
     };
 
-    /// Share of the light that passes.
+    /// Fraction of the light that passes, per channel.
     #[inline(always)]
     pub fn color(&self) -> Spectrum {
         self.tint * self.pass
@@ -76,8 +75,8 @@ impl Transmittance {
         self.pass <= 0.0
     }
 
-    /// Multiplies by the transmittance of the surface at `hit` for `ray`, unless rays from the
-    /// camera or all other rays do not hit the surface (`is_from_camera`).
+    /// Multiplies by the transmittance of the surface at `hit` for `ray`. Does nothing if the
+    /// surface is hidden from camera rays (`is_from_camera`) or from all other rays.
     pub fn cross(&mut self, hit: &Hit, ray: &Ray, scene: &Scene, is_from_camera: bool) {
         if scene.misses_lamp(hit, ray) || !scene.is_visible(hit, is_from_camera) {
             return;
@@ -86,7 +85,8 @@ impl Transmittance {
         match scene.thin_surface_along(hit, ray).filter(|_| opacity > 0.0) {
             None => self.pass *= 1.0 - opacity,
             Some((pass, tint)) => {
-                // Share of rays that pass openings of the surface, and share that passes its glass
+                // Fraction of rays that pass openings of the surface, and fraction that passes its
+                // glass
                 let (hole, glass) = (1.0 - opacity, opacity * pass);
                 self.pass *= hole + glass;
                 if hole + glass > 0.0 {
@@ -99,14 +99,16 @@ impl Transmittance {
 
 /// Random decisions of a ray at thin surfaces.
 pub(super) struct ThinSurfaceChoices {
-    /// Uniform in [0, 1). `None` before the first surface, if no number was given.
+    /// Random number, uniform in [0, 1). `None` before the first thin surface, if the caller gave
+    /// no number.
     u: Option<f32>,
-    /// Factor by which the passed surfaces tint the light.
+    /// Product of the tints of the surfaces passed so far.
     pub tint: Spectrum,
 }
 
 impl ThinSurfaceChoices {
-    /// A ray before its first surface, with a uniform random number, if there is one.
+    /// Decisions of a ray before its first surface. `u` is the uniform random number of the ray; a
+    /// hash is used if it is `None`.
     pub fn new(u: Option<f32>) -> Self {
         Self { u, tint: Spectrum::ONE }
     }
@@ -137,7 +139,7 @@ impl ThinSurfaceChoices {
 pub(super) struct OpacityWalk<'a, A> {
     accel: &'a A,
     ray: Ray,
-    /// Last surface of the walk.
+    /// Last surface that the walk found.
     last: Option<Hit>,
     /// Remaining number of ray queries.
     left: u32,
@@ -164,7 +166,7 @@ impl<'a, A: Accel> OpacityWalk<'a, A> {
     }
 
     /// Next surface. `None` behind the last surface, or if the walk is cut. Counts each ray query
-    /// as `kind`.
+    /// as a ray of kind `kind`.
     pub fn next(&mut self, kind: RayKind, out: &mut impl RaySink) -> Option<Hit> {
         loop {
             if self.left == 0 {
@@ -190,7 +192,7 @@ impl<'a, A: Accel> OpacityWalk<'a, A> {
         self.ray.t_max = self.ray.t_max.min(t);
     }
 
-    /// Returns true if the walk ended at [`MAX_LAYERS`] with surfaces behind.
+    /// Returns `true` if the walk ended after [`MAX_LAYERS`] ray queries and surfaces may remain.
     pub fn is_cut(&self) -> bool {
         self.is_cut
     }
@@ -202,14 +204,14 @@ impl<'a, A: Accel> OpacityWalk<'a, A> {
     }
 }
 
-/// Returns true if the surface at `hit` stops `ray`. It stops the share `opacity` of all rays. The
-/// random number is a hash of ray and hit, because the dimensions of a sample do not depend on the
-/// number of layers. No two rays of a render are equal.
+/// Returns `true` if the surface at `hit` stops `ray`, with the probability `opacity`. The random
+/// number is a hash of ray and hit, because the dimensions of a sample do not depend on the number
+/// of surfaces. No two rays of a render are equal.
 pub(super) fn stops(hit: &Hit, ray: &Ray, opacity: f32) -> bool {
     opacity >= 1.0 || (opacity > 0.0 && uniform(hit, ray) < opacity)
 }
 
-/// Number in [0, 1), a hash of the bits of `hit` and `ray`.
+/// Uniform number in [0, 1): a hash of the bits of `hit` and `ray`.
 fn uniform(hit: &Hit, ray: &Ray) -> f32 {
     unit_f32(hash(hit, ray))
 }
@@ -273,8 +275,8 @@ mod tests {
     }
 
     /// Random triangles within `scale` of the origin, with random opacities. Their shading normals
-    /// are random, as in foliage: most triangles then represent curved surfaces, and rays start far
-    /// from them.
+    /// are random, as in foliage: most triangles then approximate curved surfaces, and the origins
+    /// of rays are raised far from them.
     fn cards(random: &mut Random, scale: f32) -> Scene {
         let mut builder = SceneBuilder::new();
         for _ in 0..10 + (random.next() * 40.0) as usize {
@@ -330,7 +332,7 @@ mod tests {
         (!is_close).then(|| crossings.into_iter().map(|(_, opacity)| opacity).collect())
     }
 
-    /// Calls `look` with `scene` and each available backend.
+    /// Calls `look` with a world of `scene` for each available backend.
     fn with_worlds(scene: &Scene, mut look: impl FnMut(World<&dyn Accel>)) {
         let camera = CameraParameters {
             position: Vec3::Z,
@@ -393,10 +395,10 @@ mod tests {
         assert!(checked > 500, "{checked}");
     }
 
-    /// Compares the number of rays that pass with the transmittance. The closest hit comes from a
-    /// single ray or from a packet.
+    /// The fraction of rays that pass equals the transmittance. The closest hit comes from a single
+    /// ray or from a packet.
     #[test]
-    fn rays_get_through_as_often_as_transmittance_says() {
+    fn fraction_of_passing_rays_equals_transmittance() {
         let mut random = Random(8);
         for _ in 0..4 {
             let scene = cards(&mut random, 1.0);
@@ -432,7 +434,7 @@ mod tests {
     }
 
     #[test]
-    fn walks_are_cut_at_their_bound_and_counted() {
+    fn walks_are_cut_at_maximum_and_counted() {
         let mut builder = SceneBuilder::new();
         let material = Material {
             opacity: 0.0,
@@ -459,7 +461,7 @@ mod tests {
             assert!(world.transmittance(&through, &mut counts).is_blocked());
             assert_eq!((counts.rays, counts.cut), (u64::from(MAX_LAYERS), 1));
             let (hit, _) = world.intersect(&through, RayKind::Bounce, &mut counts);
-            assert!(hit.is_some(), "what is behind the bound counts as opaque");
+            assert!(hit.is_some(), "a surface behind the last query counts as opaque");
             assert_eq!(counts.cut, 2);
             // This walk starts behind six surfaces, so it is not cut
             let within = Ray::new(Vec3::Z * (z(5) - 1e-4), Vec3::NEG_Z);

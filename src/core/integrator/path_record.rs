@@ -1,10 +1,10 @@
 //! Records of paths: vertices, densities, weights and contributions of integrators
 //! (`embrasure paths`, `render --pixel`).
 //!
-//! Integrators record events if [`RaySink::records`] returns true. The sinks of renders return
-//! false, and nothing is computed for records then. A record is a flat list of events in the order
-//! of the integrator's work. A vertex belongs to the last path that began. Light belongs to the
-//! last vertex.
+//! Integrators record events if [`RaySink::records`] returns `true`. The sinks of renders return
+//! `false`, and nothing is computed for records then. A record is a flat list of events in the
+//! order of the integrator's work. A vertex belongs to the last path that started. Light belongs to
+//! the last vertex.
 
 use super::vertex::Vertex;
 use super::{RaySink, Sink};
@@ -14,7 +14,7 @@ use crate::geometry::Hit;
 use crate::light::LightId;
 use crate::math::{Ray, Vec2, Vec3};
 
-/// An event of a path.
+/// An event in the record of a path.
 #[derive(Clone, Copy, Debug)]
 pub enum PathEvent {
     /// A path begins.
@@ -42,7 +42,7 @@ pub enum PathEvent {
         /// Throughput of the ray that hits the surface.
         beta: Spectrum,
     },
-    /// Emitted light that the path hits, at its last vertex or infinitely far away.
+    /// The path hits emitted light, at its last vertex or infinitely far away.
     Emission(EmissionRecord),
     /// A light is sampled for the last vertex.
     LightSample(LightSampleRecord),
@@ -62,8 +62,8 @@ pub enum PathEvent {
     Connection {
         /// Number of vertices of the light subpath and of the camera subpath.
         strategy: (usize, usize),
-        /// True if the ends of the subpaths were merged instead of connected. Both numbers then
-        /// include the merged vertex.
+        /// True if the ends of the subpaths were merged instead of connected. Both numbers of
+        /// `strategy` then include the merged vertex.
         is_merged: bool,
         /// Light source of the path.
         light: LightId,
@@ -72,27 +72,27 @@ pub enum PathEvent {
         /// Light without the MIS weight.
         radiance: Spectrum,
     },
-    /// The density of photons at the last vertex was estimated.
+    /// Photons around the last vertex were used to estimate its density.
     Photons {
-        /// Number of photons.
+        /// Number of photons in the disk.
         count: u32,
-        /// Radius of the disk, scene units.
+        /// Radius of the disk, in scene units.
         radius: f32,
     },
-    /// A path of a Markov chain is complete.
+    /// A path of a Markov chain is complete, before it is accepted or rejected.
     Visited,
     /// The irradiance cache was used at the last vertex.
     Cached,
-    /// Light of a path shared between pixels is added, by a connection of the pixel's first vertex
+    /// Light of a path shared between pixels is added. The first vertex of the pixel was connected
     /// to the end of that path.
     Shared {
         /// Column and row of the pixel whose path found the end.
         owner: [u32; 2],
-        /// Position of the end.
+        /// World-space position of the end.
         p: Vec3,
     },
-    /// The rest of a shared path begins. All pixels that see the end of the path get light of this
-    /// rest ([`PathEvent::Shared`]).
+    /// The rest of a shared path begins. All pixels that are connected to the end of the path
+    /// receive the light of this rest ([`PathEvent::Shared`]).
     SharedPath,
     /// Part of the light of the next [`PathEvent::Added`].
     Light(Spectrum),
@@ -145,27 +145,28 @@ pub struct LightSampleRecord {
     pub f_cos: Spectrum,
     /// Radiance, or irradiance of delta lights.
     pub radiance: Spectrum,
-    /// Transmittance along the shadow ray. `None` until it is traced ([`PathEvent::Shadow`]).
+    /// Transmittance along the shadow ray. `None` until the shadow ray is traced
+    /// ([`PathEvent::Shadow`]).
     pub transmittance: Option<Spectrum>,
 }
 
 /// A direction in which a path leaves a vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct ScatteringRecord {
-    /// Unit direction.
+    /// Unit outgoing direction, world frame.
     pub direction: Vec3,
-    /// Name of the lobe with the largest share of the light from that direction.
+    /// Name of the lobe that scatters the largest fraction of the light from that direction.
     pub lobe: &'static str,
     /// True if this lobe is a delta lobe.
     pub is_delta: bool,
     /// Density per solid angle; for a delta lobe, its probability.
     pub pdf: f32,
-    /// Factor of the throughput, without `roulette`.
+    /// Factor by which the throughput changes, without the factor `roulette`.
     pub weight: Spectrum,
-    /// Index of refraction beyond the surface relative to the side of the path, if it is refracted,
-    /// else 1.
+    /// Relative index of refraction: beyond the surface divided by the side of the path. 1 if the
+    /// path is not refracted.
     pub eta: f32,
-    /// Factor that compensates for paths terminated by roulette, and similar factors.
+    /// Factor that compensates for paths that roulette terminates, and similar factors.
     pub roulette: f32,
 }
 
@@ -196,8 +197,8 @@ pub(super) fn vertex(depth: u32, vertex: &Vertex, beta: Spectrum, out: &mut impl
     }
 }
 
-/// Notifies `out` that a path scatters at `vertex` by `sample`, after `depth` earlier scattering
-/// events. `roulette` compensates for paths that end.
+/// Passes the scattering `sample` at `vertex` to `out`, after `depth` earlier scattering events.
+/// `roulette` is the factor that compensates for terminated paths.
 #[inline(always)]
 pub(super) fn scatter(depth: u32, vertex: &Vertex, sample: &BsdfSample, roulette: f32, out: &mut impl Sink) {
     if out.separates_paths() {

@@ -1,4 +1,4 @@
-//! The surface that a viewer points at, and its outline in the image.
+//! The surface under a pixel that the user selects, and its outline in the image.
 
 use super::world::World;
 use crate::accel::Accel;
@@ -6,28 +6,30 @@ use crate::geometry::Hit;
 use crate::math::{UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
-/// The first surface of a pixel.
+/// The first surface that a camera ray through the middle of a pixel hits.
 #[derive(Clone, Copy, Debug)]
 pub struct PickedSurface {
     /// Hit of the ray through the middle of the pixel.
     pub hit: Hit,
-    /// Point that was hit.
+    /// World-space position of the hit.
     pub position: Vec3,
 }
 
-/// Surfaces that are selected together: all surfaces of one material in one object.
+/// Selection key of a surface: ids of its object and of its material. Surfaces with the same key
+/// are selected together.
 type ObjectMaterial = (u32, u32);
 
 impl<A: Accel> World<'_, A> {
-    /// Returns the first surface in the middle of `pixel`, if there is one.
+    /// Returns the first surface in the middle of `pixel`. `None` for the background or the ground.
     pub fn pick(&self, pixel: UVec2) -> Option<PickedSurface> {
         let hit = self.first_hit(pixel.as_vec2() + 0.5)?;
         let position = self.scene.surface_point(&hit, self.camera.time(0.5)).p;
         Some(PickedSurface { hit, position })
     }
 
-    /// Cells of a grid of `size` over the image that show the part of `picked`, row by row. The
-    /// result is run lengths: cells without the part and cells with it in turns.
+    /// Outline of the surfaces that are selected with `picked`, in a grid of `size` cells over the
+    /// image. The result is run lengths, row by row: cells without these surfaces and cells with
+    /// them alternate, starting without.
     pub fn outline(&self, picked: &PickedSurface, size: UVec2) -> Vec<u32> {
         let part = self.part(&picked.hit);
         let cell = self.camera.resolution().as_vec2() / size.as_vec2();
@@ -42,8 +44,8 @@ impl<A: Accel> World<'_, A> {
         runs(rows.into_iter().flatten())
     }
 
-    /// Hit of the ray from the middle of the lens through the point `film`. A shadow-catching
-    /// ground is not hit.
+    /// Hit of the ray from the middle of the lens through the film point `film` (pixels). `None`
+    /// for the background or a shadow-catching ground.
     fn first_hit(&self, film: Vec2) -> Option<Hit> {
         let ray = self.camera.ray(film, Vec2::splat(0.5), self.camera.time(0.5));
         let hit = self.accel.intersect(&ray)?;
@@ -56,7 +58,7 @@ impl<A: Accel> World<'_, A> {
     }
 }
 
-/// Lengths of the runs of `false`, `true`, `false` and so on.
+/// Run lengths of `cells`: the number of `false`, then of `true`, then of `false`, and so on.
 fn runs(cells: impl Iterator<Item = bool>) -> Vec<u32> {
     let mut runs = vec![0];
     let mut is_in = false;
@@ -77,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn runs_begin_outside() {
+    fn first_run_counts_cells_outside() {
         assert_eq!(runs([true, true, false, true].into_iter()), [0, 2, 1, 1]);
         assert_eq!(runs([false; 3].into_iter()), [3]);
         assert_eq!(runs([].into_iter()), [0]);

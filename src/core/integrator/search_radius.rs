@@ -1,5 +1,5 @@
-//! Search radius of photons, and of the vertices that `vcm` merges: its start value and how it
-//! shrinks.
+//! Search radius of photons, and of the vertices that `vcm` merges: the radius of the first
+//! iteration, and its reduction.
 //!
 //! A radius is a fixed length (`--photon-radius`) or, by default, a multiple of the width of a
 //! pixel ([`PHOTON_PIXELS`], [`MERGING_PIXELS`]). In progressive methods the radius of an iteration
@@ -12,7 +12,8 @@
 use crate::camera::Camera;
 use crate::math::{Ball, Vec3};
 
-/// Maximum distance of the photons, or of the vertices of light paths, that a point uses.
+/// Search radius: maximum distance between a point and the photons or light subpath vertices that
+/// it uses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SearchRadius {
     /// One radius for the whole scene, in scene units.
@@ -50,12 +51,12 @@ pub const MERGING_PIXELS: f32 = 1.0;
 /// grow as fast as the distance.
 const MAX_SLOPE: f32 = 0.5;
 
-/// Minimum radius relative to the size of the scene; coordinates resolve lengths down to this.
+/// Minimum radius relative to the size of the scene. Coordinates do not resolve smaller lengths.
 const MIN_SHARE: f32 = 1.0 / (1 << 20) as f32;
 
-/// Radius of `iteration`, counted from 0, relative to the first, in (0, 1]: the root of
-/// `∏ (i + α) / (i + 1)`, i from 1 to `iteration` (Knaus and Zwicker 2011). `alpha` of 1 keeps the
-/// radius.
+/// Radius of iteration `iteration` (counted from 0) divided by the radius of the first iteration,
+/// in (0, 1]: the root of `∏ (i + α) / (i + 1)`, i from 1 to `iteration` (Knaus and Zwicker 2011).
+/// `alpha` of 1 keeps the radius.
 fn shrinkage(iteration: u32, alpha: f32) -> f32 {
     let alpha = alpha as f64;
     let ratio = |i: u32| (i as f64 + alpha) / (i as f64 + 1.0);
@@ -66,17 +67,17 @@ fn shrinkage(iteration: u32, alpha: f32) -> f32 {
 #[derive(Clone, Copy, Debug)]
 pub struct Radii<'a> {
     camera: &'a Camera,
-    /// Radius divided by the distance from the camera, unless the radius is fixed.
+    /// Ratio of the radius to the distance from the camera; 0 if the radius is fixed.
     slope: f32,
     fixed: Option<f32>,
-    /// Radius in pixels, for parallel rays.
+    /// Radius in widths of a pixel, for cameras with parallel rays.
     pixels: f32,
     min: f32,
     max: f32,
 }
 
 impl<'a> Radii<'a> {
-    /// `factor` times the radii of `radius`. `ball` encloses the scene.
+    /// `factor` times the search radii that `radius` describes. `ball` encloses the scene.
     pub fn new(radius: SearchRadius, factor: f32, camera: &'a Camera, ball: &Ball) -> Self {
         let size = (ball.center.abs().max_element() + ball.radius).min(1e30);
         let (fixed, pixels) = match radius {
@@ -93,12 +94,12 @@ impl<'a> Radii<'a> {
         }
     }
 
-    /// Maximum change of a radius per length.
+    /// Maximum change of the radius per unit of distance between two points.
     pub fn slope(&self) -> f32 {
         self.slope
     }
 
-    /// Radius at `p` at `time`.
+    /// Search radius at the point `p` at `time`, in scene units.
     pub fn at(&self, p: Vec3, time: f32) -> f32 {
         let radius = self.fixed.unwrap_or_else(|| {
             if self.camera.pixel_width_by_distance() == 0.0 {
@@ -117,7 +118,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn radii_shrink_as_they_should() {
+    fn squared_radius_falls_as_power_of_iterations() {
         assert_eq!(shrinkage(0, 0.5), 1.0);
         assert!((shrinkage(1, 0.5).powi(2) - 0.75).abs() < 1e-6);
         assert_eq!(shrinkage(1000, 1.0), 1.0);

@@ -1,4 +1,4 @@
-//! A vertex of a path from the camera: a surface point with its BSDF, as its viewer sees it.
+//! A vertex of a camera path: a surface point with its local frame and its BSDF.
 
 use crate::bsdf::{Bsdf, BsdfSample, BsdfView, ScatteringEvent, TransportMode};
 use crate::color::Spectrum;
@@ -12,7 +12,7 @@ use crate::math::{Frame, Vec2, Vec3};
 pub struct Vertex<'a> {
     /// Hit of the ray that found the vertex.
     pub hit: Hit,
-    /// Surface point.
+    /// Surface point of the hit.
     pub point: SurfacePoint,
     /// Local frame, whose z axis is the shading normal.
     pub frame: Frame,
@@ -20,32 +20,34 @@ pub struct Vertex<'a> {
     pub bsdf: &'a Bsdf,
     /// Direction to the viewer, local frame.
     pub wo: Vec3,
-    /// View of `bsdf` from `wo`, made by [`Vertex::view_in`]. `None` for a single lobe, which needs
-    /// no view.
+    /// View of `bsdf` from `wo`, made by [`Vertex::view_in`]. `None` if `bsdf` has a single lobe,
+    /// which needs no view.
     pub view: Option<&'a BsdfView<'a>>,
-    /// True if the shading normal was bent towards the viewer.
+    /// True if the shading normal was bent so that the viewer is above it.
     pub is_bent: bool,
     /// True if `bsdf` is the BSDF of one wavelength.
     pub is_dispersing: bool,
-    /// The body behind the surface, as in [`Ray::body`](crate::math::Ray::body).
+    /// Body behind the surface, as in [`Ray::body`](crate::math::Ray::body).
     pub body: u32,
 }
 
 impl<'a> Vertex<'a> {
-    /// Makes the view of `bsdf` from `wo` in `slot` if `bsdf` has several lobes.
+    /// Makes the view of `bsdf` from `wo` in `slot`. `None` if `bsdf` has a single lobe, which
+    /// needs no view.
     #[inline(always)]
     pub fn view_in(slot: &'a BsdfSlot<'a>, bsdf: &'a Bsdf, wo: Vec3) -> Option<&'a BsdfView<'a>> {
         Self::needs_view(bsdf).then(|| slot.view.get_or_init(|| BsdfView::new(bsdf, wo)))
     }
 
-    /// Returns true if a vertex with the BSDF `bsdf` needs a view of it.
+    /// Returns `true` if a vertex with the BSDF `bsdf` needs a [`BsdfView`], because it has several
+    /// lobes.
     #[inline(always)]
     pub fn needs_view(bsdf: &Bsdf) -> bool {
         !matches!(bsdf, Bsdf::Single(_))
     }
 
-    /// Value of the BSDF for light from `wi` (local frame), cosine excluded, and density with which
-    /// [`Vertex::sample`] samples `wi`.
+    /// Value of the BSDF for light from `wi` (local frame) without the cosine, and the density per
+    /// solid angle with which [`Vertex::sample`] samples `wi`.
     #[inline(always)]
     pub fn eval_pdf(&self, wi: Vec3) -> (Spectrum, f32) {
         match self.view {
@@ -54,7 +56,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Samples `wi` from the BSDF: `u_lobe` chooses a lobe, `u` a direction.
+    /// Samples a direction `wi` from the BSDF: `u_lobe` chooses a lobe, and `u` a direction.
     #[inline(always)]
     pub fn sample(&self, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         match self.view {
@@ -63,8 +65,8 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Directional albedo per channel: share of uniform light that the surface scatters to the
-    /// viewer.
+    /// Directional albedo per channel: fraction of uniform incident light that the surface scatters
+    /// to the viewer.
     #[inline(always)]
     pub fn albedo(&self) -> Spectrum {
         match self.view {
@@ -73,7 +75,8 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Scattering event of light from `wi` (local frame), by a delta lobe or by the smooth lobes.
+    /// Scattering event of light from `wi` (local frame). If `is_delta`, a delta lobe scatters the
+    /// light, otherwise the smooth lobes.
     pub fn event(&self, wi: Vec3, is_delta: bool) -> ScatteringEvent {
         self.bsdf.event(self.wo, wi, is_delta)
     }
@@ -86,7 +89,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Light sampling context of the point.
+    /// Light sampling context of the point. Its normal is zero if light may arrive from both sides.
     #[inline(always)]
     pub fn light_context(&self) -> LightSampleContext {
         let n = match self.bsdf.glossy_eta(self.wo) {
@@ -96,15 +99,15 @@ impl<'a> Vertex<'a> {
         LightSampleContext { p: self.point.p, n }
     }
 
-    /// Returns true if the unit direction `w` (world frame) is on different sides of the shading
-    /// normal and of the geometric normal. Photons and light paths bring no light from such
+    /// Returns `true` if the unit direction `w` (world frame) is on different sides of the shading
+    /// normal and of the geometric normal. Photons and light subpaths carry no light in such
     /// directions.
     pub fn is_one_way(&self, w: Vec3) -> bool {
         !self.point.sides_agree(w)
     }
 
-    /// The body, as in [`Ray::body`](crate::math::Ray::body), in which rays in direction `wi`
-    /// (local frame) start.
+    /// Body in which rays in the direction `wi` (local frame) start, as in
+    /// [`Ray::body`](crate::math::Ray::body).
     #[inline(always)]
     pub fn body_towards(&self, wi: Vec3) -> u32 {
         if wi.z < 0.0 { self.body } else { 0 }

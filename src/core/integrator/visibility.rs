@@ -3,12 +3,12 @@
 //!
 //! Some camera paths find surfaces in the same way as the render does. If enough of their rays
 //! leave the scene, sampling the sky by radiance is good enough, and nothing is learned. Otherwise
-//! each grid cell with surfaces sends one ray through each bin of directions, from the points that
-//! the paths found. The number of rays is limited to a few percent of the rays of an image with 16
-//! samples per pixel.
+//! each grid cell with surfaces traces one ray through each bin of sky directions, from the points
+//! that the paths found. The number of rays is limited to a few percent of the rays of an image
+//! with 16 samples per pixel.
 //!
-//! The random numbers do not depend on samples or on the seed: all parts of a render learn the
-//! same, with any settings. The crop of a render does not matter either.
+//! The random numbers do not depend on samples, settings, the crop or the seed, so all parts of a
+//! render learn the same visibility.
 
 use super::vertex::Vertex;
 use super::{RayKind, RaySink, World};
@@ -34,11 +34,12 @@ const MAX_SURVIVAL: f32 = 0.9;
 const RAYS_A_PIXEL: u64 = 2;
 /// Minimum and maximum number of learning rays.
 const RAYS: [u64; 2] = [1 << 11, 1 << 20];
-/// Share of rays from surfaces that leave the scene. Above this share, learning gains nothing.
+/// Fraction of rays from surfaces that leave the scene. Above this fraction, learning gains
+/// nothing.
 const OPEN: f64 = 0.4;
 /// Maximum number of surface points from which a cell traces rays.
 const SITES_A_CELL: usize = 64;
-/// Maximum number of surface points that are tried until one faces the target.
+/// Maximum number of surface points of a cell that are tried until one of them faces the target.
 const TRIES: usize = 16;
 /// Number of cells in a work item.
 const CELLS_A_WORK_ITEM: usize = 16;
@@ -51,7 +52,7 @@ pub struct VisibilityLearner<'a, A> {
     pub world: World<'a, A>,
 }
 
-/// A surface point that receives light.
+/// A surface point that receives light, from which visibility is traced.
 #[derive(Clone, Copy, Debug)]
 pub struct Site {
     point: SurfacePoint,
@@ -66,11 +67,11 @@ pub struct Sites {
     pub sites: Vec<Site>,
     /// Number of rays scattered by smooth lobes.
     rays: u64,
-    /// Number of these rays that left the scene.
+    /// Number of counted rays that left the scene.
     escaped: u64,
 }
 
-/// Surface points by cell of the grid, and by group of cells.
+/// Surface points, sorted into the cells of the grid and into groups of cells.
 #[derive(Clone, Debug)]
 pub struct SitesByCell {
     cells: Vec<Vec<Site>>,
@@ -87,13 +88,13 @@ impl SitesByCell {
         self.groups.len()
     }
 
-    /// Number of points that paths have found in each cell.
+    /// Number of points that paths found in each cell.
     pub fn counts(&self) -> &[usize] {
         &self.counts
     }
 }
 
-/// Returns true if visibility is learned to choose lights of `scene` by `mode`.
+/// Returns `true` if the selection mode `mode` needs the visibility of the lights of `scene`.
 fn learns_visibility(scene: &Scene, mode: SelectionMode) -> bool {
     let is_sky = |light: &Light| matches!(light, Light::Constant(_) | Light::Environment(_));
     let is_enabled = match mode {
@@ -128,7 +129,7 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         self.paths().div_ceil(PATHS_A_WORK_ITEM)
     }
 
-    /// Finds surface points by the paths of work item `index`.
+    /// Traces the paths of work item `index`, and returns the surface points that they find.
     pub fn find_sites(&self, index: u32, out: &mut impl RaySink) -> Sites {
         let mut found = Sites::default();
         let first = index * PATHS_A_WORK_ITEM;
@@ -177,7 +178,7 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         }
     }
 
-    /// Joins all work items, in their order.
+    /// Joins the results of all work items, in the order of their indices.
     pub fn join(&self, work_items: Vec<Sites>) -> Sites {
         let mut all = Sites::default();
         for work_item in work_items {
@@ -202,9 +203,9 @@ impl<A: Accel> VisibilityLearner<'_, A> {
             .visibility_grid(scene.lights(), &points, rays)
     }
 
-    /// Sorts `sites` into the cells of `grid` and into groups of cells, in their order. If a cell
-    /// or a group has too many sites, an evenly spaced selection is kept. Counts all sites of each
-    /// cell.
+    /// Sorts `sites` into the cells of `grid` and into groups of cells, and keeps their order. If a
+    /// cell or a group has too many sites, an evenly spaced selection is kept. The counts of the
+    /// cells include all sites.
     pub fn places(&self, grid: &VisibilityGrid, sites: &[Site]) -> SitesByCell {
         let group_of = grid.groups();
         let mut places = SitesByCell {
@@ -259,7 +260,8 @@ impl<A: Accel> VisibilityLearner<'_, A> {
     }
 
     /// Traces work item `index` of the cells. Returns the mean transmittance from each cell to each
-    /// target. `groups` has the transmittances of the groups.
+    /// target. `groups` has the transmittances that [`VisibilityLearner::trace_from_groups`]
+    /// returned.
     pub fn trace_from_cells(
         &self,
         grid: &VisibilityGrid,
@@ -335,15 +337,14 @@ impl Site {
         }
     }
 
-    /// Returns true if the site receives light from `wi`.
+    /// Returns `true` if the surface receives light from the unit direction `wi` (world frame).
     fn faces(&self, wi: Vec3) -> bool {
         self.n == Vec3::ZERO || self.n.dot(wi) > 0.0
     }
 }
 
-/// Points of the unit square that are evenly distributed, even the first few: the additive
-/// recurrence of the plastic number (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom
-/// Sequences").
+/// Points of the unit square. Any number of first points is evenly distributed: additive recurrence
+/// of the plastic number (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
 fn evenly(index: u32) -> Vec2 {
     let at = |step: f64| (0.5 + step * f64::from(index)).fract() as f32;
     Vec2::new(at(0.754_877_666_246_692_7), at(0.569_840_290_998_053_2)).min(Vec2::splat(crate::math::float::ALMOST_ONE))

@@ -1,14 +1,14 @@
-//! The world that all integrators share: scene, backend, camera and pixel filter, and their ray
-//! queries.
+//! The world that all integrators share: scene, backend, camera and pixel filter. Its methods are
+//! ray queries.
 //!
-//! Textures are filtered with an eighth of the width that a pixel has on the surface in a direct
-//! view (`World::footprint`). This width depends only on the point and needs no state along a path,
-//! so both ends of a bidirectional path agree on it. The mean over the samples of the pixel does
-//! the rest of the filtering. After a diffuse bounce the filter is sharper than necessary: this
-//! costs noise but no blur. docs/notebook/2026-11.md, "Texture filters", has the widths that were
-//! tried.
+//! The filter width of textures is an eighth of the width that a pixel has on the surface in a
+//! direct view (`World::footprint`). This width depends only on the point and needs no state along
+//! a path, so both ends of a bidirectional path agree on it. The mean over the samples of the pixel
+//! does the rest of the filtering. After a diffuse bounce the filter is narrower than necessary:
+//! this costs noise but no blur. docs/notebook/2026-11.md, "Texture filters", has the widths that
+//! were tried.
 //!
-//! `World::vertex` has a fast path for plain shapes with one normal and one material.
+//! `World::vertex` has a fast path for surfaces with one normal and one material.
 
 use super::background::Backdrop;
 use super::opacity::{OpacityWalk, ThinSurfaceChoices, Transmittance, stops};
@@ -28,7 +28,7 @@ use crate::sampler::{Dimension, SampleKey, Sampler};
 use crate::sampling::Wavelength;
 use crate::scene::{HullHit, Scene};
 
-/// Width of a sample, in pixels.
+/// Filter width of textures for one sample, in pixels.
 ///
 /// The samples of a pixel lie at different points, and their mean filters textures again. For n
 /// samples a width of 1/√n is enough (PBR4 §10.1.3, which stops at 1/8). Here n is always 64, so
@@ -49,9 +49,9 @@ pub struct World<'a, A> {
     pub camera: &'a Camera,
     /// Pixel filter.
     pub filter: &'a Filter,
-    /// True if first surfaces come with their [`Features`](crate::film::Features).
+    /// True if the first surface of a sample includes its [`Features`](crate::film::Features).
     pub features: bool,
-    /// Style of the lines, if the render has a channel of lines.
+    /// Style of the lines, if the render has the channel `lines`.
     pub lines: Option<LineStyle>,
     /// True if bidirectional methods also record the light of each strategy separately.
     pub strategies: bool,
@@ -123,7 +123,8 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     /// Starts the sample `key`. Returns the ray from a random point of the lens through a film
-    /// point sampled from the pixel filter. Its time is `time`, or random if `time` is `None`.
+    /// point sampled from the pixel filter. The time of the ray is `time`, or random if `time` is
+    /// `None`.
     #[inline(always)]
     pub fn camera_ray(
         &self,
@@ -146,7 +147,7 @@ impl<'a, A: Accel> World<'a, A> {
         ray
     }
 
-    /// Time of a sample: random if anything moves, else 0.
+    /// Time of a sample: random between shutter open and close if anything moves, else 0.
     pub(super) fn time(&self, sampler: &impl Sampler) -> f32 {
         self.time_at(|| sampler.get_1d(Dimension::TIME))
     }
@@ -156,7 +157,8 @@ impl<'a, A: Accel> World<'a, A> {
         self.scene.is_moving() || self.camera.is_moving()
     }
 
-    /// Time at the fraction `u` of the shutter interval. Calls `u` only if anything moves.
+    /// Time at the fraction `u` of the interval between shutter open and close. Calls `u` only if
+    /// anything moves.
     pub(super) fn time_at(&self, u: impl FnOnce() -> f32) -> f32 {
         match self.moves() {
             true => self.camera.time(u()),
@@ -164,8 +166,8 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// Chooses a light by power with `choice`, and samples its emission. Returns the light, the
-    /// probability of the choice, and the emission.
+    /// Chooses a light in proportion to its power with the number `choice`, and samples its
+    /// emission. Returns the light, the probability of the choice, and the emission.
     pub(super) fn sample_emission(
         &self,
         time: f32,
@@ -176,13 +178,13 @@ impl<'a, A: Accel> World<'a, A> {
         Some((id, pmf, self.emission_of(id, time, u())?))
     }
 
-    /// Samples a point and a direction of emission of the light `id`.
+    /// Samples a point on the light `id` and a direction of emission.
     pub(super) fn emission_of(&self, id: LightId, time: f32, [u_position, u_direction]: [Vec2; 2]) -> Option<Emission> {
         let light = &self.scene.lights()[id.0 as usize];
         light.sample_emission(time, u_position, u_direction, self.scene.textures(), &self.scene.ball())
     }
 
-    /// Ray through the point `film` (pixels, origin top left) from a random point of the lens.
+    /// Ray from a random point of the lens through the film point `film` (pixels, origin top left).
     #[inline(always)]
     pub(super) fn ray_through(&self, film: Vec2, time: f32, sampler: &impl Sampler) -> Ray {
         let lens = match self.camera.has_lens() {
@@ -198,8 +200,8 @@ impl<'a, A: Accel> World<'a, A> {
         !self.scene.is_moving() || open == close
     }
 
-    /// First surface of the sample `key`; adds it to the auxiliary channels. `None` if the ray
-    /// leaves the scene.
+    /// Vertex at the first surface of the sample `key`. Passes the auxiliary channels of the
+    /// surface to `out`. `None` if the ray leaves the scene.
     pub fn first_vertex<'v>(
         &'v self,
         key: SampleKey,
@@ -218,7 +220,7 @@ impl<'a, A: Accel> World<'a, A> {
         Some(vertex)
     }
 
-    /// Closest hit of `ray`, and the transmittance before it. Rays pass surfaces with alpha and
+    /// Closest hit of `ray`, and the transmittance up to the hit. Rays pass surfaces with alpha and
     /// thin glass at random; thin glass and bodies tint the light.
     #[inline(always)]
     pub fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> (Option<Hit>, Spectrum) {
@@ -233,7 +235,8 @@ impl<'a, A: Accel> World<'a, A> {
         (hit, Spectrum::ONE)
     }
 
-    /// [`World::first_opaque`] if bodies absorb light. The tint includes this absorption.
+    /// [`World::first_opaque`] for scenes with bodies that absorb light. The tint includes the
+    /// absorption.
     #[inline(never)]
     pub(super) fn first_in_bodies(
         &self,
@@ -260,10 +263,10 @@ impl<'a, A: Accel> World<'a, A> {
             || (kind == RayKind::Camera && (self.scene.hides_from_camera() || self.scene.ground().is_some()))
     }
 
-    /// First surface along `ray` that stops the ray, and the tint of the glass before this surface.
-    /// `first` is the closest hit of the ray. A surface of opacity α stops the share α of all rays,
-    /// by [`stops`]. Thin glass lets rays pass by the number `u` in [0, 1), or by a hash if `u` is
-    /// `None`.
+    /// First surface along `ray` that stops the ray, and the tint of the glass in front of this
+    /// surface. `first` is the closest hit of the ray. A surface of opacity α stops the fraction α
+    /// of all rays, by [`stops`]. A random number decides whether the ray passes thin glass: `u` in
+    /// [0, 1), or a hash if `u` is `None`.
     #[inline(never)]
     pub(super) fn first_opaque(
         &self,
@@ -282,9 +285,9 @@ impl<'a, A: Accel> World<'a, A> {
         (hit, choices.tint)
     }
 
-    /// First surface along `ray` for which `is_opaque` returns true. `first` is the closest hit of
-    /// the ray. The ground does not stop camera rays from below. Surfaces between a lamp and its
-    /// hull are in front of the lamp.
+    /// First surface along `ray` for which `is_opaque` returns `true`. `first` is the closest hit
+    /// of the ray. The ground does not stop camera rays from below. Surfaces between the hull of a
+    /// lamp and the lamp count as in front of the lamp.
     #[inline(always)]
     pub(super) fn first_that(
         &self,
@@ -326,8 +329,8 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// Transmittance along `ray`: clear or blocked, unless the ray crosses thin glass or surfaces
-    /// of opacity below 1, or lies in a body that absorbs.
+    /// Transmittance along `ray`. It is clear or blocked, unless the ray crosses thin glass or
+    /// surfaces of opacity below 1, or lies in an absorbing body.
     #[inline(always)]
     pub fn transmittance(&self, ray: &Ray, out: &mut impl RaySink) -> Transmittance {
         let passed = self.transmittance_of_surfaces(ray, out);
@@ -352,8 +355,8 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// [`World::transmittance`] between the lens and the first surface that the camera sees, at
-    /// `seen`.
+    /// [`World::transmittance`] for a ray between the lens and `seen`, the hit of a surface that
+    /// the camera sees.
     #[inline(always)]
     pub fn transmittance_to_lens(&self, ray: &Ray, seen: &Hit, out: &mut impl RaySink) -> Transmittance {
         if !self.scene.hides_from_camera() {
@@ -385,8 +388,8 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// Vertex at `hit`, seen along `ray`, for the `wavelength` of the path, if it has one. `slot`
-    /// stores the BSDF if it varies over the surface, and the view of the BSDF.
+    /// Vertex at `hit`, seen along `ray`. `wavelength` is the wavelength of the path, if it has
+    /// one. `slot` stores the BSDF if the BSDF varies over the surface, and the view of the BSDF.
     #[inline(always)]
     pub fn vertex<'v>(
         &'v self,
@@ -423,7 +426,7 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// Ray that leaves `vertex` in direction `wi` (local frame).
+    /// Ray that leaves `vertex` in the unit direction `wi` (local frame).
     #[inline(always)]
     pub fn ray_along(&self, vertex: &Vertex, wi: Vec3) -> Ray {
         let w = vertex.frame.to_world(wi);
@@ -431,8 +434,8 @@ impl<'a, A: Accel> World<'a, A> {
         ray.when(vertex.point.time).within(vertex.body_towards(wi))
     }
 
-    /// Origin of rays that leave `vertex` in the unit direction `w` (world frame), which is `wi` in
-    /// the local frame.
+    /// Origin of rays that leave `vertex` in the unit direction `w` (world frame). `wi` is the same
+    /// direction in the local frame.
     #[inline(always)]
     pub fn origin(&self, vertex: &Vertex, wi: Vec3, w: Vec3) -> Vec3 {
         self.origin_on(&vertex.point, Side::of(wi.z), w)
@@ -441,8 +444,8 @@ impl<'a, A: Accel> World<'a, A> {
     /// Origin of rays that leave `point` in the unit direction `w`, which is on `side` of the
     /// shading normal.
     ///
-    /// `w` may be on the other side of the geometric normal. The ray starts on `side` even then, so
-    /// that it never starts behind a wall. It hits the surface itself or passes the rim of a curved
+    /// If `w` is on the other side of the geometric normal, the ray still starts on `side`, so that
+    /// it never starts behind a wall. It then hits the surface itself or passes the rim of a curved
     /// surface.
     #[inline(always)]
     pub fn origin_on(&self, point: &SurfacePoint, side: Side, w: Vec3) -> Vec3 {
@@ -453,8 +456,9 @@ impl<'a, A: Accel> World<'a, A> {
         self.raised_origin(point, side, height)
     }
 
-    /// Origin raised from the triangle to the curved surface, unless another surface is in between:
-    /// a raised origin inside another object would receive no light.
+    /// Origin raised from the triangle to the curved surface that the triangle approximates. If
+    /// another surface lies in between, the origin is not raised: inside another object it would
+    /// receive no light.
     #[inline(never)]
     fn raised_origin(&self, point: &SurfacePoint, side: Side, height: f32) -> Vec3 {
         let (low, high) = (offset_to(point, side), point.raised(side, height));
@@ -464,13 +468,13 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// Wavelength of the light of a path, if the scene has dispersive glass.
+    /// Random wavelength for the light of a path. `None` if the scene has no dispersive glass.
     #[inline(always)]
     pub(super) fn wavelength(&self, sampler: &impl Sampler) -> Option<Wavelength> {
         (self.scene.is_dispersive()).then(|| Wavelength::sample(sampler.get_1d(Dimension::WAVELENGTH)))
     }
 
-    /// BSDF of the surface at `hit` for `wavelength`, made in `slot`. `None` if the BSDF does not
+    /// BSDF of the surface at `hit` for `wavelength`, stored in `slot`. `None` if the BSDF does not
     /// depend on the wavelength.
     #[inline(never)]
     fn dispersed<'v>(&self, hit: &Hit, slot: &'v BsdfSlot<'v>, wavelength: &Wavelength) -> Option<&'v Bsdf> {
@@ -478,7 +482,7 @@ impl<'a, A: Accel> World<'a, A> {
         Some(slot.bsdf.get_or_init(|| bsdf))
     }
 
-    /// [`World::vertex`] if normals or materials vary; not inlined.
+    /// [`World::vertex`] for surfaces whose normals or materials vary; not inlined.
     #[inline(never)]
     fn detailed_vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot<'v>) -> Vertex<'v> {
         let wo = -ray.direction;
@@ -503,9 +507,10 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     /// Footprint of a ray on the surface at `point`, in scene units: [`SAMPLE_WIDTH`] times the
-    /// width of a pixel in a direct view from the camera. Along a path it is at least this wide
-    /// (PBR4 §10.1.3, which approximates the same way). It depends only on the point: paths from
-    /// the camera and from lights that hit a point must find the same surface there.
+    /// width of a pixel in a direct view from the camera. Along a path the true footprint is at
+    /// least this wide (PBR4 §10.1.3, which approximates the same way). The footprint depends only
+    /// on the point, because camera paths and light paths that hit the point must find the same
+    /// surface there.
     pub(super) fn footprint(&self, point: &SurfacePoint) -> f32 {
         let to = self.camera.view_of(point.p, point.time);
         // At grazing angles the square of a pixel is stretched along one axis: use the side of a

@@ -1,11 +1,11 @@
-//! Cancellation of long work.
+//! Cancellation of samples and work items that take long.
 //!
-//! Renders call their observer between samples, work items and iterations. A single sample may take
+//! A render calls its observer between samples, work items and iterations. A single sample may take
 //! long. Therefore loops that branch, gather, follow a chain or sample all lights call
-//! `RaySink::is_cancelled`, which calls the observer at every sixteenth call. A cancelled loop
-//! returns, and the incomplete tile or work item is discarded.
+//! `RaySink::is_cancelled`. Every sixteenth call of this method calls the observer. A cancelled
+//! loop returns, and the incomplete tile or work item is discarded.
 //!
-//! Two limits bound the work of a sample: no path scatters more than 1024 times, for any
+//! Two limits bound the work of a sample: a path has at most 1024 scattering events, for any
 //! `--max-depth` and roulette, and a sample of `distributed` has at most 10⁷ rays to its last
 //! vertices.
 
@@ -14,11 +14,12 @@ use super::statistics::RayCounts;
 use crate::integrator::{RayKind, RaySink};
 use std::cell::Cell;
 
-/// Calls of [`Cancellation::should_stop`] per call of the observer, which may read a clock.
+/// Number of calls of [`Cancellation::should_stop`] per call of the observer, which may read a
+/// clock.
 const CALLS_PER_CHECK: u32 = 16;
 
-/// Cancellation flag of the loops of one work item. Once cancelled, it stays cancelled, so that an
-/// incomplete work item is recognised.
+/// Cancellation flag of the loops of one work item. It is never cleared, so that an incomplete work
+/// item is recognised.
 pub(super) struct Cancellation<'a> {
     observer: &'a dyn Observer,
     calls: Cell<u32>,
@@ -34,7 +35,8 @@ impl<'a> Cancellation<'a> {
         }
     }
 
-    /// Returns true if the loop must end now. Calls the observer every [`CALLS_PER_CHECK`] calls.
+    /// Returns `true` if the loop must end now. Every [`CALLS_PER_CHECK`]th call also calls the
+    /// observer.
     pub fn should_stop(&self) -> bool {
         let calls = self.calls.get().wrapping_add(1);
         self.calls.set(calls);
@@ -50,7 +52,7 @@ impl<'a> Cancellation<'a> {
     }
 }
 
-/// Counts the rays of a work item that may be cancelled.
+/// Ray counter of a work item that may be cancelled.
 pub(super) struct CountedRays<'a> {
     pub counts: RayCounts,
     pub cancellation: Cancellation<'a>,

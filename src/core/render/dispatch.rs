@@ -1,5 +1,6 @@
-//! Integrators behind dynamic dispatch. A call traces a group of samples, and passes over tiles are
-//! compiled once for all integrators. This module decides how often an integrator is compiled.
+//! Integrators behind dynamic dispatch. One dynamic call traces a group of samples, and passes over
+//! tiles are compiled once for all integrators. This module decides for which types of sinks an
+//! integrator is compiled.
 
 use super::pixel_sample::PixelSample;
 use crate::integrator::{Integrator, Sink};
@@ -8,16 +9,17 @@ use crate::sampler::{SampleKey, Sampler};
 /// A sink behind dynamic dispatch.
 pub type DynSink<'s> = &'s mut (dyn Sink + 's);
 
-/// Interface of an integrator for passes over tiles.
+/// An integrator behind dynamic dispatch, as passes over tiles call it.
 pub trait SampleIntegrator<S>: Sync {
     /// Number of pixels of a tile whose samples are traced together
     /// ([`Integrator::pixels_at_once`]).
     fn pixels_at_once(&self) -> usize;
 
-    /// Traces samples of an image ([`Integrator::samples`]).
+    /// Traces the samples `keys` into sinks that do not separate the light into parts
+    /// ([`Integrator::samples`]).
     fn samples(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [PixelSample]);
 
-    /// Traces samples with any type of sink.
+    /// Traces the samples `keys` into sinks of any type.
     fn samples_into(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [DynSink]);
 }
 
@@ -38,12 +40,12 @@ impl<I: Integrator, S: Sampler> SampleIntegrator<S> for I {
 }
 
 /// An integrator that is compiled for [`PixelSample`] and for sinks behind dynamic dispatch. `fast`
-/// and `any` are equal integrators, but `fast` calls the backend without dynamic dispatch.
+/// and `any` compute the same samples, but `fast` calls the backend without dynamic dispatch.
 #[derive(Debug)]
 pub struct Monomorphic<I, J> {
-    /// Traces samples of images that do not separate the light into parts.
+    /// Integrator for images that do not separate the light into parts.
     pub fast: I,
-    /// Traces all other samples.
+    /// Integrator for all other images.
     pub any: J,
 }
 

@@ -1,9 +1,10 @@
 //! Groups of pixels that share their paths (`integrator/path/reuse`).
 //!
 //! The errors of the pixels of a group are correlated. Groups are random within a tile, so that no
-//! pattern shows, and new for each block of 64 samples. Within a block the groups are fixed, so
-//! that the samples of a pixel stay stratified for every pixel of its group. Tiles lie as in the
-//! full image, and a group includes pixels outside of the crop, so a crop changes no bit.
+//! pattern shows, and change with each block of 64 samples. Within a block the groups are fixed, so
+//! that the samples of a pixel stay stratified for every pixel of its group. Tiles have the same
+//! position in a crop as in the full image, and a group includes pixels outside of the crop, so a
+//! crop changes no bit.
 //!
 //! `--pixel X,Y --sample K` also traces the companions of the sample, which are the other samples
 //! of its group, and prints the light that the pixel receives from them.
@@ -14,26 +15,27 @@ use crate::math::UVec2;
 use crate::math::hash::mix;
 use crate::sampler::SampleKey;
 
-/// The pixels of `cell`, shuffled for the sample with index `sample`. Consecutive pixels form a
-/// group.
+/// The pixels of the tile `cell` in random order, for the sample with index `sample`. Consecutive
+/// pixels form a group.
 ///
-/// Pixels of a group share errors. Random groups make no pattern, and the next block of samples has
-/// other groups. Within a block the groups are fixed, so that the samples of a pixel stay
-/// stratified for all pixels of the group.
+/// Random groups make no pattern of the correlated errors, and the next block of samples has other
+/// groups. Within a block the groups are fixed, so that the samples of a pixel stay stratified for
+/// all pixels of the group.
 pub(super) fn shuffled(cell: Rect, sample: u32) -> Vec<UVec2> {
     let mut pixels: Vec<UVec2> = cell.pixels().collect();
     let place = ((cell.min.y as u64) << 32) | cell.min.x as u64;
     let mut bits = mix(mix(place).wrapping_add((sample / BLOCK) as u64));
     for last in (1..pixels.len()).rev() {
         bits = mix(bits.wrapping_add(last as u64));
-        // A cell has few pixels: the remainder is uniform within 2⁻⁵⁶.
+        // A cell has few pixels, so the bias of the remainder is below 2⁻⁵⁶.
         pixels.swap(last, (bits % (last as u64 + 1)) as usize);
     }
     pixels
 }
 
-/// The samples that a render traces together with `key`, including `key`. `pixels_at_once` is the
-/// number of pixels that the integrator traces together. To repeat a sample, trace all of them.
+/// Keys of the samples that a render traces together with `key`, including `key`. `pixels_at_once`
+/// is the number of pixels that the integrator traces together. To repeat one of these samples,
+/// trace all of them.
 pub fn companions(pixels_at_once: usize, resolution: UVec2, key: SampleKey) -> Vec<SampleKey> {
     if pixels_at_once == 1 {
         return vec![key];

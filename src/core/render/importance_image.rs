@@ -6,8 +6,8 @@ use crate::accel::Accel;
 use crate::integrator::{ImportanceImage, ImportanceImageMaker};
 use crate::sampler::Sampler;
 
-/// Makes an importance image, or returns `None` if the observer stops. The image is bit-identical
-/// for any number of threads.
+/// Makes an importance image. Returns the image and the number of rays traced, or `None` if the
+/// observer stops. The image is bit-identical for any number of threads.
 pub fn importance_image<A: Accel, S: Sampler>(
     maker: &ImportanceImageMaker<A>,
     sampler: &S,

@@ -1,13 +1,13 @@
 //! Fills the irradiance cache before the first sample of a render.
 //!
-//! A cache that is filled while pixels are rendered depends on their order. This cache is filled
-//! from positions that depend only on the whole image, and then frozen: threads, crops, parts of a
-//! render and interruptions change no bit.
+//! A cache that is filled while pixels are rendered depends on the order of the pixels. This cache
+//! is filled from positions that depend only on the whole image, and then frozen. Threads, crops,
+//! parts of a render and interruptions therefore change no bit.
 //!
 //! Passes trace camera rays through the centre of every 32nd, 16th, … pixel, then through random
 //! points, and collect the first matte surfaces that no record covers. Records are made in
 //! parallel, in batches of 64 that do not use each other. Then the records of the batch are
-//! inserted in order. A record is discarded if an earlier record of the batch covers its place,
+//! inserted in order. A record is discarded if an earlier record of the batch covers its position,
 //! which wastes some 2 to 10 % of the records.
 //!
 //! A `Renderer` that is stopped while it fills the cache keeps the records. A checkpoint does not
@@ -26,7 +26,8 @@ use rayon::prelude::*;
 use std::collections::VecDeque;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-/// The irradiance cache of an image: filled before the first sample, and constant from then on.
+/// The irradiance cache of an image. It is filled before the first sample, and constant from then
+/// on.
 ///
 /// The records depend on the scene, on the size and the camera of the whole image, and on the seed.
 /// They do not depend on threads, the crop, the samples or interruptions, so these change no bit of
@@ -35,7 +36,7 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 pub struct Irradiance {
     resolution: UVec2,
     seed: u64,
-    /// State of the filling, while the cache is incomplete.
+    /// State of the unfinished cache, if filling was interrupted.
     filling: Mutex<Option<Filling>>,
     full: OnceLock<IrradianceCache>,
 }
@@ -62,7 +63,7 @@ impl Irradiance {
         self.full.get()
     }
 
-    /// Fills the cache with records that `maker` makes, if it is not filled. `error` is the maximum
+    /// Fills the cache with records that `maker` makes, unless it is full. `error` is the maximum
     /// relative error at which a record is used. If `observer` stops, the state is kept, and the
     /// next call continues.
     ///
@@ -92,11 +93,11 @@ impl Irradiance {
     }
 }
 
-/// Distances between the pixels of the first passes. Each pass visits other pixels than the passes
-/// before; only the last pass visits all pixels.
+/// Distances between the pixels of the first passes, in pixels. Each pass skips the pixels of
+/// earlier passes, except the last pass, which visits all pixels.
 const STEPS: [u32; 6] = [32, 16, 8, 4, 2, 1];
 
-/// Number of passes with a random point in every pixel and on the lens. They find other ways
+/// Number of passes with a random point in every pixel and on the lens. They find other paths
 /// through glass, and surfaces between pixel centres.
 const RANDOM_PASSES: u32 = 2;
 
@@ -111,31 +112,31 @@ const BATCH: usize = 64;
 /// tracing is faster.
 const PIXELS_OF_A_RECORD: u64 = 8;
 
-/// Number of records that every image may have.
+/// Number of records that are allowed for every image, even the smallest.
 const FEW_RECORDS: u64 = 1 << 14;
 
-/// State of a cache that is being filled.
+/// State of a cache while it is being filled.
 #[derive(Debug)]
 struct Filling {
     cache: IrradianceCache,
     seed: u64,
     max_records: u64,
-    /// Remaining passes.
+    /// Passes that are not complete.
     passes: VecDeque<Pass>,
     /// Sites that may need a record.
     found: VecDeque<RecordSite>,
-    /// Records in progress.
+    /// Records of the current batch.
     batch: Vec<RecordInProgress>,
 }
 
-/// A pass over some of the pixels.
+/// A pass over some of the pixels of the image.
 #[derive(Debug)]
 struct Pass {
-    /// Number of the pass, which is the key of the random numbers of the pass.
+    /// Number of the pass. It selects the random numbers of the pass.
     number: u32,
     /// True if the pass uses random points, false if pixel centres.
     is_random: bool,
-    /// First column and row of the pass, and distance to the next column or row.
+    /// First column and row of the pass, and distance from one column or row to the next.
     first: u32,
     step: u32,
     /// Number of columns.
@@ -148,7 +149,8 @@ struct Pass {
     stride: u64,
 }
 
-/// A record in progress. `record` is `None` until the attempt is complete.
+/// A record of the current batch. `record` is `None` until the record is computed, and `Some(None)`
+/// if no record can be made.
 #[derive(Debug)]
 struct RecordInProgress {
     place: RecordSite,
@@ -173,7 +175,7 @@ impl Filling {
         }
     }
 
-    /// Continues until all passes are done or `observer` stops.
+    /// Fills the cache until all passes are complete or `observer` stops.
     fn advance<A: Accel>(&mut self, maker: &RecordMaker<A>, observer: &impl Observer) -> (Outcome, Statistics) {
         let mut statistics = Statistics::default();
         loop {
@@ -245,12 +247,12 @@ impl Filling {
 }
 
 impl RecordInProgress {
-    /// Makes the record, unless it exists or `observer` stops.
+    /// Makes the record, unless it is already made or `observer` stops.
     fn make<A: Accel>(&mut self, maker: &RecordMaker<A>, seed: u64, observer: &impl Observer) -> Statistics {
         let mut statistics = Statistics::default();
         if self.record.is_none() && !observer.should_stop() {
             let mut rays = Counter::new(observer);
-            // Use separate random numbers for each pass through the same pixel.
+            // Use separate random numbers for each pass through the same pixel
             let pass = u64::from(self.place.key().sample);
             let mut sampler = Sobol::new(mix(!seed ^ pass));
             let (record, dropped) = maker.make(&self.place, &mut sampler, &mut rays);
@@ -266,13 +268,13 @@ impl RecordInProgress {
     }
 }
 
-/// All passes over an image.
+/// All passes over an image of `resolution` pixels.
 fn passes(resolution: UVec2) -> VecDeque<Pass> {
     let centres = STEPS.into_iter().map(|step| (step, false));
     let random = (0..RANDOM_PASSES).map(|_| (1, true));
     let passes = (0..).zip(centres.chain(random));
     let pass = |(number, (step, is_random)): (u32, (u32, bool))| {
-        // Start in the middle of a square. Only passes over all pixels visit this pixel again.
+        // Start in the middle of a square, so that only passes over all pixels visit a pixel again.
         let first = step / 2;
         let along = |pixels: u32| u64::from(pixels.saturating_sub(first).div_ceil(step));
         let (columns, rows) = (along(resolution.x), along(resolution.y));
@@ -292,7 +294,8 @@ fn passes(resolution: UVec2) -> VecDeque<Pass> {
 }
 
 impl Pass {
-    /// Site of a record for the pixel `index` of the pass.
+    /// Finds the site of a record through the pixel with index `index` of the pass, if there is a
+    /// site.
     fn site<A: Accel>(&self, index: u64, maker: &RecordMaker<A>, seed: u64, rays: &mut Counter) -> Option<RecordSite> {
         let place = (index as u128 * self.stride as u128 % self.count as u128) as u64;
         let at = |n: u64| self.first + self.step * n as u32;
@@ -310,7 +313,7 @@ impl Pass {
 }
 
 /// Number near `count` divided by the golden ratio, without a common factor with `count`. Multiples
-/// of this number, modulo `count`, are spread evenly (Knuth 1973, §6.4).
+/// of this number, modulo `count`, are evenly distributed (Knuth 1973, §6.4).
 fn stride(count: u64) -> u64 {
     let divisor = |mut a: u64, mut b: u64| {
         while b > 0 {

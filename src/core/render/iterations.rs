@@ -1,9 +1,10 @@
-//! Iterations of methods whose light paths contribute to any pixel (`IterationIntegrator`).
+//! Rendering of iterations, for methods whose light paths contribute to any pixel
+//! (`IterationIntegrator`).
 //!
 //! The work of an iteration is divided into work items: blocks of pixels, and Markov chains. They
-//! run on any number of threads. Their light is added in the order of the work items, so that sums
-//! are plain f64 and bits do not depend on threads. The light of a maximum of `WORK_ITEMS_AT_ONCE`
-//! items is kept at a time.
+//! run on any number of threads. Their light is added in the order of the work items, so that plain
+//! f64 sums have the same bits for any number of threads. At most `WORK_ITEMS_AT_ONCE` items keep
+//! their light at the same time.
 //!
 //! If a render stops, an incomplete iteration is discarded, like the work of a tile. If only files
 //! must be written, the render pauses at the end of an iteration instead
@@ -29,19 +30,19 @@ mod record;
 
 pub use record::{SampleRecord, record_iteration};
 
-/// Maximum number of work items whose light is kept until all earlier items are added. It bounds
-/// memory and changes no bit.
+/// Maximum number of work items whose light is kept until all earlier work items are added. This
+/// limits memory and changes no bit.
 const WORK_ITEMS_AT_ONCE: usize = 128;
-/// Approximate maximum number of bytes of the kept light. Each thread keeps at least one work item,
-/// even if its light takes more.
+/// Approximate maximum size of the kept light, in bytes. Each thread keeps at least one work item,
+/// even if its light is larger.
 const BYTES_AT_ONCE: usize = 128 << 20;
-/// Approximate number of samples in a work item, and of splats per sample. They estimate the bytes
-/// of a work item's light.
+/// Approximate number of samples in a work item, and of splats per sample. Both are used to
+/// estimate the size of a work item's light.
 const SAMPLES_OF_A_WORK_ITEM: usize = 256;
 const LIGHTS_OF_A_SAMPLE: usize = 8;
 
-/// Pixels of a work item between two calls of the observer. Their work is much less than the rest
-/// of the item, and much more than the call.
+/// Number of pixels of a work item between two calls of the observer. Fewer pixels would make the
+/// calls expensive; more pixels would delay a stop.
 const PIXELS_BETWEEN_CHECKS: usize = 4;
 
 /// Adds iterations to `film`, after the existing iterations, until the stop condition holds. The
@@ -88,8 +89,8 @@ fn groups_of(film: &Film, integrator: &impl IterationIntegrator) -> usize {
     film.parts_before_paths().saturating_sub(2 * integrator.strategies())
 }
 
-/// Bytes of the light of one splat on all pixels of `crop` that the filter reaches. Includes a copy
-/// for the group if groups are separated.
+/// Maximum size of the light of one splat, in bytes: one entry for each pixel of `crop` that the
+/// filter reaches. If groups are separated, each pixel has a second entry for the group.
 fn light_bytes(separates_groups: bool, filter: &Filter, crop: Rect) -> usize {
     let side = (2.0 * filter.radius()).ceil().max(1.0) as usize;
     let pixels = side.saturating_mul(side).min(crop.area() as usize);
@@ -101,8 +102,8 @@ fn light_bytes(separates_groups: bool, filter: &Filter, crop: Rect) -> usize {
     pixels.saturating_mul(size_of::<(UVec2, Spectrum)>() + group)
 }
 
-/// Number of work items that are kept at a time with `threads` threads, if a splat has `light`
-/// bytes.
+/// Number of work items that are kept at the same time with `threads` threads. `light` is the size
+/// of the light of a splat, in bytes.
 fn work_items_at_once(light: usize, threads: usize) -> usize {
     let work_item = light.saturating_mul(SAMPLES_OF_A_WORK_ITEM * LIGHTS_OF_A_SAMPLE);
     (BYTES_AT_ONCE / work_item.max(1)).max(threads).min(WORK_ITEMS_AT_ONCE)
@@ -174,28 +175,30 @@ fn iteration<I: IterationIntegrator, S: Sampler>(
 #[derive(Clone, Copy)]
 struct IterationTarget<'a> {
     filter: &'a Filter,
-    /// Number of light groups, which are the first parts of the light. Strategies follow, each with
-    /// a weighted and an unweighted part.
+    /// Number of light groups. Groups are the first parts of the light. Strategies follow, each
+    /// with a weighted and an unweighted part.
     groups: usize,
-    /// Number of parts before the first class of paths.
+    /// Number of parts of the light before the first class of light paths.
     before_paths: usize,
     resolution: UVec2,
     crop: Rect,
-    /// True if film positions repeat, as in [`IterationIntegrator::repeats`].
+    /// True if the image is a panorama whose film positions repeat
+    /// ([`IterationIntegrator::repeats`]).
     repeats: bool,
 }
 
-/// Sink of a work item, and its result.
+/// Sink that collects the light of a work item, and the result of the work item.
 struct WorkItem<'a> {
     target: IterationTarget<'a>,
     light: Vec<(UVec2, Spectrum)>,
-    /// Light of parts, as pixel, index of the part, and light. Parts are light groups, strategies
-    /// and classes of paths.
+    /// Light of parts: pixel, index of the part, and light. Parts are light groups, strategies and
+    /// classes of light paths.
     parts: Vec<(UVec2, usize, Spectrum)>,
     surfaces: Vec<(UVec2, FirstSurface)>,
-    /// Pixels of samples on lines.
+    /// Pixels of samples that lie on lines.
     lines: Vec<UVec2>,
-    /// Pixels of samples that see the background, and the share of the background in each sample.
+    /// Pixels of samples that show the background, and the fraction of each sample that shows the
+    /// background, per channel.
     backgrounds: Vec<(UVec2, Spectrum)>,
     statistics: Statistics,
     /// Key and filter weight of the current sample, and its light in its own pixel.
@@ -285,8 +288,8 @@ impl<'a> WorkItem<'a> {
         (!self.cancellation.is_cancelled()).then_some(self)
     }
 
-    /// Adds light to `pixel`, if the pixel is in the crop. Drops invalid light. Returns true if
-    /// light was added.
+    /// Adds the light `radiance` to `pixel`, if the pixel is in the crop. Drops invalid light.
+    /// Returns `true` if light was added.
     fn fall_on(&mut self, pixel: UVec2, radiance: Spectrum) -> bool {
         // Negative light is valid here, because filters may have negative lobes. The light of the
         // integrator was checked before.
@@ -301,9 +304,9 @@ impl<'a> WorkItem<'a> {
         is_kept
     }
 
-    /// Adds light to parts of the image. An element of `light` is the index of the part and the
-    /// radiance. The light falls on the film position `film`; without `film`, on the sample's own
-    /// pixel.
+    /// Adds light to parts of the image. An element of `light` is the index of a part and the
+    /// radiance. The light falls on the film position `film`, or on the sample's own pixel if
+    /// `film` is `None`.
     fn add_to_parts<const N: usize>(&mut self, light: [(usize, Spectrum); N], film: Option<Vec2>) {
         let mut add = |pixel: UVec2, weight: f32| {
             for (part, radiance) in light {
@@ -463,8 +466,8 @@ impl SplatSink for WorkItem<'_> {
 }
 
 impl<'a> IterationTarget<'a> {
-    /// All pixels to which light at the film position `film` contributes, each with the value of
-    /// the filter.
+    /// Pixels to which light at the film position `film` contributes, each with the value of the
+    /// filter. Includes repetitions of `film` in a panorama.
     fn seen_by(self, film: Vec2) -> impl Iterator<Item = (UVec2, f32)> + 'a {
         let first = (!self.repeats).then_some(film);
         let repeated = self.repeats.then(|| self.repetitions(film));
@@ -472,9 +475,9 @@ impl<'a> IterationTarget<'a> {
         places.flat_map(move |film| self.seen_at(film))
     }
 
-    /// All film positions that show the direction of `film` in a panorama, and from which the
-    /// filter reaches pixels. They are whole turns away, or lie beyond a pole, half a turn to the
-    /// side.
+    /// Film positions of a panorama that have the same direction as `film`, as far as the filter
+    /// reaches pixels from them. Such positions are whole turns away, or lie beyond a pole, half a
+    /// turn to the side.
     fn repetitions(self, film: Vec2) -> impl Iterator<Item = Vec2> + 'a {
         let size = self.resolution.as_vec2();
         // Number of whole periods that the filter reaches
@@ -485,8 +488,8 @@ impl<'a> IterationTarget<'a> {
         rows.flat_map(move |at| (-across - 1..=across).map(move |i| at + Vec2::new(i as f32 * size.x, 0.0)))
     }
 
-    /// Pixels to which light at the film position `film` contributes, without repetitions of a
-    /// panorama.
+    /// Pixels to which light at the film position `film` contributes, each with the value of the
+    /// filter. Ignores repetitions in a panorama.
     fn seen_at(self, film: Vec2) -> impl Iterator<Item = (UVec2, f32)> + 'a {
         // Range of pixels whose centres are within the filter's radius
         let reach = self.filter.radius();

@@ -1,8 +1,9 @@
-//! Light of one sample, separated by light groups and by classes of light paths.
+//! Light of one sample, separated into light groups and classes of light paths.
 //!
 //! Light transport is linear in the lights. So the light that a path finds from one group is an
 //! estimate of the image that only this group lights. Classes do not overlap. The sum of all light
-//! is kept separately, because a sum of the parts would round differently: `R G B` keep their bits.
+//! is stored separately, because adding the parts would round differently: the channels `R G B`
+//! keep their bits.
 
 use crate::bsdf::ScatteringEvent;
 use crate::color::Spectrum;
@@ -10,14 +11,14 @@ use crate::film::{LightPaths, MAX_CLASSES};
 use crate::integrator::{BackgroundLight, CameraView, FoundLight, path_classes};
 use crate::light::LightGroups;
 
-/// Parts of the light of one sample.
+/// Light of one sample, by light group and by class of light paths.
 #[derive(Clone, Debug)]
 pub(super) struct LightParts<'a> {
     groups: [Spectrum; LightGroups::MAX_GROUPS],
     classes: [Spectrum; MAX_CLASSES],
-    /// Classes of paths, if they are separated.
+    /// Light path expressions whose classes are separated, if any.
     pub paths: Option<&'a LightPaths>,
-    /// Events of the path, from the camera on.
+    /// Scattering events of the path, in order from the camera.
     events: Vec<ScatteringEvent>,
 }
 
@@ -32,8 +33,8 @@ impl<'a> LightParts<'a> {
         }
     }
 
-    /// Adds `light` to its group and its classes. Light without a source is a sum over several
-    /// sources, and is not added.
+    /// Adds `light` to its group and its classes. Ignores light without a source, which is a sum
+    /// over several sources.
     pub fn add(&mut self, light: &FoundLight) {
         let Some(source) = light.source.filter(|_| !light.radiance.is_black()) else {
             return;
@@ -51,14 +52,15 @@ impl<'a> LightParts<'a> {
         }
     }
 
-    /// Records the scattering event by which the path leaves a vertex. `depth` is the number of
-    /// earlier events.
+    /// Records the scattering event at a vertex. `depth` is the number of scattering events before
+    /// it.
     pub fn scattered(&mut self, depth: u32, event: ScatteringEvent) {
         self.events.truncate(depth as usize);
         self.events.push(event);
     }
 
-    /// Finishes the sample: applies the ground that the camera ray sees, and adds the background.
+    /// Finishes the sample for the camera view `view`. On the ground, this scales the light and
+    /// adds the background.
     pub fn finish(&mut self, view: &CameraView) {
         let CameraView::Ground(shadow) = view else { return };
         self.scale(shadow.light_factor());

@@ -1,12 +1,13 @@
-//! Passes over tiles, and iterations: the order of samples, and their statistics.
+//! Rendering loops: passes over tiles and iterations, which fix the order of samples, and
+//! statistics.
 //!
 //! This module does not print, read a clock, start a thread or open a file. Work runs in the rayon
-//! pool of the caller. An [`Observer`] gets the progress and may stop the render.
+//! pool of the caller. An [`Observer`] receives the progress and may stop the render.
 //!
-//! `tiles` renders passes over tiles and `iterations` whole iterations, `schedule` cuts sample
-//! indices into passes, `noise_level` stops at a noise level, and `groups` chooses the pixels that
-//! share paths. `irradiance`, `photons`, `importance_image` and `visibility` prepare data for all
-//! samples of an image.
+//! `tiles` renders passes over tiles, and `iterations` renders whole iterations. `schedule` divides
+//! sample indices into passes, `noise_level` stops at a noise level, and `groups` chooses the
+//! pixels that share paths. `irradiance`, `photons`, `importance_image` and `visibility` prepare
+//! data for all samples of an image.
 
 mod cancellation;
 mod dispatch;

@@ -1,12 +1,12 @@
 //! Adaptive sampling to a noise level: `--noise LEVEL`.
 //!
-//! A render ends when the estimated relative error of the image, the root of relMSE as
-//! `compare/metrics.rs` defines it, is LEVEL. The film stores for each pixel the spread between
-//! blocks of 64 samples; the error of a tile is the mean over its pixels. The estimate is unbiased
-//! for independent blocks, even if pixels share paths. It is a little too large for low-discrepancy
-//! points: their blocks fill each other's gaps, so the image is better than the estimate. Unlike
-//! relMSE, the estimate includes all pixels, so fireflies make it larger.
-//! `Accumulator::squared_error` is the estimate for a pixel. Methods that make whole iterations
+//! A render ends when the estimated relative error of the image is at most LEVEL. This error is the
+//! square root of relMSE as `compare/metrics.rs` defines it. For each pixel, the film stores the
+//! spread between blocks of 64 samples. The error of a tile is the mean over its pixels. The
+//! estimate is unbiased for independent blocks, even if pixels share paths. For low-discrepancy
+//! points it is a little too large: the blocks complement each other, so the image is better than
+//! the estimate. Unlike relMSE, the estimate includes all pixels, so fireflies make it larger.
+//! `Accumulator::squared_error` is the estimate for a pixel. Methods that render whole iterations
 //! compare the error of the whole image with LEVEL (`render/iterations.rs`).
 //!
 //! Tiles get samples in proportion to the root of the error after one block, which minimises the
@@ -15,10 +15,10 @@
 //! other tiles lose.
 //!
 //! Decisions are made between rounds and from the film only, so threads change no bit. The samples
-//! that decide are part of the image, which moves means a little (Kirk and Arvo 1991). The pixels
-//! of a tile therefore decide together, after at least 128 samples, and after more if the image has
-//! less than 256 pixels. docs/notebook/2026-11.md, "Stopping at a noise level", shows that no
-//! visible bias is left. A crop reaches the level separately, so its pixels differ from the same
+//! that decide are part of the image, which biases means a little (Kirk and Arvo 1991). Therefore
+//! the pixels of a tile decide together, after at least 128 samples, and after more samples if the
+//! image has fewer than 256 pixels. docs/notebook/2026-11.md, "Stopping at a noise level", shows
+//! that no visible bias is left. A crop decides from its own pixels, so they differ from the same
 //! pixels of the full image.
 
 use super::dispatch::SampleIntegrator;
@@ -31,10 +31,10 @@ use crate::film::{BLOCK, Film, Tile};
 use crate::sampler::Sampler;
 use rayon::prelude::*;
 
-/// Minimum number of differences between blocks, summed over all pixels, for the first decision.
+/// Minimum number of differences between blocks, summed over all pixels, before the first decision.
 const FIRST_DIFFERENCES: u64 = 256;
-/// Maximum growth of a tile's number of blocks per round, as a share. After each round, the
-/// estimate of the tile's error is more accurate.
+/// Maximum growth of a tile's number of blocks per round, as a fraction of this number. After each
+/// round, the estimate of the tile's error is more accurate.
 const GROWTH: f64 = 0.25;
 
 /// Adds samples to every pixel of `film` until the condition `stop` holds. Without a noise level
@@ -53,15 +53,15 @@ pub fn render_samples<S: Sampler>(
     }
 }
 
-/// Adds samples to `film` until its estimated error ([`Film::error`], a squared relative error)
-/// falls to `level`². A pixel gets a maximum of `max` samples, rounded down to whole blocks.
+/// Adds samples to `film` until its estimated squared error ([`Film::error`]) falls to `level`². A
+/// pixel gets at most `max` samples, rounded down to whole blocks.
 ///
-/// Sample counts of tiles minimise the total error for the given work. With the squared error v of
-/// a tile after one block, Σ v/n is minimal for a given Σ n if n is proportional to √v (Neyman
-/// 1934). After each round, √v is estimated again from the differences between blocks.
+/// The sample counts of the tiles minimise the total error for the given work. With the squared
+/// error v of a tile after one block, Σ v/n is minimal for a given Σ n if n is proportional to √v
+/// (Neyman 1934). After each round, √v is estimated again from the differences between blocks.
 ///
 /// Decisions are made between rounds and from the film only, so bits do not depend on threads. The
-/// samples that decide are part of the image, which moves means a little (Kirk and Arvo 1991): a
+/// samples that decide are part of the image, which biases means a little (Kirk and Arvo 1991): a
 /// tile that is too dark by chance probably gets too few samples. Therefore all pixels of a tile
 /// decide together.
 fn render_to_noise<S: Sampler>(
@@ -98,7 +98,7 @@ fn render_to_noise<S: Sampler>(
             }
         }
 
-        // Run a round: add samples to each tile until it has its target
+        // Run a round: add samples to each tile until it reaches its target
         let behind = film
             .tiles_mut()
             .par_iter_mut()
@@ -122,7 +122,8 @@ fn render_to_noise<S: Sampler>(
     (outcome, statistics)
 }
 
-/// Final number of blocks of each tile, at most `max`.
+/// Final number of blocks of each tile, at most `max`. 0 for all tiles if the film has reached the
+/// level.
 fn needed_blocks(film: &Film, level: f64, max: u32) -> Vec<u32> {
     let tiles = film.tiles();
     if film.error() <= level * level {
@@ -134,8 +135,8 @@ fn needed_blocks(film: &Film, level: f64, max: u32) -> Vec<u32> {
     let areas: Vec<f64> = tiles.iter().map(|tile| tile.bounds().area() as f64).collect();
 
     // ANCHOR: shares
-    // n = c √v, with c such that Σ v/n is the allowed error. Tiles at their maximum
-    // leave more error, and the other tiles compensate for it.
+    // n = c √v, with c such that Σ v/n is the allowed error. Tiles at their maximum leave more
+    // error, and the other tiles compensate for this error.
     let mut allowed = level * level * film.crop().area() as f64;
     let mut is_full = vec![false; tiles.len()];
     loop {
@@ -164,8 +165,8 @@ mod tests {
     use crate::math::UVec2;
     use crate::sampler::{Dimension, Independent, SampleKey};
 
-    /// Light of mean 1, with a deviation of 0.1 in the left half of the image and 1 in the right
-    /// half.
+    /// Test integrator with mean radiance 1. The standard deviation is 0.1 in the left half of the
+    /// image and 1 in the right half.
     struct NoisyIntegrator;
 
     const SIZE: UVec2 = UVec2::new(128, 64);
@@ -202,7 +203,7 @@ mod tests {
         film
     }
 
-    /// Mean of `of` over the tiles of the left or the right half.
+    /// Mean of `of` over the tiles of the left half (`left` is true) or of the right half.
     fn mean(film: &Film, left: bool, of: impl Fn(&Tile) -> f64) -> f64 {
         let tiles = film.tiles().iter().filter(|t| (t.bounds().min.x < SIZE.x / 2) == left);
         let values: Vec<f64> = tiles.map(of).collect();
@@ -210,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn the_error_is_what_was_asked_for() {
+    fn error_reaches_the_level() {
         let level = 0.01;
         let film = rendered(level, 1 << 20, 3);
         assert!(film.error() <= level * level);
@@ -229,7 +230,7 @@ mod tests {
 
     /// Uniform sampling would need 1.7 times as many samples as sampling to a noise level.
     #[test]
-    fn samples_go_where_they_are_worth_most() {
+    fn noise_level_needs_fewer_samples_than_uniform_sampling() {
         let level = 0.02;
         let film = rendered(level, 1 << 20, 3);
         let all = 0.5
@@ -241,10 +242,10 @@ mod tests {
         assert!(uniform / all > 1.5, "{all} samples per pixel instead of {uniform}");
     }
 
-    /// If the samples of the noisy half are limited, the quiet half gets more samples, as long as
-    /// they reduce the error of the image.
+    /// If the samples of the noisy half are limited, the quiet half gets more samples, so that the
+    /// image still reaches the error.
     #[test]
-    fn others_make_up_for_what_may_not_be_had() {
+    fn quiet_tiles_compensate_for_limited_tiles() {
         // Without a limit the halves need 625 and 6250 samples.
         let film = rendered(0.01, 5120, 3);
         let [quiet, noisy] = [true, false].map(|left| mean(&film, left, |t| t.samples() as f64));
@@ -252,9 +253,10 @@ mod tests {
         assert!(noisy <= 5120.0 && quiet > 1000.0, "{quiet} {noisy}");
     }
 
-    /// A single pixel takes more samples before it decides, because its error estimate is poor.
+    /// A single pixel takes more samples before its first decision, because its error estimate is
+    /// poor.
     #[test]
-    fn few_pixels_look_longer() {
+    fn single_pixel_takes_more_samples_before_decision() {
         let crop = Rect {
             min: UVec2::ZERO,
             max: UVec2::ONE,
@@ -265,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_gets_more_than_there_are() {
+    fn samples_are_limited_to_maximum() {
         let film = rendered(1e-6, 200, 0);
         assert!(film.tiles().iter().all(|t| t.samples() == 192));
         assert!(film.error() > 1e-3);
@@ -280,9 +282,10 @@ mod tests {
         assert_eq!(of(1), of(3));
     }
 
-    /// The mean over many images hardly moves, although pixels decide on their number of samples.
+    /// The mean over many images has almost no bias, although pixels decide on their number of
+    /// samples.
     #[test]
-    fn means_hardly_move() {
+    fn noise_level_does_not_bias_means() {
         let pictures = 64;
         let mean: f64 = (0..pictures)
             .map(|seed| {

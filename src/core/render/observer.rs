@@ -1,8 +1,9 @@
 use crate::film::Film;
 
-/// Observes a render from outside; called from many threads at once.
+/// Observer of a render: receives its progress, and may stop or pause the render. It is called from
+/// several threads at the same time.
 pub trait Observer: Sync {
-    /// Called after `samples` more samples.
+    /// Called after each piece of work, with the number of new samples.
     fn progress(&self, samples: u64);
 
     /// Receives the estimated number of remaining samples and the estimated relative error of the
@@ -15,12 +16,12 @@ pub trait Observer: Sync {
     /// Called after a pass over all tiles of `film`.
     fn passed(&self, _film: &Film) {}
 
-    /// Returns true to end the render at once. Incomplete work, of a tile or of an iteration, is
-    /// discarded and may be repeated later.
+    /// Returns `true` to end the render at once. The incomplete tile or iteration is discarded and
+    /// may be rendered again later.
     fn should_stop(&self) -> bool;
 
-    /// Returns true to pause the render without discarding work: after the current tiles, or after
-    /// the iteration.
+    /// Returns `true` to pause the render without losing work: after the current tiles, or after
+    /// the current iteration.
     fn should_pause(&self) -> bool {
         false
     }
@@ -62,7 +63,7 @@ impl Observer for &dyn Observer {
     }
 }
 
-/// Returns true if the render must stop or pause, and start no new work.
+/// Returns `true` if the render must stop or pause, and must start no new work.
 pub(super) fn should_leave(observer: &impl Observer) -> bool {
     observer.should_stop() || observer.should_pause()
 }
@@ -72,7 +73,7 @@ pub(super) fn should_leave(observer: &impl Observer) -> bool {
 pub enum Outcome {
     /// All samples were taken.
     Complete,
-    /// The observer stopped or paused the render; some pixels may have fewer samples than others,
-    /// or all may have no samples.
+    /// The observer stopped or paused the render. Some pixels may have fewer samples than others,
+    /// and pixels may have no samples.
     Stopped,
 }

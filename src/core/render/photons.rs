@@ -8,8 +8,8 @@ use crate::accel::Accel;
 use crate::integrator::{PhotonMaps, PhotonTracer};
 use crate::sampler::Sampler;
 
-/// Traces `paths` photon paths and makes maps of their photons, without photons that `tracer`
-/// omits. `None` if the observer stops.
+/// Traces `paths` photon paths and makes maps of their photons. Photons that `tracer` omits are not
+/// stored. Returns the maps and the number of rays traced, or `None` if the observer stops.
 ///
 /// The maps are bit-identical for any number of threads, for crops and for parts of a render:
 /// photons depend only on the index of their path.

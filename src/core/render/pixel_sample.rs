@@ -1,5 +1,5 @@
-//! The sink of one sample of a pixel: radiance, weight, first surface and rays. `World::camera_ray`
-//! starts the sample.
+//! The sink of one sample of a pixel: it collects radiance, filter weight, first surface and ray
+//! counts. `World::camera_ray` starts the sample.
 
 use super::cancellation::Cancellation;
 use super::light_parts::LightParts;
@@ -17,7 +17,8 @@ pub struct PixelSample<'a> {
     surface: Option<FirstSurface>,
     view: Option<CameraView>,
     is_on_line: bool,
-    /// Share of the background in the sample, set by [`PixelSample::finish`].
+    /// Fraction of the sample, per channel, that shows the background. Set by
+    /// [`PixelSample::finish`].
     background: Spectrum,
     pub(super) rays: RayCounts,
     pub(super) cancellation: Cancellation<'a>,
@@ -37,9 +38,9 @@ impl<'a> PixelSample<'a> {
         }
     }
 
-    /// Adds the background and the ground, if the camera ray sees them, to the integrator's light
-    /// and to `parts`. Returns true if the sample is valid. The caller must drop an invalid sample
-    /// ([`PixelSample::drop_light`]).
+    /// Adds the background and the ground, if the camera ray hits no other surface, to the
+    /// integrator's light and to `parts`. Returns `true` if the sample is valid. The caller must
+    /// drop an invalid sample ([`PixelSample::drop_light`]).
     pub(super) fn finish(&mut self, parts: Option<&mut LightParts>) -> bool {
         let seen = match self.view.take() {
             None => self.radiance.is_valid().then_some((self.radiance, self.background)),
@@ -64,7 +65,8 @@ impl<'a> PixelSample<'a> {
         }
     }
 
-    /// Returns the finished sample and its `parts`, multiplied by the filter weight, for the film.
+    /// Multiplies the finished sample and its `parts` by the filter weight, and returns them for
+    /// the film.
     pub(super) fn weighted<'s>(&'s mut self, parts: Option<&'s mut LightParts>) -> FilmSample<'s> {
         if let Some(surface) = &mut self.surface {
             surface.emitted *= self.weight;
@@ -121,7 +123,7 @@ impl RaySink for PixelSample<'_> {
     }
 }
 
-/// Sink of one sample that separates groups of lights and classes of paths.
+/// Sink of one sample that also separates its light into groups of lights and classes of paths.
 pub(super) struct PartedSample<'s, 'a> {
     pub sample: &'s mut PixelSample<'a>,
     pub parts: &'s mut LightParts<'a>,

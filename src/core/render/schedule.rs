@@ -1,4 +1,4 @@
-//! Passes: the ranges of sample indices that are rendered and summed together.
+//! Passes: ranges of sample indices that are rendered and summed together.
 //!
 //! Passes end at 1, 2, 4, 8, 16 and 32 samples, so that a whole image exists soon, and from 64 on
 //! at every multiple of 64. The cuts depend only on the sample indices. A pass is summed separately
@@ -11,11 +11,12 @@
 use crate::film::BLOCK;
 use std::ops::Range;
 
-/// Cuts sample indices `samples` into passes over the image.
+/// Divides the sample indices `samples` into passes over the image.
 ///
-/// The cuts depend only on the indices: at 1, 2, 4, 8, 16, 32 within the first block, so that a
-/// whole image exists soon, then at every multiple of 64. A pass is summed separately before it is
-/// added to the film, so the same cuts give the same bits at any time and on any machine.
+/// The cuts depend only on the indices. They are at 1, 2, 4, 8, 16 and 32 within the first block,
+/// so that a whole image exists soon, then at every multiple of 64. A pass is summed separately
+/// before it is added to the film, so the same cuts give the same bits at any time and on any
+/// machine.
 pub fn passes(samples: Range<u32>) -> impl Iterator<Item = Range<u32>> {
     let mut start = samples.start;
     std::iter::from_fn(move || {
@@ -29,7 +30,7 @@ pub fn passes(samples: Range<u32>) -> impl Iterator<Item = Range<u32>> {
     })
 }
 
-/// The last index at or before `sample` at which a pass may start.
+/// Index of the last cut at or before `sample`: the start of the pass that contains `sample`.
 pub fn last_cut(sample: u32) -> u32 {
     if sample < BLOCK {
         sample.checked_ilog2().map_or(0, |log| 1 << log)
@@ -61,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_cut_is_where_a_pass_starts() {
+    fn last_cut_is_start_of_pass() {
         for sample in 0..300 {
             let starts = passes(0..1000).map(|pass| pass.start);
             assert_eq!(Some(last_cut(sample)), starts.take_while(|&s| s <= sample).last());

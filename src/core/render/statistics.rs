@@ -1,5 +1,5 @@
-//! Statistics of a render: rays, dropped samples and mutations, as sums of integers that do not
-//! depend on threads.
+//! Statistics of a render: rays, dropped samples and mutations. The statistics are sums of
+//! integers, so they do not depend on the order of threads.
 
 use crate::integrator::{ChainCounts, RayKind, RaySink};
 use crate::sampler::SampleKey;
@@ -15,8 +15,8 @@ pub struct RayCounts {
     pub bounce: u64,
     /// Rays towards a light.
     pub shadow: u64,
-    /// Walks of rays through surfaces with opacity below 1 that were cut after 10,000 surfaces. A
-    /// walk takes several of the rays above.
+    /// Number of walks through surfaces with opacity below 1 that ended after 10,000 surfaces. The
+    /// rays of these walks are included in the other counts.
     pub cut: u64,
 }
 
@@ -45,7 +45,7 @@ impl RayCounts {
         self.camera + self.bounce + self.shadow
     }
 
-    /// Sums of both counts, by purpose.
+    /// Sum of `self` and `other`, for each purpose.
     pub fn plus(self, other: Self) -> Self {
         Self {
             camera: self.camera + other.camera,
@@ -65,7 +65,7 @@ pub struct DroppedSample {
     pub radiance: [f32; 3],
 }
 
-/// Numbers of mutations of one kind that Markov chains proposed and accepted.
+/// Number of mutations of one kind that Markov chains proposed, and number of accepted mutations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MutationCounts {
     /// Number of proposed mutations.
@@ -85,9 +85,9 @@ pub struct Statistics {
     pub dropped: u64,
     /// The first few dropped samples in the order of their keys.
     pub first_dropped: Vec<DroppedSample>,
-    /// Mutations of Markov chains, by the names of their kinds.
+    /// Counts of mutations of Markov chains, by the name of the kind of mutation.
     pub mutations: BTreeMap<Cow<'static, str>, MutationCounts>,
-    /// Counts of Markov chains.
+    /// Number of Markov chains, and how they moved between pixels.
     pub chains: ChainCounts,
 }
 
@@ -95,7 +95,7 @@ impl Statistics {
     /// Maximum number of dropped samples that are kept for replay.
     const KEPT: usize = 10;
 
-    /// Records an invalid sample.
+    /// Counts an invalid sample, and keeps it if it is among the first.
     pub fn drop_sample(&mut self, sample: DroppedSample) {
         self.dropped += 1;
         self.keep(sample);
@@ -108,8 +108,8 @@ impl Statistics {
         counts.accepted += accepted;
     }
 
-    /// Subtracts the samples of `before`, which were taken before and only repeated, from the
-    /// number of samples. Their rays are added, because they were traced again.
+    /// Subtracts the sample counts of `before`: these samples were traced before and only repeated.
+    /// Adds the rays of `before`, because they were traced again.
     pub fn after(mut self, before: &Self) -> Self {
         self.rays = self.rays.plus(before.rays);
         self.samples = self.samples.saturating_sub(before.samples);
@@ -126,7 +126,7 @@ impl Statistics {
         self.first_dropped.truncate(Self::KEPT);
     }
 
-    /// Sums both statistics; the result does not depend on the order.
+    /// Sum of both statistics. The sum does not depend on the order.
     pub fn merge(mut self, other: Self) -> Self {
         self.rays = self.rays.plus(other.rays);
         self.samples += other.samples;
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_dropped_samples_are_kept_in_any_order_of_merging() {
+    fn first_dropped_samples_do_not_depend_on_merge_order() {
         let one = |sample| {
             let mut s = Statistics::default();
             s.drop_sample(DroppedSample {
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn mutations_are_summed_by_kind_in_any_order_of_merging() {
+    fn mutation_sums_do_not_depend_on_merge_order() {
         let one = |(kind, accepted)| {
             let mut s = Statistics::default();
             s.mutation(kind, 10, accepted);

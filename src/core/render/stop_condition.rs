@@ -1,14 +1,16 @@
-/// Condition that ends a render: all samples are taken, or the error is small enough.
+/// Condition that ends a render: all samples are taken, or the estimated error is small enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StopCondition {
-    /// Index of the last sample of a pixel, or of the last iteration, plus one.
+    /// Index of the last sample of a pixel (or of the last iteration), plus one.
     pub end: u32,
-    /// Relative error at which the render ends earlier. `None`: the render takes all samples.
+    /// Estimated relative error at which the render may end before `end`. `None`: the render takes
+    /// all samples.
     pub noise: Option<f64>,
 }
 
 impl StopCondition {
-    /// Condition without an error: the render ends before the sample or iteration with index `end`.
+    /// Condition without an error level: the render ends before the sample or iteration with index
+    /// `end`.
     pub fn at(end: u32) -> Self {
         Self { end, noise: None }
     }

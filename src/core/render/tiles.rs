@@ -1,8 +1,8 @@
 //! Passes over tiles: each tile of a pass is one task.
 //!
-//! The task takes the samples of its pixels, sums them, and adds the sums to the tile. Its result
-//! depends only on its pixels and sample indices, so bits do not depend on threads. If the render
-//! stops, the work of an incomplete tile is discarded.
+//! A task takes the samples of its pixels, sums them, and adds the sums to the tile. The result of
+//! a task depends only on its pixels and sample indices, so bits do not depend on threads. If the
+//! render stops, the work of an incomplete tile is discarded.
 
 use super::dispatch::{DynSink, SampleIntegrator};
 use super::groups::shuffled;
@@ -56,8 +56,8 @@ pub fn render<S: Sampler>(
     (Outcome::Complete, statistics)
 }
 
-/// Adds the missing samples before index `end` to `tile`. If the observer stops: returns `None` and
-/// leaves the tile unchanged.
+/// Adds the missing samples before index `end` to `tile`. Returns `None` and leaves the tile
+/// unchanged if the observer stops.
 pub(super) fn advance<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
@@ -83,7 +83,7 @@ fn advance_passes<S: Sampler>(
     let next = tile.next_sample();
     let start = last_cut(next).max(tile.first_sample());
     // If an earlier render ended within a pass (`schedule`): trace the samples of this pass again
-    // and subtract them. The pass is then summed as a whole, with the new samples.
+    // and subtract them. Then the whole pass, with the new samples, is summed and added.
     let again = if start < next {
         Some(render_tile(
             integrator,
@@ -107,11 +107,11 @@ fn advance_passes<S: Sampler>(
 }
 
 /// Number of rays per sample above which samples are taken one by one, with a call of the observer
-/// before each sample. A method that gathers or branches may take seconds per sample.
+/// before each sample. A sample of a method that gathers or branches may take seconds.
 pub(super) const MANY_RAYS: u64 = 64;
 
-/// Takes `samples` of each pixel of `tile`, and adds their sums to the tile or subtracts them. If
-/// the observer stops: returns `None`, and the tile is invalid.
+/// Takes the samples `samples` of each pixel of `tile`. Adds their sums to the tile or subtracts
+/// them, according to `change`. Returns `None` if the observer stops; the tile is then invalid.
 fn render_tile<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
@@ -121,7 +121,7 @@ fn render_tile<S: Sampler>(
 ) -> Option<Statistics> {
     let mut sampler = sampler.clone();
     let mut statistics = Statistics::default();
-    // Parts of the light cost no time if the tile has none.
+    // Skip all work for parts of the light if the tile has no parts.
     let paths = tile.light_paths().cloned();
     let has_parts = paths.is_some() || tile.parts() > 0;
     let mut parts: Vec<LightParts> = Vec::new();
@@ -139,7 +139,8 @@ fn render_tile<S: Sampler>(
     let mut blocks = vec![tile.block(); pixels_at_once];
     let bounds = tile.bounds();
     let is_cropped = |pixel| !bounds.contains(pixel);
-    // Number of samples of a pixel that are traced at once: 1 until their cost is known
+    // Number of samples of a pixel that are traced at once. It is 1 until the cost of a sample is
+    // known.
     let mut samples_now = 1;
     for group in pixels.chunks(pixels_at_once) {
         if group.iter().all(|&pixel| is_cropped(pixel)) {
@@ -214,7 +215,7 @@ mod tests {
     use crate::sampler::{Dimension, SamplerKind};
     use std::sync::atomic::{AtomicU64, Ordering};
 
-    /// Counts its samples. Each takes many rays.
+    /// Test integrator that counts its samples. Each sample takes many rays.
     struct SlowIntegrator(AtomicU64);
 
     impl Integrator for SlowIntegrator {
@@ -237,7 +238,7 @@ mod tests {
         }
     }
 
-    /// Slow samples are stopped one by one. Then incomplete tiles stay unchanged, and the result is
+    /// Slow samples are stopped one by one. Incomplete tiles stay unchanged, so the result is
     /// bit-identical to a render without stops.
     #[test]
     fn slow_samples_are_stopped_within_tiles() {

@@ -7,9 +7,9 @@ use crate::integrator::VisibilityLearner;
 use crate::light::VisibilityGrid;
 use crate::sampler::Sampler;
 
-/// Learns the visibility of the sky from surfaces. Returns `None` if the observer stops. The
-/// visibility in the result is `None` if sampling by visibility gains nothing. The result is
-/// bit-identical for any number of threads.
+/// Learns which part of the sky is visible from surfaces. Returns the visibility grid and the
+/// number of rays traced, or `None` if the observer stops. The grid is `None` if sampling by
+/// visibility would not reduce the noise. The result is bit-identical for any number of threads.
 pub fn learn_visibility<A: Accel, S: Sampler>(
     learner: &VisibilityLearner<A>,
     sampler: &S,

@@ -6,8 +6,8 @@ use rayon::prelude::*;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Runs `work_item` for each index below `count`. Returns the results in the order of their
-/// indices, and the number of rays. Returns `None` if the observer stops.
+/// Runs `work_item` for each index below `count`. Returns the results in the order of the indices,
+/// and the number of rays. Returns `None` if the observer stops.
 pub(super) fn in_work_items<T: Send, S: Sampler>(
     count: u32,
     sampler: &S,

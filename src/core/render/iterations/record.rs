@@ -7,21 +7,21 @@ use crate::integrator::{IterationIntegrator, PathEvent};
 use crate::math::UVec2;
 use crate::sampler::{SampleKey, Sampler};
 
-/// The record of a sample or chain of an iteration.
+/// Recorded path events of one sample or of one Markov chain of an iteration.
 #[derive(Clone, Debug)]
 pub struct SampleRecord {
-    /// Key of the sample. A chain has its number as column, and a row below all images.
+    /// Key of the sample. A chain has its number as column, and a row number that no image has.
     pub key: SampleKey,
-    /// Path events.
+    /// Path events in the order in which the integrator recorded them.
     pub events: Vec<PathEvent>,
-    /// Filter weight of the light in the sample's own pixel.
+    /// Filter weight of the sample's light in its own pixel.
     pub weight: f32,
-    /// Light on the requested pixel.
+    /// Light that the sample or chain adds to the requested pixel.
     pub light: Spectrum,
 }
 
-/// Runs iteration `index` on the calling thread; only the preparation may use other threads. Calls
-/// `keep` with the record of each sample and chain that contributes to `pixel` of an image of
+/// Renders iteration `index` on the calling thread; only the preparation may use other threads.
+/// Calls `keep` with the record of each sample and chain that contributes to `pixel` of an image of
 /// `resolution` pixels, and with the record of the pixel's own sample.
 pub fn record_iteration<I: IterationIntegrator, S: Sampler>(
     integrator: &I,

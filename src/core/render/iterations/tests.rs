@@ -29,7 +29,7 @@ impl IterationIntegrator for &CountingIntegrator {
     }
 }
 
-/// Stops or pauses after `stop` or `pause` samples.
+/// Observer that stops the render after `stop` samples, or pauses it after `pause` samples.
 struct StoppingObserver<'a> {
     counting: &'a CountingIntegrator,
     stop: u64,
@@ -48,7 +48,7 @@ impl Observer for StoppingObserver<'_> {
     }
 }
 
-/// Renders iterations of 32 × 32 pixels, until two are done.
+/// Renders iterations of 32 × 32 pixels until `film` has two iterations.
 fn iterations(film: &mut Film, stop: u64, pause: u64) -> (Outcome, u64) {
     let counting = CountingIntegrator(AtomicU64::new(0));
     let observer = StoppingObserver {
@@ -83,7 +83,8 @@ fn iterations_are_not_lost_by_pauses() {
     assert_eq!(light(&paused), light(&whole));
 }
 
-/// Fewer work items are kept if their light takes much memory, but at least one for each thread.
+/// Fewer work items are kept if their light takes much memory, but at least one work item per
+/// thread.
 #[test]
 fn large_work_items_are_few() {
     let crop = Rect::full(UVec2::splat(512));

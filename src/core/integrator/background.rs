@@ -119,7 +119,7 @@ pub enum BackgroundLight {
 }
 
 impl BackgroundLight {
-    /// Total radiance.
+    /// Sum of the radiance over all sources.
     pub fn radiance(&self) -> Spectrum {
         match self {
             Self::Plain(radiance) => *radiance,
@@ -151,8 +151,9 @@ impl BackgroundLight {
 
 impl CameraView {
     /// Finishes a sample that found the light `radiance`. Returns the light of the sample, and the
-    /// share of the background in it. `None` if a value is not finite. On the ground both may be
-    /// negative: a sample may find less light than the unshadowed light that is subtracted.
+    /// fraction of the sample that shows the background, per channel. `None` if a value is not
+    /// finite. On the ground both may be negative: a sample may find less light than the unshadowed
+    /// light that is subtracted.
     pub fn finish(&self, radiance: Spectrum) -> Option<(Spectrum, Spectrum)> {
         let (radiance, share) = match self {
             Self::Background(share) => (radiance, *share),

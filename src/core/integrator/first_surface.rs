@@ -114,8 +114,8 @@ impl<A: Accel> World<'_, A> {
     fn luminance_of_lamp(&self, vertex: &Vertex) -> f32 {
         let hit = &vertex.hit;
         let (p, to_camera) = (vertex.point.p, vertex.frame.to_world(vertex.wo));
-        // Use a point on the ray as context for sphere lamps. Its distance changes only the
-        // density, which is not used.
+        // For sphere lamps, use a point on the ray as context. The distance of this point changes
+        // only the density, which is not used.
         let context = LightSampleContext::any_side(p + to_camera * hit.t);
         let light = self
             .scene

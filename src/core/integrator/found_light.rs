@@ -31,9 +31,9 @@ pub struct FoundLight<'e> {
 /// distinguish.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightSource {
-    /// Index of the group of the light. `None` if the source is not a light.
+    /// Index of the light's group. `None` if the source is not a light of the scene.
     pub group: Option<usize>,
-    /// Kind of the light.
+    /// Kind of the source in light path expressions.
     pub kind: PathLight,
 }
 

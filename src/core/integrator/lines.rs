@@ -9,9 +9,9 @@
 //! Two film points show the same surface if
 //!
 //! - object, part and material are the same,
-//! - the surface has no step between them. At a step, one point lies behind the tangent plane of
-//!   the other point, and the other point lies in front of the tangent plane of the first. At a
-//!   convex edge both points lie behind, at a concave edge both lie in front.
+//! - the surface has no step between them (at a step, one point lies behind the tangent plane of
+//!   the other point, and the other point lies in front of the tangent plane of the first; at a
+//!   convex edge both points lie behind, at a concave edge both lie in front),
 //! - and the shading normals differ by less than the angle of a crease.
 //!
 //! Surfaces of opacity 0.5 and more have lines, including glass. The ground counts as background.
@@ -103,9 +103,9 @@ impl<A: Accel> World<'_, A> {
 }
 
 impl FilmSurface {
-    /// Returns true if a line separates the two surfaces. `distance` is the distance between their
-    /// film points at the depth of `self`, in scene units. `min_cos` is the cosine of the angle of
-    /// a crease.
+    /// Returns `true` if a line separates the two surfaces. `distance` is the distance between
+    /// their film points at the depth of `self`, in scene units. `min_cos` is the cosine of the
+    /// minimum angle of a crease.
     fn is_separate(&self, other: &Self, distance: f32, min_cos: f32) -> bool {
         let (a, b) = (&self.point, &other.point);
         let chord = b.p - a.p;

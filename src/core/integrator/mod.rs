@@ -343,8 +343,8 @@ pub trait RaySink {
         0
     }
 
-    /// Removes and returns the events from index `from` on. A Markov chain takes the events of a
-    /// proposed path, and records them again when it adds the light of the path.
+    /// Removes and returns the recorded events from index `from` on. A Markov chain takes the
+    /// events of a proposed path, and records them again when it adds the light of the path.
     fn take_record(&mut self, _from: usize) -> Vec<PathEvent> {
         Vec::new()
     }
@@ -407,8 +407,8 @@ impl ChainCounts {
         }
     }
 
-    /// Integrated autocorrelation time of the pixel of a chain, in mutations: 1 if a chain never
-    /// returns to a pixel. `None` without mutations.
+    /// Integrated autocorrelation time of the pixel that a chain visits, in mutations: 1 if chains
+    /// never return to a pixel. `None` if there were no mutations.
     pub fn autocorrelation_time(self) -> Option<f64> {
         (self.mutations > 0).then(|| self.squared_visits as f64 / self.mutations as f64)
     }

@@ -38,8 +38,8 @@ use crate::math::float::ALMOST_ONE;
 use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f32};
 use crate::scene::Scene;
 
-/// Maximum number of ray queries of one walk. Surfaces behind the last query count as opaque: a
-/// walk that is cut loses light but never hangs. Statistics count these walks.
+/// Maximum number of ray queries of one walk. Surfaces behind the last query count as opaque: a cut
+/// walk loses light, but every walk ends. Statistics count cut walks.
 pub(super) const MAX_LAYERS: u32 = 10_000;
 
 /// Transmittance of the surfaces between two points.

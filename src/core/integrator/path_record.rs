@@ -33,7 +33,7 @@ pub enum PathEvent {
         /// Number of scattering events before the vertex. In a tree of rays, the previous vertex is
         /// the last vertex with one event less.
         depth: u32,
-        /// The hit.
+        /// Hit of the ray on the surface.
         hit: Hit,
         /// World-space position.
         p: Vec3,
@@ -46,7 +46,8 @@ pub enum PathEvent {
     Emission(EmissionRecord),
     /// A light is sampled for the last vertex.
     LightSample(LightSampleRecord),
-    /// The shadow ray was traced for the first light sample that had no traced shadow ray.
+    /// Transmittance of a shadow ray. The ray belongs to the first light sample whose shadow ray
+    /// was not traced yet.
     Shadow {
         /// Transmittance; black if the light is occluded.
         transmittance: Spectrum,

@@ -16,9 +16,9 @@ pub struct Vertex<'a> {
     pub point: SurfacePoint,
     /// Local frame, whose z axis is the shading normal.
     pub frame: Frame,
-    /// BSDF at the point.
+    /// BSDF of the surface at the point.
     pub bsdf: &'a Bsdf,
-    /// Direction to the viewer, local frame.
+    /// Unit direction from which the path arrives (towards the camera), local frame.
     pub wo: Vec3,
     /// View of `bsdf` from `wo`, made by [`Vertex::view_in`]. `None` if `bsdf` has a single lobe,
     /// which needs no view.

@@ -144,8 +144,8 @@ struct Pass {
     /// Number of pixels of the pass, and number of pixels traced so far.
     count: u64,
     next: u64,
-    /// Step of the index from one traced pixel to the next. It has no common factor with `count`,
-    /// so that the pass visits all pixels. Pixels that follow each other are far apart.
+    /// Step from the index of one traced pixel to the index of the next. It has no common factor
+    /// with `count`, so that the pass visits all pixels. Consecutive pixels are far apart.
     stride: u64,
 }
 

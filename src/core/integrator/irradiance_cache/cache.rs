@@ -3,14 +3,14 @@ use crate::color::Spectrum;
 use crate::film::Points;
 use crate::math::{Bounds3, Vec3};
 
-/// Records of irradiance in an octree, and interpolation between them (Ward, Rubinstein and Clear
-/// 1988).
+/// Irradiance records in an octree, and interpolation between the records (Ward, Rubinstein and
+/// Clear 1988).
 #[derive(Clone, Debug)]
 pub struct IrradianceCache {
-    /// Centre and half side of the root cube.
+    /// Centre of the root cube, and half its side, in scene units.
     center: Vec3,
     half: f32,
-    /// Maximum relative error of a valid record: Ward's `a`.
+    /// Maximum relative error at which a record is used: Ward's `a`.
     error: f32,
     records: Vec<Record>,
     nodes: Vec<Node>,
@@ -23,25 +23,25 @@ pub struct IrradianceCache {
 struct Node {
     /// Index of the child in each octant, by the signs of x, y and z; 0 if there is no child.
     children: [u32; 8],
-    /// Records whose reach is between half the side and the side of the cube, and overlaps the
-    /// cube. The reach is the maximum distance at which a record is used.
+    /// Indices of records whose reach overlaps the cube and is between half the side and the side
+    /// of the cube. The reach is the maximum distance at which a record is used.
     records: Vec<u32>,
 }
 
-/// Share of the maximum error. A new record is made if the errors of all existing records are above
-/// it. So records overlap, and few points of the image fall between them.
+/// Fraction of the maximum error. A point needs a new record if the errors of all existing records
+/// are above this fraction. So records overlap, and few points of the image fall between them.
 const COVERED: f32 = 0.7;
 
-/// Maximum distance between neighbouring records, relative to their reach. Neighbours limit each
-/// other's radius.
+/// Maximum distance between neighbouring records, relative to the larger of their reaches.
+/// Neighbours limit each other's radius.
 const NEIGHBOURHOOD: f32 = 2.0;
 
 /// Maximum number of levels of the octree: floats cannot resolve smaller cubes.
 const MAX_LEVELS: u32 = 24;
 
 impl IrradianceCache {
-    /// An empty cache for points inside `bounds`; records are used up to the relative error
-    /// `error`.
+    /// An empty cache for points inside `bounds`. `error` is the maximum relative error at which a
+    /// record is used.
     pub fn new(error: f32, bounds: Bounds3) -> Self {
         Self {
             center: bounds.center(),
@@ -68,8 +68,8 @@ impl IrradianceCache {
         &self.records
     }
 
-    /// Irradiance at the point `p` with unit normal `n`, interpolated between the records of
-    /// `layer`. `None` without a valid record.
+    /// Irradiance at the point `p` with unit normal `n`, interpolated between the records of layer
+    /// `layer`. `None` if no record is valid at the point.
     ///
     /// The weight of a record falls linearly to 0 at the maximum error, so that its influence ends
     /// without an edge (Tabellion and Lamorlette 2004).
@@ -86,8 +86,9 @@ impl IrradianceCache {
         (weights > 0.0).then(|| (sum / weights).max(Spectrum::ZERO))
     }
 
-    /// Statistics of the records of `layer` that are valid at the point `p` with unit normal `n`:
-    /// number, mean reach and gradient, and a dot (1) if a record is within the distance `dot`.
+    /// Statistics of the records of layer `layer` that are valid at the point `p` with unit normal
+    /// `n`: their number, mean reach and mean gradient. `dot` is 1 in the result if a record is
+    /// within the distance `dot`, else 0.
     pub fn points(&self, p: Vec3, n: Vec3, layer: u32, dot: f32) -> Points {
         let mut points = Points::default();
         let (mut gradient, mut weights) = (Vec3::ZERO, 0.0);
@@ -110,14 +111,14 @@ impl IrradianceCache {
         points
     }
 
-    /// Share of doubtful records: most of their light comes from few of their rays.
+    /// Fraction of records that are doubtful: most of their light comes from few of their rays.
     pub fn doubtful_share(&self) -> f64 {
         let doubtful = self.records.iter().filter(|record| record.is_doubtful()).count();
         doubtful as f64 / self.len().max(1) as f64
     }
 
-    /// Returns true if existing records are so near that the point `p` with unit normal `n` needs
-    /// no new record.
+    /// Returns `true` if existing records of `layer` are so near that the point `p` with unit
+    /// normal `n` needs no new record.
     pub fn covers(&self, p: Vec3, n: Vec3, layer: u32) -> bool {
         let mut is_covered = false;
         self.visit(p, layer, |record| {
@@ -126,7 +127,7 @@ impl IrradianceCache {
         is_covered
     }
 
-    /// Calls `visit` with all records that may be valid at `p`.
+    /// Calls `visit` with all records of `layer` that may be valid at the point `p`.
     #[inline(always)]
     fn visit(&self, p: Vec3, layer: u32, mut visit: impl FnMut(&Record)) {
         let (mut center, mut half) = (self.center, self.half);
@@ -143,10 +144,11 @@ impl IrradianceCache {
     }
 
     /// Adds `record` to the records of `layer`. The radius of the record is limited to the radius
-    /// of each neighbour plus the distance to that neighbour, and vice versa: one of them may find
-    /// nearby surfaces that the other missed (Křivánek, Bouatouch, Pattanaik and Žára 2006, "Making
-    /// Radiance and Irradiance Caching Practical: Adaptive Caching and Neighbor Clamping"). A
-    /// record with an invalid position or radius is left out.
+    /// of each neighbour plus the distance to that neighbour, and the radii of the neighbours are
+    /// limited in the same way: one of two neighbours may find nearby surfaces that the other
+    /// missed (Křivánek, Bouatouch, Pattanaik and Žára 2006, "Making Radiance and Irradiance
+    /// Caching Practical: Adaptive Caching and Neighbor Clamping"). A record with an invalid
+    /// position or radius is not added.
     pub fn insert(&mut self, mut record: Record, layer: u32) {
         if !(record.radius > 0.0 && record.radius.is_finite() && record.p.is_finite()) {
             return;
@@ -171,7 +173,7 @@ impl IrradianceCache {
             other.radius = other.radius.min(record.radius + way);
         }
 
-        // Insert the record into all cubes of its size within its reach
+        // Insert the record into all cubes that have its size and overlap its reach
         let index = self.records.len() as u32;
         self.records.push(record);
         self.insert_into(cube, index, 0);
@@ -200,7 +202,7 @@ impl IrradianceCache {
         }
     }
 
-    /// Finds the records so near to `record` that they limit each other's radius. A record may be
+    /// Finds the records that are near enough to `record` to limit its radius. A record may be
     /// found several times.
     fn find_neighbours(&self, (node, center, half): (usize, Vec3, f32), record: &Record, found: &mut Vec<u32>) {
         // The reach of records of a cube and of its children is not larger than the side of the
@@ -226,20 +228,22 @@ impl IrradianceCache {
     }
 }
 
-/// Octant of a cube that contains the point at `d` from the centre of the cube.
+/// Index of the octant of a cube that contains a point. `d` is the vector from the centre of the
+/// cube to the point.
 #[inline(always)]
 fn octant_of(d: Vec3) -> usize {
     d.cmpge(Vec3::ZERO).bitmask() as usize
 }
 
-/// Centre of an octant of a cube; `half` is half the side of the octant.
+/// Centre of the octant `octant` of a cube with centre `center`. `half` is half the side of the
+/// octant.
 #[inline(always)]
 fn child_center(center: Vec3, half: f32, octant: usize) -> Vec3 {
     let sign = |bit: usize| if octant >> bit & 1 == 1 { half } else { -half };
     center + Vec3::new(sign(0), sign(1), sign(2))
 }
 
-/// Distance of `p` from a cube; 0 inside.
+/// Distance of `p` from the cube with centre `center` and half side `half`; 0 inside the cube.
 fn distance_to_cube(p: Vec3, center: Vec3, half: f32) -> f32 {
     ((p - center).abs() - Vec3::splat(half)).max(Vec3::ZERO).length()
 }
@@ -256,7 +260,7 @@ mod tests {
         max: Vec3::ONE,
     };
 
-    /// Points in the box, each with a random normal and a random number.
+    /// Random points in `BOUNDS`, each with a random normal and a random number in [0, 1).
     fn places(seed: u64, count: u32) -> impl Iterator<Item = (Vec3, Vec3, f32)> {
         (0..count).map(move |i| {
             let mut sampler = Independent::new(seed);
@@ -282,8 +286,8 @@ mod tests {
         }
     }
 
-    /// A cache of many records of all sizes, with three normals, in two layers. Calls `visit` after
-    /// each of them.
+    /// A cache of 3000 records of different sizes, with three normals, in two layers. Calls `visit`
+    /// after each insertion.
     fn full_cache(mut visit: impl FnMut(&IrradianceCache)) -> IrradianceCache {
         let mut cache = IrradianceCache::new(0.3, BOUNDS);
         for (i, (p, _, u)) in places(1, 3000).enumerate() {
@@ -294,9 +298,9 @@ mod tests {
         cache
     }
 
-    /// Compares the octree with a search of all records.
+    /// The octree finds the same records as a search of all records.
     #[test]
-    fn no_record_is_overlooked() {
+    fn octree_finds_all_valid_records() {
         let cache = full_cache(|_| ());
         let mut found = 0;
         for (p, _, _) in places(2, 5000) {
@@ -318,9 +322,9 @@ mod tests {
         assert!(found > 300, "{found}");
     }
 
-    /// The radii of neighbours differ by no more than their distance, in any order of insertion.
+    /// The radii of neighbours differ by at most their distance, in any order of insertion.
     #[test]
-    fn radii_change_no_quicker_than_the_way() {
+    fn radii_of_neighbours_differ_by_at_most_their_distance() {
         let mut looked = 0;
         full_cache(|cache| {
             let Some((a, others)) = cache.records.split_last() else {
@@ -376,7 +380,7 @@ mod tests {
 
     /// Records with an extreme or invalid radius are not found, and cause no panic.
     #[test]
-    fn odd_records_do_no_harm() {
+    fn records_with_invalid_radius_are_ignored() {
         for bounds in [BOUNDS, Bounds3::EMPTY] {
             let mut cache = IrradianceCache::new(1.0, bounds);
             for radius in [0.0, 1e-38, 1e38, f32::INFINITY, f32::NAN] {

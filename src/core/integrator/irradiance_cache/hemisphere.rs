@@ -1,4 +1,4 @@
-//! Rays over a stratified hemisphere, and their irradiance and gradients.
+//! Estimates of irradiance and its gradients from rays over a stratified hemisphere.
 
 use super::record::Gradients;
 use crate::color::Spectrum;
@@ -14,17 +14,17 @@ pub struct Strata {
     columns: u32,
 }
 
-/// Radiance and distance found by a ray.
+/// Result of a hemisphere ray: radiance and distance.
 #[derive(Clone, Copy, Debug)]
 pub struct HemisphereHit {
     /// Radiance along the ray.
     pub radiance: Spectrum,
-    /// Distance, scene units; infinite if the ray hits nothing.
+    /// Distance of the hit, in scene units; infinite if the ray hits no surface.
     pub distance: f32,
 }
 
 impl HemisphereHit {
-    /// No light and no surface.
+    /// Result of a ray that finds no light and no surface.
     pub const NOTHING: Self = Self {
         radiance: Spectrum::ZERO,
         distance: f32::INFINITY,
@@ -38,15 +38,17 @@ pub struct GatheredHemisphere {
     pub irradiance: Spectrum,
     /// Gradients of the irradiance, in the local frame.
     pub gradients: Gradients,
-    /// Harmonic mean of the distances, cosine-weighted; infinite if no ray hits a surface.
+    /// Cosine-weighted harmonic mean of the distances of the hits, in scene units; infinite if no
+    /// ray hits a surface.
     pub distance: f32,
-    /// `(Σ L)² / Σ L²` of the luminance of the rays; infinite if there is no light.
+    /// Number of effective rays: `(Σ L)² / Σ L²` with the luminance L of each ray; infinite if
+    /// there is no light.
     pub effective_rays: f32,
 }
 
 impl Strata {
-    /// Strata for about `rays` rays. There are π times as many columns as rows, so that strata at
-    /// half height are about as wide as high.
+    /// Strata for about `rays` rays. There are π times as many columns as rows, so that strata
+    /// halfway between normal and horizon are about as wide as high.
     pub fn new(rays: u32) -> Self {
         let rows = (rays as f32 / PI).sqrt().round().max(2.0);
         Self {
@@ -60,8 +62,8 @@ impl Strata {
         self.rows * self.columns
     }
 
-    /// Local direction of the ray `index`. `u` is the position of the ray within its stratum, 0 to
-    /// 1.
+    /// Unit direction of the ray `index`, in the local frame. `u` is the position of the ray within
+    /// its stratum, in [0, 1)².
     pub fn direction(&self, index: u32, u: Vec2) -> Vec3 {
         let (row, column) = (index / self.columns, index % self.columns);
         let squared = (row as f32 + u.x) / self.rows as f32;
@@ -70,8 +72,8 @@ impl Strata {
         Vec3::new(r * cos, r * sin, (1.0 - squared).max(0.0).sqrt())
     }
 
-    /// Sums the results `seen` of the rays, in their order; a missing ray counts as no light and no
-    /// surface.
+    /// Computes irradiance and gradients from the results `seen` of the rays, in the order of the
+    /// strata. A missing ray counts as a ray that finds no light and no surface.
     pub fn gather(&self, seen: &[HemisphereHit]) -> GatheredHemisphere {
         let count = self.rays() as f32;
         let radiance = seen.iter().fold(Spectrum::ZERO, |sum, ray| sum + ray.radiance);
@@ -92,8 +94,9 @@ impl Strata {
     }
 
     /// Rotational gradient (Ward and Heckbert 1992, the rotation gradient). The axis that rotates
-    /// the normal towards a direction is a quarter turn beyond its azimuth, and the cosine of the
-    /// angle with the normal grows by its sine.
+    /// the normal towards a direction lies a quarter turn beyond the azimuth of the direction. A
+    /// small rotation increases the cosine between normal and direction in proportion to the sine
+    /// of their angle.
     fn rotational(&self, seen: &[HemisphereHit]) -> [Vec3; 3] {
         let Self { rows, columns } = *self;
         let mut sums = [Vec3::ZERO; 3];
@@ -113,8 +116,9 @@ impl Strata {
     }
 
     /// Translational gradient (Ward and Heckbert 1992, the translation gradient). Radiance differs
-    /// across the boundary between strata. The boundary moves against the translation, the faster
-    /// the nearer it is. It belongs to the nearer side, which hides the other one.
+    /// across the boundary between two strata. If the point moves, the boundary moves in the
+    /// opposite direction, faster if it is nearer. The distance of the boundary is the distance of
+    /// the nearer side, which hides the other side.
     fn translational(&self, seen: &[HemisphereHit]) -> [Vec3; 3] {
         let Self { rows, columns } = *self;
         let ray = |row: u32, column: u32| {
@@ -124,7 +128,7 @@ impl Strata {
         let sin_to = |row: u32| (row as f32 / rows as f32).sqrt();
         let mut sums = [Vec3::ZERO; 3];
         for column in 0..columns {
-            // Sum over boundaries between rows, which move towards the normal if the point moves
+            // Sum over boundaries between rows. They move towards the normal if the point moves
             // along the azimuth
             let mut along = Spectrum::ZERO;
             for row in 1..rows {
@@ -135,7 +139,7 @@ impl Strata {
             }
             add(&mut sums, along, self.tangent(column as f32 + 0.5, 0.0));
 
-            // Sum over boundaries with the previous column, which rotate away if the point moves
+            // Sum over boundaries with the previous column. They rotate away if the point moves
             // across the azimuth
             let mut across = Spectrum::ZERO;
             let before = (column + columns - 1) % columns;
@@ -156,7 +160,7 @@ impl Strata {
     }
 }
 
-/// Adds `direction` to the sum of each channel, times the channel of `factor`.
+/// Adds `direction`, multiplied by the channels of `factor`, to the sums of the channels.
 fn add(sums: &mut [Vec3; 3], factor: Spectrum, direction: Vec3) {
     let factor = factor.to_array();
     *sums = from_fn(|c| sums[c] + direction * factor[c]);

@@ -1,4 +1,4 @@
-//! Makes records of irradiance: their positions and their rays.
+//! Makes irradiance records: finds their positions and traces their hemisphere rays.
 
 use super::hemisphere::{HemisphereHit, Strata};
 use super::record::Record;
@@ -15,17 +15,17 @@ use crate::material::BsdfSlot;
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Minimum and maximum radius of a record in widths of a pixel (Křivánek et al. 2006; Tabellion and
-/// Lamorlette 2004). A smaller record costs more rays than the paths of the few pixels that use it.
-/// A larger record would miss visible changes of the light far from it.
+/// Minimum and maximum radius of a record, in widths of a pixel (Křivánek et al. 2006; Tabellion
+/// and Lamorlette 2004). A smaller record costs more rays than the paths of the few pixels that use
+/// it. A larger record would miss visible changes of the light far from it.
 const PIXELS: [f32; 2] = [20.0, 200.0];
 
-/// Makes records of irradiance.
+/// Maker of irradiance records.
 #[derive(Debug)]
 pub struct RecordMaker<'a, A> {
-    /// Path tracer for the light that hemisphere rays find, without path reuse.
+    /// Path tracer that computes the radiance along hemisphere rays, without path reuse.
     pub path: PathIntegrator<'a, A>,
-    /// Approximate number of hemisphere rays.
+    /// Approximate number of hemisphere rays of a record.
     pub rays: u32,
 }
 
@@ -33,28 +33,28 @@ pub struct RecordMaker<'a, A> {
 #[derive(Clone, Copy, Debug)]
 pub struct RecordSite {
     point: SurfacePoint,
-    /// Visible side of the shading normal: 1 or −1.
+    /// Side of the shading normal that the camera sees: 1 or −1.
     side: f32,
     /// Number of scattering events between the camera and the point.
     depth: u32,
-    /// Width of a pixel at the point, scene units.
+    /// Width of a pixel at the point, in scene units.
     pixel: f32,
-    /// Sample that found the point.
+    /// Key of the sample that found the point.
     key: SampleKey,
 }
 
 impl RecordSite {
-    /// Position in world space.
+    /// Position of the point in world space.
     pub fn p(&self) -> Vec3 {
         self.point.p
     }
 
-    /// Sample that found the point.
+    /// Key of the sample that found the point.
     pub fn key(&self) -> SampleKey {
         self.key
     }
 
-    /// Unit normal, on the visible side of the surface.
+    /// Unit shading normal, on the side that the camera sees.
     pub fn n(&self) -> Vec3 {
         self.point.ns * self.side
     }
@@ -66,9 +66,9 @@ impl<A: Accel> RecordMaker<'_, A> {
         layer(self.path.max_depth, place.depth)
     }
 
-    /// Finds the first matte surface of the sample `key` through the point `film` (pixels). The
-    /// path may pass mirrors and glass before. `None` if the path scatters by another lobe first,
-    /// or hits no surface.
+    /// Finds the first matte surface on the path of the sample `key` through the film point `film`
+    /// (pixels). The path may pass mirrors and glass before. `None` if another lobe scatters the
+    /// path first, or if it hits no surface.
     pub fn find<S: Sampler>(
         &self,
         key: SampleKey,
@@ -93,7 +93,7 @@ impl<A: Accel> RecordMaker<'_, A> {
                     point: vertex.point,
                     side: 1f32.copysign(vertex.wo.z),
                     depth,
-                    // Width of a pixel as if the path were straight
+                    // Use the width of a pixel as if the path were straight
                     pixel: world.camera.pixel_width(first.at(length), time),
                     key,
                 });
@@ -110,10 +110,11 @@ impl<A: Accel> RecordMaker<'_, A> {
         None
     }
 
-    /// Makes the record at `place`, and counts the rays with invalid light. The record is `None` if
-    /// no valid record is possible.
+    /// Makes the record at `place`. Returns the record and the number of rays with invalid light.
+    /// The record is `None` if it would be invalid.
     ///
-    /// Emission of the first surface that a ray hits is left out, because it is direct light.
+    /// Emission of the first surface that a hemisphere ray hits is not added, because it is direct
+    /// light.
     pub fn make<S: Sampler>(&self, place: &RecordSite, sampler: &mut S, out: &mut impl Sink) -> (Option<Record>, u64) {
         let strata = Strata::new(self.rays);
         let frame = Frame::from_z(place.n());
@@ -147,7 +148,8 @@ impl<A: Accel> RecordMaker<'_, A> {
                 place.depth + 1,
                 out,
             );
-            // Limit distances to the width of a pixel: nearer surfaces change within the pixel.
+            // Nearer surfaces change within a pixel, so distances are at least the width of a
+            // pixel.
             seen.distance = seen.distance.max(place.pixel).max(f32::MIN_POSITIVE);
             if !seen.radiance.is_valid() {
                 seen.radiance = Spectrum::ZERO;
@@ -159,8 +161,8 @@ impl<A: Accel> RecordMaker<'_, A> {
         let gathered = strata.gather(&seen);
         let gradients = gathered.gradients.to_world(&frame);
 
-        // A steep gradient makes the radius smaller, but not below the minimum. At the minimum the
-        // gradient is limited, so that irradiance does not become negative.
+        // A steep gradient reduces the radius, but not below the minimum. At the minimum the
+        // gradient is reduced instead, so that irradiance does not become negative.
         let luminance = gathered.irradiance.luminance();
         let [min, max] = PIXELS.map(|pixels| pixels * place.pixel);
         let steepness = gradients.steepness();
@@ -181,8 +183,8 @@ impl<A: Accel> RecordMaker<'_, A> {
         (is_usable.then_some(record), dropped)
     }
 
-    /// Surface that `ray` hits, after `depth` scattering events, including the one at the start of
-    /// `ray`.
+    /// Traces the hemisphere ray `ray`, which starts after `depth` scattering events, and follows a
+    /// path from its hit. Returns radiance and distance of the hit.
     fn trace_ray<S: Sampler>(
         &self,
         numbers: PathNumbers<S>,
@@ -194,7 +196,7 @@ impl<A: Accel> RecordMaker<'_, A> {
         let (Some(hit), _) = traced else {
             return HemisphereHit::NOTHING;
         };
-        // Leave out the emission that the ray hits, because it is direct light.
+        // Skip the emission that the ray hits, because it is direct light.
         let path = PathState {
             depth,
             skips_emission: true,
@@ -209,9 +211,9 @@ impl<A: Accel> RecordMaker<'_, A> {
     }
 }
 
-/// Returns true if the indirect light of `vertex`, after `depth` mirrors or panes, may be in a
-/// cache. The surface must scatter light equally in all directions, and the depth limit must allow
-/// indirect light.
+/// Returns `true` if the cache may have the indirect light of `vertex`, which the path hits after
+/// `depth` mirrors or panes. The surface must scatter light equally in all directions, and the
+/// depth limit must allow indirect light.
 pub(super) fn is_cached(vertex: &Vertex, depth: u32, max_depth: Option<u32>) -> bool {
     depth <= MAX_MIRRORS && vertex.bsdf.is_lambert() && max_depth.is_none_or(|max| depth + 1 < max)
 }

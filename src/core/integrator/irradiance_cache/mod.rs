@@ -2,31 +2,31 @@
 //! between them (Ward, Rubinstein and Clear 1988, "A Ray Tracing Solution for Diffuse
 //! Interreflection"), with the gradients of Ward and Heckbert (1992).
 //!
-//! `hemisphere` estimates irradiance and its gradients from rays, `record` defines a record,
-//! `cache` stores all records in an octree and interpolates, and `maker` makes records.
-//! `render/irradiance.rs` chooses the positions of records before the first sample; then the cache
-//! is frozen.
+//! `hemisphere` estimates irradiance and its gradients from rays, `record` defines an irradiance
+//! record, `cache` stores all records in an octree and interpolates between them, and `maker` makes
+//! records. `render/irradiance.rs` chooses the positions of records before the first sample; then
+//! the cache is frozen.
 //!
-//! The method is biased, except for direct light, which is estimated by light sampling and by rays,
-//! as in `path`. So the rays of a hemisphere leave out the emission of the first surface, and find
-//! all other light. If there is no valid record at a point, the path continues as in `path`, which
-//! is unbiased there. Such points are few: a new record is made if the errors of all existing
+//! Only indirect light is biased. Direct light is estimated by light sampling and by scattered
+//! rays, as in `path`. So the rays of a hemisphere ignore the emission of the first surface, and
+//! find all other light. If there is no valid record at a point, the path continues as in `path`,
+//! which is unbiased there. Such points are few: a new record is made if the errors of all existing
 //! records are above 0.7 of the maximum error.
 //!
-//! Behind mirrors, fewer scattering events are left until `max_depth`. So each number of scattering
-//! events before the surface has separate records, unless the depth is unlimited.
+//! Behind mirrors, fewer scattering events are left until `max_depth`. So records are separated by
+//! the number of scattering events before the surface, unless the depth is unlimited.
 //!
-//! - The radius of a record is the harmonic mean distance of its hemisphere, smaller if the
-//!   gradient is steep, and between 20 and 200 pixels. It is at most the radius of a neighbour plus
-//!   the distance to it (Křivánek et al. 2006). Without that rule cornell needs a third of the
-//!   records and has nearly twice the error, because neighbours find surfaces that one record
-//!   misses.
-//! - Weights fall linearly to 0. Ward's weights, which are infinite at the record, show the noise
-//!   of each record; they had a tenth more error.
+//! - The radius of a record is the harmonic mean distance of its hemisphere rays. It is smaller if
+//!   the gradient is steep, and between 20 and 200 pixels. It is at most the radius of a neighbour
+//!   plus the distance to this neighbour (Křivánek et al. 2006). Without this limit the scene
+//!   cornell needs a third of the records and has nearly twice the error, because neighbours find
+//!   surfaces that one record misses.
+//! - The weight of a record falls linearly to 0. Ward's weights, which are infinite at the record,
+//!   show the noise of each record; they had a tenth more error.
 //! - There is at most one record per 8 pixels: if more are needed, as among leaves, paths are
 //!   faster.
 //!
-//! docs/notebook/2026-11.md, "Irradiance cache", compares it with `path`.
+//! docs/notebook/2026-11.md, "Irradiance cache", compares irradiance caching with `path`.
 
 mod cache;
 mod hemisphere;
@@ -51,11 +51,11 @@ use crate::sampler::{SampleKey, Sampler};
 use maker::is_cached;
 use std::f32::consts::FRAC_1_PI;
 
-/// Maximum number of mirrors and panes on a camera path before a surface with records.
+/// Maximum number of mirrors and panes on a camera path in front of a surface with records.
 const MAX_MIRRORS: u32 = 8;
 
-/// Path tracing with a cache for the indirect light of the first matte surface, also behind mirrors
-/// and glass.
+/// Path tracing with an irradiance cache for the indirect light of the first matte surface, also
+/// behind mirrors and glass.
 ///
 /// The method is biased: the relative error of light from the cache is about the error limit. At
 /// points without valid records, paths continue as without a cache.
@@ -63,7 +63,7 @@ const MAX_MIRRORS: u32 = 8;
 pub struct IrradianceCacheIntegrator<'a, A> {
     /// Path tracer for all light that is not in the cache.
     pub path: PathIntegrator<'a, A>,
-    /// Records of irradiance.
+    /// Irradiance records, complete before the first sample.
     pub cache: &'a IrradianceCache,
 }
 
@@ -103,8 +103,8 @@ impl<A: Accel> Integrator for IrradianceCacheIntegrator<'_, A> {
             // Sample the BSDF and play Russian roulette
             let next = self.path.scatter(&path, &vertex, self.path.roulette, &u, out);
 
-            // If the cache has the indirect light, add it. Then trace the other half of the
-            // estimate of direct light, and end the path
+            // If the cache has the indirect light, add this light. Then trace the scattered ray for
+            // direct light only, and end the path
             if let Some(indirect) = only_mirrors.then(|| self.indirect(&vertex, depth)).flatten() {
                 if out.records() {
                     out.record(PathEvent::Cached);
@@ -126,7 +126,7 @@ impl<A: Accel> Integrator for IrradianceCacheIntegrator<'_, A> {
 }
 
 impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
-    /// Statistics of the records around `vertex`, the first vertex of a camera path.
+    /// Statistics of the records that are valid at `vertex`, the first vertex of a camera path.
     fn records_at(&self, vertex: &Vertex) -> Points {
         if !is_cached(vertex, 0, self.path.max_depth) {
             return Points::default();
@@ -136,7 +136,8 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
         self.cache.points(vertex.point.p, n, layer(self.path.max_depth, 0), dot)
     }
 
-    /// Indirect light that `vertex` scatters, if the cache has records there.
+    /// Indirect light that `vertex` scatters to the camera. `None` if the cache has no valid record
+    /// there.
     fn indirect(&self, vertex: &Vertex, depth: u32) -> Option<Spectrum> {
         if !is_cached(vertex, depth, self.path.max_depth) {
             return None;
@@ -148,7 +149,7 @@ impl<A: Accel> IrradianceCacheIntegrator<'_, A> {
     }
 }
 
-/// Layer of the cache for a surface after `depth` scattering events. With a maximum depth, each
+/// Layer of the cache for surfaces after `depth` scattering events. With a maximum depth, each
 /// `depth` has a separate layer, because fewer events are left for the light that arrives there.
 fn layer(max_depth: Option<u32>, depth: u32) -> u32 {
     max_depth.map_or(0, |_| depth)

@@ -2,55 +2,55 @@ use crate::color::Spectrum;
 use crate::math::{Frame, Vec3};
 use std::array::from_fn;
 
-/// Irradiance of indirect light at a point, with its gradients (Ward, Rubinstein and Clear 1988;
-/// Ward and Heckbert 1992, "Irradiance Gradients").
+/// Irradiance record: the irradiance of indirect light at a point, with its gradients (Ward,
+/// Rubinstein and Clear 1988; Ward and Heckbert 1992, "Irradiance Gradients").
 #[derive(Clone, Copy, Debug)]
 pub struct Record {
     /// Position in world space.
     pub p: Vec3,
     /// Unit normal, on the side of the incident light.
     pub n: Vec3,
-    /// Distance at which the estimated error is 100 %, in scene units.
+    /// Distance at which the estimated relative error is 100 %, in scene units.
     pub radius: f32,
     /// Irradiance, W·m⁻².
     pub irradiance: Spectrum,
     /// Gradients of the irradiance.
     pub gradients: Gradients,
-    /// Number of rays of equal radiance with the same variance as the traced rays: `(Σ L)² / Σ L²`
-    /// (Kish 1965).
+    /// Number of effective rays: as many rays of equal radiance would have the same variance as the
+    /// traced rays. `(Σ L)² / Σ L²` (Kish 1965).
     pub effective_rays: f32,
 }
 
-/// Number of effective rays below which a record is doubtful: its irradiance has a standard error
-/// of a sixth or more.
+/// Minimum number of effective rays of a reliable record. Below it, the irradiance has a standard
+/// error of a sixth or more.
 const FEW_RAYS: f32 = 36.0;
 
 /// Gradients of irradiance, one for each channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gradients {
-    /// Gradient for rotations of the normal, per radian. The dot product with the axis of rotation
+    /// Gradients for rotations of the normal, per radian. The dot product with the axis of rotation
     /// is the change of irradiance.
     pub rotational: [Vec3; 3],
-    /// Gradient for translations, per scene unit, in the tangent plane. The dot product with the
+    /// Gradients for translations in the tangent plane, per scene unit. The dot product with the
     /// translation is the change of irradiance.
     pub translational: [Vec3; 3],
 }
 
-/// Maximum distance of a lookup behind the surface of a record, relative to its reach. It is above
-/// 0 because curved surfaces consist of flat triangles.
+/// Maximum distance of a lookup point behind the surface of a record, relative to the reach of the
+/// record. It is above 0 because curved surfaces consist of flat triangles.
 const BEHIND: f32 = 0.1;
 
 impl Record {
-    /// Returns true if few of the record's rays brought most of its light: these rays found a
+    /// Returns `true` if few of the record's rays found most of its light: they may have found a
     /// caustic that other records missed.
     pub fn is_doubtful(&self) -> bool {
         self.effective_rays < FEW_RAYS
     }
 
     /// Estimated relative error of the record at the point `p` with normal `n`. It is the distance
-    /// over the radius, plus the root of 1 minus the cosine of the angle between the normals (Ward
-    /// et al. 1988, the bound of the split sphere model). `None` if the error is more than `max`,
-    /// or if the point lies behind the record and so may not see the same surfaces.
+    /// divided by the radius, plus the root of 1 minus the cosine of the angle between the normals
+    /// (Ward et al. 1988, the bound of the split sphere model). `None` if the error is more than
+    /// `max`, or if the point lies behind the record and so may not see the same surfaces.
     #[inline(always)]
     // ANCHOR: error
     pub fn error(&self, p: Vec3, n: Vec3, max: f32) -> Option<f32> {
@@ -90,7 +90,7 @@ impl Gradients {
         }
     }
 
-    /// Gradients whose translational part is scaled by `factor`.
+    /// Gradients with the translational gradients multiplied by `factor`.
     pub fn with_translation_scaled(self, factor: f32) -> Self {
         Self {
             translational: self.translational.map(|g| g * factor),
@@ -98,12 +98,12 @@ impl Gradients {
         }
     }
 
-    /// Maximum change of luminance by a translation of one scene unit.
+    /// Maximum change of luminance by a translation, per scene unit.
     pub fn steepness(&self) -> f32 {
         self.of_luminance().length()
     }
 
-    /// Translational gradient of luminance.
+    /// Translational gradient of the luminance of the irradiance, per scene unit.
     pub fn of_luminance(&self) -> Vec3 {
         let along = |axis: Vec3| Spectrum::from(self.translational.map(|g| g.dot(axis))).luminance();
         Vec3::new(along(Vec3::X), along(Vec3::Y), along(Vec3::Z))

@@ -5,13 +5,13 @@ use crate::math::{Ray, Vec2};
 use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
 use crate::sampling::warp::cosine_hemisphere;
 
-/// Ambient occlusion: the cosine-weighted share of the hemisphere without near surfaces; 1 if no
-/// surface is near.
+/// Ambient occlusion: the cosine-weighted fraction of the hemisphere without near surfaces. It is 1
+/// if no surface is near.
 #[derive(Debug)]
 pub struct AmbientOcclusion<'a, A> {
     /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// Maximum distance of occluders, scene units.
+    /// Maximum distance of occluders, in scene units.
     pub distance: f32,
 }
 
@@ -19,10 +19,10 @@ pub struct AmbientOcclusion<'a, A> {
 const PROBES: u32 = 32;
 
 impl<A: Accel> AmbientOcclusion<'_, A> {
-    /// Default distance. In a closed room the walls occlude every ray that is long enough. So the
-    /// default is half the median distance, to two digits, from visible surfaces to the next
-    /// surface in a cosine-weighted direction. If more than half of these directions leave the
-    /// scene, the default is the diameter of the scene.
+    /// Default maximum distance of occluders, in scene units. In a closed room the walls would
+    /// occlude every long ray. So the default is half the median distance, to two digits, from
+    /// visible surfaces to the next surface in a cosine-weighted direction. If more than half of
+    /// these directions leave the scene, the default is the diameter of the scene.
     pub fn usual_distance(world: &World<A>) -> f32 {
         let size = world.camera.resolution().as_vec2();
         let time = world.camera.time(0.5);
@@ -50,7 +50,8 @@ impl<A: Accel> AmbientOcclusion<'_, A> {
     }
 }
 
-/// Rounds `x`, which is above 0, to two digits, so that rounding errors of rays have no effect.
+/// Rounds `x`, which is above 0, to two significant digits, so that rounding errors of rays have no
+/// effect.
 fn two_digits(x: f32) -> f32 {
     format!("{x:.1e}").parse().unwrap_or(x)
 }

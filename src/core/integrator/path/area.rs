@@ -10,27 +10,27 @@ use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Path tracing whose next vertex is a point uniform over the area of all surfaces, connected by
-/// visibility (the three-point form of the light transport equation; PBR4 §13.2). Delta lobes are
-/// followed as usual. Direct light comes from light sampling.
+/// Path tracing in which the next vertex is a point sampled uniformly over the area of all
+/// surfaces, connected by visibility (the three-point form of the light transport equation; PBR4
+/// §13.2). Delta lobes are followed as usual. Direct light comes from light sampling.
 ///
-/// The geometry term cos θ cos θ′ / d² stays in the estimate: its variance has no bound near
-/// corners, and most points are hidden. The integrator is a reference for comparisons with short
-/// paths.
+/// The geometry term cos θ cos θ′ / d² stays in the estimate. Its variance has no bound near
+/// corners, and most sampled points are hidden. The integrator is a reference for comparisons with
+/// short paths.
 #[derive(Debug)]
 pub struct AreaIntegrator<'a, A> {
     /// World with the scene and the camera.
     pub world: World<'a, A>,
     /// Areas of the scene's surfaces.
     pub areas: &'a SurfaceAreas,
-    /// Maximum number of scattering events; with `None` only occlusion ends paths.
+    /// Maximum number of scattering events. `None`: only occlusion ends paths.
     pub max_depth: Option<u32>,
 }
 
-/// A path between two vertices.
+/// State of a path between two vertices, with the surface point that its ray must reach.
 struct PathSegment {
     path: PathState,
-    /// The surface point that the ray must hit; `None` at the camera and along a delta lobe.
+    /// Surface point that the ray must hit; `None` at the camera and along a delta lobe.
     target: Option<Hit>,
 }
 
@@ -75,8 +75,8 @@ impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
 }
 
 impl<A: Accel> AreaIntegrator<'_, A> {
-    /// The path towards a point on some surface, or in the direction of a delta lobe; `None` if
-    /// neither scatters light to the viewer.
+    /// Samples the next segment: towards a point on some surface, or in the direction of a delta
+    /// lobe. `None` if the vertex scatters no light from there to the viewer.
     fn next(
         &self,
         path: &PathState,

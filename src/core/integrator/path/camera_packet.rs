@@ -8,11 +8,11 @@ use crate::integrator::{RayKind, SAMPLES_AT_ONCE, Sink, World};
 use crate::math::{Ray, Vec3};
 use crate::sampler::{Dimension, SampleKey, Sampler};
 
-/// Camera rays of at most [`SAMPLES_AT_ONCE`] samples.
+/// Packet of camera rays of at most [`SAMPLES_AT_ONCE`] samples, with their first hits.
 pub(super) struct CameraPacket {
     rays: [Ray; SAMPLES_AT_ONCE],
     hits: [Option<Hit>; SAMPLES_AT_ONCE],
-    /// Transmittance before each hit.
+    /// Transmittance up to each hit.
     transmittances: [Spectrum; SAMPLES_AT_ONCE],
 }
 
@@ -26,7 +26,8 @@ impl CameraPacket {
         }
     }
 
-    /// Traces the camera rays of `keys`. `is_one_time` gives all rays the time of the first ray.
+    /// Traces the camera rays of the samples `keys`. If `is_one_time`, all rays have the time of
+    /// the first ray.
     #[inline(always)]
     pub fn trace<A: Accel>(
         &mut self,
@@ -49,8 +50,8 @@ impl CameraPacket {
         }
     }
 
-    /// Finds the first surface that stops each ray, behind surfaces with alpha, thin glass and
-    /// bodies.
+    /// Replaces each hit by the first surface that stops the ray. Rays pass surfaces with alpha and
+    /// thin glass, and bodies absorb their light.
     fn pass_surfaces<A: Accel>(
         &mut self,
         world: &World<A>,

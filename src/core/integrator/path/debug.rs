@@ -1,5 +1,5 @@
-//! Properties of the first surface as colours, and the cost of a sample there
-//! (`render --integrator debug`).
+//! Debug views (`render --integrator debug`): properties of the first surface as colours, and the
+//! cost of a sample.
 
 use super::direct::LIGHTS_BETWEEN_CHECKS;
 use super::integrator::PathIntegrator;
@@ -28,38 +28,38 @@ pub struct DebugIntegrator<'a, A> {
 /// Property that [`DebugIntegrator`] shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DebugView {
-    /// Shading normal in world space, (−1, −1, −1) black and (1, 1, 1) white; both sides have the
-    /// same colour.
+    /// Shading normal in world space: (−1, −1, −1) is black and (1, 1, 1) is white. Both sides of a
+    /// surface have the same colour.
     #[default]
     Normals,
-    /// Fractional parts of the texture coordinates as red and green; blue without texture
-    /// coordinates.
+    /// Fractional parts of the texture coordinates as red and green. Surfaces without texture
+    /// coordinates are blue.
     Uv,
     /// Barycentric coordinates of the triangle's second and third corner as red and green.
     Barycentrics,
-    /// A colour per triangle of each mesh.
+    /// A different colour for each triangle of a mesh.
     Ids,
-    /// A colour per material.
+    /// A different colour for each material.
     Material,
-    /// Albedo: share of uniform light that is scattered.
+    /// Albedo: fraction of uniform incident light that is scattered.
     Albedo,
     /// Depth along the view axis: white at the near end of the scene's bounding box, black at the
     /// far end.
     Depth,
-    /// Edges of triangles, a pixel wide, on grey surfaces.
+    /// Edges of triangles, one pixel wide, on grey surfaces.
     Wireframe,
-    /// Front sides blue and back sides red, by the winding of the corners.
+    /// Front sides are blue and back sides red, by the winding of the corners.
     Facing,
-    /// Number of lights with an unoccluded random point, from black (0) to pale yellow (all), on a
-    /// logarithmic scale.
+    /// Number of lights of which a random point is not occluded, from black (0) to pale yellow
+    /// (all), on a logarithmic scale.
     LightCount,
     /// Number of rays of a sample of the path tracer, from black (1) to pale yellow (32), on a
     /// logarithmic scale.
     RayCost,
 }
 
-/// Number of rays with the brightest colour: a shadow ray and a scattered ray at each of sixteen
-/// vertices.
+/// Number of rays that has the brightest colour: a shadow ray and a scattered ray at each of
+/// sixteen vertices.
 const MAX_RAYS: f32 = 32.0;
 /// Maximum number of scattering events of a sample whose rays are counted: the default of a render.
 const MAX_DEPTH: u32 = 16;
@@ -104,7 +104,8 @@ impl<A: Accel> Integrator for DebugIntegrator<'_, A> {
 }
 
 impl<A: Accel> DebugIntegrator<'_, A> {
-    /// Relative nearness of `p` by depth: 1 at the near end of the scene, 0 at the far end.
+    /// Nearness of the point `p` along the view axis: 1 at the near end of the scene's bounding
+    /// box, 0 at the far end.
     fn nearness(&self, p: Vec3, time: f32) -> f32 {
         let (bounds, camera) = (self.world.scene.bounds(), self.world.camera);
         let depths = bounds
@@ -115,8 +116,8 @@ impl<A: Accel> DebugIntegrator<'_, A> {
         ((far - camera.depth(p, time)) / (far - near).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0)
     }
 
-    /// Returns true if an edge of the triangle at `hit` is within half a pixel of `vertex` on the
-    /// film.
+    /// Returns `true` if an edge of the triangle at `hit` is at most half a pixel from `vertex` on
+    /// the film.
     fn is_on_edge(&self, hit: &Hit, vertex: &Vertex) -> bool {
         let (camera, p, time) = (self.world.camera, vertex.point.p, vertex.point.time);
         let corners = self.world.scene.corners(hit, time);
@@ -135,7 +136,7 @@ impl<A: Accel> DebugIntegrator<'_, A> {
         distance.into_iter().any(|distance| distance < 0.5)
     }
 
-    /// Number of lights that light `vertex` from a random point of the light.
+    /// Number of lights whose light reaches `vertex` from a random point of the light.
     fn arriving_lights(&self, vertex: &Vertex, sampler: &impl Sampler, out: &mut impl Sink) -> u32 {
         let scene = self.world.scene;
         let context = vertex.light_context();
@@ -151,7 +152,7 @@ impl<A: Accel> DebugIntegrator<'_, A> {
             let Some(light) = light.filter(|light| !light.radiance.is_black()) else {
                 continue;
             };
-            // Skip light on the invisible side of the surface.
+            // Skip light that arrives on the side that the camera does not see.
             let wi = vertex.frame.to_local(light.wi);
             if wi.z * vertex.wo.z <= 0.0 {
                 continue;
@@ -164,7 +165,7 @@ impl<A: Accel> DebugIntegrator<'_, A> {
         count
     }
 
-    /// Number of rays of the sample `key` of the path tracer.
+    /// Number of rays that the path tracer traces for the sample `key`.
     fn rays<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) -> u32 {
         let path = PathIntegrator {
             world: self.world,
@@ -182,7 +183,7 @@ impl<A: Accel> DebugIntegrator<'_, A> {
     }
 }
 
-/// Counts the rays of a sample and ignores its light.
+/// Sink that counts the rays of a sample and ignores its light.
 struct Counter<'a, T> {
     out: &'a mut T,
     rays: u32,
@@ -219,7 +220,8 @@ impl<T: RaySink> RaySink for Counter<'_, T> {
     }
 }
 
-/// Brightness of a surface under a lamp at the viewer. It shows the shape of the surface.
+/// Brightness of the surface at `vertex` under a lamp at the camera, which shows the shape of the
+/// surface.
 fn lit(vertex: &Vertex) -> f32 {
     0.25 + 0.6 * vertex.wo.z.abs()
 }

@@ -1,7 +1,7 @@
 //! Direct light at a vertex: light sampling with a shadow ray, and emission that a scattered ray
-//! hits, weighted against each other (Veach 1997, §9.2).
+//! hits. Both strategies are weighted by MIS (Veach 1997, §9.2).
 //!
-//! The path tracer, its relatives, `irradiance_cache` and the photon methods share this estimate.
+//! The integrators of `path`, `irradiance_cache` and `photon` share this estimate.
 
 use super::state::PathState;
 use super::strategy::PrevVertex;
@@ -15,20 +15,20 @@ use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 use crate::scene::{Incident, Scene};
 
-/// The random numbers of one estimate of direct light.
+/// Random numbers of one light sample.
 pub(crate) struct LightNumbers<'a, S> {
-    /// Number that chooses the light.
+    /// Random number that chooses the light.
     pub choice: f32,
-    /// Number that samples the point on the light.
+    /// Random number for the point on the light.
     pub point: Vec2,
     sampler: &'a S,
-    /// Key of the sample of these numbers, if `sampler` was started with another key.
+    /// Sample key of these numbers, if `sampler` was started with another key.
     key: Option<SampleKey>,
     depth: u32,
 }
 
 impl<'a, S: Sampler> LightNumbers<'a, S> {
-    /// Gets the numbers of a light sample at the vertex after `depth` scattering events.
+    /// Draws the random numbers of a light sample at the vertex after `depth` scattering events.
     #[inline(always)]
     pub fn draw(sampler: &'a S, depth: u32) -> Self {
         let dimensions = [Bounce::Decisions, Bounce::LightPoint];
@@ -36,7 +36,7 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
         Self::new(sampler, depth, decisions.x, point)
     }
 
-    /// Numbers of a light sample, if `choice` and `point` are already computed.
+    /// Random numbers of a light sample, of which `choice` and `point` are already drawn.
     #[inline(always)]
     pub fn new(sampler: &'a S, depth: u32, choice: f32, point: Vec2) -> Self {
         Self {
@@ -48,8 +48,8 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
         }
     }
 
-    /// Gets the numbers of the first vertex for `count` samples from `key` on, 1 to 4. The rest of
-    /// the array is unspecified.
+    /// Draws the random numbers of `count` light samples at the first vertex, for the sample keys
+    /// from `key` on. `count` is 1 to 4. Elements of the result from `count` on are unspecified.
     #[inline(always)]
     pub fn draw_several(sampler: &'a S, key: SampleKey, count: u32) -> [Self; 4] {
         let dimensions = [Bounce::Decisions, Bounce::LightPoint].map(|what| Dimension::bounce(0, what));
@@ -64,14 +64,14 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
         })
     }
 
-    /// Gets the number of the point, if `choice` is already computed.
+    /// Draws the random number of the point; `choice` is already drawn.
     #[inline(always)]
     pub fn with_choice(sampler: &'a S, depth: u32, choice: f32) -> Self {
         let point = sampler.get_2d(Dimension::bounce(depth, Bounce::LightPoint));
         Self::new(sampler, depth, choice, point)
     }
 
-    /// Number for the point of light sample `index`, if all lamps are sampled.
+    /// Random number for the point on the light of light sample `index`, if all lamps are sampled.
     pub fn point_of(&self, index: u32) -> Vec2 {
         let dimension = Dimension::bounce(self.depth, Bounce::LightPoint).nth(index);
         let Some(key) = self.key else {
@@ -84,8 +84,8 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
 }
 
 impl Strategy {
-    /// Adds the emitted light that the ray of `path` hits: on the surface `vertex`, or of
-    /// infinitely distant lights if `vertex` is `None`.
+    /// Adds the emission that the ray of `path` hits: of the surface `vertex`, or of infinitely
+    /// distant lights if `vertex` is `None`.
     #[inline(always)]
     pub(crate) fn add_found<A: Accel>(
         &self,
@@ -100,8 +100,8 @@ impl Strategy {
         }
     }
 
-    /// Adds the light that the surface `vertex` emits towards the origin of the ray of `path`,
-    /// weighted against the light samples of the previous vertex.
+    /// Adds the emission of the surface `vertex` along the ray of `path`, weighted against the
+    /// light samples of the previous vertex.
     #[inline(always)]
     pub(crate) fn add_emission<A: Accel>(
         &self,
@@ -118,8 +118,8 @@ impl Strategy {
         }
     }
 
-    /// Adds the infinitely distant lights that the ray of `path` hits, weighted against the light
-    /// samples of the previous vertex. For a camera ray it adds the background.
+    /// Adds the radiance of the infinitely distant lights along the ray of `path`, weighted against
+    /// the light samples of the previous vertex. For a camera ray, adds the background.
     #[inline(never)]
     pub(crate) fn add_sky<A: Accel>(&self, world: &World<A>, path: &PathState, out: &mut impl Sink) {
         if path.skips_emission || (path.depth == 0 && world.see_background(&path.ray, path.beta, out)) {
@@ -133,7 +133,8 @@ impl Strategy {
         }
     }
 
-    /// Adds `light`, which `path` hit, weighted against the light samples of the previous vertex.
+    /// Adds the emission `light` that the ray of `path` hits, weighted against the light samples of
+    /// the previous vertex.
     #[inline(always)]
     pub(crate) fn add_weighted(&self, scene: &Scene, path: &PathState, light: Incident, out: &mut impl Sink) {
         let prev = path.prev.as_ref();
@@ -153,8 +154,8 @@ impl Strategy {
     }
 }
 
-/// Calls `find` for each light that the ray of `path` hits: on the surface `vertex`, or for each
-/// infinitely distant light if `vertex` is `None`.
+/// Calls `find` with each light that the ray of `path` hits: the emission of the surface `vertex`,
+/// or each infinitely distant light if `vertex` is `None`.
 pub(super) fn each_emission<A: Accel>(
     world: &World<A>,
     path: &PathState,
@@ -172,7 +173,7 @@ pub(super) fn each_emission<A: Accel>(
     }
 }
 
-/// Light that the surface of `vertex` emits towards the origin of the ray of `path`.
+/// Emission of the surface `vertex` along the ray of `path`, if the surface emits light.
 #[inline(always)]
 pub(super) fn emitted<A: Accel>(world: &World<A>, path: &PathState, vertex: &Vertex) -> Option<Incident> {
     let ray = &path.ray;
@@ -182,7 +183,8 @@ pub(super) fn emitted<A: Accel>(world: &World<A>, path: &PathState, vertex: &Ver
         .emitted(world.light_selection, &vertex.hit, &context(path), segment, ray.time)
 }
 
-/// Light sampling context of the previous vertex, for light that the ray of `path` hits.
+/// Light sampling context of the vertex at the start of the ray of `path`. MIS uses it for light
+/// that the ray hits.
 #[inline(always)]
 fn context(path: &PathState) -> LightSampleContext {
     let prev = path.prev.as_ref();
@@ -194,13 +196,13 @@ fn context(path: &PathState) -> LightSampleContext {
 /// Number of light samples between two checks for cancellation, if all lamps are sampled.
 pub(crate) const LIGHTS_BETWEEN_CHECKS: u32 = 64;
 
-/// A light sample at a vertex, weighted against scattered rays. Its shadow ray is not yet traced.
+/// A light sample at a vertex, weighted against scattered rays. Its shadow ray is not traced yet.
 ///
-/// This is the half of the estimator that samples lights (Veach 1997, §9.2); the other half is the
+/// This is one of the two strategies for direct light (Veach 1997, §9.2). The other strategy is the
 /// emission that a scattered ray hits.
 pub(crate) struct Direct {
     ray: Ray,
-    /// Direction to the light, local frame.
+    /// Unit direction to the light, local frame.
     wi: Vec3,
     light: LightId,
     /// Radiance that the vertex scatters if the light is not occluded.
@@ -208,9 +210,9 @@ pub(crate) struct Direct {
 }
 
 impl Direct {
-    /// Samples a light for `vertex`, as one of `count` samples that will be summed. The caller
-    /// traces its shadow ray ([`trace`]). If the selection samples all lamps, all shadow rays are
-    /// traced here, and the result is `None`.
+    /// Samples a light for `vertex`, as one of `count` samples that will be summed. The caller must
+    /// trace the shadow ray ([`trace`]). If the light selection samples all lamps, all shadow rays
+    /// are traced here, and the result is `None`.
     #[inline(always)]
     pub fn sample<A: Accel>(
         world: &World<A>,
@@ -240,8 +242,8 @@ impl Direct {
         Self::of_light(world, vertex, strategy, (id, count as f32 * pmf), u.point, out)
     }
 
-    /// Calls `add` with a light sample of `vertex` for each element of `numbers`, 1 to 4, like
-    /// [`Direct::sample`]. `count` samples will be summed.
+    /// Calls `add` with a light sample of `vertex` for each element of `numbers` (1 to 4 elements).
+    /// The samples equal the results of [`Direct::sample`]. `count` samples will be summed.
     #[inline(always)]
     pub fn sample_four<A: Accel, S: Sampler, K: Sink>(
         world: &World<A>,
@@ -301,7 +303,7 @@ impl Direct {
         Self::of_sample(world, vertex, strategy, (id, expected), &light, out)
     }
 
-    /// Weights the sample `light` of the light `id` at the vertex. `expected` is the expected
+    /// Weights `light`, a sample of the light `id`, at the vertex. `expected` is the expected
     /// number of samples of this light at the vertex.
     #[inline(always)]
     fn of_sample<A: Accel>(
@@ -347,7 +349,8 @@ impl Direct {
     }
 }
 
-/// Traces the shadow ray of a light sample, and adds the light that arrives at `vertex` of `path`.
+/// Traces the shadow ray of the light sample `direct`, if there is one, and adds the light that
+/// `vertex` scatters to the camera.
 #[inline(always)]
 pub(crate) fn trace<A: Accel>(
     direct: Option<Direct>,

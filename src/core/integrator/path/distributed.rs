@@ -4,15 +4,15 @@ use crate::integrator::{Integrator, Sink, Strategy, World};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
 /// Monte Carlo ray tracing with branches: several rays leave every vertex (Cook et al. 1984). The
-/// mean equals the mean of path tracing. The number of rays is about `branching` to the power of
-/// the depth.
+/// expected image equals the image of path tracing. The number of rays is about `branching` to the
+/// power of the depth.
 #[derive(Debug)]
 pub struct DistributedIntegrator<'a, A> {
     /// World with the scene and the camera.
     pub world: World<'a, A>,
     /// Sampling of directions and of direct light.
     pub strategy: Strategy,
-    /// Maximum number of scattering events; there is no roulette.
+    /// Maximum number of scattering events of a branch. There is no roulette.
     pub max_depth: u32,
     /// Number of rays from each vertex, ≥ 1.
     pub branching: u32,
@@ -26,8 +26,8 @@ impl<A: Accel> Integrator for DistributedIntegrator<'_, A> {
 }
 
 impl<A: Accel> DistributedIntegrator<'_, A> {
-    /// Traces `branch`, and all branches behind it. The nodes of the tree are numbered breadth
-    /// first.
+    /// Traces `branch` and all branches that follow it. The nodes of the tree of rays are numbered
+    /// breadth first.
     fn follow(&self, branch: Branch, sampler: &impl Sampler, out: &mut impl Sink) {
         let (world, parent) = (&self.world, branch.node);
         branch.follow(

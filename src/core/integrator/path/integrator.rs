@@ -1,16 +1,15 @@
-//! The path tracer: `PathIntegrator::li` follows one path, and is the whole algorithm in one
-//! function.
+//! The path tracer. `PathIntegrator::li` is the whole algorithm: it follows one path.
 //!
 //! At each vertex a path adds the light that the surface emits, samples one light through a shadow
 //! ray, and continues in a direction sampled from the BSDF. Light that both strategies can find is
 //! weighted by the power heuristic (Veach 1997, §9.2).
 //!
 //! The order of the steps follows from measurements (docs/notebook/2026-11.md, "Single steps"). The
-//! random numbers of a vertex are computed before its ray is traced. The next ray is ready before
-//! the shadow ray is traced, so that the CPU need not wait between the two. The camera rays of
-//! sixteen samples are traced as one packet. After the first hit rays diverge, and packets gain
-//! nothing. A packet of the shadow rays of sixteen first vertices was tried, and was slower because
-//! of the data stored between the stages.
+//! random numbers of a vertex are computed before the ray to the vertex is traced. The next ray is
+//! ready before the shadow ray is traced, so that the CPU need not wait between the two rays. The
+//! camera rays of sixteen samples are traced as one packet. After the first hit rays diverge, and
+//! packets gain nothing. A packet of the shadow rays of sixteen first vertices was tried, and was
+//! slower because of the data stored between the stages.
 //!
 //! `method/run.rs` monomorphises the path tracer per backend, because a call that the compiler
 //! cannot inline costs some percent of a ray.
@@ -28,7 +27,7 @@ use crate::math::Vec2;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 use crate::sampling::Wavelength;
 
-/// Unidirectional path tracing with next-event estimation: by default lights and BSDF are sampled
+/// Unidirectional path tracing with next-event estimation. By default lights and BSDF are sampled
 /// at every vertex and combined by the power heuristic. Russian roulette on the throughput ends
 /// paths (Kajiya 1986; Veach 1997, ch. 9–10).
 #[derive(Debug)]
@@ -37,15 +36,15 @@ pub struct PathIntegrator<'a, A> {
     pub world: World<'a, A>,
     /// Sampling of directions and of direct light.
     pub strategy: Strategy,
-    /// Maximum number of scattering events: 0 shows only emission; with `None` only roulette ends
+    /// Maximum number of scattering events. 0 shows only emission. `None`: only roulette ends
     /// paths.
     pub max_depth: Option<u32>,
     /// Russian roulette.
     pub roulette: Roulette,
-    /// Number of light samples at the first vertex; 1 at all others.
+    /// Number of light samples at the first vertex. All other vertices have one light sample.
     pub light_samples: u32,
-    /// Maximum luminance of a sample's light after the first bounce, which makes the estimate
-    /// biased; `None` does not clamp.
+    /// Maximum luminance of a sample's light after the first bounce. `None`: no clamping. Clamping
+    /// makes the estimate biased.
     pub clamp_indirect: Option<f32>,
 }
 
@@ -79,7 +78,7 @@ pub(crate) fn with_clamped(limit: f32, out: &mut [impl Sink], trace: impl FnOnce
 }
 
 impl<A: Accel> PathIntegrator<'_, A> {
-    /// Traces samples, one path per sample.
+    /// Traces the samples `keys`, one path per sample.
     fn trace<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
         let mut packet = CameraPacket::new();
         for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
@@ -95,8 +94,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
         }
     }
 
-    /// Adds the light that arrives along the ray of `path`, by following one path. `traced` is the
-    /// result of the first ray query, if it was made already.
+    /// Follows one path, and adds the light that arrives along the ray of `path`. `traced` is the
+    /// result of the first ray query, if the query was made already.
     #[inline(never)]
     pub(crate) fn li<S: Sampler>(
         &self,
@@ -106,12 +105,12 @@ impl<A: Accel> PathIntegrator<'_, A> {
         out: &mut impl Sink,
     ) {
         loop {
-            // Random numbers do not depend on the hit: the CPU computes them while it traces the
+            // Random numbers do not depend on the hit, so the CPU computes them while it traces the
             // ray
             let u = numbers.vertex(path.depth, self.roulette);
 
-            // Find the next surface. Emitted light is weighted against the light samples of the
-            // previous vertex
+            // Find the next surface. Emission is weighted against the light samples of the previous
+            // vertex
             let Some(hit) = path.intersect(&self.world, traced.take(), out) else {
                 return self.strategy.add_sky(&self.world, &path, out);
             };
@@ -159,10 +158,11 @@ impl<A: Accel> PathIntegrator<'_, A> {
         Some(path.scatter(&self.world, vertex, &sample, (factor, light_samples), out))
     }
 
-    /// Samples lights for `vertex`. All shadow rays except the last one are traced here.
+    /// Samples lights for `vertex`. Traces all shadow rays except the last one, and returns its
+    /// light sample.
     ///
-    /// Light samples of the first vertex are numbered consecutively over all samples of the pixel,
-    /// so that all of them are stratified together.
+    /// The light samples of the first vertex are numbered consecutively over all samples of the
+    /// pixel, so that all of them are stratified jointly.
     #[inline(always)]
     pub(crate) fn sample_light<S: Sampler>(
         &self,
@@ -177,7 +177,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         }
         let PathNumbers { key, sampler, .. } = u.numbers;
         if count == 1 {
-            // A single sample uses the numbers of the path.
+            // A single light sample uses the numbers of the path.
             let u = LightNumbers::draw(sampler, 0);
             return Direct::sample(world, (path, vertex), strategy, 1, &u, out);
         }
@@ -200,12 +200,12 @@ impl<A: Accel> PathIntegrator<'_, A> {
     }
 }
 
-/// The random numbers of a path.
+/// Source of the random numbers of a path.
 pub(crate) struct PathNumbers<'s, S> {
     pub key: SampleKey,
     /// Sampler, started with `key`.
     pub sampler: &'s S,
-    /// Wavelength of the light, if the scene disperses light.
+    /// Wavelength of the light, if the scene has dispersive glass.
     pub wavelength: Option<Wavelength>,
 }
 
@@ -217,14 +217,14 @@ impl<S> Clone for PathNumbers<'_, S> {
 }
 impl<S> Copy for PathNumbers<'_, S> {}
 
-/// The random numbers of one vertex.
+/// Random numbers of one vertex.
 pub(crate) struct VertexNumbers<'s, S> {
     numbers: PathNumbers<'s, S>,
     depth: u32,
-    /// Numbers of a light sample. `None` at the first vertex, for which
-    /// [`PathIntegrator::sample_light`] gets the numbers of each light sample.
+    /// Random numbers of a light sample. `None` at the first vertex:
+    /// [`PathIntegrator::sample_light`] draws the numbers of each light sample there.
     pub light: Option<LightNumbers<'s, S>>,
-    /// Number that samples the direction.
+    /// Random number for the direction.
     pub direction: Vec2,
     pub roulette: f32,
 }
@@ -241,8 +241,8 @@ impl<'s, S: Sampler> PathNumbers<'s, S> {
         }
     }
 
-    /// Numbers of the vertex after `depth` scattering events. The first vertex needs no number for
-    /// roulette unless roulette plays there.
+    /// Random numbers of the vertex after `depth` scattering events. The number for roulette is
+    /// drawn at the first vertex only if roulette may end paths there.
     #[inline(always)]
     pub fn vertex(self, depth: u32, roulette: Roulette) -> VertexNumbers<'s, S> {
         let sampler = self.sampler;
@@ -272,7 +272,7 @@ impl<'s, S: Sampler> PathNumbers<'s, S> {
 }
 
 impl<S: Sampler> VertexNumbers<'_, S> {
-    /// Number that chooses a lobe of `bsdf`, if it has several lobes.
+    /// Random number that chooses a lobe of `bsdf`; 0 if `bsdf` has a single lobe.
     pub fn lobe(&self, bsdf: &Bsdf) -> f32 {
         match bsdf {
             Bsdf::Single(_) => 0.0,

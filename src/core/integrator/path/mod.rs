@@ -1,9 +1,10 @@
-//! Paths from the camera: the path tracer, its variants and simpler relatives.
+//! Integrators that trace paths from the camera: the path tracer, its variants, and simpler
+//! methods.
 //!
 //! `integrator` is the path tracer; `reuse` shares paths between pixels. Both use `state` (a path
 //! between two vertices), `direct` (direct light at a vertex), `strategy` (sampling of directions
-//! and of direct light) and `roulette`. The other modules are simpler estimators of the same light
-//! from the same parts: docs/guide/explanation/estimators.md compares them. `whitted` and
+//! and of direct light) and `roulette`. The other modules are simpler estimators of the same light,
+//! built from the same modules: docs/guide/explanation/estimators.md compares them. `whitted` and
 //! `distributed` share `tree`.
 
 pub(crate) mod ambient_occlusion;

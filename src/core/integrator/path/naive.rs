@@ -5,8 +5,8 @@ use crate::integrator::{Directions, Integrator, Roulette, Sink, Strategy, World}
 use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Kajiya's path tracing by brute force: light counts only if a path hits it by chance (Kajiya
-/// 1986). A coin decides if a surface emits or reflects.
+/// Kajiya's path tracing by brute force: only emission that a path hits by chance counts (Kajiya
+/// 1986). A random decision chooses between emission and reflection at a surface.
 ///
 /// Each event has a separate probability, as in textbooks. The probabilities are options, so that
 /// users can see their cost. The path tracer instead multiplies its throughput by these
@@ -17,34 +17,34 @@ pub struct NaiveIntegrator<'a, A> {
     pub world: World<'a, A>,
     /// Sampling of directions.
     pub directions: Directions,
-    /// Surfaces on which a coin decides between emission and reflection.
+    /// Surfaces on which a random decision chooses between emission and reflection.
     pub emission_coin: EmissionCoin,
-    /// Probability that the coin chooses emission, in (0, 1).
+    /// Probability of emission in this decision, in (0, 1).
     pub emission_probability: f32,
     /// Treatment of absorption.
     pub absorption: Absorption,
-    /// Maximum number of scattering events; with `None` only roulette ends paths.
+    /// Maximum number of scattering events. `None`: only roulette ends paths.
     pub max_depth: Option<u32>,
     /// Russian roulette.
     pub roulette: Roulette,
 }
 
-/// Surfaces on which a coin decides between emission and reflection.
+/// Surfaces on which a random decision chooses between emission and reflection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EmissionCoin {
     /// Only surfaces that emit and reflect.
     #[default]
     Emitters,
-    /// All surfaces: if the coin chooses emission and the surface has none, the path ends without
-    /// light.
+    /// All surfaces. If the decision is emission and the surface emits nothing, the path ends
+    /// without light.
     EveryHit,
 }
 
-/// Treatment of the light that surfaces absorb.
+/// Treatment of absorption by surfaces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Absorption {
-    /// Absorption is a factor of the throughput. Lobes are chosen by their shares of the reflected
-    /// light.
+    /// Absorption is a factor of the throughput. Lobes are chosen in proportion to the light that
+    /// they reflect.
     #[default]
     Weight,
     /// Absorption is random: lobes are chosen by their albedos, and the path ends with the
@@ -53,8 +53,8 @@ pub enum Absorption {
 }
 
 impl<'a, A> NaiveIntegrator<'a, A> {
-    /// Kajiya's original options: uniform directions, a fair coin on surfaces that emit and
-    /// reflect, and absorption as a weight.
+    /// Kajiya's original options: uniform directions, emission or reflection with probability 0.5
+    /// on surfaces that emit and reflect, and absorption as a factor of the throughput.
     pub fn new(world: World<'a, A>, max_depth: Option<u32>, roulette: Roulette) -> Self {
         Self {
             world,
@@ -70,7 +70,7 @@ impl<'a, A> NaiveIntegrator<'a, A> {
 
 impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
-        // Lights are not sampled, so the light that a ray hits counts in full.
+        // Lights are not sampled, so emission that a ray hits has the weight 1.
         let (world, strategy) = (&self.world, Strategy::default());
         let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
         let wavelength = world.wavelength(sampler);
@@ -83,7 +83,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
                 return strategy.add_sky(world, &path, out);
             };
 
-            // Choose emission or reflection, by a coin
+            // Choose emission or reflection at random
             let emitted = emitted(world, &path, &vertex).filter(|light| !light.radiance.is_black());
             let reflects = self.max_depth.is_none_or(|max| depth < max) && !vertex.bsdf.albedo().is_black();
             let probability = match (reflects, self.emission_coin, emitted) {

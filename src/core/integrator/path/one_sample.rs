@@ -5,19 +5,19 @@ use crate::integrator::{DirectLight, Integrator, Sink, Strategy, World};
 use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Path tracing in which each vertex takes one sample of direct plus indirect light. A coin chooses
-/// between the two, and the sample is divided by the probability of the choice.
+/// Path tracing with one sample of direct or indirect light at each vertex. A random decision
+/// chooses between the two, and the sample is divided by the probability of the choice.
 ///
 /// Direct light comes from light sampling and ends the path, so no roulette is needed. Indirect
-/// light comes from the next vertex. The emission of that vertex already counted as direct light,
-/// except along a delta lobe.
+/// light comes from the next vertex. The emission of that vertex is already counted as direct
+/// light, so it is added only along a delta lobe.
 #[derive(Debug)]
 pub struct OneSampleIntegrator<'a, A> {
     /// World with the scene and the camera.
     pub world: World<'a, A>,
     /// Probability of direct light, in (0, 1).
     pub direct_probability: f32,
-    /// Maximum number of scattering events; with `None` only the coin ends paths.
+    /// Maximum number of scattering events. `None`: only the choice of direct light ends paths.
     pub max_depth: Option<u32>,
 }
 
@@ -42,8 +42,8 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
                 return;
             }
 
-            // Choose direct or indirect light by a coin. For delta lobes choose indirect light:
-            // lights cannot be sampled for them
+            // Choose direct or indirect light at random. Choose indirect light for delta lobes, for
+            // which lights cannot be sampled
             let probability = match vertex.bsdf.is_delta() {
                 true => 0.0,
                 false => self.direct_probability,

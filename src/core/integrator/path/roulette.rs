@@ -1,32 +1,33 @@
 //! Russian roulette: ends paths of small throughput at random and raises the weight of the
 //! survivors (Arvo and Kirk 1990, "Particle Transport and Image Synthesis").
 //!
-//! Roulette may end a path after its second scattering. The default survival probability is the
-//! largest channel of the throughput (in `path` divided by 0.5), at most 0.95.
+//! By default roulette may end a path after its second scattering event. The default survival
+//! probability is the largest channel of the throughput (in `path` divided by 0.5), at most 0.95.
 //! docs/notebook/2026-11.md, "Russian roulette", compares rules by the product of noise and time.
 //!
 //! Roulette multiplies the throughput by the squared indices of refraction by which the path was
-//! divided. Radiance that shrinks on its way into glass grows again on its way out. `reuse` adds a
+//! divided: radiance that shrinks on its way into glass grows again on its way out. `reuse` adds a
 //! minimum for shared paths. `integrator/visibility.rs`, which learns which parts of the sky are
 //! visible, has a separate roulette.
 
 use crate::color::Spectrum;
 
-/// Maximum survival probability by throughput, so that every path ends, even in a closed room
-/// without absorption.
+/// Maximum survival probability of the rules that use the throughput. It ends every path, even in a
+/// closed room without absorption.
 const MAX_SURVIVAL: f32 = 0.95;
 
 // ANCHOR: roulette
-/// Russian roulette: ends paths of small throughput at random, and weights the survivors.
+/// Rule of Russian roulette: ends paths of small throughput at random, and increases the weight of
+/// the survivors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roulette {
     /// Minimum number of scattering events before roulette may end a path.
     pub depth: u32,
-    /// Survival probability.
+    /// Rule for the survival probability.
     pub survival: Survival,
 }
 
-/// Survival probability of a path.
+/// Rule for the survival probability of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Survival {
     /// Largest channel of the throughput, at most 0.95.
@@ -40,10 +41,10 @@ pub enum Survival {
 }
 
 impl Roulette {
-    /// Returns the factor that compensates for the terminated paths, or `None` if this path ends.
+    /// Returns the factor that compensates for terminated paths, or `None` if this path ends.
     ///
-    /// `depth` is the number of scattering events before the last one; `beta` is the throughput of
-    /// the path.
+    /// `depth` is the number of scattering events before the last event. `beta` is the throughput
+    /// of the path after the last event. `u` is a random number in [0, 1).
     pub(crate) fn play(self, depth: u32, beta: Spectrum, u: f32) -> Option<f32> {
         if depth < self.depth {
             return Some(1.0);
@@ -71,8 +72,8 @@ impl Roulette {
 }
 
 impl Default for Roulette {
-    /// Depth 1, which has the smallest product of noise and time, or is near it, on the suite's
-    /// scenes (docs/notebook/2026-11.md, "Russian roulette").
+    /// Roulette from depth 1 on. On the suite's scenes this depth has the smallest product of noise
+    /// and time, or is near it (docs/notebook/2026-11.md, "Russian roulette").
     fn default() -> Self {
         Self::after(1)
     }
@@ -84,7 +85,7 @@ mod tests {
 
     /// The mean factor is 1 for every rule. With rules by throughput, every path ends.
     #[test]
-    fn survivors_weigh_for_all() {
+    fn mean_roulette_factor_is_one() {
         const DRAWS: u32 = 1 << 16;
         let rules = [
             Survival::LargestChannel,

@@ -1,14 +1,16 @@
 //! The shadow-catching ground, as a wrapper around the path tracer.
 //!
-//! The ground shows the share `E / E₀` of its irradiance `E₀` without the scene. The path tracer
-//! estimates `E`. The wrapper estimates `E₀` by the same path with the same random numbers in a
-//! world without surfaces, and takes the difference (a control variate):
+//! The ground shows the ratio `E / E₀` of its irradiance `E` to the irradiance `E₀` that it has
+//! without objects. The path tracer estimates `E`. The wrapper estimates `E₀` by the same path with
+//! the same random numbers in a world without surfaces, and takes the difference (a control
+//! variate):
 //!
 //! ```text
 //! E / E₀ = 1 + (E − E₀) / E₀
 //! ```
 //!
-//! If nothing stands on the ground, both estimates are bit-identical, and the ground has no noise.
+//! If no object stands on the ground, both estimates are bit-identical, and the ground has no
+//! noise.
 
 use super::integrator::{PathIntegrator, PathNumbers};
 use super::state::{PathState, RayResult};
@@ -21,8 +23,8 @@ use crate::material::BsdfSlot;
 use crate::sampler::Sampler;
 
 impl<A: Accel> PathIntegrator<'_, A> {
-    /// Subtracts the unshadowed light if the camera ray of `path` hits the ground. `out` must have
-    /// the light of the path already.
+    /// Subtracts the unshadowed light if the camera ray of `path` hits the ground. Call it after
+    /// the light of the path was added to `out`.
     #[inline(never)]
     pub(super) fn catch_shadow<S: Sampler>(
         &self,
@@ -31,7 +33,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
         out: &mut impl Sink,
     ) {
         let world = &self.world;
-        // Light of lamps behind a surface is unknown: a ray that hits the surface does not find it.
+        // Skip grounds for which the light without objects is unknown, as for lamps behind a
+        // surface: a ray that hits the surface does not find the lamp.
         let ground = world.scene.ground().filter(|ground| ground.has_missing_light());
         let (hit, transmittance) = traced;
         let Some((ground, hit)) = ground.zip(hit).filter(|(ground, hit)| ground.is_at(hit)) else {
@@ -59,7 +62,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
     }
 }
 
-/// Sums light, and ignores everything else.
+/// Sink that sums light and ignores rays, weights and surfaces.
 struct UnshadowedSink {
     sum: LightSum,
     separates_parts: bool,

@@ -1,12 +1,12 @@
-//! Path tracing in its shortest form. Read it first.
+//! Path tracing in its shortest form. Read this module first.
 //!
 //! The radiance along a ray is the light that the surface emits, plus the light that it scatters
 //! (Kajiya 1986): `L = Le + ∫ f L cos θ dω`. A path estimates the integral by one random direction
 //! at each surface. The light of lamps is sampled separately, by a random point of a lamp, because
 //! few random directions find a lamp.
 //!
-//! There are no weights and no roulette: `integrator` adds both, and has far less error for its
-//! time. This integrator is not selectable; tests compare it with `path`.
+//! There are no MIS weights and no roulette: `integrator` adds both, and has far less error in the
+//! same time. This integrator cannot be selected in renders; tests compare it with `path`.
 
 use super::direct::{Direct, LightNumbers, trace};
 use super::state::PathState;
@@ -15,7 +15,7 @@ use crate::integrator::{DirectLight, Directions, Heuristic, Integrator, Sink, St
 use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Path tracing without weights and without roulette.
+/// Path tracing without MIS weights and without roulette.
 #[derive(Debug)]
 pub struct SimpleIntegrator<'a, A> {
     /// World with the scene and the camera.
@@ -24,8 +24,8 @@ pub struct SimpleIntegrator<'a, A> {
     pub max_depth: u32,
 }
 
-/// Lamps are sampled. A ray that hits a lamp counts only at the camera and behind mirrors, where no
-/// lamp can be sampled.
+/// Lamps are sampled. Emission that a ray hits counts only on camera rays and on rays that leave a
+/// delta lobe, for which lamps cannot be sampled.
 const SAMPLED: Strategy = Strategy {
     directions: Directions::Bsdf,
     direct: DirectLight::Light,
@@ -37,7 +37,7 @@ impl<A: Accel> Integrator for SimpleIntegrator<'_, A> {
         let world = &self.world;
         let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
         loop {
-            // Add Le: the light that the next surface emits, or the sky
+            // Add Le: the emitted radiance of the next surface, or of the sky
             let slot = BsdfSlot::new();
             let vertex = path.next_vertex(world, None, &slot, out);
             SAMPLED.add_found(world, &path, vertex.as_ref(), out);

@@ -1,4 +1,4 @@
-//! The state of a path from the camera between two vertices, and the step to the next vertex.
+//! State of a camera path between two vertices, and the step to the next vertex.
 
 use super::strategy::PrevVertex;
 use crate::accel::Accel;
@@ -12,10 +12,10 @@ use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampling::Wavelength;
 
-/// Closest hit of a ray, and the transmittance before it.
+/// Closest hit of a ray, and the transmittance up to the hit.
 pub(crate) type RayResult = (Option<Hit>, Spectrum);
 
-/// State of a path between two vertices.
+/// State of a camera path between two vertices.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathState {
     pub ray: Ray,
@@ -23,19 +23,19 @@ pub(crate) struct PathState {
     pub depth: u32,
     /// Throughput from the camera to `ray`.
     pub beta: Spectrum,
-    /// Factor of `beta` in Russian roulette: the squared indices of refraction by which `beta` was
-    /// divided, and the throughput before the start of the path.
+    /// Factor by which Russian roulette multiplies `beta`: the squared indices of refraction by
+    /// which `beta` was divided, and the throughput before the start of the path.
     pub roulette_scale: Spectrum,
-    /// Vertex at the start of `ray`, with its scattering; `None` at the camera.
+    /// Vertex at the start of `ray`, with the sampled direction; `None` at the camera.
     pub prev: Option<PrevVertex>,
-    /// True if the light that `ray` hits is estimated elsewhere.
+    /// True if the emission that `ray` hits is added elsewhere.
     pub skips_emission: bool,
     /// True after glass dispersed the light: the path then has one wavelength.
     pub is_dispersed: bool,
 }
 
 impl PathState {
-    /// State before the first vertex.
+    /// State of a path before its first vertex.
     #[inline(always)]
     pub fn new(ray: Ray) -> Self {
         Self {
@@ -72,10 +72,11 @@ impl PathState {
         hit
     }
 
-    /// Vertex at `hit`, on the ray of the path. Passes the first view of a camera ray to `out`.
+    /// Vertex at `hit` on the ray of the path. If the ray is a camera ray, passes its first view
+    /// (surface or ground) to `out`.
     ///
-    /// From the first dispersive glass on, the path has `wavelength`, and its throughput gets the
-    /// weight of the wavelength.
+    /// From the first dispersive glass on, the light of the path has the wavelength `wavelength`,
+    /// and the throughput includes the weight of the wavelength.
     #[inline(always)]
     pub fn vertex<'v, A: Accel>(
         &mut self,
@@ -110,8 +111,9 @@ impl PathState {
         Some(self.vertex(world, &hit, wavelength, slot, out))
     }
 
-    /// Next segment, after `vertex` scattered the path by `sample`. `light_samples` is the number
-    /// of light samples at the vertex; `factor` compensates for paths that end there.
+    /// Next segment of the path after `vertex` scattered the path in the direction of `sample`.
+    /// `light_samples` is the number of light samples at the vertex. `factor` compensates for paths
+    /// that end at the vertex.
     #[inline(always)]
     pub fn scatter<A: Accel>(
         &self,
@@ -130,7 +132,7 @@ impl PathState {
         }
     }
 
-    /// Continues to the next vertex.
+    /// Replaces the segment of the path by the next segment.
     #[inline(always)]
     pub fn advance(&mut self, next: NextSegment) {
         self.ray = next.ray;
@@ -141,14 +143,15 @@ impl PathState {
         self.skips_emission = false;
     }
 
-    /// State after a scattering event.
+    /// State of the path after the scattering event that starts `next`.
     pub fn after(mut self, next: NextSegment) -> Self {
         self.advance(next);
         self
     }
 }
 
-/// Next segment from a vertex. It has 128 bytes, which compilers move without a call.
+/// The segment of a path after a vertex. It has at most 128 bytes, which compilers move without a
+/// call.
 pub(crate) struct NextSegment {
     pub ray: Ray,
     pub beta: Spectrum,

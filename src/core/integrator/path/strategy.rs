@@ -1,8 +1,8 @@
-//! Options of the path tracer's estimate: the distribution of directions, the strategies of direct
-//! light, and the heuristic of MIS.
+//! Options of a path estimate: the distribution of directions, the strategies for direct light, and
+//! the MIS heuristic.
 //!
-//! Delta lobes are followed with every distribution. MIS needs the previous vertex of a ray that
-//! hits a light: `PrevVertex` is that vertex with the density of the ray's direction.
+//! Delta lobes are followed with every distribution. If a ray hits a light, the MIS weight depends
+//! on the previous vertex: `PrevVertex` is this vertex, with the density of the ray's direction.
 
 use crate::bsdf::{Bsdf, BsdfSample, Scattering};
 use crate::color::Spectrum;
@@ -40,11 +40,12 @@ pub enum Directions {
 /// Strategies for direct light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DirectLight {
-    /// Only scattered rays that hit lights.
+    /// Only emission that scattered rays hit.
     None,
     /// Only light sampling.
     Light,
-    /// Light sampling and scattered rays, combined by multiple importance sampling.
+    /// Light sampling, and emission that scattered rays hit, combined by multiple importance
+    /// sampling.
     #[default]
     Mis,
 }
@@ -59,7 +60,7 @@ pub enum Heuristic {
     Power,
 }
 
-/// Options of an estimator; the defaults have the smallest error.
+/// Sampling options of an estimator. The defaults have the smallest error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Strategy {
     /// Sampling of directions.
@@ -75,16 +76,16 @@ pub struct Strategy {
 pub(crate) struct PrevVertex {
     /// Light sampling context of the vertex.
     pub from: LightSampleContext,
-    /// Density of the ray's direction.
+    /// Density of the ray's direction, per solid angle.
     pub pdf: f32,
-    /// True if light sampling could not have sampled this direction.
+    /// True if the direction was sampled from a delta lobe, so that light sampling cannot find it.
     pub is_delta: bool,
     /// Number of light samples that were taken at the vertex.
     pub light_samples: u32,
 }
 
 impl PrevVertex {
-    /// Previous vertex `vertex`, with the next direction `sample`.
+    /// Previous vertex of the ray that leaves `vertex` in the direction of `sample`.
     #[inline(always)]
     pub fn new(vertex: &Vertex, sample: &BsdfSample, light_samples: u32) -> Self {
         Self {
@@ -97,7 +98,7 @@ impl PrevVertex {
 }
 
 impl Directions {
-    /// Samples `wi` at `vertex`.
+    /// Samples a direction at `vertex`.
     #[inline(always)]
     pub(crate) fn sample(self, vertex: &Vertex, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         match self {
@@ -106,8 +107,7 @@ impl Directions {
         }
     }
 
-    /// [`Directions::sample`] for distributions over the hemisphere. Delta lobes are sampled by the
-    /// BSDF.
+    /// [`Directions::sample`] for distributions over the hemisphere. The BSDF samples delta lobes.
     #[inline(never)]
     fn sample_hemisphere(self, vertex: &Vertex, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         let (bsdf, wo) = (vertex.bsdf, vertex.wo);
@@ -121,7 +121,7 @@ impl Directions {
             Self::Fibonacci | Self::PerturbedQmc => cosine_hemisphere_of_sphere(u),
             _ => cosine_hemisphere(u),
         };
-        // Transmitting surfaces get half of the directions on either side.
+        // On transmitting surfaces, half of the directions are on either side.
         let passed = bsdf.glossy_eta(wo).filter(|_| u_lobe < 0.5 * smooth);
         wi.z = wi.z.copysign(if passed.is_some() { -wo.z } else { wo.z });
         let (f, pdf) = self.eval_pdf(vertex, wi);
@@ -131,8 +131,8 @@ impl Directions {
         })
     }
 
-    /// Value of the BSDF of `vertex` for light from `wi`, cosine excluded, and density per solid
-    /// angle with which [`Directions::sample`] samples `wi`.
+    /// Value of the BSDF of `vertex` for light from `wi` (local frame) without the cosine, and the
+    /// density per solid angle with which [`Directions::sample`] samples `wi`.
     #[inline(always)]
     pub(crate) fn eval_pdf(self, vertex: &Vertex, wi: Vec3) -> (Spectrum, f32) {
         let (f, pdf) = vertex.eval_pdf(wi);
@@ -142,10 +142,10 @@ impl Directions {
         }
     }
 
-    /// Density of the directions of [`Directions::sample_hemisphere`].
+    /// Density per solid angle with which [`Directions::sample_hemisphere`] samples `wi`.
     #[inline(never)]
     fn hemisphere_pdf(self, bsdf: &Bsdf, wo: Vec3, wi: Vec3) -> f32 {
-        // Most lobes only reflect: then only the hemisphere of wo is sampled.
+        // Most lobes only reflect. Only the hemisphere of `wo` is sampled then.
         let share = match (bsdf.glossy_eta(wo), wo.z * wi.z > 0.0) {
             (None, false) => return 0.0,
             (None, true) => 1.0,
@@ -160,18 +160,19 @@ impl Directions {
 }
 
 impl Strategy {
-    /// Returns true if lights are sampled.
+    /// Returns `true` if direct light includes light sampling.
     pub fn samples_lights(&self) -> bool {
         self.direct != DirectLight::None
     }
 
-    /// Returns true if emission hit by a scattered ray may count, for lobes that are not delta
+    /// Returns `true` if emission that a scattered ray hits may count. This is always so for delta
     /// lobes.
     pub(crate) fn counts_emission_hits(&self) -> bool {
         self.direct != DirectLight::Light
     }
 
-    /// MIS weight of emission that a camera ray or a scattered ray hits.
+    /// MIS weight of the emission `light` that a ray hits. `prev` is the previous vertex, `None` at
+    /// the camera.
     #[inline(always)]
     pub(crate) fn emission_weight(&self, prev: Option<&PrevVertex>, light: &Incident) -> f32 {
         let Some(prev) = prev.filter(|prev| !prev.is_delta) else {
@@ -185,7 +186,7 @@ impl Strategy {
     }
 
     /// MIS weight of a light sample of density `pdf`, against a scattered ray in the same
-    /// direction.
+    /// direction. `is_delta` is `true` for delta lights.
     #[inline(always)]
     pub(crate) fn light_weight(&self, pdf: f32, is_delta: bool, scattering_pdf: f32) -> f32 {
         if is_delta || self.direct != DirectLight::Mis {
@@ -196,7 +197,8 @@ impl Strategy {
 }
 
 impl Heuristic {
-    /// Weight of a strategy relative to another; `ratio` is the ratio of their densities.
+    /// Unnormalised weight of a strategy relative to another strategy. `ratio` is the ratio of
+    /// their densities.
     pub(crate) fn raised(self, ratio: f64) -> f64 {
         match self {
             Self::Balance => ratio,
@@ -216,8 +218,8 @@ impl Heuristic {
 mod tests {
     use super::*;
 
-    /// Weights of two strategies, for paths, and weights of many strategies, for bidirectional
-    /// methods, have the same exponent.
+    /// The weights for two strategies (paths) and for many strategies (bidirectional methods) have
+    /// the same exponent.
     #[test]
     fn both_forms_of_a_heuristic_agree() {
         for heuristic in [Heuristic::Balance, Heuristic::Power] {

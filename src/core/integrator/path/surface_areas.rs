@@ -1,4 +1,4 @@
-//! Points uniform over the area of all surfaces of a scene.
+//! Sampling of points uniformly over the area of all surfaces of a scene.
 
 use crate::geometry::{GeomId, Hit, InstanceId, PrimId, triangle_area};
 use crate::math::Vec2;
@@ -6,16 +6,17 @@ use crate::sampling::AliasTable;
 use crate::sampling::warp::uniform_triangle;
 use crate::scene::Scene;
 
-/// All triangles of a scene, including those of instances, chosen by area.
+/// All triangles of a scene, including the triangles of instances. Triangles are chosen in
+/// proportion to their areas.
 #[derive(Debug)]
 pub struct SurfaceAreas {
     triangles: Vec<(InstanceId, GeomId, PrimId)>,
-    /// Table that chooses a triangle; `None` in a scene without area.
+    /// Table that chooses a triangle; `None` if all areas are 0.
     table: Option<AliasTable>,
 }
 
 impl SurfaceAreas {
-    /// Surface areas of `scene` at the time 0.
+    /// Surface areas of `scene` at time 0.
     pub fn new(scene: &Scene) -> Self {
         let prims = |geom: GeomId| (0..scene.mesh(geom).triangles.len() as u32).map(PrimId);
         let of_meshes = |inst: InstanceId, geoms: std::ops::Range<u32>| {
@@ -34,8 +35,8 @@ impl SurfaceAreas {
         }
     }
 
-    /// A surface point at `time`, and its density per area; `choice` chooses the triangle and `u`
-    /// the point. `None` if the scene has no area.
+    /// Samples a surface point at `time`. Returns the point and its density per area. `choice`
+    /// chooses the triangle, and `u` the point on the triangle. `None` if the area is 0.
     pub fn sample(&self, scene: &Scene, choice: f32, u: Vec2, time: f32) -> Option<(Hit, f32)> {
         let (index, pmf) = self.table.as_ref()?.sample(choice);
         let hit = hit(*self.triangles.get(index)?);
@@ -47,7 +48,7 @@ impl SurfaceAreas {
     }
 }
 
-/// The triangle `id`, at its first corner.
+/// Hit at the first corner of a triangle.
 fn hit((inst, geom, prim): (InstanceId, GeomId, PrimId)) -> Hit {
     Hit {
         t: 0.0,
@@ -74,8 +75,8 @@ mod tests {
     use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
     use crate::scene::SceneBuilder;
 
-    /// χ² over the four parts of each triangle between the midpoints of its edges: all points have
-    /// one density, 1 over the total area.
+    /// χ² over four parts of each triangle, which the midpoints of its edges separate. All points
+    /// have the same density: 1 divided by the total area.
     #[test]
     fn points_are_uniform_over_all_triangles() {
         const N: u32 = 400_000;

@@ -1,5 +1,5 @@
-//! Trees of rays for `whitted` and `distributed`: several rays leave a vertex, and each is a
-//! branch.
+//! Trees of rays for `whitted` and `distributed`: several rays leave a vertex. Each of these rays
+//! is a branch.
 
 use super::direct::{Direct, LightNumbers, trace};
 use super::state::PathState;
@@ -10,9 +10,9 @@ use crate::material::BsdfSlot;
 use crate::math::Ray;
 use crate::sampler::Sampler;
 
-/// A ray of the tree.
+/// A branch of a tree of rays.
 pub(super) struct Branch {
-    /// The path that ends with the ray.
+    /// Path from the camera whose last ray is the branch.
     pub path: PathState,
     /// Index of the branch in the tree. It selects the random numbers of the vertex at the end of
     /// the branch.
@@ -20,7 +20,7 @@ pub(super) struct Branch {
 }
 
 impl Branch {
-    /// The root: a ray from the camera.
+    /// The root of the tree: a ray from the camera.
     pub fn from_camera(ray: Ray) -> Self {
         Self {
             path: PathState::new(ray),
@@ -28,8 +28,8 @@ impl Branch {
         }
     }
 
-    /// Adds emission and direct light at the end of the branch, as along a path. Then calls
-    /// `continue_path` with the vertex and the path, to follow the next branches. Past `max_depth`
+    /// Adds emission and direct light at the vertex at the end of the branch. Then calls
+    /// `continue_path` with the vertex and the path, to follow the next branches. After `max_depth`
     /// scattering events only emission is added.
     pub fn follow<A: Accel, O: Sink>(
         self,

@@ -5,19 +5,18 @@ use crate::bsdf::TransportMode;
 use crate::integrator::{DirectLight, Integrator, Sink, Strategy, World};
 use crate::sampler::{SampleKey, Sampler};
 
-/// Minimum throughput of a branch (Hall and Greenberg 1983).
+/// Minimum throughput of a branch; branches below it end (Hall and Greenberg 1983).
 const MIN_SHARE: f32 = 1e-3;
 
-/// Recursive ray tracing: mirrors and glass are followed, and other surfaces show direct light
-/// (Whitted 1980).
+/// Recursive ray tracing (Whitted 1980): mirrors and glass are followed, and all other surfaces
+/// have direct light only.
 ///
-/// There is no light from diffuse to diffuse surfaces, so the image differs from a path tracer's
-/// image.
+/// Light between diffuse surfaces is missing, so the image differs from the image of a path tracer.
 #[derive(Debug)]
 pub struct WhittedIntegrator<'a, A> {
     /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// Maximum number of scattering events; with `None` only `MIN_SHARE` ends branches.
+    /// Maximum number of scattering events. `None`: only `MIN_SHARE` ends branches.
     pub max_depth: Option<u32>,
 }
 
@@ -29,7 +28,7 @@ impl<A: Accel> Integrator for WhittedIntegrator<'_, A> {
 }
 
 impl<A: Accel> WhittedIntegrator<'_, A> {
-    /// Traces `branch`, and all mirrored and refracted branches behind it.
+    /// Traces `branch` and all mirrored and refracted branches that follow it.
     fn follow(&self, branch: Branch, sampler: &impl Sampler, out: &mut impl Sink) {
         let strategy = Strategy {
             direct: DirectLight::Light,
@@ -37,7 +36,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
         };
         let (world, parent) = (&self.world, branch.node);
         branch.follow((world, &strategy), self.max_depth, sampler, out, |vertex, path, out| {
-            // Follow all mirror and refracted directions
+            // Follow all directions of mirror reflection and refraction
             let directions = vertex.bsdf.delta_directions(vertex.wo, TransportMode::Radiance);
             for (i, sample) in directions.enumerate() {
                 // Do not divide by the probability of the lobe, because all lobes are followed.

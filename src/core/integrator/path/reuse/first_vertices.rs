@@ -1,7 +1,7 @@
-//! First vertices of a group, and their connections to one end (the shared second vertex of a
-//! path).
+//! First vertices of the paths of a group, and their connections to one end (the shared second
+//! vertex of a path).
 
-// Use one index for all arrays of a loop: the compiler vectorises such loops
+// Each loop indexes several arrays with the same index, so that the compiler vectorises it
 #![allow(clippy::needless_range_loop)]
 
 use super::end::End;
@@ -15,13 +15,13 @@ use crate::integrator::vertex::Vertex;
 use crate::math::{LANES, Lane, Ray, Vec3, Vec3Lanes};
 use std::f32::consts::FRAC_1_PI;
 
-// Each sample has one lane
+// Each sample of a group has one lane
 const _: () = assert!(LANES == SAMPLES_AT_ONCE);
 
-/// First vertex of a pixel, which is connected to the ends of all paths of its group.
+/// First vertex of a pixel's path. It is connected to the ends of all paths of the group.
 pub(super) struct FirstVertex<'v> {
     pub vertex: Vertex<'v>,
-    /// Throughput of the mirrors and smooth glass between the camera and the vertex.
+    /// Throughput from the camera to the vertex, through mirrors and smooth glass.
     pub beta: Spectrum,
     /// Number of scattering events before the vertex.
     pub depth: u32,
@@ -38,7 +38,7 @@ impl<'v> FirstVertex<'v> {
     }
 }
 
-/// First vertices of a group, in lanes.
+/// First vertices of a group, stored in lanes for SIMD.
 pub(super) struct FirstVertices<'f, 'v> {
     vertices: &'f [Option<FirstVertex<'v>>; SAMPLES_AT_ONCE],
     pub directions: Directions,
@@ -47,31 +47,31 @@ pub(super) struct FirstVertices<'f, 'v> {
     ns: Vec3Lanes,
     /// Unit geometric normals.
     ng: Vec3Lanes,
-    /// `cos θ` of the direction to the viewer.
+    /// Cosine of the direction to the viewer with the shading normal.
     wo_z: Lane,
-    /// Origins of rays to the front, and of rays to the back.
+    /// Origins of rays that leave on the front side, and of rays that leave on the back side.
     starts: [[Vec3; LANES]; 2],
-    /// For matte vertices: throughput × BSDF by channel, and density of a direction divided by the
-    /// cosine of the direction. The density is 0 if the lane has no matte vertex.
+    /// For matte vertices: throughput × BSDF by channel, and the density of a direction divided by
+    /// the cosine of the direction. Both are 0 in lanes without a matte vertex.
     beta_f: [Lane; 3],
     pdf_over_cos: Lane,
-    /// True for vertices that are not matte, which the loop over matte vertices leaves out.
+    /// True for vertices that are not matte. They are evaluated separately.
     others: [bool; LANES],
-    /// BSDFs of other vertices, and which of them are in lanes. They are large, and matte scenes
-    /// have none.
+    /// BSDFs of vertices that are not matte, and `true` for each lane whose BSDF is packed. The
+    /// BSDFs are boxed because they are large, and matte scenes have none.
     bsdfs: Option<Box<BsdfLanes>>,
     is_packed: [bool; LANES],
 }
 
-/// Connections of first vertices to an end, in lanes.
+/// Connections of first vertices to an end, stored in lanes.
 pub(super) struct Connections {
-    /// Unit directions to the end, world frame.
+    /// Unit directions from the first vertices to the end, world frame.
     pub w: Vec3Lanes,
     /// Cosines between these directions and the shading normals.
     cos: Lane,
-    /// Geometry term without visibility and without the cosine at the first vertex. If it is not
-    /// above 0, the vertex sees the back of the end, or the end lies below the horizon of a normal
-    /// of the vertex.
+    /// Geometry term without visibility and without the cosine at the first vertex. It is 0 or
+    /// negative if the vertex sees the back of the end, or if the end lies below the horizon of a
+    /// normal of the vertex.
     geometry: Lane,
     /// Throughput from the end to the camera, per area at the end, by channel.
     beta: [Lane; 3],
@@ -80,7 +80,8 @@ pub(super) struct Connections {
 }
 
 impl<'f, 'v> FirstVertices<'f, 'v> {
-    /// First vertices of a group whose paths sample directions by `directions`.
+    /// First vertices `vertices` of a group. The paths of the group sample directions by
+    /// `directions`.
     #[inline(always)]
     pub fn new(vertices: &'f [Option<FirstVertex<'v>>; SAMPLES_AT_ONCE], directions: Directions) -> Self {
         let mut first_vertices = Self {
@@ -123,7 +124,7 @@ impl<'f, 'v> FirstVertices<'f, 'v> {
         first_vertices
     }
 
-    /// Packs BSDFs into lanes if lanes support them.
+    /// Packs the BSDFs of vertices that are not matte into lanes, if lanes support these BSDFs.
     #[inline(never)]
     fn pack_bsdfs(&mut self) {
         let vertices = self.vertices.iter().enumerate();
@@ -138,7 +139,7 @@ impl<'f, 'v> FirstVertices<'f, 'v> {
         }
     }
 
-    /// First vertex of the path `i`.
+    /// First vertex of the path `i`, if the path has one.
     pub fn get(&self, i: usize) -> Option<&'f FirstVertex<'v>> {
         self.vertices[i].as_ref()
     }
@@ -178,8 +179,8 @@ impl<'f, 'v> FirstVertices<'f, 'v> {
         }
     }
 
-    /// Sets the densities of vertices that are not matte. Returns throughput × BSDF of all
-    /// vertices.
+    /// Sets the densities of connections from vertices that are not matte. Returns throughput ×
+    /// BSDF of all vertices.
     #[inline(never)]
     fn eval_others(&self, connections: &mut Connections) -> [Lane; 3] {
         let packed = self.bsdfs.as_ref().filter(|_| self.is_packed.contains(&true));
@@ -213,13 +214,13 @@ impl<'f, 'v> FirstVertices<'f, 'v> {
         beta_f
     }
 
-    /// Ray from the first vertex `i` to `end`, one of `connections`.
+    /// Ray from the first vertex `i` to `end`, along its connection in `connections`.
     #[inline(always)]
     pub fn ray_to(&self, end: &End, connections: &Connections, i: usize) -> Ray {
         let is_front = Side::of(connections.cos[i]) == Side::Front;
         let start = self.starts[usize::from(!is_front)][i];
-        // If the ray lies in a body that absorbs light, one of the two vertices has the index of
-        // the body
+        // If the ray lies in an absorbing body, the first vertex or the end has the index of this
+        // body
         let body = match &self.vertices[i] {
             Some(first) if !is_front && first.vertex.body > 0 => first.vertex.body,
             _ => end.vertex.body_towards(end.vertex.wo),
@@ -238,8 +239,8 @@ impl Connections {
         pdf: [0.0; LANES],
     };
 
-    /// Multiplies `beta_f` (throughput × BSDF) by cosines and geometry terms. Sets the density to 0
-    /// for vertices that cannot find the end.
+    /// Computes `beta` as the product of `beta_f` (throughput × BSDF), cosines and geometry terms.
+    /// Sets the density to 0 for vertices that cannot find the end.
     #[inline(always)]
     fn finish(&mut self, beta_f: &[Lane; 3]) {
         for i in 0..LANES {
@@ -254,7 +255,8 @@ impl Connections {
     }
 
     /// Throughput from the end to the camera through the first vertex `i`, per area at the end, and
-    /// the density per area with which this vertex finds the end. `None` if it cannot find the end.
+    /// the density per area with which this vertex finds the end. `None` if the vertex cannot find
+    /// the end.
     #[inline(always)]
     pub fn get(&self, i: usize) -> Option<(Spectrum, f32)> {
         let [r, g, b] = &self.beta;
@@ -262,7 +264,7 @@ impl Connections {
     }
 }
 
-/// Sets the channels of a lane.
+/// Sets the three channels of a lane.
 #[inline(always)]
 fn set(lanes: &mut [Lane; 3], lane: usize, value: Spectrum) {
     for (lanes, value) in lanes.iter_mut().zip(value.to_array()) {

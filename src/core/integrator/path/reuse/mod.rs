@@ -2,41 +2,42 @@
 //! Sbert and Halton 2002, "Accelerating Path Tracing by Re-Using Paths"; Bauszat, Petitjean and
 //! Eisemann 2017, "Gradient-Domain Path Reusing").
 //!
-//! Nearly all error of a path tracer in a room comes from indirect light (docs/notebook/2026-11.md,
-//! "Shared paths"). Each pixel of a group traces one path, whose second vertex is called its end.
-//! Each pixel connects its own first vertex to the ends of all paths, and evaluates the BSDF of
-//! each end for the direction of the connection. A connection costs one shadow ray and saves the
-//! rest of a path. The shadow rays to one end are nearly parallel and are traced as one packet.
+//! In a room, nearly all error of a path tracer comes from indirect light
+//! (docs/notebook/2026-11.md, "Shared paths"). Each pixel of a group traces one path, whose second
+//! vertex is called its end. Each pixel connects its own first vertex to the ends of all paths, and
+//! evaluates the BSDF of each end for the direction of the connection. A connection costs one
+//! shadow ray and saves the rest of a path. The shadow rays to one end are nearly parallel and are
+//! traced as one packet.
 //!
 //! The balance heuristic over all paths that could have found the end makes the estimate unbiased.
-//! It also limits the estimate to the light that the pixel's own path would give; the type `End`
-//! has the formulas. Two kinds of light stay with the path that found them: light emitted at the
-//! second vertex, and light that arrives there by a delta lobe.
+//! It also limits the estimate to the light that the pixel's own path would add; the type `End` has
+//! the formulas. Two kinds of light are added only to the pixel whose path found them: light
+//! emitted at the second vertex, and light that arrives there by a delta lobe.
 //!
 //! - The first vertex is the first surface that is not a mirror or smooth glass: the vertices
 //!   before it count as part of the camera.
-//! - Groups have sixteen pixels. Groups of 32 have hardly less error in the same time, and more of
-//!   their error is common to all pixels.
+//! - Groups have sixteen pixels. Groups of 32 pixels have hardly less error in the same time, and a
+//!   larger part of the error is common to all pixels.
 //! - Random numbers of different pixels are independent up to the first vertices. Random numbers of
 //!   ends may depend on each other, because each pixel's light is linear in the light of each end.
 //! - The first vertex takes three light samples. With shared indirect light, the direct light of
-//!   the pixel itself is much of the remaining error. Sample s of the pixel uses the numbers 3s to
-//!   3s + 2 of a separate stratified sequence, and the power heuristic takes all three into
-//!   account.
-//! - All paths of a group have one time, the time of the first pixel: a point at one time cannot
-//!   light a vertex at another time.
+//!   the pixel itself causes much of the remaining error. Sample s of the pixel uses the numbers 3s
+//!   to 3s + 2 of a separate stratified sequence, and the power heuristic includes all three
+//!   samples.
+//! - All paths of a group have the time of the first pixel's path: a point at one time cannot light
+//!   a vertex at another time.
 //! - If surfaces have alpha or are thin glass, the visibility of an end is a transmittance, even
 //!   for the path that found the end.
 //! - A shared point must be the same surface for all pixels that connect to it. A vertex with a
 //!   bent shading normal is not shared, and a pixel for which the normal would be bent does not
 //!   connect (`geometry/mesh.rs`).
-//! - Roulette does not end paths between first and second vertex, nor paths without an end. Behind
-//!   an end it assumes a minimum throughput. Without this minimum, a dark surface in one pixel
-//!   would end most paths, and the few survivors would be fireflies in bright pixels.
+//! - Roulette does not end paths between the first and the second vertex, or paths without an end.
+//!   Behind an end, roulette assumes a minimum throughput. Without this minimum, a dark surface in
+//!   one pixel would end most paths, and the few survivors would be fireflies in bright pixels.
 //!
-//! Pixels of a group have errors in common; `render/groups.rs` chooses groups without a visible
-//! pattern. The samples of one pixel stay independent, so its variance is right. The mean over a
-//! tile has the same error as without reuse.
+//! The errors of the pixels of a group are correlated; `render/groups.rs` chooses groups without a
+//! visible pattern. The samples of one pixel stay independent, so the variance of the pixel is
+//! estimated correctly. The mean over a tile has the same error as without reuse.
 
 mod end;
 mod first_vertices;
@@ -63,7 +64,7 @@ use viewers::Workspace;
 /// "Accelerating Path Tracing by Re-Using Paths").
 #[derive(Debug)]
 pub struct ReusingPathIntegrator<'a, A> {
-    /// Path tracer of each path.
+    /// Path tracer that traces the paths.
     pub path: PathIntegrator<'a, A>,
 }
 
@@ -89,9 +90,9 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
 }
 
 impl<A: Accel> ReusingPathIntegrator<'_, A> {
-    /// Traces samples with path reuse.
+    /// Traces samples; each group of samples shares its paths.
     fn trace<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
-        // Roulette must not play at the first vertex: the end counts for other pixels too.
+        // Roulette must not end a path at its first vertex, because other pixels use its end.
         let integrator = PathIntegrator {
             roulette: Roulette {
                 depth: self.path.roulette.depth.max(1),
@@ -99,13 +100,13 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
             },
             ..self.path
         };
-        // A first vertex connects to the ends of other pixels, whose numbers must be independent of
-        // its own.
+        // A first vertex connects to the ends of other pixels. The random numbers of these pixels
+        // must be independent of the numbers of the first vertex.
         let mut of_first_vertices = sampler.clone();
         of_first_vertices.separate();
         let mut packet = CameraPacket::new();
         for (keys, out) in keys.chunks(SAMPLES_AT_ONCE).zip(out.chunks_mut(SAMPLES_AT_ONCE)) {
-            // Shared paths must have one time.
+            // All paths of a group must have one time.
             packet.trace(&integrator.world, keys, &mut of_first_vertices, true, out);
 
             // Trace each path to its end, or completely if it has no end.
@@ -140,10 +141,10 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
 }
 
 impl<'a, A: Accel> PathIntegrator<'a, A> {
-    /// Traces `path` to its end, and adds the light that it finds on the way. `traced` is the
-    /// result of the first ray query. Sets `first` and `end` if they are found; vertices are made
-    /// in `slots`. A path without an end is traced completely. `to_first` has the numbers of the
-    /// vertices before the first vertex.
+    /// Traces `path` to its end, and adds the light that it finds before the end. `traced` is the
+    /// result of the first ray query. Sets `first` and `end` if they are found; vertices are stored
+    /// in `slots`. A path without an end is traced completely. `to_first` has the random numbers of
+    /// the vertices before the first vertex.
     #[inline(always)]
     fn find_end<'v, S: Sampler>(
         &'v self,
@@ -153,8 +154,9 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
         (first, end): (&mut Option<FirstVertex<'v>>, &mut Option<End<'v>>),
         out: &mut impl Sink,
     ) {
-        // A path that ends between first and second vertex would end for all pixels that could have
-        // found its end. Paths without an end are few, and continue without roulette too.
+        // If roulette ended a path between its first and second vertex, the path would end for all
+        // pixels that could have found its end. Paths without an end are few; they also continue
+        // without roulette.
         let roulette = |first: &Option<FirstVertex>| match first {
             Some(_) => Roulette::after(u32::MAX),
             None => self.roulette,
@@ -175,8 +177,8 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
                 return;
             }
             // All surfaces before the first vertex are mirrors or smooth glass. With a maximum
-            // depth the first vertex lies at depth 0, so that paths through an end have the same
-            // number of events for all pixels.
+            // depth, only the vertex at depth 0 can be the first vertex, so that paths through an
+            // end have the same number of events for all pixels.
             let is_late = i > 0 && (self.max_depth.is_some() || i + 1 >= slots.len());
             let is_first = first.is_none() && !vertex.bsdf.is_delta() && !is_late;
             if is_first {

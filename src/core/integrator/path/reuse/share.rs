@@ -1,4 +1,4 @@
-//! Scattered light of an end, shared among all pixels that see the end.
+//! Light that an end scatters, distributed to all pixels that see the end.
 
 use super::end::End;
 use super::viewers::{EndScattering, ViewerValues, Viewers, Workspace};
@@ -21,17 +21,17 @@ use crate::sampler::{SampleKey, Sampler};
 /// Minimum throughput that roulette assumes for a shared path.
 const MIN_SHARED_BETA: f32 = 0.5;
 
-/// Light that the end scatters to its viewers, which are the first vertices that see it.
+/// Light that the end scatters to its viewers. Viewers are the first vertices that see the end.
 #[derive(Default)]
 struct Shares {
-    /// Light that every viewer receives.
+    /// Light that the end scatters to every viewer alike.
     alike: Spectrum,
     /// Additional light of each viewer.
     each: [Spectrum; SAMPLES_AT_ONCE],
 }
 
 impl Shares {
-    /// Adds `light`, scattered to each viewer by the factors `scattered`.
+    /// Adds the incident light `light`, multiplied by the factor in `scattered` of each viewer.
     #[inline(always)]
     fn add(&mut self, light: Spectrum, scattered: &EndScattering) {
         match &scattered.f {
@@ -54,8 +54,8 @@ impl Shares {
 
 impl<'v> End<'v> {
     /// Continues the path `owner`, which found the end, with the random numbers `numbers` of that
-    /// path. Each pixel whose first vertex sees the end gets its share of the light scattered at
-    /// the end. `work` is the workspace of the group.
+    /// path. Adds the light that the end scatters to each pixel whose first vertex sees the end.
+    /// `work` is the workspace of the group.
     #[inline(always)]
     pub fn light_all<A: Accel, S: Sampler, O: Sink>(
         &self,
@@ -68,7 +68,7 @@ impl<'v> End<'v> {
         let (world, strategy) = (&path.world, &path.strategy);
         let u = numbers.vertex(self.depth, path.roulette);
         let mut shares = Shares::default();
-        // Search viewers only if light arrives, because many light samples are occluded.
+        // Find the viewers only if light arrives, because many light samples are occluded.
         let mut viewers = None;
 
         // Sample lights
@@ -117,11 +117,10 @@ impl<'v> End<'v> {
             let traced = world.intersect(&next.ray, RayKind::Bounce, own);
             let mut rest = SummingSink::new(next.depth, own);
             path.li(next, Some(traced), numbers, &mut rest);
-            // Sum of the light scattered behind the end, and the light emitted at the end of the
-            // ray
+            // Sum of the light scattered behind the end, and the emission that the ray hits
             let mut light = rest.sum;
             if sample.is_delta() {
-                // No other path finds this light, so only the owner gets it.
+                // No other path finds this light, so it is added only to the owner.
                 light = path.add_emitted((&next, traced), sample.pdf, light, own);
                 self.record_share(numbers.key, own);
                 light.pass_on(self.beta * sample.weight * factor, self.depth + 2, own);
@@ -143,7 +142,7 @@ impl<'v> End<'v> {
             }
         }
 
-        // Add to each viewer its share of the light that reaches the end
+        // Add the scattered light to the pixel of each viewer
         let Some(viewers) = viewers else { return };
         for (i, candidate) in viewers.of(work).iter().enumerate() {
             let share = shares.of(i) * (candidate.beta * (1.0 / viewers.pdf));
@@ -153,8 +152,8 @@ impl<'v> End<'v> {
         }
     }
 
-    /// Passes `light` to the sink of each viewer. It is a part of the light that arrives at the end
-    /// from the direction `wi` (local frame).
+    /// Passes the light `light` of one source to the sink of each viewer. The light arrives at the
+    /// end from the direction `wi` (local frame).
     #[inline(never)]
     fn pass_part(
         &self,
@@ -184,7 +183,8 @@ impl<'v> End<'v> {
         }
     }
 
-    /// Records that light of the end is added next. `owner` is the sample whose path found the end.
+    /// Records that the next added light comes from the end. `owner` is the sample whose path found
+    /// the end.
     #[inline(always)]
     fn record_share(&self, owner: SampleKey, out: &mut impl RaySink) {
         if out.records() {
@@ -195,8 +195,8 @@ impl<'v> End<'v> {
         }
     }
 
-    /// Samples the light `id` at the end. Returns the sample, its direction in the local frame, and
-    /// the arriving radiance. `None` if no light arrives.
+    /// Samples the light `id` at the end and traces the shadow ray. Returns the light sample, its
+    /// direction in the local frame, and the arriving radiance. `None` if no light arrives.
     #[inline(always)]
     fn sample_light<A: Accel>(
         &self,
@@ -221,8 +221,9 @@ impl<'v> End<'v> {
         (!arrives.is_blocked()).then(|| (light, wi, light.radiance * arrives.color()))
     }
 
-    /// Plays roulette before the path continues by `sample`. Returns `sample`, the factor that
-    /// compensates for terminated paths, and the rest of the path, with throughput 1.
+    /// Plays roulette before the path continues in the direction of `sample`. Returns `sample`, the
+    /// factor that compensates for terminated paths, and the state of the path behind the end, with
+    /// throughput 1. `None` if the path ends.
     #[inline(always)]
     fn play<A: Accel, S: Sampler>(
         &self,
@@ -272,8 +273,9 @@ impl<A: Accel> PathIntegrator<'_, A> {
         is_found
     }
 
-    /// Returns `light` plus the emission that the ray of `path` hits. `traced` is the result of the
-    /// ray query, and `pdf` is the density with which the direction of the ray was sampled.
+    /// Returns the sum of `light` and the emission that the ray of `path` hits. `traced` is the
+    /// result of the ray query, and `pdf` is the density with which the direction of the ray was
+    /// sampled.
     #[inline(always)]
     fn add_emitted(
         &self,

@@ -1,5 +1,5 @@
-//! Viewers of an end: the first vertices of a group that see the end, and the BSDF of the end for
-//! each of them.
+//! Viewers of an end: the first vertices of a group that see the end, and the BSDF values of the
+//! end for each viewer.
 
 use super::end::End;
 use super::first_vertices::{Connections, FirstVertices};
@@ -12,22 +12,22 @@ use crate::integrator::vertex::Vertex;
 use crate::integrator::{RayKind, SAMPLES_AT_ONCE, Sink, World};
 use crate::math::{Ray, Vec3, Vec3Lanes};
 
-/// First vertices of a group, and memory for the viewers of one end after another.
+/// First vertices of a group, and memory for the viewers of its ends, one end at a time.
 pub(super) struct Workspace<'f, 'v> {
     first_vertices: FirstVertices<'f, 'v>,
     /// Connections to the current end.
     connections: Connections,
     candidates: [Candidate; SAMPLES_AT_ONCE],
-    /// BSDF of the end for each first vertex (lanes) or for each viewer (views). Allocated when an
-    /// end first needs them.
+    /// BSDF of the end for each first vertex (`lanes`) or for each viewer (`views`). Each is
+    /// allocated when an end first needs it.
     lanes: Option<Box<BsdfLanes>>,
     views: Option<Box<[Option<BsdfView<'v>>; SAMPLES_AT_ONCE]>>,
 }
 
-/// A first vertex that could have found the end. It is a viewer if it sees the end.
+/// A first vertex that could have found the end. It is a viewer if the end is visible from it.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Candidate {
-    /// Index of the vertex's path in the group.
+    /// Index of the path of this vertex in the group.
     pub index: usize,
     /// Throughput from the end to the camera, per area at the end.
     pub beta: Spectrum,
@@ -38,8 +38,9 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    /// The first vertex of the path `owner` as the only candidate, if no connection finds `end`.
-    /// The throughput of the path already contains the density, so the density is 1 here.
+    /// The first vertex of the path `owner` as the only candidate, for ends to which no vertex can
+    /// connect. The throughput of the path already includes the division by the density, so the
+    /// density is 1 here.
     fn alone(end: &End, owner: usize) -> Self {
         Self {
             index: owner,
@@ -49,26 +50,26 @@ impl Candidate {
         }
     }
 
-    /// Direction from `end` to the first vertex, local frame of the end.
+    /// Unit direction from `end` to the first vertex, local frame of the end.
     #[inline(always)]
     fn wo(&self, end: &End) -> Vec3 {
         end.vertex.frame.to_local(-self.w)
     }
 }
 
-/// First vertices that see the end. They are the first `count` candidates of the workspace.
+/// The viewers of an end: the first `count` candidates of the workspace.
 #[derive(Clone, Copy)]
 pub(super) struct Viewers {
     count: usize,
-    /// Density of ends at this point, per area.
+    /// Density of ends at this point, per area, summed over the viewers.
     pub pdf: f32,
     bsdf: EndBsdf,
 }
 
-/// Evaluation of the BSDF of an end for its viewers.
+/// Method to evaluate the BSDF of an end for its viewers.
 #[derive(Clone, Copy)]
 enum EndBsdf {
-    /// Matte: the BSDF has the same value for all viewers.
+    /// The surface is matte: the BSDF has the same value for all viewers.
     Alike,
     /// The BSDF is evaluated for all viewers at once, in lanes.
     Lanes,
@@ -76,18 +77,18 @@ enum EndBsdf {
     Views,
 }
 
-/// Light from one direction, scattered by the end.
+/// Factors by which the end scatters light from one direction to its viewers.
 pub(super) struct EndScattering {
     /// `f |cos θ|` for each viewer.
     pub f: ViewerValues,
-    /// Density of the direction, per solid angle: the mean over viewers.
+    /// Density of this direction, per solid angle: the mean over viewers.
     pub pdf: f32,
 }
 
-// A value lives only for the time of one call.
+// Values are used only within one call, so their size does not matter.
 #[allow(clippy::large_enum_variant)]
 pub(super) enum ViewerValues {
-    /// Matte surfaces scatter the same light to all viewers.
+    /// One value for all viewers, if the surface is matte.
     Alike(Spectrum),
     Each([Spectrum; SAMPLES_AT_ONCE]),
 }
@@ -106,8 +107,8 @@ impl<'f, 'v> Workspace<'f, 'v> {
     }
 
     /// Collects the first vertices that could have found `end`, the vertex of `owner` first.
-    /// Returns their number, and false. If the owner's own vertex cannot connect to the end, the
-    /// owner is the only candidate, and the second value is true.
+    /// Returns their number and `false`. If the owner's own vertex cannot connect to the end, the
+    /// owner is the only candidate; then returns 1 and `true`.
     #[inline(always)]
     fn find_candidates(&mut self, end: &End, owner: usize) -> (usize, bool) {
         self.first_vertices.connect_to(end, &mut self.connections);
@@ -128,7 +129,8 @@ impl<'f, 'v> Workspace<'f, 'v> {
         (count, false)
     }
 
-    /// The first vertex `index`, if it can connect to `end`. Visibility is ignored.
+    /// The first vertex `index` as a candidate, if it can connect to `end`. Visibility is not
+    /// tested.
     #[inline(always)]
     fn candidate(&self, end: &End, index: usize) -> Option<Candidate> {
         let (beta, pdf) = self.connections.get(index)?;
@@ -137,7 +139,8 @@ impl<'f, 'v> Workspace<'f, 'v> {
         (!bends).then_some(Candidate { index, beta, pdf, w })
     }
 
-    /// Computes the BSDF of `end` for the first `count` candidates.
+    /// Prepares the BSDF of `end` for the first `count` candidates. Returns the method to evaluate
+    /// it.
     #[inline(never)]
     fn view(&mut self, end: &End<'v>, count: usize) -> EndBsdf {
         let bsdf = end.vertex.bsdf;
@@ -156,7 +159,7 @@ impl<'f, 'v> Workspace<'f, 'v> {
 }
 
 impl Viewers {
-    /// Finds the viewers of `end`, which the path `owner` found.
+    /// Finds the viewers of `end`. The path `owner` found this end.
     #[inline(always)]
     pub fn find<'v, A: Accel>(
         end: &End<'v>,
@@ -165,11 +168,11 @@ impl Viewers {
         work: &mut Workspace<'_, 'v>,
         out: &mut [impl Sink],
     ) -> Self {
-        // Find the vertices that could have found the end, the owner's first. The owner's vertex
-        // sees it.
+        // Find the vertices that could have found the end. The owner's vertex is first, and sees
+        // the end.
         let (count, is_alone) = work.find_candidates(end, owner);
         let candidates = &mut work.candidates[..count];
-        // The throughput of an owner without other candidates contains the transmittance already.
+        // The throughput of an owner without other candidates already includes the transmittance.
         let passes = !is_alone && world.scene.lets_light_pass();
         let absorbs = !is_alone && world.scene.has_absorption();
         let is_known = !passes && !absorbs;
@@ -217,15 +220,15 @@ impl Viewers {
         viewers
     }
 
-    /// Viewers of the end, stored in `work`.
+    /// The viewers as candidates, which are stored in `work`.
     #[inline(always)]
     pub fn of<'w>(&self, work: &'w Workspace) -> &'w [Candidate] {
         &work.candidates[..self.count]
     }
 
-    /// Scattering events of light from `wi` (local frame of `end`) for the viewer number `i`: at
-    /// its first vertex and at the end. Also returns the number of events before them. A single
-    /// owner sees the end by its own path.
+    /// Scattering events of light that arrives at `end` from `wi` (local frame), for the viewer
+    /// number `i`: at its first vertex and at the end. Also returns the number of scattering events
+    /// before these events. A single owner sees the end by its own path.
     #[inline(never)]
     pub fn events(&self, end: &End, work: &Workspace, i: usize, wi: Vec3) -> (u32, Vec<ScatteringEvent>) {
         let candidate = &work.candidates[i];
@@ -237,7 +240,7 @@ impl Viewers {
         (first.depth, vec![at_first, at_end])
     }
 
-    /// Factors of light from `wi` (local frame) that `end` scatters to the viewers.
+    /// Factors by which `end` scatters light from `wi` (local frame) to the viewers.
     #[inline(always)]
     pub fn scattered(&self, end: &End, work: &Workspace, wi: Vec3) -> EndScattering {
         let cos = wi.z.abs();

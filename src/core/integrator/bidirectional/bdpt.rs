@@ -16,7 +16,7 @@ pub struct BidirectionalIntegrator<'a, A> {
     pub world: World<'a, A>,
     /// MIS heuristic of the strategies.
     pub heuristic: Heuristic,
-    /// Maximum number of scattering events; `None` means the maximum of a path, 64.
+    /// Maximum number of scattering events. `None`: the maximum of a path, 64.
     pub max_depth: Option<u32>,
     /// Russian roulette of the subpaths.
     pub roulette: Roulette,
@@ -75,7 +75,8 @@ impl<A: Accel> IterationIntegrator for BidirectionalIntegrator<'_, A> {
 }
 
 impl<A: Accel> BidirectionalIntegrator<'_, A> {
-    /// Passes `contribution`, made of the subpaths `paths`, to `out`, split into classes of paths.
+    /// Splits `contribution`, which connects the subpaths `paths`, into classes of light paths, and
+    /// passes the classes to `out`.
     fn split_by_class(
         &self,
         contribution: &Contribution,
@@ -95,8 +96,8 @@ impl<A: Accel> BidirectionalIntegrator<'_, A> {
     }
 }
 
-/// Strategies (s, t) for paths of up to `max_depth` scattering events, ordered by the number of
-/// vertices, then by the number of camera vertices.
+/// All strategies (s, t) for paths of up to `max_depth` scattering events. They are ordered by the
+/// number of vertices, then by the number of camera vertices.
 pub fn strategies(max_depth: u32) -> impl Iterator<Item = (usize, usize)> {
     (2..=max_depth as usize + 2).flat_map(|n| (1..=n).map(move |t| (n - t, t)))
 }
@@ -112,7 +113,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn strategies_have_their_places() {
+    fn strategy_index_is_position_in_strategies() {
         let all: Vec<_> = strategies(5).collect();
         assert_eq!(all.len(), 2 + 3 + 4 + 5 + 6 + 7);
         for (place, &(s, t)) in all.iter().enumerate() {

@@ -6,14 +6,14 @@ use crate::math::Ray;
 use crate::sampler::{SampleKey, Sampler};
 
 /// Light tracing: paths start at lights, and every vertex is connected to the camera (Arvo 1986;
-/// Dutré, Lafortune and Willems 1993). Light that reaches the camera by a delta lobe, in mirrors
-/// and through glass, is missing: no connection can find it. If the camera has parallel rays, lamps
-/// are found only by camera rays that hit them.
+/// Dutré, Lafortune and Willems 1993). Light that reaches the camera by a delta lobe (in mirrors
+/// and through glass) is missing, because no connection can find it. If the camera has parallel
+/// rays, only camera rays that hit lamps find them.
 #[derive(Debug)]
 pub struct LightIntegrator<'a, A> {
     /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// Maximum number of scattering events; `None` means the maximum of a path, 64.
+    /// Maximum number of scattering events. `None`: the maximum of a path, 64.
     pub max_depth: Option<u32>,
     /// Russian roulette.
     pub roulette: Roulette,
@@ -41,8 +41,8 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
 
     fn sample<S: Sampler>(&self, _: &(), key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, self.max_depth);
-        // Trace the camera ray for the auxiliary channels. If camera rays are parallel, add lights
-        // that it hits
+        // Trace the camera ray for the auxiliary channels. If camera rays are parallel, add the
+        // lights that the ray hits
         let ray = self.world.camera_ray(key, None, sampler, out);
         if self.world.camera.lens_of(&ray).is_far {
             self.trace_to_lights(ray, sampler, out);
@@ -70,8 +70,8 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
 }
 
 impl<A: Accel> LightIntegrator<'_, A> {
-    /// Adds the lights that `ray` hits. A sampled light never lies in the single direction of
-    /// parallel rays.
+    /// Adds the lights that the camera ray `ray` hits. A light sample never lies in the single
+    /// direction of parallel rays.
     fn trace_to_lights(&self, ray: Ray, sampler: &impl Sampler, out: &mut impl SplatSink) {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, Some(0));
         let (camera, escape) = connector.camera_path(ray, sampler, out);

@@ -1,26 +1,26 @@
-//! Bidirectional methods: camera paths connected to light paths (Veach 1997, ch. 10; Lafortune and
-//! Willems 1993).
+//! Bidirectional integrators: camera paths connected to light paths (Veach 1997, ch. 10; Lafortune
+//! and Willems 1993).
 //!
-//! `subpath` makes a subpath from the camera or from a light. `connection` connects both subpaths
-//! by all strategies (s, t), with s vertices from the light and t from the camera, and weights
-//! them. `light_tracing` uses all strategies with t = 1, and `bdpt` uses all strategies.
+//! `subpath` traces subpaths from the camera and from lights. `connection` connects both subpaths
+//! by all strategies (s, t), with s vertices from the light and t from the camera, and weights the
+//! strategies. `light_tracing` uses all strategies with t = 1, and `bdpt` uses all strategies.
 //! `photon/vcm.rs` and `metropolis/pssmlt.rs` use the same `Connector`.
 //!
-//! A light path may light any pixel, so these methods implement `IterationIntegrator`. A sample
-//! index is an iteration: an estimate of the whole image that depends only on the seed and the
-//! index. The film takes an iteration as one sample of every pixel. So variance, checkpoints,
+//! A light path may contribute to any pixel, so these integrators implement `IterationIntegrator`.
+//! A sample index is an iteration: an estimate of the whole image that depends only on the seed and
+//! the index. The film adds an iteration as one sample of every pixel. So variance, checkpoints,
 //! resume, merging, crops and noise levels need no special case. A crop traces the light paths of
-//! the whole image, because any of them may light pixels of the crop.
+//! the whole image, because any of them may contribute to pixels of the crop.
 //!
-//! For s = 1, the light is chosen for the place of the camera vertex, as in `path`. The weights
-//! take into account that this density differs from the density of the start of a light path, which
-//! is chosen by power (`light/emission_selection.rs`). All strategies share the two subpaths of a
-//! sample. Camera and light subpaths use alternate blocks of dimensions.
+//! For s = 1, the light is selected for the position of the camera vertex, as in `path`. A light
+//! path starts at a light that is selected by power (`light/emission_selection.rs`). The MIS
+//! weights take into account that these two densities differ. All strategies share the two subpaths
+//! of a sample. Camera and light subpaths use alternate blocks of dimensions.
 //!
-//! `--aov strategies` sums the light of each strategy, weighted and unweighted, in the same sums as
+//! `--aov strategies` sums the light of each strategy, weighted and unweighted, in the same way as
 //! light groups. `tests/it/transport/bidirectional.rs` compares the unweighted image of each of the
-//! 20 strategies for paths of up to five segments with the image of that path length. This finds
-//! any wrong density.
+//! 20 strategies for paths of up to five segments with the image of that path length. This test
+//! finds any wrong density.
 
 pub(crate) mod bdpt;
 pub(crate) mod connection;

@@ -1,17 +1,19 @@
-//! Importance image: a coarse image of the light, by which chains divide the luminance of paths.
+//! Importance image: a coarse image of the light. The target of chains is the luminance of paths
+//! divided by this image.
 //!
 //! If chains follow only luminance, dark parts of an image stay noisy. Two-stage Metropolis light
 //! transport (Veach and Guibas 1997) divides the luminance by an importance image, so that chains
-//! visit dark places as often as bright ones. `--metropolis-target luminance` does not use it.
+//! visit dark places as often as bright places. `--metropolis-target luminance` does not use the
+//! importance image.
 //!
 //! The image is made once, before the first iteration, from 60 samples of `bdpt` for each of about
 //! 1024 cells. Its random numbers do not belong to any iteration. Any positive function that does
-//! not depend on the chains keeps them unbiased, and all parts of a render use the same one.
+//! not depend on the chains keeps them unbiased, and all parts of a render use the same function.
 //!
 //! The value of a cell is the median of five estimates, which a single bright path does not change.
-//! A fifth of the mean is mixed in, so that light at places where the image found none has a weight
-//! that is at most five times too large. The image has all light, including the light that chains
-//! leave out; `ImportanceImage` derives why this minimises relative errors.
+//! A fifth of the mean is mixed in: at places where the image found no light, paths then have
+//! weights that are at most five times too large. The image includes all light, also the light that
+//! chains do not find; `ImportanceImage` derives why this minimises relative errors.
 
 use super::options::name;
 use crate::accel::Accel;
@@ -20,26 +22,26 @@ use crate::integrator::{Heuristic, RaySink, Roulette, World};
 use crate::math::{UVec2, Vec2};
 use crate::sampler::{Dimension, PrimarySampler, SampleKey, Sampler, Stream};
 
-/// Coarse image of the light: the light of each cell of the image, relative to the mean.
+/// Coarse image of the light. Each cell has its light relative to the mean of all cells.
 ///
-/// The target of chains is the light of a path over the importance image. So they visit dark places
-/// about as often as bright ones (two-stage Metropolis light transport, Veach and Guibas 1997). Any
-/// importance image above 0 that does not depend on the chains is valid. The one with the minimum
-/// relative error has all light, including the light that chains leave out. Let a place of the
-/// image have the light I of chains, the value T of the importance image, and the total light L.
-/// `I / T` paths fall there, each with the light T. So the sum of variances `I T / L²`, for a given
-/// number of paths, is minimal if T is proportional to L.
+/// The target of chains is the luminance of a path divided by the importance image. So they visit
+/// dark places about as often as bright places (two-stage Metropolis light transport, Veach and
+/// Guibas 1997). Any importance image above 0 that does not depend on the chains is valid. The
+/// image with the minimum relative error includes all light, also the light that chains do not
+/// find. Let a place of the image have the light I of chains, the value T of the importance image,
+/// and the total light L. `I / T` paths fall on this place, each with the light T. So the sum of
+/// variances `I T / L²`, for a given number of paths, is minimal if T is proportional to L.
 #[derive(Clone, Debug)]
 pub struct ImportanceImage {
     /// Number of cells across and down.
     size: UVec2,
-    /// Cells per pixel, across and down.
+    /// Number of cells per pixel, across and down.
     scale: Vec2,
     /// Value of each cell, row by row.
     values: Vec<f32>,
 }
 
-/// Approximate number of cells.
+/// Approximate number of cells of the image.
 const CELLS: f32 = 1024.0;
 /// Minimum width and height of a cell, in pixels.
 const MIN_SIDE: f32 = 4.0;
@@ -48,12 +50,12 @@ const MIN_SIDE: f32 = 4.0;
 const ESTIMATES: u32 = 5;
 /// Number of samples of a cell in each estimate.
 const SAMPLES: u32 = 12;
-/// Share of the mean that is mixed into each value. It limits the weight of paths at places where
-/// the image found no light.
+/// Fraction of the mean that is mixed into each value. It limits the weight of paths at places
+/// where the image found no light.
 const EVEN: f32 = 0.2;
 
 impl ImportanceImage {
-    /// A constant image, with which the target of chains is the luminance.
+    /// A constant image. The target of chains is then the luminance of paths.
     pub fn even() -> Self {
         Self {
             size: UVec2::ONE,
@@ -62,7 +64,7 @@ impl ImportanceImage {
         }
     }
 
-    /// An empty image for `resolution` pixels.
+    /// An image for `resolution` pixels, with the value 1 in all cells.
     fn of(resolution: UVec2) -> Self {
         let resolution = resolution.as_vec2();
         let side = (resolution.x * resolution.y / CELLS).sqrt().max(MIN_SIDE);
@@ -74,8 +76,8 @@ impl ImportanceImage {
         }
     }
 
-    /// Value at the position `film` (pixels, origin top left), above 0. It is interpolated
-    /// bilinearly between the centres of cells.
+    /// Value of the image at the film position `film` (pixels, origin top left), interpolated
+    /// bilinearly between the centres of cells. It is above 0.
     pub fn at(&self, film: Vec2) -> f32 {
         let last = (self.size - 1).as_vec2();
         let at = (film * self.scale - 0.5).clamp(Vec2::ZERO, last);
@@ -87,7 +89,7 @@ impl ImportanceImage {
         row(first.y) + part.y * (row(next.y) - row(first.y))
     }
 
-    /// Index of the cell at the position `film`, if it is inside the image.
+    /// Index of the cell at the film position `film` (pixels). `None` outside of the image.
     fn cell(&self, film: Vec2) -> Option<usize> {
         let at = film * self.scale;
         let is_in = at.cmpge(Vec2::ZERO).all() && at.cmplt(self.size.as_vec2()).all();
@@ -95,14 +97,14 @@ impl ImportanceImage {
     }
 }
 
-/// Makes importance images, by bidirectional path tracing with few samples.
+/// Maker of importance images, by bidirectional path tracing with few samples.
 #[derive(Debug)]
 pub struct ImportanceImageMaker<'a, A> {
     /// World with the scene and the camera.
     pub world: World<'a, A>,
     /// MIS heuristic of the strategies.
     pub heuristic: Heuristic,
-    /// Maximum number of scattering events.
+    /// Maximum number of scattering events of a path. `None`: the maximum of a path, 64.
     pub max_depth: Option<u32>,
     /// Russian roulette of the subpaths.
     pub roulette: Roulette,
@@ -112,7 +114,8 @@ impl<A: Accel> ImportanceImageMaker<'_, A> {
     /// Number of work items.
     pub const WORK_ITEMS: u32 = ESTIMATES * SAMPLES;
 
-    /// Runs work item `index`: one sample of each cell. Returns the luminance of each cell.
+    /// Runs work item `index`, which traces one sample of each cell. Returns the luminance of each
+    /// cell.
     pub fn work_item<S: Sampler>(&self, index: u32, sampler: &mut S, out: &mut impl RaySink) -> Vec<f64> {
         let connector = Connector::new(&self.world, self.heuristic, self.roulette, self.max_depth);
         let picture = ImportanceImage::of(self.world.camera.resolution());
@@ -136,7 +139,8 @@ impl<A: Accel> ImportanceImageMaker<'_, A> {
         light
     }
 
-    /// Joins the results of all work items, in the order of the work items, to an importance image.
+    /// Joins the results of all work items, given in the order of the work items, to an importance
+    /// image.
     pub fn join(&self, work_items: &[Vec<f64>]) -> ImportanceImage {
         let mut picture = ImportanceImage::of(self.world.camera.resolution());
         let estimates = work_items.chunks(SAMPLES as usize);

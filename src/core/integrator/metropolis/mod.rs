@@ -1,19 +1,20 @@
-//! Metropolis light transport: Markov chains of paths.
+//! Metropolis light transport: Markov chains whose states are paths.
 //!
 //! `pssmlt` mutates the random numbers that make a path, and `mlt` mutates paths. `options` has the
-//! options of both methods. `importance_image` makes chains visit dark places as often as bright
-//! ones. Both methods implement `IterationIntegrator`. Each iteration has separate start paths and
+//! options of both integrators. `importance_image` makes chains visit dark places as often as
+//! bright places. Both implement `IterationIntegrator`. Each iteration has separate start paths and
 //! chains, and is an unbiased estimate. So a render is bit-identical for any split into iterations.
 //! The disadvantage is that chains are short.
 //!
 //! By default, path tracing finds direct light, and lamps seen in mirrors and through glass
-//! (`OrdinaryLight`). Metropolis sampling has no advantage if all light is easy to find (Veach and
-//! Guibas 1997), and puts most of its samples at lamps. `--metropolis-direct metropolis` leaves all
-//! light to chains. On `globe`, whose lamp has three quarters of the image's light in a dozen
-//! pixels, the mean light of the lamp was then between a quarter and twice the correct value.
+//! (`OrdinaryLight`). If all light is easy to find, Metropolis sampling has no advantage (Veach and
+//! Guibas 1997), and puts most of its samples at lamps. With `--metropolis-direct metropolis`,
+//! chains find all light. On the scene `globe`, whose lamp has three quarters of the image's light
+//! in a dozen pixels, the mean light of the lamp was then between a quarter and twice the correct
+//! value.
 //!
 //! The errors of neighbouring pixels are correlated, because a chain that stays in one place
-//! brightens its neighbourhood. The variance channel is right for each pixel separately.
+//! brightens its neighbourhood. The variance channel is correct for each pixel separately.
 //! `embrasure compare` assumes the worst case, that all pixels of a tile have common errors.
 //! `tests/it/transport/metropolis.rs` compares regions by their variance over iterations.
 //!

@@ -1,4 +1,4 @@
-//! Options of both Metropolis methods, and path tracing of the light that chains leave out.
+//! Options of both Metropolis integrators, and path tracing of the light that chains do not find.
 
 use crate::accel::Accel;
 use crate::integrator::path::state::PathState;
@@ -12,29 +12,30 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 /// Options of Metropolis light transport.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metropolis {
-    /// Method for light that is scattered at most once, and for lamps seen only by delta lobes.
+    /// Method for light that is scattered at most once, and for lamps seen in mirrors and through
+    /// glass.
     pub direct: MetropolisDirect,
-    /// Target of the chains.
+    /// Target function of the chains.
     pub target: MetropolisTarget,
-    /// Number of chains in an iteration; `None`: chosen by the number of pixels.
+    /// Number of chains in an iteration. `None`: chosen by the number of pixels.
     pub chains: Option<u32>,
-    /// Number of samples of bidirectional path tracing in an iteration. They estimate the total
-    /// light and give the start paths of chains. `None`: chosen by the number of pixels.
+    /// Number of bootstrap samples of bidirectional path tracing in an iteration. They estimate the
+    /// total light and provide the start paths of chains. `None`: chosen by the number of pixels.
     pub bootstrap: Option<u32>,
-    /// Probability of a large step, 0 to 1.
+    /// Probability of a large step, in [0, 1].
     pub large_step_probability: f32,
-    /// Maximum small step, as a share of the range of a random number, above 0 and at most 0.5.
+    /// Maximum small step, as a fraction of the range of a random number: above 0 and at most 0.5.
     pub mutation_size: f32,
 }
 
-/// Number of mutations per chain; an iteration has one mutation per pixel.
+/// Number of mutations per chain, by default. An iteration has one mutation per pixel.
 const MUTATIONS_PER_CHAIN: u64 = 256;
 
-/// Default minimum number of chains.
+/// Minimum default number of chains.
 const MIN_CHAINS: u64 = 16;
 
 impl Default for Metropolis {
-    /// Default options, with the step sizes of Kelemen et al.
+    /// Default options. The step sizes are from Kelemen et al. (2002).
     fn default() -> Self {
         Self {
             direct: MetropolisDirect::Ordinary,
@@ -47,32 +48,32 @@ impl Default for Metropolis {
     }
 }
 
-/// Method for unscattered light, for direct light, and for lamps seen in mirrors and through glass.
+/// Method for unscattered light, direct light, and lamps seen in mirrors and through glass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MetropolisDirect {
-    /// Path tracing, one sample per pixel: chains would mostly visit bright places, and have no
-    /// less error (Veach and Guibas 1997, §5.4).
+    /// Path tracing with one sample per pixel. Chains would mostly visit bright places, and would
+    /// not reduce the error (Veach and Guibas 1997, §5.4).
     #[default]
     Ordinary,
     /// Chains, as for all other light.
     Metropolis,
 }
 
-/// Target function of Markov chains: they visit paths in proportion to it.
+/// Target function of Markov chains. Chains visit paths in proportion to the target.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MetropolisTarget {
     /// Luminance of the path.
     Luminance,
     /// Luminance of the path, divided by the
-    /// [`ImportanceImage`](crate::integrator::ImportanceImage) at the film position of the path. So
-    /// dark places get about as many paths as bright ones (two-stage Metropolis light transport,
-    /// Veach and Guibas 1997).
+    /// [`ImportanceImage`](crate::integrator::ImportanceImage) at the film position of the path.
+    /// Dark places then get about as many paths as bright places (two-stage Metropolis light
+    /// transport, Veach and Guibas 1997).
     #[default]
     Relative,
 }
 
-/// Area of the film that contributes to pixels, including the width of the pixel filter. In pixels,
-/// origin top left.
+/// Area of the film that contributes to pixels, including the width of the pixel filter.
+/// Coordinates are in pixels, with the origin at the top left.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FilmArea {
     min: Vec2,
@@ -84,7 +85,7 @@ impl FilmArea {
     /// Film area that contributes to the pixels of `world`.
     pub fn of<A>(world: &World<A>) -> Self {
         let margin = match world.camera.repeats() {
-            // Film points beyond a border repeat points inside it.
+            // Film points outside of the image have the same directions as points inside it.
             true => 0.0,
             false => (world.filter.radius() - 0.5).max(0.0),
         };
@@ -94,7 +95,7 @@ impl FilmArea {
         }
     }
 
-    /// Area in square pixels.
+    /// Size of the area, in square pixels.
     pub fn area(&self) -> f32 {
         self.size.x * self.size.y
     }
@@ -104,7 +105,7 @@ impl FilmArea {
         self.min + u * self.size
     }
 
-    /// Returns true if the film point `place` contributes to any pixel.
+    /// Returns `true` if the film point `place` contributes to any pixel.
     pub fn contains(&self, place: Vec2) -> bool {
         place.cmpge(self.min).all() && place.cmplt(self.min + self.size).all()
     }
@@ -124,7 +125,7 @@ pub(crate) fn mutations_of_chain(mutations: u64, index: u32, chains: u32) -> u64
 }
 
 impl Metropolis {
-    /// Traces the sample `key` of a pixel. `ordinary` finds the light that chains leave out. If
+    /// Traces the sample `key` of a pixel. `ordinary` finds the light that chains do not find. If
     /// chains find all light, only the first surface is found, for the auxiliary channels.
     pub(crate) fn sample_pixel<A: Accel, S: Sampler>(
         &self,
@@ -141,7 +142,7 @@ impl Metropolis {
         }
     }
 
-    /// Returns true if chains find all light, including the light of [`OrdinaryLight`].
+    /// Returns `true` if chains find all light, including the light of [`OrdinaryLight`].
     pub(crate) fn carries_all(&self) -> bool {
         self.direct == MetropolisDirect::Metropolis
     }
@@ -159,14 +160,14 @@ impl Metropolis {
     }
 }
 
-/// Finds the light that chains leave out: light that is scattered at most once, and lamps seen in
-/// mirrors and through glass. Camera paths find these lamps easily. The lamps cover few bright
-/// pixels: chains would either stay at these pixels or never visit them.
+/// Path tracing of the light that chains do not find: light that is scattered at most once, and
+/// lamps seen in mirrors and through glass. Camera paths find these lamps easily. The lamps cover
+/// few bright pixels: chains would either stay at these pixels or never visit them.
 #[derive(Debug)]
 pub(crate) struct OrdinaryLight<'a, A> {
     pub world: World<'a, A>,
     pub heuristic: Heuristic,
-    /// Maximum number of scattering events.
+    /// Maximum number of scattering events of a path. `None`: no maximum.
     pub max_depth: Option<u32>,
     pub roulette: Roulette,
     pub light_samples: u32,
@@ -190,8 +191,8 @@ impl<A: Accel> OrdinaryLight<'_, A> {
         self.sample_lamps(key, sampler, out);
     }
 
-    /// Adds the light that reaches the camera ray of the sample by at least two delta lobes and by
-    /// no other lobe.
+    /// Adds the emission that the camera path hits after at least two delta lobes and no other
+    /// lobe.
     fn sample_lamps<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink) {
         let world = &self.world;
         let mut path = PathState::new(world.camera_ray(key, None, sampler, out));
@@ -223,7 +224,7 @@ impl<A: Accel> OrdinaryLight<'_, A> {
     }
 }
 
-/// Hash of the current sample of `sampler`, which is the key of a chain's random numbers.
+/// Hash of the current sample of `sampler`. It is the key of a chain's random numbers.
 pub(crate) fn name(sampler: &impl Sampler) -> u64 {
     let [a, b] = [Dimension::PIXEL, Dimension::LENS].map(|dimension| sampler.get_2d(dimension));
     let word = |x: f32, y: f32| ((x.to_bits() as u64) << 32) | y.to_bits() as u64;

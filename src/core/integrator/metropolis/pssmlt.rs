@@ -2,25 +2,27 @@
 //! Kaplanyan and Dachsbacher 2014).
 //!
 //! A chain mutates the random numbers that make a path, and does not depend on surfaces.
-//! `bidirectional/connection` makes paths from numbers as for `bdpt`. `sampler/primary.rs` is a
+//! `bidirectional/connection` makes paths from the numbers as for `bdpt`. `sampler/primary.rs` is a
 //! sampler with the numbers of a chain. One additional number chooses among the strategies (s, t)
 //! for a path of the chain's length, so a chain prefers the best strategies at its place. The
-//! numbers of the camera end, of the light end and of the choice are different dimensions. So the
+//! numbers of the camera end, of the light end and of this choice are different dimensions. So the
 //! ends stay the same if another strategy is tried. An iteration takes half the time of an
 //! iteration of `bdpt`.
 //!
 //! Each iteration has separate seeds and chains. A seed is one path of a sample of `bdpt`. It is
 //! chosen among all paths of the sample in proportion to their targets, and its weight is the sum
 //! of the targets of all these paths. Chains start at seeds in proportion to the weights of the
-//! seeds. Seeds are sorted by length, and each chain has one stratum. All chains share the sum of
-//! the weights; `PrimarySpaceIntegrator` derives that an iteration is then unbiased.
+//! seeds. Seeds are sorted by length, and each chain chooses its seed in a separate stratum of the
+//! sum of all weights. All chains share this sum; `PrimarySpaceIntegrator` derives that an
+//! iteration is then unbiased.
 //!
 //! A seed may be on a spike of the target, where small steps find only the spike itself. Its chains
-//! then stay there: the pixel gets their whole light, which is the light of the seed. Sampling
-//! length and strategy at random (multiplexing the bootstrap too) makes the light of the seed
-//! brighter by the reciprocal of both probabilities, some hundred times. On `ring-caustic` single
-//! pixels then were 64 times too bright after 2048 iterations. A seed that represents all paths of
-//! its sample is as bright as in `bdpt`, times the number of mutations per seed.
+//! then stay there: the pixel gets their whole light, which is the light of the seed. If length and
+//! strategy of the seed were also sampled at random (multiplexing the bootstrap too), the light of
+//! the seed would be brighter by the reciprocal of both probabilities, some hundred times. On the
+//! scene `ring-caustic` single pixels then were 64 times too bright after 2048 iterations. A seed
+//! that represents all paths of its sample is as bright as in `bdpt`, times the number of mutations
+//! per seed.
 //!
 //! Defaults (docs/notebook/2026-11.md, "Metropolis light transport"): one chain per 256 mutations
 //! is a compromise between scenes with easy light and scenes with hidden light. Step sizes and the
@@ -40,16 +42,16 @@ use std::ops::RangeInclusive;
 
 /// Metropolis light transport in the space of primary samples (Kelemen, Szirmay-Kalos, Antal and
 /// Csonka 2002), multiplexed (Hachisuka, Kaplanyan and Dachsbacher 2014): Markov chains that visit
-/// paths in proportion to their light.
+/// paths in proportion to their target.
 ///
 /// The state of a chain is the random numbers u of a path with a fixed number of vertices n. One of
 /// these numbers chooses among the n strategies of bidirectional path tracing for such a path. Let
-/// f(u) be the contribution of the strategy, times its weight and n. Its integral is the light of
-/// all paths of n vertices. The target f*(u) of the chain is the luminance of f(u) over the
-/// importance image at its position, and b is the integral of f* over all u and n. The chain moves
-/// from u to the proposal v with probability a = min(1, f*(v) / f*(u)). Both u and v are added to
-/// the image, each with b f / f*, times 1 − a for u and times a for v: the mean over the decision
-/// (Veach and Guibas 1997).
+/// f(u) be the contribution of the strategy, times its MIS weight and n. The integral of f is the
+/// light of all paths of n vertices. The target f*(u) of the chain is the luminance of f(u),
+/// divided by the importance image at its position, and b is the integral of f* over all u and n.
+/// The chain moves from u to the proposal v with probability a = min(1, f*(v) / f*(u)). Both u and
+/// v are added to the image, each with b f / f*, times 1 − a for u and times a for v: the mean over
+/// the decision (Veach and Guibas 1997).
 ///
 /// **Each iteration is unbiased.** It first makes M seeds. A seed has all random numbers except the
 /// number that chooses the strategy, and all strategies for paths of all n from these numbers. For
@@ -70,13 +72,13 @@ pub struct PrimarySpaceIntegrator<'a, A> {
     pub world: World<'a, A>,
     /// MIS heuristic of the strategies.
     pub heuristic: Heuristic,
-    /// Maximum number of scattering events; `None` means the maximum of a path, 64.
+    /// Maximum number of scattering events. `None`: the maximum of a path, 64.
     pub max_depth: Option<u32>,
-    /// Light samples per pixel in an iteration, if path tracing finds direct light.
+    /// Number of light samples per pixel in an iteration, if path tracing finds direct light.
     pub light_samples: u32,
     /// Options of the chains.
     pub metropolis: Metropolis,
-    /// Importance image, by which the light of paths is divided.
+    /// Importance image. The target is the luminance of a path divided by this image.
     pub importance: &'a ImportanceImage,
 }
 
@@ -97,22 +99,22 @@ pub struct Seed {
     /// Number of camera vertices.
     from_camera: u32,
     /// Sum of the targets of all paths of the bootstrap sample. After seeds are joined: sum of the
-    /// weights up to this seed.
+    /// weights of all seeds up to this seed.
     weight: f64,
 }
 
-/// Common properties of all paths of a chain.
+/// Properties that all paths of a chain have in common.
 #[derive(Clone, Copy, Debug)]
 struct PathShape {
     /// Number of vertices.
     length: usize,
-    /// Offset added to the strategy that the numbers choose, so that the numbers of a seed make the
-    /// strategy of the seed.
+    /// Offset that is added to the strategy that the numbers choose. It makes the numbers of a seed
+    /// choose the strategy of the seed.
     turn: usize,
 }
 
 impl PathShape {
-    /// Shape for which the numbers of `seed` make the path of the seed.
+    /// Shape with which the numbers of `seed` make the path of the seed.
     fn of(seed: &Seed) -> Self {
         let length = seed.length as usize;
         let chosen = Self { length, turn: 0 }.camera_vertices(&PrimarySampler::new(seed.origin));
@@ -130,21 +132,21 @@ impl PathShape {
     }
 }
 
-/// State of a chain: the path that its numbers make.
+/// State of a chain: the path made from its random numbers.
 #[derive(Default)]
 struct State {
-    /// Contributions, each with its film position.
+    /// Contributions of the path, each with its film position.
     found: Vec<Contribution>,
-    /// Target of the path: total luminance, divided by the importance image.
+    /// Target of the path: luminance of its contributions, divided by the importance image.
     target: f32,
-    /// Sum of the shares of the chain's mutations that count for this path.
+    /// Expected number of the chain's mutations that are in this state.
     share: f64,
-    /// Events of the path, if the sink records paths.
+    /// Recorded events of the path, if the sink records paths.
     record: Vec<PathEvent>,
 }
 
 impl State {
-    /// Adds the share of mutations to the visits at the film position of the path.
+    /// Adds `share` to the visits of the pixel at the film position of the path.
     fn visit(&self, visits: &mut Visits) {
         let place = self.found.first().and_then(|contribution| contribution.film);
         if let Some(film) = place.filter(|_| self.target > 0.0 && self.share > 0.0) {
@@ -179,7 +181,7 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
     }
 
     fn join(&self, _: u32, parts: Vec<Vec<Seed>>) -> Vec<Seed> {
-        // Sort seeds by length, so that every length gets its share of the chains
+        // Sort seeds by length, so that every length gets a proportional number of chains
         let mut seeds = Vec::with_capacity(parts.iter().map(Vec::len).sum());
         seeds.extend(parts.into_iter().flatten());
         seeds.sort_by_key(|seed| seed.length);
@@ -224,7 +226,7 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
         sampler: &mut S,
         out: &mut impl SplatSink,
     ) {
-        // Choose the seed: each chain has a stratum of the total weight.
+        // Choose the seed of the chain. Each chain has a stratum of the total weight.
         sampler.start(SampleKey::of_stream(Stream::Chains, index, iteration));
         let (name, chains) = (name(sampler), self.chains());
         let light = seeds.last().map_or(0.0, |seed| seed.weight);
@@ -243,7 +245,7 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
         let mut numbers = PrimarySampler::chain(seed.origin, name, mutation_size, dimensions);
         let mut current = self.state(shape, &numbers, out);
 
-        // Number of mutations of the chain, and scale of the light that they add
+        // Compute the number of mutations of the chain, and the scale of the light that they add
         let mutations = mutations_of_chain(mutations(&self.world), index, chains);
         let scale = light / (chains as f64 * mutations as f64);
         let mut counts = [[0; 2]; 2];
@@ -295,8 +297,8 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         self.metropolis.min_vertices()..=max_vertices(self.max_depth)
     }
 
-    /// Makes the seed of the bootstrap sample with the key `origin`, which is one of the paths of
-    /// the sample. `None` if the sample has no light for chains.
+    /// Traces the bootstrap sample with the key `origin`, and chooses one of its paths as seed.
+    /// `None` if the sample has no light for chains.
     fn seed(&self, origin: u64, out: &mut impl RaySink) -> Option<Seed> {
         // Trace both subpaths, and connect them by all strategies
         let numbers = PrimarySampler::new(origin);
@@ -348,8 +350,8 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         Connector::new(&self.world, self.heuristic, Roulette::after(u32::MAX), max_depth)
     }
 
-    /// Makes the path of `shape` from `numbers`. Invalid light has the target 0; it is dropped
-    /// later, when it is added.
+    /// Makes the path of `shape` from `numbers`. A path with invalid light has the target 0; its
+    /// light is dropped later, when it is added.
     fn state(&self, shape: PathShape, numbers: &impl Sampler, out: &mut impl RaySink) -> State {
         let mut state = State::default();
         let before = out.record_len();
@@ -365,16 +367,16 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
                 false => return state,
             }
         }
-        // The reciprocal of a smaller target may be infinite.
+        // Keep the target at 0 if its reciprocal might be infinite.
         if target >= f32::MIN_POSITIVE && target.is_finite() {
             state.target = target;
         }
         state
     }
 
-    /// Makes a path of `shape` by the strategy that `numbers` choose, and adds its contributions to
+    /// Makes a path of `shape` by the strategy that `numbers` choose. Adds its contributions to
     /// `found`, with their film positions. Radiance is multiplied by the number of pixels, so that
-    /// its mean over all numbers is the sum over the film.
+    /// its mean over all random numbers is the sum over the film.
     fn trace(&self, shape: PathShape, numbers: &impl Sampler, out: &mut impl RaySink, found: &mut Vec<Contribution>) {
         let length = shape.length;
         let t = shape.camera_vertices(numbers);
@@ -403,8 +405,8 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             }
         }
 
-        // Trace a light subpath of s vertices. For s = 1 the light is sampled from the camera
-        // subpath
+        // Trace a light subpath of s vertices. For s = 1 a light is sampled for the last camera
+        // vertex
         if s > 1 {
             paths.light = self.connector(Some(s as u32 - 1)).light_path(paths.time, numbers, out);
             if paths.light.len() < s {
@@ -413,8 +415,8 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             self.connector(None).sum_light(&mut paths.light, paths.time);
         }
 
-        // Connect both subpaths. Light is scaled, because each strategy represents the whole film
-        // and all strategies.
+        // Connect both subpaths. Radiance is scaled, because each strategy represents the whole
+        // film and all strategies.
         let connector = self.connector(None);
         let size = self.world.camera.resolution();
         let scale_of_camera = length as f32 * area.size.x * area.size.y;
@@ -440,8 +442,8 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         }
     }
 
-    /// Adds the light of a path to the image: its share of the chain's mutations, multiplied by
-    /// `scale`.
+    /// Adds the light of the path of `state` to the image, multiplied by `scale` and by the
+    /// expected number of mutations in this state.
     fn add(&self, state: &State, scale: f64, out: &mut impl SplatSink) {
         for contribution in &state.found {
             let mut radiance = contribution.radiance;
@@ -475,11 +477,12 @@ mod tests {
     use crate::scene::SceneBuilder;
 
     /// A large step makes a path from new random numbers. Its mean target equals the mean target of
-    /// seeds, which represent all strategies at once, on a film that a filter makes wider than the
-    /// image.
+    /// seeds, which represent all strategies at once. The pixel filter makes the film wider than
+    /// the image.
     #[test]
     fn chains_and_seeds_have_one_scale() {
-        // A lamp close above a floor: much of the light is scattered from the floor to the lens.
+        // Make a lamp close above a floor: much of its light is scattered from the floor to the
+        // lens.
         let mut b = SceneBuilder::new();
         for (y, half, emission) in [(0.0, 1.0, 0.0), (0.3, 0.1, 5.0)] {
             let material = Material {

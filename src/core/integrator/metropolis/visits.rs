@@ -1,22 +1,23 @@
-//! Time that a Markov chain stays in a pixel: its integrated autocorrelation time.
+//! Time that a Markov chain stays in a pixel, measured as integrated autocorrelation time.
 //!
 //! An image counts the visits of chains to each pixel. Let `Xᵢ` be 1 if the i-th of n mutations is
-//! in pixel p, and `c = Σ Xᵢ` its visits. Independent samples would have `E[c²] ≈ E[c]` for a rare
-//! pixel. A chain has `τ` times as much, and so `τ` times the variance. Over all pixels
+//! in pixel p, and `c = Σ Xᵢ` the number of visits. Independent samples would have `E[c²] ≈ E[c]`
+//! for a rare pixel. For a chain, `E[c²]` is `τ` times as large, and so is the variance. Over all
+//! pixels
 //!
 //! ```text
 //! τ = 1/n Σₚ cₚ² = 1/n Σᵢⱼ P(mutations i and j are in one pixel)
 //! ```
 //!
-//! This is 1 for a chain that never returns to a pixel, and n for a chain that never leaves it.
-//! Visits are fractions, since a mutation counts for the current path and for the proposed one; so
-//! `τ` may be below 1.
+//! `τ` is 1 for a chain that never returns to a pixel, and n for a chain that never leaves a pixel.
+//! Visits are fractions, because a mutation counts for the current path and for the proposed path;
+//! so `τ` may be below 1.
 
 use crate::integrator::ChainCounts;
 use crate::math::Vec2;
 use std::collections::HashMap;
 
-/// Visits of a chain, by pixel.
+/// Numbers of visits of a chain to pixels.
 #[derive(Debug, Default)]
 pub(crate) struct Visits {
     pixels: HashMap<[i32; 2], f64>,
@@ -27,7 +28,8 @@ pub(crate) struct Visits {
 }
 
 impl Visits {
-    /// Adds `share` of a mutation at the position `film` (pixels, origin top left).
+    /// Adds the fraction `share` of a mutation to the visits of the pixel at the film position
+    /// `film` (pixels, origin top left).
     pub fn add(&mut self, film: Vec2, share: f64) {
         let visits = self.pixels.entry(film.floor().as_ivec2().to_array()).or_default();
         self.squares += share * (share + 2.0 * *visits);
@@ -35,7 +37,7 @@ impl Visits {
         self.max = self.max.max(*visits);
     }
 
-    /// Counts of the chain, which made `mutations` mutations.
+    /// Statistics of the chain, which made `mutations` mutations.
     pub fn counts(&self, mutations: u64) -> ChainCounts {
         ChainCounts {
             chains: 1,
@@ -81,7 +83,7 @@ mod tests {
 
     /// A chain that stays with probability q and never returns has the time (1 + q) / (1 − q).
     #[test]
-    fn a_geometric_stay_has_its_autocorrelation_time() {
+    fn geometric_stay_has_closed_form_autocorrelation_time() {
         let (q, mut x, mut state) = (0.8, 0, 1u64);
         let counts = chain((0..200_000).map(|_| {
             state = crate::math::hash::mix(state.wrapping_add(crate::math::hash::GOLDEN_GAMMA));

@@ -1,5 +1,5 @@
 //! Density estimation (Jensen 1996): radiance from the photons near a point. `sppm` and
-//! `photon_map` share the estimate, with different photons and points.
+//! `photon_map` share this estimate.
 
 use super::photons::Photon;
 use crate::integrator::FoundLight;
@@ -9,18 +9,18 @@ use crate::math::Vec3;
 use crate::scene::Scene;
 use std::f32::consts::PI;
 
-/// Minimum cosine between the normals of two points of one surface: a wall at a corner is another
-/// surface.
+/// Minimum cosine between the normals of two points of one surface. Below it, the points are on
+/// different surfaces, such as two walls of a corner.
 const MIN_COSINE: f32 = 0.7;
 
-/// Returns true if points with these unit geometric normals, near to each other, are on one
-/// surface.
+/// Returns `true` if two neighbouring points with the unit geometric normals `ng` and `other` are
+/// on one surface.
 pub(crate) fn is_one_surface(ng: Vec3, other: Vec3) -> bool {
     ng.dot(other).abs() >= MIN_COSINE
 }
 
-/// Light of the photons around a vertex, scattered to its viewer: an estimate of the density of
-/// flux (Jensen 1996, eq. 6).
+/// Estimate of the light that photons around a vertex bring and that the vertex scatters to its
+/// viewer: an estimate of the density of flux (Jensen 1996, eq. 6).
 ///
 /// With N paths, and photons i of power Φᵢ within a disk of radius r,
 ///
@@ -29,10 +29,10 @@ pub(crate) fn is_one_surface(ng: Vec3, other: Vec3) -> bool {
 /// ```
 ///
 /// θ is the angle with the shading normal of the vertex, and θ' the angle with the geometric normal
-/// at the photon; on flat surfaces they are equal. The mean of the estimate is the mean scattered
-/// light over the disk. It has a bias that grows with r², for three reasons. Light varies within
-/// the disk. The disk may extend over the edge of a surface. Curved surfaces have more area in a
-/// ball than the disk.
+/// at the photon; on flat surfaces both angles are equal. The mean of the estimate is the mean
+/// scattered light over the disk. It has a bias that grows with r², for three reasons. Light varies
+/// within the disk. The disk may extend over the edge of a surface. A curved surface has more area
+/// within the ball than the disk has.
 pub(crate) struct Density<'v> {
     scene: &'v Scene,
     vertex: &'v Vertex<'v>,
@@ -42,7 +42,8 @@ pub(crate) struct Density<'v> {
 }
 
 impl<'v> Density<'v> {
-    /// Empty estimate around `vertex`.
+    /// Estimate around `vertex` without photons. If `has_parts`, the light of each source is also
+    /// summed separately.
     pub fn new(scene: &'v Scene, vertex: &'v Vertex<'v>, has_parts: bool) -> Self {
         Self {
             scene,
@@ -52,15 +53,15 @@ impl<'v> Density<'v> {
         }
     }
 
-    /// Returns true if `photon` is on the surface of the vertex, judged by the normal of the
+    /// Returns `true` if `photon` is on the surface of the vertex, according to the normal of the
     /// photon.
     pub fn is_of_surface(&self, photon: &Photon) -> bool {
         is_one_surface(photon.ng(), self.vertex.point.ng)
     }
 
-    /// Adds the light of `photon`, if it is on the surface of the vertex. Light on the other side
-    /// counts if the surface transmits it. Light from below the horizon of one of the normals is
-    /// left to camera paths ([`Vertex::is_one_way`]).
+    /// Adds the light of `photon`, if the photon is on the surface of the vertex. Light from the
+    /// other side counts if the surface transmits it. Camera paths estimate light from below the
+    /// horizon of one of the normals ([`Vertex::is_one_way`]), so it is not added.
     // ANCHOR: estimate
     pub fn add(&mut self, photon: &Photon) {
         if !self.is_of_surface(photon) || self.vertex.is_one_way(photon.wi()) {
@@ -79,9 +80,9 @@ impl<'v> Density<'v> {
     }
     // ANCHOR_END: estimate
 
-    /// Sum of the light of the photons, and the factor of this sum. `paths` is the number of paths
-    /// that left the photons, and `squared` the squared radius of the disk. The factor is 0 for a
-    /// radius of 0, for which there is no estimate.
+    /// Sum of the light of the photons, and the factor that converts the sum to radiance. `paths`
+    /// is the number of light paths that were traced for the photons, and `squared` the squared
+    /// radius of the disk. The factor is 0 for a radius of 0, for which there is no estimate.
     // ANCHOR: radiance
     pub fn radiance(self, paths: u32, squared: f32) -> (LightSum, f32) {
         let density = 1.0 / (PI * squared * paths as f32);

@@ -1,10 +1,10 @@
 //! A hash grid of the photons of one iteration.
 //!
-//! A counting sort fills the table in the order of the photons, so its contents are the same for
-//! any number of threads. The width of a cell follows the search radius at its position. The level
-//! of a photon is the power of two of the radius at the photon. A lookup reads one or two levels:
-//! those of all radii near its point. So the grid suits near and far surfaces, and a lookup reads
-//! at most some dozens of cells.
+//! A counting sort fills the table in the order of the photons, so its contents do not depend on
+//! threads. The width of a cell follows the search radius at its position. The level of a photon is
+//! the power of two of the radius at the photon. A lookup reads one or two levels: the levels of
+//! all radii near its point. So the grid suits near and far surfaces, and a lookup reads at most
+//! some dozens of cells.
 
 use super::photons::Photon;
 use crate::integrator::search_radius::Radii;
@@ -12,7 +12,7 @@ use crate::math::Vec3;
 use crate::math::float::gamma;
 use crate::math::hash::mix;
 
-/// Items that have a position.
+/// Items of a [`PhotonGrid`]: they have a position.
 pub trait GridItem: Copy {
     /// Position in world space.
     fn place(&self) -> Vec3;
@@ -24,26 +24,26 @@ impl GridItem for Photon {
     }
 }
 
-/// Photons, or other items, by position: a hash table of the cells of regular grids.
+/// Photons, or other items, sorted by position: a hash table of the cells of regular grids.
 ///
-/// The cell of a photon is two to four times as wide as the radius at the photon. Cells of one
-/// width are a level. Radii change slowly with position. So a search visits one or two levels and
-/// few of their cells, however different radii are elsewhere.
+/// The cell of a photon is two to four times as wide as the search radius at the photon. Cells of
+/// equal width form a level. Radii change slowly with position. So a search visits one or two
+/// levels and few of their cells, even if radii elsewhere are very different.
 #[derive(Debug)]
 pub struct PhotonGrid<T = Photon> {
-    /// Photons sorted by the bucket of their cell; within a bucket in their original order.
+    /// Photons sorted by the bucket of their cell. Within a bucket they keep their original order.
     photons: Vec<T>,
     cells: Vec<Cell>,
-    /// Start of each bucket, and the end of the last bucket.
+    /// Index of the first photon of each bucket, and the end of the last bucket.
     starts: Vec<u32>,
-    /// Maximum change of the search radius per length.
+    /// Maximum change of the search radius per unit of distance.
     slope: f32,
 }
 
-/// A cube of space.
+/// A cell of the grid: a cube of space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Cell {
-    /// Exponent of the width, which is a power of two.
+    /// Base-2 logarithm of the width of the cell in scene units.
     level: i32,
     place: [i32; 3],
 }
@@ -63,8 +63,8 @@ impl Cell {
     }
 }
 
-/// Level of the cells of photons with search radius `radius`. A cell is two to four times as wide
-/// as the radius.
+/// Level of the cell of a photon at which the search radius is `radius`. A cell is two to four
+/// times as wide as the radius.
 fn level(radius: f32) -> i32 {
     (radius.log2().floor() as i32).clamp(-100, 100) + 2
 }
@@ -75,7 +75,7 @@ fn width(level: i32) -> f32 {
 }
 
 impl<T: GridItem> PhotonGrid<T> {
-    /// Grid of `photons`, to be searched within `radii` at `time`.
+    /// Grid of `photons`. Searches use the search radii `radii` at `time`.
     pub fn new(photons: Vec<T>, radii: &Radii, time: f32) -> Self {
         // Sort photons by bucket, with a counting sort
         let cell = |photon: &T| Cell::of(photon.place(), level(radii.at(photon.place(), time)));
@@ -114,9 +114,11 @@ impl<T: GridItem> PhotonGrid<T> {
         self.photons.is_empty()
     }
 
-    /// Calls `found` with each photon within `radius` of `p`; `radius` is the search radius at `p`.
+    /// Calls `found` with each photon within the distance `radius` of `p`. `radius` must be the
+    /// search radius at `p`.
     pub fn each_within(&self, p: Vec3, radius: f32, mut found: impl FnMut(&T)) {
-        // Find the levels of photons within the radius. They depend on the radii at the photons
+        // Find the levels of photons within the radius. They depend on the search radii at the
+        // photons
         let change = self.slope * radius * (1.0 + gamma(64)) + radius * gamma(64);
         let levels = level(radius - change)..=level(radius + change);
         // Make the reach larger than `radius` by more than rounding errors
@@ -141,7 +143,8 @@ impl<T: GridItem> PhotonGrid<T> {
         }
     }
 
-    /// Calls `found` with each photon in `cell`. The bucket may also have photons of other cells.
+    /// Calls `found` with each photon in `cell`. The bucket of the cell may also contain photons of
+    /// other cells.
     fn each_in(&self, cell: Cell, mut found: impl FnMut(&T)) {
         let bucket = cell.hash() as usize & (self.starts.len() - 2);
         let bounds = self.starts[bucket] as usize..self.starts[bucket + 1] as usize;
@@ -163,11 +166,11 @@ mod tests {
     use crate::math::{Ball, UVec2};
     use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
 
-    /// Compares the grid with a linear search; each photon must be found once. Tests radii in
+    /// The grid finds the same photons as a linear search, and each photon once. Tests radii in
     /// pixels, far and near, steep and flat, fixed radii, positions far from the origin, and many
     /// photons at one position.
     #[test]
-    fn the_grid_finds_what_brute_force_finds() {
+    fn grid_finds_same_photons_as_linear_search() {
         let mut sampler = Independent::new(1);
         let mut at = |i: u32| {
             sampler.start(SampleKey::new(i, 0, 0));
@@ -246,6 +249,6 @@ mod tests {
             0.0,
         );
         assert!(grid.is_empty());
-        grid.each_within(Vec3::ZERO, 1.0, |_| panic!("there is none"));
+        grid.each_within(Vec3::ZERO, 1.0, |_| panic!("an empty grid found a photon"));
     }
 }

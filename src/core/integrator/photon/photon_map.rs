@@ -1,20 +1,22 @@
 //! Photon mapping with final gathering (Jensen 1996, "Global Illumination using Photon Maps").
 //!
 //! All photons are traced once, before the first sample (`render/photons.rs`), for the whole image,
-//! even if only a crop or a part is rendered. Caustics, light scattered only by delta lobes, are
-//! estimated directly at the vertex. All other indirect light is found by gather rays. The density
-//! estimate at their ends uses all photons, including unscattered photons.
+//! even if only a crop or a part is rendered. Caustics are light that only delta lobes have
+//! scattered. Their density is estimated directly at the vertex. Gather rays find all other
+//! indirect light. The density estimate at the end of a gather ray uses all photons, including
+//! unscattered photons.
 //!
-//! - Irradiance is not precomputed at photons (Christensen 1999). This would be several times
-//!   faster, but would not support `--max-depth`, light groups, or lobes other than matte ones.
-//! - If a gather ray is shorter than the search radius at its end, that end becomes a vertex of the
-//!   path, because disks would be visible in corners.
-//! - If surfaces or lights move, photons are traced within slices of the shutter interval. Each
-//!   sample uses the photons of the slice of its time. A slice has its share of the paths, and so a
-//!   larger radius. Motion within a slice is still blurred, by at most a sixteenth of the motion
-//!   with 65,536 paths.
-//! - The errors of photons are common to all samples. The variance channel does not contain them,
-//!   and `embrasure compare` does not test by it.
+//! - Irradiance is not precomputed at photons (Christensen 1999). Precomputed irradiance would be
+//!   several times faster, but would not support `--max-depth`, light groups, or lobes that are not
+//!   matte.
+//! - If a gather ray is shorter than the search radius at its end, the end becomes a vertex of the
+//!   path. Otherwise the disk of the estimate would be visible in corners.
+//! - If surfaces or lights move, each photon belongs to a slice of the shutter interval. Each
+//!   sample uses the photons of the slice that contains its time. A slice has a fraction of the
+//!   light paths, and so a larger search radius. Motion within a slice is still blurred, by at most
+//!   a sixteenth of the motion with 65,536 paths.
+//! - The errors of photons are common to all samples. The variance channel does not contain these
+//!   errors, and `embrasure compare` does not use it to test such images.
 
 use super::density::Density;
 use super::photons::Photon;
@@ -30,25 +32,25 @@ use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
 /// Photon mapping in two passes (Jensen 1996, "Global Illumination using Photon Maps"; Jensen
-/// 2001): photons are traced once. All samples of all pixels use them, directly for caustics and by
+/// 2001). Photons are traced once. All samples of all pixels use them, directly for caustics and by
 /// final gathering for all other indirect light.
 ///
 /// Each light path is counted once. A camera path continues by delta lobes, and at surfaces that
 /// scatter narrowly by any lobe. At a surface that scatters widely ([`crate::bsdf::Bsdf::is_wide`])
-/// it traces rays sampled from the BSDF: `gather_rays` rays the first time and one ray later. Then
+/// it traces rays sampled from the BSDF: `gather_rays` rays the first time and one ray later. The
+/// light consists of these parts:
 ///
-/// - light that the path hits is added, and so is light that a gather ray hits first, with its MIS
-///   weight;
-/// - direct light is sampled at each vertex;
-/// - light scattered only by delta lobes arrives at wide surfaces as photons of the caustic map,
-///   whose density is estimated there. So a gather ray after a delta lobe adds no emitted light,
-///   which would be the same light;
-/// - all other light was scattered by a smooth lobe of a surface, and after that only by delta
-///   lobes. Gather rays hit that surface, directly or by delta lobes. The density of the global
-///   map, with all photons, gives the light that the surface scatters.
+/// - emission that the path hits, or that a gather ray hits first, with its MIS weight;
+/// - direct light, from light sampling at each vertex;
+/// - light scattered only by delta lobes. It arrives at wide surfaces as photons of the caustic
+///   map, whose density is estimated there. A gather ray after a delta lobe therefore adds no
+///   emission, because this is the same light;
+/// - all other light. It was scattered by a smooth lobe of some surface, and after that only by
+///   delta lobes. Gather rays hit that surface, directly or by delta lobes. The density of the
+///   global map, which has all photons, gives the light that the surface scatters.
 ///
-/// If a gather ray is shorter than the radius of its disk, as in corners, the disk would be
-/// visible. The end of the ray then becomes a vertex of the path instead.
+/// If a gather ray is shorter than the radius of the disk at its end, as in corners, the disk would
+/// be visible. The end of the ray then becomes a vertex of the path instead.
 ///
 /// The image is biased for any number of samples, because densities are means over disks. The
 /// photons are the same for all samples, so their error is common to all samples, and variances do
@@ -58,50 +60,50 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 pub struct PhotonMapIntegrator<'a, A> {
     /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// Photons, traced before the first sample.
+    /// Photon maps, made before the first sample.
     pub maps: &'a PhotonMaps,
-    /// Strategy for direct light.
+    /// Sampling options for direct light.
     pub strategy: Strategy,
-    /// Maximum number of scattering events; `None` means the maximum of a light path, 64.
+    /// Maximum number of scattering events. `None`: the maximum of a light path, 64.
     pub max_depth: Option<u32>,
     /// Russian roulette.
     pub roulette: Roulette,
     /// Number of photons of a density estimate, at least 2.
     pub photon_count: u32,
     /// Maximum distance of these photons, in scene units. `None`: [`FAR_SHARE`] times the radius of
-    /// the scene in the global map, [`NEAR_SHARE`] times in the caustic map.
+    /// the scene in the global map, [`NEAR_SHARE`] times this radius in the caustic map.
     pub radius: Option<f32>,
-    /// Number of rays from the first wide surface of a path, ≥ 1.
+    /// Number of gather rays from the first wide surface of a path, ≥ 1.
     pub gather_rays: u32,
 }
 
 /// Maximum search radius in the global map, relative to the radius of the scene.
 pub const FAR_SHARE: f32 = 0.1;
 
-/// Maximum search radius in the caustic map, relative to the radius of the scene: smaller, because
-/// caustics have edges.
+/// Maximum search radius in the caustic map, relative to the radius of the scene. It is smaller
+/// than [`FAR_SHARE`] because caustics have edges.
 pub const NEAR_SHARE: f32 = 0.02;
 
-/// Photons of a render, by slices of the shutter interval.
+/// Photon maps of a render, one pair of maps for each slice of the shutter interval.
 #[derive(Debug)]
 pub struct PhotonMaps {
     slices: Vec<PhotonSlice>,
 }
 
-/// Photons of a slice of the shutter interval.
+/// Photon maps of one slice of the shutter interval.
 #[derive(Debug)]
 pub struct PhotonSlice {
-    /// All photons.
+    /// Global map: all photons of the slice.
     pub global: PhotonTree,
-    /// Photons scattered only by delta lobes.
+    /// Caustic map: photons scattered only by delta lobes.
     pub caustics: PhotonTree,
-    /// Number of paths that left the photons.
+    /// Number of light paths that were traced for the slice.
     pub paths: u32,
 }
 
 impl PhotonMaps {
-    /// Maps of all photons of `paths` paths. The shutter interval has `slices` slices of equal
-    /// length.
+    /// Maps of `photons`, the photons of `paths` light paths. The shutter interval has `slices`
+    /// slices of equal length.
     pub fn new(mut photons: Vec<Photon>, paths: u32, slices: u32) -> Self {
         photons.sort_by_key(|photon| photon.slice);
         let of_slice = |slice: u32| {
@@ -111,43 +113,45 @@ impl PhotonMaps {
             PhotonSlice {
                 caustics: PhotonTree::new(caustics.collect()),
                 global: PhotonTree::new(global),
-                // Paths belong to the slices in turn.
+                // Light paths are assigned to the slices in turn.
                 paths: paths.saturating_sub(slice).div_ceil(slices),
             }
         };
-        // Each slice takes the end of the remaining photons.
+        // Split off the slices from the end of the sorted photons.
         let mut slices: Vec<PhotonSlice> = (0..slices).rev().map(of_slice).collect();
         slices.reverse();
         Self { slices }
     }
 
-    /// Slice at the fraction `u` of the shutter interval. `None` if there are no slices.
+    /// Maps of the slice at the fraction `u` of the shutter interval. `None` if there are no
+    /// slices.
     pub fn at(&self, u: f32) -> Option<&PhotonSlice> {
         let last = self.slices.len().checked_sub(1)?;
         self.slices.get(((u * self.slices.len() as f32) as usize).min(last))
     }
 }
 
-/// Purpose of a ray.
+/// Purpose of a ray: the light that it adds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Purpose {
-    /// Adds all emitted light that the ray hits.
+    /// Adds the emission that the ray hits, and continues as a camera path.
     See,
-    /// Gathers the light scattered by the surface that the ray hits. `length` is the length of the
-    /// gather ray before its last delta lobe. `after_delta` is true if the ray leaves a delta lobe.
+    /// Gather ray: adds the light that the surface at its end scatters. `length` is the length of
+    /// the gather ray before its last delta lobe. `after_delta` is true if the ray leaves a delta
+    /// lobe.
     Gather { length: f32, after_delta: bool },
 }
 
-/// A path whose ray is not yet traced.
+/// A path whose last ray is not traced yet.
 struct QueuedPath {
     path: PathState,
     purpose: Purpose,
-    /// Number of the gather ray of the path, from 1 on; 0 before the path branches.
+    /// Number of the path's gather ray, counted from 1; 0 before the path has a gather ray.
     branch: u32,
 }
 
 impl QueuedPath {
-    /// Block of random numbers of the vertex at the end of the ray.
+    /// Index of the block of random numbers of the vertex at the end of the ray.
     fn block(&self) -> u32 {
         const DEPTHS: u32 = 64;
         self.branch * DEPTHS + self.path.depth.min(DEPTHS - 1)
@@ -169,7 +173,8 @@ impl<A: Accel> Integrator for PhotonMapIntegrator<'_, A> {
 }
 
 impl<A: Accel> PhotonMapIntegrator<'_, A> {
-    /// Traces the ray of `queued`, and adds the light that it finds. Adds the next rays to `queue`.
+    /// Traces the ray of `queued`, and adds the light that the ray finds. Adds the next rays to
+    /// `queue`.
     fn follow<S: Sampler>(&self, queued: QueuedPath, sampler: &S, queue: &mut Vec<QueuedPath>, out: &mut impl Sink) {
         let (world, strategy) = (&self.world, &self.strategy);
         let block = queued.block();
@@ -190,7 +195,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             return;
         }
 
-        // End a gather ray with the density of photons, unless the ray is too short
+        // End a gather ray with a density estimate, unless the ray is too short
         let mut gathered = None;
         if let Purpose::Gather { length, .. } = queued.purpose {
             let length = length + vertex.hit.t;
@@ -233,11 +238,11 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
                     length,
                     after_delta: true,
                 },
-                // The density estimate at this vertex has the light of all lobes that are not delta
-                // lobes.
+                // The density estimate at this vertex includes the light of all lobes that are not
+                // delta lobes.
                 (Some(_), false) => continue,
-                // Light that a delta lobe brings directly to the end of a gather ray is a caustic
-                // at the start of that ray.
+                // Light that arrives at the end of a gather ray directly by a delta lobe is a
+                // caustic at the start of the gather ray.
                 (None, true) if was_gathering => Purpose::Gather {
                     length: 0.0,
                     after_delta: true,
@@ -259,9 +264,10 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             queue.push(QueuedPath {
                 path: PathState {
                     roulette_scale: next.roulette_scale * rays as f32,
-                    // If photons were gathered, lights were not sampled: emission counts in full.
+                    // If photons were gathered, lights were not sampled, so emission has the weight
+                    // 1.
                     prev: next.prev.filter(|_| gathered.is_none() || !is_one_way),
-                    // Behind a delta lobe, emission is a caustic.
+                    // Behind a delta lobe, emission is part of the caustic map.
                     skips_emission: matches!(purpose, Purpose::Gather { after_delta: true, .. }),
                     ..next
                 },
@@ -271,7 +277,8 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         }
     }
 
-    /// Statistics of the photons around `vertex`, the first vertex of a camera path.
+    /// Statistics of the photons around `vertex`, the first vertex of a camera path, for the
+    /// auxiliary channels.
     fn photons_at(&self, vertex: &Vertex) -> Points {
         let point = &vertex.point;
         let slice = self.maps.at(self.world.camera.share_of_shutter(point.time));
@@ -283,7 +290,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         let dot = 0.5 * self.world.camera.pixel_width(point.p, point.time);
         let max = self.max_distance(FAR_SHARE);
         let nearest = slice.global.nearest(point.p, self.photon_count as usize, max, counts);
-        // Search two photons, because the search leaves out the farthest of them.
+        // Search two photons, because the search does not return the farthest photon.
         let is_dot = !slice.global.nearest(point.p, 2, dot, counts).photons.is_empty();
         let caustics = self.density(|slice| (&slice.caustics, NEAR_SHARE), (0, vertex), false);
         Points {
@@ -295,12 +302,12 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         }
     }
 
-    /// Maximum distance of photons: the setting, or `share` times the radius of the scene.
+    /// Maximum search radius: the option `radius`, or `share` times the radius of the scene.
     fn max_distance(&self, share: f32) -> f32 {
         self.radius.unwrap_or_else(|| share * self.world.scene.ball().radius)
     }
 
-    /// [`PhotonMapIntegrator::density`], with a record of the number of photons.
+    /// [`PhotonMapIntegrator::density`], which also records the number of photons.
     fn recorded_density(
         &self,
         map: impl Fn(&PhotonSlice) -> (&PhotonTree, f32),
@@ -315,9 +322,9 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         light
     }
 
-    /// Light of photons that `vertex` scatters, after `depth` scattering events of the path. `map`
-    /// selects the photons of a slice and their maximum distance relative to the radius of the
-    /// scene.
+    /// Estimates the light of photons that `vertex` scatters. The vertex is after `depth`
+    /// scattering events of the camera path. `map` selects a map of a slice, and its maximum search
+    /// radius relative to the radius of the scene.
     fn density(
         &self,
         map: impl Fn(&PhotonSlice) -> (&PhotonTree, f32),
@@ -348,20 +355,20 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
     }
 }
 
-/// Light of photons near a vertex.
+/// Result of a density estimate: light of the photons near a vertex.
 #[derive(Default)]
 struct PhotonLight {
     light: LightSum,
-    /// Factor of `light`.
+    /// Factor that converts `light` to radiance.
     factor: f32,
-    /// Distance of the farthest photon.
+    /// Distance of the farthest photon, in scene units.
     radius: f32,
-    /// Number of photons.
+    /// Number of photons of the estimate.
     count: u32,
 }
 
 impl PhotonLight {
-    /// Passes the light that the vertex scatters along `path` to `out`.
+    /// Passes the light that the vertex scatters along `path` to the sink `out`.
     fn pass_on(&self, path: &PathState, out: &mut impl Sink) {
         self.light.pass_on(path.beta * self.factor, path.depth + 2, out);
     }

@@ -10,33 +10,34 @@ use crate::light::LightId;
 use crate::math::Vec3;
 use crate::sampler::{Dimension, SampleKey, Sampler, Stream};
 
-/// Light that arrived at a surface, at the end of a light path (Jensen 1996, "Global Illumination
-/// using Photon Maps").
+/// Photon: light that arrives at a surface at the end of a light path (Jensen 1996, "Global
+/// Illumination using Photon Maps").
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Photon {
     /// Position in world space.
     p: [f32; 3],
-    /// Unit direction to the previous vertex, world space.
+    /// Unit direction towards the previous vertex, world space.
     wi: [f32; 3],
     /// Unit geometric normal of the surface.
     ng: [f32; 3],
-    /// Power in W, as if the photon's path had all the light of the scene. Flux is the mean over
-    /// all paths, including paths without a photon.
+    /// Power in W, as if the photon's path carried all the light of the scene. The flux is the mean
+    /// over all paths, including paths without a photon.
     power: [f32; 3],
     /// Light source of the photon.
     pub light: LightId,
-    /// Number of scattering events before the photon.
+    /// Number of scattering events of the path before the photon.
     pub scatterings: u16,
-    /// Index of the slice of the shutter interval ([`PhotonTracer::slices`]).
+    /// Index of the slice of the shutter interval that contains the photon's time
+    /// ([`PhotonTracer::slices`]).
     pub slice: u8,
-    /// True if there was at least one scattering event and all were by delta lobes: the photon is
-    /// part of a caustic.
+    /// True if the photon is part of a caustic: its path has scattered at least once, and only by
+    /// delta lobes.
     pub is_caustic: bool,
 }
 
 impl Photon {
-    /// An unscattered photon of a light at `p`, on a surface with unit normal `ng`, with `power`
-    /// from the unit direction `wi`.
+    /// An unscattered photon of the light `light` at the point `p`, on a surface with unit normal
+    /// `ng`. It has the power `power` and comes from the unit direction `wi`.
     pub fn new(light: LightId, p: Vec3, ng: Vec3, wi: Vec3, power: Spectrum) -> Self {
         Self {
             p: p.to_array(),
@@ -55,7 +56,7 @@ impl Photon {
         Vec3::from_array(self.p)
     }
 
-    /// Unit direction to the previous vertex, world space.
+    /// Unit direction towards the previous vertex, world space.
     pub fn wi(&self) -> Vec3 {
         Vec3::from_array(self.wi)
     }
@@ -72,13 +73,13 @@ impl Photon {
     }
 }
 
-/// Traces light paths, and stores a photon at each surface that does not only have delta lobes.
+/// Traces light paths, and stores a photon at each surface that has other lobes than delta lobes.
 #[derive(Debug)]
 pub struct PhotonTracer<'a, A> {
     /// World with the scene.
     pub world: World<'a, A>,
-    /// Maximum number of scattering events of a path, including the event that scatters the light
-    /// of a photon; `None` means the maximum of a path, 64.
+    /// Maximum number of scattering events of a whole path, including the event that scatters the
+    /// light of a photon. `None`: the maximum of a path, 64.
     pub max_depth: Option<u32>,
     /// Russian roulette.
     pub roulette: Roulette,
@@ -86,18 +87,19 @@ pub struct PhotonTracer<'a, A> {
     pub min_scatterings: u16,
 }
 
-/// Number of paths of a work item. Their random numbers are consecutive samples of one stream, so
-/// they are well distributed together.
+/// Number of light paths of a work item. Their random numbers are consecutive samples of one
+/// stream, so that they are well distributed jointly.
 pub const PHOTON_PATHS_A_WORK_ITEM: u32 = 1024;
 
 /// Maximum number of slices of the shutter interval.
 const MAX_SLICES: u32 = 16;
-/// Minimum number of paths per slice, if there are several slices.
+/// Minimum number of light paths per slice, if there are several slices.
 const MIN_PATHS_OF_A_SLICE: u32 = 4096;
 
 impl<'a, A: Accel> PhotonTracer<'a, A> {
-    /// Number of slices of the shutter interval for `paths` paths with random times. It is more
-    /// than 1 if surfaces or lights move, so that the photons of a slice lie on their surfaces.
+    /// Number of slices of the shutter interval for `paths` light paths with random times. If
+    /// surfaces or lights move there are several slices, so that the photons of a slice lie on
+    /// their surfaces.
     pub fn slices(&self, paths: u32) -> u32 {
         match self.world.scene.is_moving() {
             true => (paths / MIN_PATHS_OF_A_SLICE).clamp(1, MAX_SLICES),
@@ -105,14 +107,15 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         }
     }
 
-    /// Number of work items of `paths` paths.
+    /// Number of work items for `paths` light paths.
     pub fn work_items(paths: u32) -> u32 {
         paths.div_ceil(PHOTON_PATHS_A_WORK_ITEM)
     }
 
-    /// Photons of the work item `index` of the `paths` paths of `iteration`, in the order of their
-    /// paths. All paths are at `time`. If `time` is `None`, each path has a random time, and paths
-    /// belong to the slices in turn.
+    /// Traces the light paths of work item `index` of iteration `iteration`, which has `paths`
+    /// light paths in total. Returns their photons in the order of the paths. All paths are at
+    /// `time`. If `time` is `None`, each path has a random time, and consecutive paths are assigned
+    /// to the slices in turn.
     pub fn work_item<S: Sampler>(
         &self,
         (iteration, index): (u32, u32),
@@ -148,8 +151,8 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         photons
     }
 
-    /// Calls `found` with each path of the work item. The vertices of a path are in order from the
-    /// light.
+    /// Traces the light paths of a work item and calls `found` with each path. The vertices of a
+    /// path are in order from the light.
     pub(crate) fn each_path<S: Sampler>(
         &self,
         (iteration, index): (u32, u32),
@@ -176,7 +179,8 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
 }
 
 impl<A: Accel> World<'_, A> {
-    /// Time of all paths of `iteration`, for methods whose photons and points need the same time.
+    /// Time of all paths of iteration `iteration`, for integrators in which photons and camera
+    /// paths need the same time.
     pub(crate) fn time_of_iteration<S: Sampler>(&self, iteration: u32, sampler: &mut S) -> f32 {
         sampler.start(SampleKey::of_stream(Stream::Iteration, 0, iteration));
         self.time(sampler)

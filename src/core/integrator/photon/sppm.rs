@@ -1,8 +1,8 @@
 //! Stochastic progressive photon mapping with independent iterations.
 //!
-//! Hachisuka and Jensen (2009) keep a radius, a count and a flux for each pixel, and shrink the
-//! radius by the photons of each iteration. So an iteration depends on all previous ones. Knaus and
-//! Zwicker (2011) make the radius a function of the iteration index alone and prove the same
+//! Hachisuka and Jensen (2009) store a radius, a count and a flux for each pixel, and the photons
+//! of each iteration shrink the radius. So an iteration depends on all previous iterations. Knaus
+//! and Zwicker (2011) make the radius a function of the iteration index alone and prove the same
 //! convergence. We use the second form, because its iterations are ordinary samples. A render that
 //! is stopped, split, merged or cropped is bit-identical, and pixels have no state.
 //!
@@ -25,43 +25,45 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
 /// Stochastic progressive photon mapping (Hachisuka and Jensen 2009), in the form of Knaus and
 /// Zwicker (2011, "Progressive Photon Mapping: A Probabilistic Approach"). Every iteration traces
-/// new photons and uses them within a radius that depends only on its index. Each iteration is an
-/// independent estimate.
+/// new photons and gathers them within a radius that depends only on the index of the iteration.
+/// Each iteration is an independent estimate.
 ///
-/// An iteration is biased by the blur of its radius. Radii shrink from iteration to iteration, so
-/// the mean converges to the exact image. With radii that shrink as
-/// `r²ᵢ₊₁ / r²ᵢ = (i + α) / (i + 1)` the variance of the mean falls as `n^−α`, and its bias as
+/// The search radius blurs an iteration, so an iteration is biased. Radii shrink from iteration to
+/// iteration, so the mean converges to the exact image. If radii shrink as
+/// `r²ᵢ₊₁ / r²ᵢ = (i + α) / (i + 1)`, the variance of the mean falls as `n^−α`, and its bias as
 /// `n^(α − 1)` (Knaus and Zwicker, §3.3).
 ///
 /// Each light path is counted once. A camera path continues by delta lobes, and at surfaces that
 /// scatter narrowly by any lobe. It ends at the first surface that scatters widely
-/// ([`crate::bsdf::Bsdf::is_wide`]). Then
+/// ([`crate::bsdf::Bsdf::is_wide`]). The light consists of these parts:
 ///
-/// - emitted light that the path hits is added, with its MIS weight unless the path comes from the
-///   camera or from a delta lobe;
-/// - direct light that smooth lobes scatter is estimated at each vertex by light sampling and by a
-///   ray of a random direction, weighted by MIS;
-/// - photons bring the light that was scattered at least once before the last vertex, for its
-///   smooth lobes. They are stored from their first scattering on;
-/// - the path continues for light that photons do not contain: light that delta lobes of the last
-///   vertex scatter, and light from below the horizon of its shading or geometric normal.
+/// - emission that the path hits, with its MIS weight unless the path comes from the camera or from
+///   a delta lobe;
+/// - direct light that smooth lobes scatter, estimated at each vertex by light sampling and by one
+///   scattered ray, weighted by MIS;
+/// - light that was scattered at least once before the last vertex, and that smooth lobes of the
+///   last vertex scatter: estimated from photons, which are stored from their first scattering
+///   event on;
+/// - light that photons do not contain: light that delta lobes of the last vertex scatter, and
+///   light from below the horizon of its shading or geometric normal. The path continues for this
+///   light.
 #[derive(Debug)]
 pub struct ProgressivePhotonIntegrator<'a, A> {
     /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// Strategy for direct light.
+    /// Sampling options for direct light.
     pub strategy: Strategy,
-    /// Maximum number of scattering events; `None` means the maximum of a light path, 64.
+    /// Maximum number of scattering events. `None`: the maximum of a light path, 64.
     pub max_depth: Option<u32>,
     /// Russian roulette.
     pub roulette: Roulette,
-    /// Number of light paths of an iteration; `None`: the number of pixels.
+    /// Number of light paths of an iteration. `None`: the number of pixels.
     pub photons: Option<u32>,
-    /// Search radius.
+    /// Search radius of photons.
     pub radius: ProgressiveRadius,
 }
 
-/// Photons of one iteration.
+/// Photons of one iteration, in a grid.
 #[derive(Debug)]
 pub struct IterationPhotons<'a> {
     grid: PhotonGrid,
@@ -76,7 +78,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
         self.photons.unwrap_or_else(|| size.x.saturating_mul(size.y)).max(1)
     }
 
-    /// Adds the light of the photons around `vertex`, the last vertex of `path`.
+    /// Adds the light of the photons around `vertex`, the last vertex of the camera path `path`.
     fn add_photons(&self, prepared: &IterationPhotons, path: &PathState, vertex: &Vertex, out: &mut impl Sink) {
         let point = &vertex.point;
         let radius = prepared.radii.at(point.p, point.time);
@@ -116,7 +118,7 @@ impl<'a, A: Accel> IterationIntegrator for ProgressivePhotonIntegrator<'a, A> {
             world: self.world,
             max_depth: self.max_depth,
             roulette: self.roulette,
-            // The camera path samples direct light.
+            // The camera path estimates direct light, so skip unscattered photons.
             min_scatterings: 1,
         };
         let time = self.world.time_of_iteration(iteration, sampler);
@@ -158,7 +160,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
         let (world, strategy) = (&self.world, &self.strategy);
         let mut path = PathState::new(world.camera_ray(key, Some(prepared.time), sampler, out));
         loop {
-            // Find the next surface, and add emitted light
+            // Find the next surface, and add its emission
             let depth = path.depth;
             let slot = BsdfSlot::new();
             let vertex = path.next_vertex(world, None, &slot, out);
@@ -168,7 +170,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
                 return;
             }
 
-            // Add direct light, and the light of photons
+            // Add direct light, and the light of photons at the last vertex
             let u = LightNumbers::draw(sampler, depth);
             let direct = Direct::sample(world, (&path, &vertex), strategy, 1, &u, out);
             trace(direct, world, (&path, &vertex), out);
@@ -185,7 +187,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             };
             let direction = vertex.frame.to_world(sample.wi);
             if is_last && !sample.is_delta() && !vertex.is_one_way(direction) {
-                // The other half of the estimate of direct light
+                // Trace the scattered ray of the estimate of direct light
                 if strategy.counts_emission_hits() && !(path.beta * sample.weight).is_black() {
                     let mut next = path.after(path.scatter(world, &vertex, &sample, (1.0, 1), out));
                     let slot = BsdfSlot::new();

@@ -1,11 +1,12 @@
-//! A k-d tree of photons for searches of the k nearest.
+//! A k-d tree of photons, which finds the k photons nearest to a point.
 //!
-//! `photon_map` uses a tree and not a grid: the densities of photons differ by powers of ten. The
-//! tree is built only once, so it may take longer. We wrote the tree, about 100 lines: existing
-//! crates store points separately from their data and cannot filter points during the search.
+//! `photon_map` uses a tree instead of a grid, because the densities of photons differ by powers of
+//! ten. The tree is built only once, so its construction may take longer. We wrote the tree (about
+//! 100 lines) because existing crates store points separately from their data and cannot filter
+//! points during the search.
 //!
 //! The farthest of the k photons sets the radius and is not counted: `(k − 1) / (π r²)` has no bias
-//! if photons are spread evenly.
+//! if the density of photons is uniform.
 
 use super::photons::Photon;
 use crate::math::{Bounds3, Vec3};
@@ -16,24 +17,24 @@ use std::ops::Range;
 /// to a point, for any density.
 #[derive(Debug)]
 pub struct PhotonTree {
-    /// Photons in the order of the tree: the root of a range of photons is in the middle of the
+    /// Photons in the order of the tree. The root of a range of photons is in the middle of the
     /// range, and its two subtrees are on either side.
     photons: Vec<Photon>,
-    /// Axis across which each photon divides its range.
+    /// For each photon, the axis along which it divides its range: 0, 1 or 2.
     axes: Vec<u8>,
 }
 
 /// The photons nearest to a point.
 #[derive(Debug)]
 pub struct NearestPhotons<'t> {
-    /// Photons, unsorted.
+    /// The photons, in no particular order.
     pub photons: Vec<&'t Photon>,
-    /// Square of the search radius. No other photon is within the search radius.
+    /// Squared search radius. No other photon is within the search radius.
     pub squared: f32,
 }
 
 impl PhotonTree {
-    /// Builds the tree of `photons`. Equal photons in equal order give an equal tree.
+    /// Builds the tree of `photons`. The tree depends only on the photons and their order.
     pub fn new(mut photons: Vec<Photon>) -> Self {
         let mut axes = vec![0; photons.len()];
         // Ranges that must still be divided
@@ -76,14 +77,15 @@ impl PhotonTree {
         &self.photons
     }
 
-    /// The `count` photons nearest to `p` for which `counts` returns true, without the farthest of
-    /// them, which sets the radius. If fewer photons are within `radius`, returns all of these.
+    /// Finds the `count` photons nearest to `p` for which `counts` returns `true`. The farthest of
+    /// these photons sets the radius and is not returned. If fewer photons are within `radius`,
+    /// returns all of them.
     ///
-    /// The mean of `(count − 1) / (π r²)` is the density of points that are spread evenly over a
-    /// plane, if the point with number `count` has distance r.
+    /// If r is the distance of the photon with number `count`, the mean of `(count − 1) / (π r²)`
+    /// is the density of points that are uniformly distributed over a plane.
     pub fn nearest(&self, p: Vec3, count: usize, radius: f32, counts: impl Fn(&Photon) -> bool) -> NearestPhotons<'_> {
-        // Bits of the squared distance, and index in the tree. The bits of floats that are not
-        // negative have the order of the floats, so the heap is sorted by distance.
+        // Heap of squared distances (as bits) and indices in the tree. Bits of non-negative floats
+        // have the order of the floats, so the heap is sorted by distance.
         let mut heap: BinaryHeap<(u32, usize)> = BinaryHeap::with_capacity(count + 1);
         let mut squared = radius * radius;
         // Unvisited halves and their distances from `p`
@@ -137,10 +139,10 @@ mod tests {
     use crate::light::LightId;
     use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
 
-    /// Compares with a sort by distance: many and few photons, large and small radii, rejected
-    /// photons, and many at one position.
+    /// The tree finds the same photons as a sort by distance: many and few photons, large and small
+    /// radii, rejected photons, and many photons at one position.
     #[test]
-    fn the_tree_finds_the_nearest() {
+    fn tree_finds_same_photons_as_sort_by_distance() {
         let mut sampler = Independent::new(2);
         let mut at = |i: u32| {
             sampler.start(SampleKey::new(i, 0, 0));

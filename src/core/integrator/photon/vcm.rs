@@ -1,9 +1,10 @@
-//! Vertex connection and merging: `bdpt` with one additional strategy at each vertex, merging with
-//! a light path that ends nearby.
+//! Vertex connection and merging: `bdpt` with one additional strategy at each vertex. This strategy
+//! merges the camera path with a light path that ends nearby.
 //!
-//! `bidirectional/connection/weights.rs` computes the weights and explains the term of merging. The
-//! light paths for merging are not the light paths for connections. They are stored for a whole
-//! iteration, about 500 bytes per vertex, so there are fewer of them than pixels in a large image.
+//! `bidirectional/connection/weights.rs` computes the MIS weights and explains the term of merging.
+//! Merging and connections use different light paths. The light paths for merging are stored for a
+//! whole iteration, about 500 bytes per vertex, so there are fewer of them than pixels in a large
+//! image.
 
 use super::density::is_one_surface;
 use super::grid::{GridItem, PhotonGrid};
@@ -19,45 +20,45 @@ use std::f32::consts::PI;
 
 /// Vertex connection and merging (Georgiev, Křivánek, Davidovič and Slusallek 2012; Hachisuka,
 /// Pantaleoni and Jensen 2012): bidirectional path tracing with one additional strategy for each
-/// vertex, merging with a light path that ends near it.
+/// vertex. This strategy merges the camera path with a light path that ends near the vertex.
 ///
 /// Merging uses a light path that ends within a radius of a vertex as if it ended at the vertex.
 /// The density of the merged path is the density of both subpaths, times `π r² n` for n light
-/// paths. Multiple importance sampling weights merging with the other strategies, so it finds light
-/// that connections cannot find, such as caustics seen in mirrors. The light from merging has the
-/// bias of [`crate::integrator::ProgressivePhotonIntegrator`]; radii shrink in the same way.
+/// paths. MIS combines merging with the other strategies, so it finds light that connections cannot
+/// find, such as caustics seen in mirrors. The light from merging has the bias of
+/// [`crate::integrator::ProgressivePhotonIntegrator`]; radii shrink in the same way.
 ///
 /// Each sample has a separate light path for connections. The light paths for merging are stored
-/// for the time of an iteration. There may be fewer of them than pixels, since they take about 500
-/// bytes per vertex.
+/// for the time of an iteration. Their number may be smaller than the number of pixels, because
+/// they take about 500 bytes per vertex.
 #[derive(Debug)]
 pub struct VertexMergingIntegrator<'a, A> {
     /// World with the scene and the camera.
     pub world: World<'a, A>,
     /// MIS heuristic of the strategies.
     pub heuristic: Heuristic,
-    /// Maximum number of scattering events; `None` means the maximum of a path, 64.
+    /// Maximum number of scattering events. `None`: the maximum of a path, 64.
     pub max_depth: Option<u32>,
     /// Russian roulette of the subpaths.
     pub roulette: Roulette,
-    /// Number of light paths for merging in an iteration; `None`: the number of pixels, at most
+    /// Number of light paths for merging in an iteration. `None`: the number of pixels, at most
     /// 65536.
     pub photons: Option<u32>,
-    /// Merging radius.
+    /// Search radius of merging.
     pub radius: ProgressiveRadius,
 }
 
 /// Default maximum number of light paths for merging.
 pub const MAX_MERGED_PATHS: u32 = 1 << 16;
 
-/// Light paths of one work item, and their time.
+/// Light paths for merging of one work item, and their time.
 #[derive(Debug)]
 pub struct WorkItemPaths<'a> {
     time: f32,
     paths: Vec<Vec<PathVertex<'a>>>,
 }
 
-/// Light paths of an iteration, with a grid of their vertices.
+/// Light paths for merging of an iteration, with a grid of their vertices.
 #[derive(Debug)]
 pub struct MergedPaths<'a> {
     paths: Vec<Vec<PathVertex<'a>>>,
@@ -66,7 +67,7 @@ pub struct MergedPaths<'a> {
     time: f32,
 }
 
-/// A vertex of a light path, in the grid.
+/// A vertex of a light path for merging, as an item of the grid.
 #[derive(Clone, Copy, Debug)]
 struct Visit {
     p: [f32; 3],
@@ -92,7 +93,7 @@ impl<'a, A: Accel> VertexMergingIntegrator<'a, A> {
             .of_iteration(iteration, self.world.camera, &self.world.scene.ball())
     }
 
-    /// Connector that also merges subpaths within `radii`.
+    /// Connector that also merges subpaths within the search radii `radii`.
     fn connector<'w>(&'w self, radii: &'w Radii<'w>) -> Connector<'w, 'a, A> {
         Connector {
             merging: Some(Merging {
@@ -132,7 +133,7 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
         let work_item = (iteration, index);
         tracer.each_path(work_item, self.paths(), Some(time), sampler, out, |mut path| {
             connector.sum_light(&mut path, time);
-            // Free unused memory: the path is stored for the iteration.
+            // Free unused memory, because the path is stored for the whole iteration.
             path.shrink_to_fit();
             paths.push(path);
         });

@@ -13,7 +13,8 @@ pub(super) struct LightDimensions {
     pub point: Dimension,
 }
 
-/// A sample of the light `id`. `pmf` is the expected number of samples of this light.
+/// A sample of the light `id` for the last vertex of a camera path. `pmf` is the expected number of
+/// samples of this light.
 pub(super) struct SampledLight<'a> {
     scene: &'a Scene,
     pub id: LightId,
@@ -23,13 +24,13 @@ pub(super) struct SampledLight<'a> {
 }
 
 impl<'a> SampledLight<'a> {
-    /// Incident radiance over the density.
+    /// Incident radiance divided by the density of the sample.
     pub fn radiance(&self) -> Spectrum {
         self.sample.radiance * (1.0 / (self.pmf * self.sample.pdf))
     }
 
-    /// Light vertex at the sampled point. Its density is the density of a light path that starts
-    /// there.
+    /// Light vertex at the sampled point. Its density `forward` is the density of a light path that
+    /// starts there.
     pub fn vertex(&self) -> PathVertex<'a> {
         let light = &self.scene.lights()[self.id.0 as usize];
         let (sample, is_infinite) = (&self.sample, self.sample.target.is_none());
@@ -61,8 +62,8 @@ impl<'a> SampledLight<'a> {
     }
 }
 
-/// Samples lights of `scene` for the place `context`, and calls `found` for each sample.
-/// `selection` chooses one light, or all lamps.
+/// Samples lights of `scene` for the light sampling context `context`, and calls `found` with each
+/// sample. `selection` chooses one light, or all lamps.
 pub(super) fn sample_lights<'a>(
     (scene, selection): (&'a Scene, &LightSelection),
     context: &LightSampleContext,

@@ -1,9 +1,9 @@
 //! Connections of a camera subpath and a light subpath by all strategies (s, t), and their weights
 //! (`weights`).
 //!
-//! With s = 1 a new point on a light is sampled for the vertex that it lights. With t = 1 a new
-//! point on the lens is sampled. `light_tracing` uses only t = 1, `metropolis/pssmlt.rs` uses
-//! single strategies, and `photon/vcm.rs` adds merging.
+//! With s = 1 a new point on a light is sampled for the last camera vertex. With t = 1 a new point
+//! on the lens is sampled. `light_tracing` uses only t = 1, `metropolis/pssmlt.rs` uses single
+//! strategies, and `photon/vcm.rs` adds merging.
 
 mod light_samples;
 mod weights;
@@ -28,8 +28,8 @@ use weights::LightHit;
 /// Connects a camera subpath and a light subpath by all strategies.
 ///
 /// A strategy (s, t) uses s vertices of the light subpath and t of the camera subpath (Veach 1997,
-/// §10.2). With s = 1 the point on the light is sampled anew for the vertex that it lights. With t
-/// = 1 the point on the lens is sampled anew.
+/// §10.2). With s = 1 a new point on a light is sampled for the last camera vertex. With t = 1 a
+/// new point on the lens is sampled.
 #[derive(Debug)]
 pub(crate) struct Connector<'w, 'a, A> {
     pub world: &'w World<'a, A>,
@@ -45,15 +45,15 @@ pub(crate) struct Connector<'w, 'a, A> {
 /// "Light Transport Simulation with Vertex Connection and Merging").
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Merging<'w> {
-    /// Number of light subpaths available for merging with each camera subpath.
+    /// Number of light subpaths that may be merged with each camera subpath.
     pub paths: f32,
-    /// Maximum distance between the ends of merged subpaths.
+    /// Search radii: maximum distance between the ends of merged subpaths.
     pub radii: &'w Radii<'w>,
 }
 
 impl Merging<'_> {
-    /// Expected number of light vertices that are accepted for merging at `p`, divided by their
-    /// density per area: `π r² n` (eq. 7 of Georgiev et al.).
+    /// Factor that converts the density of light vertices per area to the expected number of
+    /// vertices accepted for merging at the point `p`: `π r² n` (eq. 7 of Georgiev et al.).
     fn acceptance(&self, p: Vec3, time: f32) -> f64 {
         let radius = self.radii.at(p, time) as f64;
         std::f64::consts::PI * radius * radius * self.paths as f64
@@ -73,27 +73,27 @@ pub(crate) struct Subpaths<'a> {
 
 impl Subpaths<'_> {
     /// First surface of the camera subpath, for the auxiliary channels. `None` if the subpath hits
-    /// nothing.
+    /// no surface.
     pub fn first_seen<A: Accel>(&self, world: &World<A>) -> Option<FirstSurface> {
         let first = self.camera.get(1).and_then(PathVertex::surface)?;
         Some(first.first_seen(world))
     }
 
-    /// Returns true if the camera subpath reaches its vertex number `count`, a light, only by delta
-    /// lobes.
+    /// Returns `true` if the camera subpath scatters only by delta lobes before its vertex number
+    /// `count`, which is on a light.
     pub fn is_light_seen_by_delta(&self, count: usize) -> bool {
         let between = self.camera.iter().skip(1).take(count.saturating_sub(2));
         between.into_iter().all(|vertex| vertex.is_delta)
     }
 }
 
-/// Contribution of one strategy.
+/// Contribution of one strategy to the image.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Contribution {
     /// Strategy (s, t): number of light vertices and number of camera vertices.
     pub strategy: (usize, usize),
-    /// Unweighted estimate of the light of all paths of this length, in the pixel of the sample or
-    /// at `film`.
+    /// Estimate of the light of all paths of this length without the MIS weight. It falls on the
+    /// pixel of the sample or on the position `film`.
     pub radiance: Spectrum,
     /// MIS weight of the strategy.
     pub weight: f32,
@@ -102,16 +102,16 @@ pub(crate) struct Contribution {
     /// Light source of the path.
     pub light: LightId,
     /// Scattering events at the connected vertices, the vertex of the light subpath first. `None`
-    /// without a connection, or if the render does not separate paths.
+    /// if there is no connection, or if the render does not separate classes of light paths.
     pub ends: [Option<ScatteringEvent>; 2],
 }
 
 impl Contribution {
-    /// All events from the light to the camera, if the render separates paths. `paths` are the
-    /// subpaths of the contribution.
+    /// All scattering events in order from the light, if the render separates classes of light
+    /// paths. `paths` are the subpaths of the contribution.
     pub fn events<'p>(&self, paths: &'p Subpaths) -> impl Iterator<Item = ScatteringEvent> + 'p {
         let (s, t) = self.strategy;
-        // Vertices of a subpath without its first vertex and without the connected vertex
+        // Vertices of a subpath, except its first vertex and the connected vertex
         fn inner<'p>(path: &'p [PathVertex], count: usize) -> &'p [PathVertex<'p>] {
             path.get(1..count.saturating_sub(1)).unwrap_or_default()
         }
@@ -126,7 +126,7 @@ impl Contribution {
         FoundLight::of(radiance, self.light, scene, (s + t - 2) as u32)
     }
 
-    /// Records the strategy. Call it just before the light of the contribution is added.
+    /// Records the strategy. Call this just before the light of the contribution is added.
     pub fn record(&self, out: &mut impl RaySink) {
         if out.records() {
             out.record(PathEvent::Connection {
@@ -162,7 +162,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Number of light paths of an iteration: one per pixel.
+    /// Number of light paths of an iteration for connections: one per pixel.
     fn paths(&self) -> f32 {
         let size = self.world.camera.resolution();
         size.x as f32 * size.y as f32
@@ -173,7 +173,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         subpath::max_vertices(self.max_depth)
     }
 
-    /// Traces both subpaths. The camera subpath starts along `ray`.
+    /// Traces a camera subpath along `ray` and a light subpath.
     pub fn subpaths(&self, ray: Ray, sampler: &impl Sampler, out: &mut impl RaySink) -> Subpaths<'a> {
         let (camera, escape) = self.camera_path(ray, sampler, out);
         let mut light = self.light_path(ray.time, sampler, out);
@@ -186,8 +186,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Traces the camera subpath along `ray`. Returns its vertices, and its last segment if it
-    /// leaves the scene.
+    /// Traces the camera subpath along `ray`. Returns its vertices, and its last segment if the
+    /// subpath leaves the scene.
     pub fn camera_path(
         &self,
         ray: Ray,
@@ -208,8 +208,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         (path, escape)
     }
 
-    /// Traces a light subpath at `time`; empty if no light emits. Call [`Connector::sum_light`]
-    /// before weights of the subpath are computed.
+    /// Traces a light subpath at `time`. Returns no vertices if no light emits. Call
+    /// [`Connector::sum_light`] before MIS weights of the subpath are computed.
     pub fn light_path(&self, time: f32, sampler: &impl Sampler, out: &mut impl RaySink) -> Vec<PathVertex<'a>> {
         let number = |what| Dimension::bounce(EMISSION_BLOCK, what);
         let choice = sampler.get_2d(number(Bounce::Decisions)).x;
@@ -241,7 +241,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Calls `found` with the contribution of each strategy to `paths`.
+    /// Calls `found` with the contribution of each strategy that connects the subpaths `paths`.
     pub fn all(
         &self,
         paths: &mut Subpaths<'a>,
@@ -252,8 +252,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         self.all_of(2, paths, sampler, out, found);
     }
 
-    /// Calls `found` with the contributions to paths with at least `min_vertices` vertices;
-    /// `min_vertices` is at least 2.
+    /// Calls `found` with the contributions of paths with at least `min_vertices` vertices.
+    /// `min_vertices` must be at least 2.
     pub fn all_of(
         &self,
         min_vertices: usize,
@@ -276,8 +276,9 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Calls `found` with the contributions of the strategy (s, t). `paths` must have enough
-    /// vertices. For s = 0 only light that the camera subpath hits inside the scene is included.
+    /// Calls `found` with the contributions of the strategy `strategy`, (s, t). `paths` must have
+    /// enough vertices. For s = 0 only emission of surfaces that the camera subpath hits is
+    /// included.
     pub fn strategy(
         &self,
         strategy: (usize, usize),
@@ -492,7 +493,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// s, t > 1: the last vertices of both subpaths are connected.
+    /// s, t > 1: the last vertices of both subpaths are connected by an edge.
     fn connect(
         &self,
         (camera, light, time): (&[PathVertex<'a>], &[PathVertex<'a>], f32),
@@ -535,8 +536,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Event of light that comes from the direction `wi` and leaves a connected vertex in the
-    /// direction `wo`. `None` if the render does not separate paths.
+    /// Scattering event of light that comes from the direction `wi` and leaves a connected vertex
+    /// in the direction `wo`. `None` if the render does not separate classes of light paths.
     fn event(&self, surface: &Surface, wo: Vec3, wi: Vec3) -> Option<ScatteringEvent> {
         self.world.paths.map(|_| surface.event(self.world.scene, wo, wi, false))
     }
@@ -550,9 +551,9 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         self.world.camera.lens_point(u, time)
     }
 
-    /// Film position of light that arrives at the lens against the direction `w`, and the weight of
-    /// this light for one light path of the iteration. The weight is the importance over the
-    /// density of the lens point and the number of paths.
+    /// Film position of light that arrives at the lens from the direction `w`, and the weight of
+    /// this light for one light path of the iteration. The weight is the importance divided by the
+    /// density of the lens point and by the number of light paths.
     fn seen(&self, lens: &PathVertex, w: Vec3, time: f32) -> Option<(Vec2, f32)> {
         let importance = self.world.camera.importance(lens.p, w, time)?;
         let we = importance.we * lens.cosine(w) / lens.forward;
@@ -567,8 +568,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Density with which a path of the iteration leaves the lens at `p` in direction `w`: per
-    /// solid angle, or for parallel rays per area perpendicular to the rays.
+    /// Density with which a path of the iteration leaves the lens point `p` in direction `w`: per
+    /// solid angle, or per area perpendicular to the rays if camera rays are parallel.
     fn pdf_of_camera(&self, p: Vec3, w: Vec3, time: f32) -> f32 {
         let importance = self.world.camera.importance(p, w, time);
         importance.map_or(0.0, |importance| importance.pdf / self.paths())

@@ -1,20 +1,20 @@
-//! Weights of multiple importance sampling over all strategies for one path.
+//! MIS weights over all strategies that can sample a path.
 //!
 //! A weight compares the density of a strategy with the densities of all other strategies.
-//! Neighbouring strategies differ by one vertex, so each ratio of densities follows from the
-//! previous one (Veach 1997, §10.2). Only the two vertices on either side of a connection change
-//! their densities. So each vertex of a subpath stores the sum over the strategies that connect
-//! nearer to the start of the subpath (`PathVertex::others`). A weight is then computed in constant
-//! time (van Antwerpen 2011, "Recursive MIS Computation for Streaming BDPT on the GPU"; Georgiev
-//! 2012, "Implementing Vertex Connection and Merging").
+//! Neighbouring strategies differ by one vertex, so each ratio of densities follows from the ratio
+//! before it (Veach 1997, §10.2). Only the two vertices on either side of a connection change their
+//! densities. So each vertex of a subpath stores the sum over the strategies that connect nearer to
+//! the start of the subpath (`PathVertex::others`). A weight is then computed in constant time (van
+//! Antwerpen 2011, "Recursive MIS Computation for Streaming BDPT on the GPU"; Georgiev 2012,
+//! "Implementing Vertex Connection and Merging").
 //!
-//! A delta lobe has density 1 in its direction. Both ends sample that direction, and the ratio of
+//! The direction of a delta lobe has density 1. Both ends sample that direction, and the ratio of
 //! their densities is the Jacobian of one direction with respect to the other ([`super::subpath`]
-//! computes it). Strategies that would connect at a delta lobe are left out.
+//! computes it). Strategies that would connect at a delta lobe are not counted.
 //!
 //! Vertex merging (`photon/vcm.rs`) adds one term for each vertex that the path does not leave by a
-//! delta lobe. The term is the density of both subpaths that end there, times `π r² n` for n light
-//! paths (Georgiev et al. 2012).
+//! delta lobe. The term is the density of both subpaths that end at this vertex, times `π r² n` for
+//! n light paths (Georgiev et al. 2012).
 
 use super::Connector;
 use crate::accel::Accel;
@@ -31,8 +31,8 @@ pub(super) struct LightHit {
 }
 
 impl<A: Accel> Connector<'_, '_, A> {
-    /// Density with which a camera path continues from `at` to `to`. `wo` is the direction from
-    /// `at` to the previous vertex.
+    /// Density at `to` with which a camera path continues from `at` to `to`. `wo` is the direction
+    /// from `at` to the previous vertex.
     fn pdf_from_camera(&self, wo: Option<Vec3>, at: &PathVertex, to: &PathVertex, time: f32) -> f32 {
         let w = at.direction_to(to);
         let pdf = match (&at.kind, wo) {
@@ -42,8 +42,8 @@ impl<A: Accel> Connector<'_, '_, A> {
         at.density_at(pdf, to)
     }
 
-    /// Density with which a light path continues from `at` to `to`. `before` is the vertex before
-    /// `at`.
+    /// Density at `to` with which a light path continues from `at` to `to`. `before` is the vertex
+    /// before `at`.
     fn pdf_from_light(&self, before: Option<&PathVertex>, at: &PathVertex, to: &PathVertex, time: f32) -> f32 {
         let w = at.direction_to(to);
         let pdf = match (&at.kind, before) {
@@ -57,7 +57,8 @@ impl<A: Accel> Connector<'_, '_, A> {
         at.density_at(pdf, to)
     }
 
-    /// MIS weight of the strategy that connects these subpaths (Veach 1997, §10.2.1).
+    /// MIS weight of the strategy that connects the subpaths `camera` and `light` (Veach 1997,
+    /// §10.2.1). `light_hit` is set if the camera subpath hits a light.
     pub(super) fn weight(
         &self,
         camera: &[PathVertex],
@@ -129,7 +130,7 @@ impl<A: Accel> Connector<'_, '_, A> {
             on_light_side = self.beyond(densities.other, other.forward, others);
         }
 
-        // Compute the terms of connecting and of merging here
+        // Compute the terms of the strategies that connect or merge here
         let connection = match light.last() {
             Some(other) if is_merged && other.is_delta => 0.0,
             Some(other) if s == 1 => self.raised(densities.direct, other.forward),
@@ -151,7 +152,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         if weight.is_finite() { weight } else { 0.0 }
     }
 
-    /// Densities of the vertices next to the connection of two subpaths.
+    /// Densities of the vertices on either side of the connection of two subpaths.
     fn densities(
         &self,
         camera: &[PathVertex],
@@ -164,10 +165,10 @@ impl<A: Accel> Connector<'_, '_, A> {
         };
         let back = end.surface().map(|surface| surface.back);
         let w = end.direction_to(other);
-        // If the direction is one-way, no light path arrives at `end` from there.
+        // If the direction is one-way, no light path arrives at `end` from it.
         let is_one_way = end.surface().is_some_and(|surface| surface.is_one_way(surface.back, w));
-        // A merged vertex may follow a delta lobe of the light path. Only this lobe can have
-        // sampled it.
+        // A merged vertex may follow a delta lobe of the light path. Only this lobe can then have
+        // sampled the vertex.
         let by_delta = is_merged && other.is_delta;
         ConnectionDensities {
             end: match by_delta {
@@ -193,7 +194,8 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// Densities if the camera subpath hits a light with its vertex `end`, after `previous`.
+    /// Densities if `end`, the last vertex of the camera subpath, is on a light. `previous` is the
+    /// vertex before `end`.
     fn densities_at_light_hit(
         &self,
         end: &PathVertex,
@@ -213,7 +215,7 @@ impl<A: Accel> Connector<'_, '_, A> {
                 true => 0.0,
                 false => end.density_at(onwards, previous),
             },
-            // The lens of parallel rays samples no light.
+            // Lights are not sampled for the lens of a camera with parallel rays.
             direct: if previous.is_infinite() { 0.0 } else { light_hit.direct },
             ..ConnectionDensities::default()
         }
@@ -240,7 +242,7 @@ impl<A: Accel> Connector<'_, '_, A> {
             let mut others = connects(before, at);
             if m == 1 {
                 // The strategy s = 1 samples the light from the vertex `at`. Its density depends on
-                // the vertex after `at`, which is not yet known at the end of the path.
+                // the vertex after `at`, which does not exist at the end of the path.
                 let Some(next) = path.get(2) else { break };
                 let direct = self.direct(before, at, Some(at.direction_to(next)), time);
                 others *= self.raised(direct, before.forward);
@@ -257,8 +259,8 @@ impl<A: Accel> Connector<'_, '_, A> {
 
     /// Converts the sum `others` from "relative to the connection before a vertex" to "relative to
     /// the connection after the vertex". The vertex has the density `other` from the other end of
-    /// the path, and `own` from its own end. Returns 0 if no other strategy can sample the vertex,
-    /// even if the ratio is infinite.
+    /// the path, and `own` from its own end. Returns 0 if `others` is 0, even if the ratio of the
+    /// densities is infinite.
     fn beyond(&self, other: f32, own: f32, others: f64) -> f64 {
         match self.raised(other, own) {
             ratio if ratio == 0.0 || others == 0.0 => 0.0,
@@ -266,8 +268,8 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// Density of merging at `at`, relative to a connection of `at` with its neighbour on the
-    /// light's side. `from_light` is the density of `at` from the light.
+    /// Density of merging at the vertex `at`, relative to a connection of `at` with its neighbour
+    /// on the light's side. `from_light` is the density of `at` from the light.
     fn merges(&self, at: &PathVertex, from_light: f32, time: f32) -> f64 {
         match at.is_delta {
             true => 0.0,
@@ -275,8 +277,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// [`Connector::merges`] for the last vertex of a subpath, where no delta lobe has been
-    /// sampled.
+    /// [`Connector::merges`] for the last vertex of a subpath, at which no delta lobe was sampled.
     fn merges_at_end(&self, at: &PathVertex, from_light: f32, time: f32) -> f64 {
         let Some(merging) = &self.merging else { return 0.0 };
         match at.surface().is_some_and(|surface| !surface.bsdf.is_delta()) {
@@ -287,8 +288,8 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// Density with which light sampling at the vertex `at` finds the light vertex `light`. `wo` is
-    /// the direction from which `at` is seen.
+    /// Density with which light sampling at the vertex `at` finds the vertex `light` on a light.
+    /// `wo` is the direction from `at` to its previous vertex on the camera's side.
     fn direct(&self, light: &PathVertex, at: &PathVertex, wo: Option<Vec3>, time: f32) -> f32 {
         let scene = self.world.scene;
         let VertexKind::Light(end) = &light.kind else {
@@ -321,20 +322,20 @@ fn connects(a: &PathVertex, b: &PathVertex) -> f64 {
     one_if(!a.is_delta && !a.is_one_way && !b.is_delta)
 }
 
-/// Densities of the vertices next to a connection, if a path from the other end samples them. 0 if
-/// there is no vertex.
+/// Densities of the vertices next to a connection, if a path from the other end samples them. The
+/// density is 0 if the vertex does not exist.
 #[derive(Clone, Copy, Debug, Default)]
 struct ConnectionDensities {
-    /// Last vertex of the camera subpath, sampled from the light.
+    /// Density of the last vertex of the camera subpath, sampled from the light.
     end: f32,
-    /// Vertex before the last vertex of the camera subpath, sampled from the light.
+    /// Density of the vertex before the last vertex of the camera subpath, sampled from the light.
     previous: f32,
-    /// Last vertex of the light subpath, sampled from the camera.
+    /// Density of the last vertex of the light subpath, sampled from the camera.
     other: f32,
-    /// Vertex before the last vertex of the light subpath, sampled from the camera.
+    /// Density of the vertex before the last vertex of the light subpath, sampled from the camera.
     next: f32,
     /// Density with which light sampling at the neighbour of the light vertex finds the light
-    /// vertex. 0 if neither of them is next to the connection.
+    /// vertex. 0 if neither of these vertices is next to the connection.
     direct: f32,
 }
 

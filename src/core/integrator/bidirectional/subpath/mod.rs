@@ -1,32 +1,31 @@
-//! Subpaths from the camera and from lights. This module traces them. `vertex` defines their
-//! vertices, and `surface` the surface points of vertices.
+//! Subpaths from the camera and from lights. This module traces subpaths, `vertex` defines their
+//! vertices, and `surface` defines the surface points of vertices.
 //!
-//! A subpath is a list of vertices. Each vertex has its throughput and two densities per area: one
-//! if the vertex is sampled from the start of the subpath, and one if it is sampled from the other
-//! end of the whole path.
+//! A subpath is a list of vertices. Each vertex has its throughput and two densities per area: the
+//! density if the vertex is sampled from the start of the subpath, and the density if it is sampled
+//! from the other end of the whole path.
 //!
-//! Both ends must agree on one measurement contribution. So BSDFs belong to the geometric normal
-//! (Veach 1997, §5.3). If a shading normal is bent for a viewer (`geometry/mesh.rs`), it is bent
-//! for the vertex on the camera's side, even if the path came from the light. Three rules follow:
+//! Both ends must have the same measurement contribution. So BSDFs belong to the geometric normal
+//! (Veach 1997, §5.3). If a shading normal is bent for a viewer (`geometry/mesh.rs`), the viewer is
+//! the vertex on the camera's side, even if the path came from the light. Three rules follow:
 //!
 //! - A ray towards a light starts on the light's side of the bent normal, as in `path/direct.rs`. A
-//!   ray of a light path starts on the side of the facet that is visible from the direction of the
-//!   ray.
+//!   ray of a light path starts on the side of the facet that faces the direction of the ray.
 //! - A light path has no viewer yet. It samples some directions around the normal of the facet
-//!   (`Surface::facet_share`). If the shading normal is far from the normal of the facet, light
-//!   leaves in directions that a lobe around the shading normal never samples.
+//!   (`Surface::facet_share`). If the shading normal differs much from the normal of the facet,
+//!   light leaves in directions that a lobe around the shading normal never samples.
 //! - A camera path may leave a vertex below the horizon of its facet, or of its shading normal
 //!   (`Surface::is_one_way`). The ray hits the same facet again, or the surface behind the rim of a
 //!   curved surface. Light from that direction hits the other side of the facet: no light path
-//!   arrives from it, and no connection uses it. Light samples use it.
+//!   arrives from it, and no connection uses the direction. Light samples use it.
 //!
-//! Densities of the directions of delta lobes leave out the delta distribution and the probability
-//! of the lobe, which both ends have in common. They keep the geometry of the segment and the
-//! Jacobian of one direction with respect to the other (`delta_jacobian`). Without these, a
-//! strategy would be compared with others as if mirrors had the same distance to both neighbours.
+//! Densities of directions sampled from delta lobes omit the delta distribution and the probability
+//! of the lobe, which both ends have in common. They include the geometry of the segment and the
+//! Jacobian of one direction with respect to the other (`delta_jacobian`). Without these factors,
+//! the MIS weights would be wrong if the distances to the two neighbours of a mirror differ.
 //!
 //! The filter width of texture lookups must be the same from both ends, so it depends only on the
-//! point (`World::footprint`).
+//! surface point (`World::footprint`).
 
 mod surface;
 mod vertex;
@@ -43,8 +42,7 @@ use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Sampler};
 use crate::scene::Scene;
 
-/// Maximum number of vertices of a path, including both ends. Light that is scattered more often is
-/// lost.
+/// Maximum number of vertices of a path, including both ends. Light of longer paths is lost.
 pub(crate) const MAX_VERTICES: usize = 66;
 
 /// Maximum number of vertices of a path with up to `max_depth` scattering events.
@@ -54,9 +52,10 @@ pub(crate) fn max_vertices(max_depth: Option<u32>) -> usize {
     })
 }
 
-/// Densities of the start and of the first segment of a path from the light `id` in direction `w`.
-/// `ng` is the normal at the start. The first density is per area and the second per solid angle;
-/// for infinitely distant lights it is the other way round.
+/// Densities with which a light path starts at the light `id`: the density of its start, and the
+/// density of its first direction `w`. `ng` is the normal at the start. The first density is per
+/// area and the second per solid angle. For infinitely distant lights the first is per solid angle
+/// and the second per area.
 pub(crate) fn emission_pdfs(
     scene: &Scene,
     (id, is_infinite): (LightId, bool),
@@ -71,28 +70,29 @@ pub(crate) fn emission_pdfs(
     }
 }
 
-/// A ray that leaves a vertex of a subpath.
+/// A ray that leaves the last vertex of a subpath.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathRay {
     pub ray: Ray,
-    /// Throughput of the subpath.
+    /// Throughput of the subpath up to the ray.
     pub beta: Spectrum,
-    /// Density of the direction per solid angle; for rays from infinity, per area of a disk.
+    /// Density of the ray's direction per solid angle. For rays from infinity: density per area of
+    /// a disk.
     pub pdf: f32,
 }
 
-/// Walk of a subpath from its first vertex.
+/// Random walk that traces a subpath from its first vertex.
 pub(crate) struct Walk<'w, 'a, A> {
     pub world: &'w World<'a, A>,
     pub mode: TransportMode,
     pub roulette: Roulette,
-    /// Maximum number of vertices.
+    /// Maximum number of vertices of the subpath.
     pub max: usize,
 }
 
 impl<'a, A: Accel> Walk<'_, 'a, A> {
-    /// Continues `path`, which has one vertex, along `first`, and adds all further vertices.
-    /// Returns the last segment if the path leaves the scene.
+    /// Traces the subpath `path`, which has one vertex, along the ray `first`, and adds all further
+    /// vertices. Returns the last segment if the subpath leaves the scene.
     pub fn follow(
         &self,
         path: &mut Vec<PathVertex<'a>>,
@@ -110,7 +110,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             TransportMode::Radiance => RayKind::Camera,
             TransportMode::Importance => RayKind::Bounce,
         };
-        // Factor of the throughput for roulette: it removes the change of radiance by refraction
+        // Factor of the throughput in roulette, which removes the change of radiance by refraction
         let mut roulette_scale = 1.0;
         while path.len() < self.max {
             let (hit, transmittance) = self.world.intersect(&ray, kind, out);
@@ -194,7 +194,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         None
     }
 
-    /// Samples a direction in which the subpath continues from `surface`.
+    /// Samples the direction in which the subpath leaves `surface`. `None` if the subpath ends.
     fn scatter(&self, surface: &Surface, u_lobe: f32, u: Vec2) -> Option<Continuation> {
         let scene = self.world.scene;
         let back = surface.back;
@@ -206,7 +206,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         let weight = match (is_from_camera, sample.is_delta()) {
             (true, _) => sample.weight,
             (false, true) => sample.weight * surface.adjoint_delta(w, back),
-            // Use the shading normal for the viewer in direction `w`
+            // Use the shading normal that is bent for the viewer in direction `w`
             (false, false) => surface.adjoint_throughput(scene, w, back) * (w.dot(surface.point.ng).abs() / sample.pdf),
         };
         if weight.is_black() {
@@ -233,25 +233,25 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
     }
 }
 
-/// Solid angle around the outgoing direction of a delta lobe, relative to the solid angle around
+/// Ratio of the solid angle around the outgoing direction of a delta lobe to the solid angle around
 /// the incoming direction: 1 for mirrors. For refraction it follows from the basic radiance
-/// `L / η²`, which stays constant: `η² cos θ dω` is the same on both sides. `eta` is the index on
-/// the far side relative to the near side.
+/// `L / η²`, which stays constant: `η² cos θ dω` is the same on both sides. `eta` is the index of
+/// refraction on the far side relative to the near side.
 ///
 /// The two ends of a path sample the direction as delta distributions in different variables. This
-/// factor converts between them.
+/// ratio converts between them.
 fn delta_jacobian(cos_back: f32, cos_onwards: f32, eta: f32) -> f32 {
     (cos_back / (cos_onwards * eta * eta)).abs()
 }
 
-/// A sampled direction in which a subpath continues.
+/// A sampled direction in which a subpath continues, with its weight and densities.
 struct Continuation {
     ray: Ray,
     weight: Spectrum,
     is_delta: bool,
     /// True if no light path can arrive from this direction ([`PathVertex::is_one_way`]).
     is_one_way: bool,
-    /// Scattering event, if the render separates paths.
+    /// Scattering event, if the render separates classes of light paths.
     event: Option<ScatteringEvent>,
     /// Density of the direction per solid angle; 1 for a delta lobe.
     pdf: f32,
@@ -260,8 +260,8 @@ struct Continuation {
     eta: f32,
 }
 
-/// Block of random numbers of the vertex after `depth` scattering events. Camera and light paths
-/// use alternate blocks.
+/// Index of the block of random numbers for the vertex after `depth` scattering events. Camera and
+/// light paths use alternate blocks.
 pub(crate) fn block(mode: TransportMode, depth: u32) -> u32 {
     match mode {
         TransportMode::Radiance => 2 * depth,
@@ -269,5 +269,5 @@ pub(crate) fn block(mode: TransportMode, depth: u32) -> u32 {
     }
 }
 
-/// Block of random numbers for the light at the start of a path.
+/// Index of the block of random numbers for the light at the start of a path.
 pub(crate) const EMISSION_BLOCK: u32 = 1;

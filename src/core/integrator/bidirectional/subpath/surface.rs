@@ -15,7 +15,7 @@ use std::borrow::Cow;
 use std::f32::consts::FRAC_1_PI;
 use std::ops::Deref;
 
-/// A BSDF: a reference into the scene, or owned by the vertex if it varies over the surface.
+/// A BSDF: borrowed from the scene, or owned by the vertex if the BSDF varies over the surface.
 #[derive(Clone, Debug)]
 pub(crate) enum BsdfRef<'a> {
     ByScene(&'a Bsdf),
@@ -32,24 +32,24 @@ impl Deref for BsdfRef<'_> {
     }
 }
 
-/// A surface point, independent of the direction from which it is seen.
+/// A surface point. It does not depend on the direction from which it is seen.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface<'a> {
     pub hit: Hit,
-    /// Surface point, with the shading normal not bent to a viewer.
+    /// Surface point, with the shading normal that is not bent for a viewer.
     pub point: SurfacePoint,
     frame: Frame,
     pub bsdf: BsdfRef<'a>,
-    /// The body behind the surface, as in [`Ray::body`].
+    /// Body behind the surface, as in [`Ray::body`].
     body: u32,
     /// True if shading normals or the material vary over the surface.
     is_detailed: bool,
-    /// Unit direction to the previous vertex, world space.
+    /// Unit direction towards the previous vertex, world space.
     pub back: Vec3,
 }
 
 impl<'a> Surface<'a> {
-    /// The surface at `hit` along `ray`.
+    /// The surface that `ray` hits at `hit`.
     pub fn new<A: Accel>(world: &World<'a, A>, hit: Hit, ray: &Ray) -> Self {
         let back = -ray.direction;
         if let Some((point, bsdf)) = world.scene.plain_surface(&hit, ray.time) {
@@ -80,8 +80,8 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Surface point and local frame, with the shading normal bent for a viewer in the direction
-    /// `wo`.
+    /// Surface point and local frame, with the shading normal bent for a viewer in the unit
+    /// direction `wo`.
     fn seen_from(&self, scene: &Scene, wo: Vec3) -> (SurfacePoint, Frame) {
         if !self.bends_for(wo) {
             return (self.point, self.frame);
@@ -90,8 +90,8 @@ impl<'a> Surface<'a> {
         (point, scene.frame(&self.hit, &point))
     }
 
-    /// Local frame for a path whose previous vertex is in the direction `back`. A light path has no
-    /// viewer yet, so its shading normal is not bent.
+    /// Local frame for a subpath whose previous vertex is in the direction `back`. A light path has
+    /// no viewer yet, so its shading normal is not bent.
     pub fn frame_for(&self, scene: &Scene, back: Vec3, mode: TransportMode) -> Frame {
         match mode {
             TransportMode::Radiance => self.seen_from(scene, back).1,
@@ -99,27 +99,27 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Returns true if only a camera path, whose previous vertex is in the direction `wo`, can
-    /// continue in the direction `wi`. This is so if `wi` is on different sides of the shading
-    /// normal, bent to `wo`, and of the geometric normal. Light from `wi` hits the other side of
-    /// the facet.
+    /// Returns `true` if only a camera path can continue in the direction `wi`. `wo` is the
+    /// direction to its previous vertex. This is so if `wi` is on different sides of the geometric
+    /// normal and of the shading normal bent for `wo`. Light from `wi` hits the other side of the
+    /// facet.
     pub fn is_one_way(&self, wo: Vec3, wi: Vec3) -> bool {
         self.is_detailed && !self.point.seen_from(wo).sides_agree(wi)
     }
 
-    /// [`Surface::is_one_way`] for a sampled direction `wi`. A delta lobe around a normal that is
-    /// bent to `wo` is one-way too.
+    /// [`Surface::is_one_way`] for a sampled direction `wi`. The direction of a delta lobe around a
+    /// normal that is bent for `wo` is one-way too.
     pub fn is_sample_one_way(&self, wo: Vec3, wi: Vec3, is_delta: bool) -> bool {
         is_delta && self.bends_for(wo) || self.is_one_way(wo, wi)
     }
 
-    /// Returns true if the shading normal is bent for a viewer in the direction `wo`.
+    /// Returns `true` if the shading normal is bent for a viewer in the direction `wo`.
     fn bends_for(&self, wo: Vec3) -> bool {
         self.is_detailed && self.point.bends_for(wo)
     }
 
-    /// [`Surface::scattered`] for light that a light path brings from the direction `wi`. Zero if
-    /// only a camera path can continue in that direction ([`Surface::is_one_way`]).
+    /// [`Surface::scattered`] for light of a light path that arrives from the direction `wi`.
+    /// Returns 0 if only a camera path can continue in that direction ([`Surface::is_one_way`]).
     pub fn scattered_arrival(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
         match self.is_one_way(wo, wi) {
             true => Spectrum::ZERO,
@@ -128,8 +128,8 @@ impl<'a> Surface<'a> {
     }
 
     /// Factor of the radiance at a delta lobe of a light path, in addition to the weight of the
-    /// lobe. The light comes from the direction `wi` and leaves in the direction `wo`. 0 if a
-    /// camera path could not take the reverse way.
+    /// lobe. The light comes from the direction `wi` and leaves in the direction `wo`. Returns 0 if
+    /// a camera path cannot go in the reverse direction.
     pub fn adjoint_delta(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self.is_sample_one_way(wo, wi, true) {
             true => 0.0,
@@ -137,16 +137,16 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Throughput of light that comes from the direction `wi` and leaves in the direction `wo` to
-    /// the camera. This is `f |cos|` with the shading normal: the factor of radiance per solid
+    /// Throughput of light that comes from the direction `wi` and leaves towards the camera in the
+    /// direction `wo`. This is `f |cos|` with the shading normal: the factor of radiance per solid
     /// angle of `wi`.
     pub fn scattered(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
         let (point, frame) = self.seen_from(scene, wo);
         self.bsdf.eval(frame.to_local(wo), frame.to_local(wi)) * wi.dot(point.ns).abs()
     }
 
-    /// Event of light that comes from the direction `wi` and leaves in the direction `wo` to the
-    /// camera.
+    /// Scattering event of light that comes from the direction `wi` and leaves towards the camera
+    /// in the direction `wo`.
     pub fn event(&self, scene: &Scene, wo: Vec3, wi: Vec3, is_delta: bool) -> ScatteringEvent {
         let (_, frame) = self.seen_from(scene, wo);
         self.bsdf.event(frame.to_local(wo), frame.to_local(wi), is_delta)
@@ -160,7 +160,7 @@ impl<'a> Surface<'a> {
     }
 
     /// Density per solid angle with which a light path continues in the direction `wo`. `wi` is the
-    /// direction to its previous vertex. No viewer is needed.
+    /// direction to its previous vertex. The density does not depend on a viewer.
     pub fn pdf_from_light(&self, wi: Vec3, wo: Vec3) -> f32 {
         let (from, to) = (self.frame.to_local(wi), self.frame.to_local(wo));
         let pdf = self.bsdf.pdf(from, to);
@@ -178,9 +178,10 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Samples the next direction of a camera path or a light path, as selected by `mode`. `back`
-    /// is the direction to the previous vertex, and `local` is `back` in the local frame of
-    /// [`Surface::frame_for`]. The result is in this frame. Its weight is the weight of radiance.
+    /// Samples the next direction of a camera path or a light path, according to `mode`. `back` is
+    /// the direction to the previous vertex, and `local` is `back` in the local frame of
+    /// [`Surface::frame_for`]. The sampled direction is in this frame, and its weight is a factor
+    /// of radiance.
     pub fn sample(&self, (back, local): (Vec3, Vec3), u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         match mode {
             TransportMode::Radiance => self.bsdf.sample(local, u_lobe, u, mode),
@@ -188,8 +189,8 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Ray on which a path continues in direction `w`. `back` is the direction to the previous
-    /// vertex.
+    /// Ray along which a subpath continues in direction `w`. `back` is the direction to the
+    /// previous vertex.
     pub fn ray_onwards<A: Accel>(&self, world: &World<A>, back: Vec3, w: Vec3, mode: TransportMode) -> Ray {
         let origin = match mode {
             TransportMode::Radiance => self.origin_towards_light(world, back, w),
@@ -198,13 +199,14 @@ impl<'a> Surface<'a> {
         Ray::new(origin, w).when(self.point.time).within(self.body_towards(w))
     }
 
-    /// The body, as in [`Ray::body`], in which rays in direction `w` start.
+    /// Body in which rays in direction `w` start, as in [`Ray::body`].
     pub fn body_towards(&self, w: Vec3) -> u32 {
         if w.dot(self.point.ng) < 0.0 { self.body } else { 0 }
     }
 
     /// Samples the next direction of a light path, in the local frame of [`Surface::frame_for`].
-    /// `wi` is the direction to its previous vertex. The weight is the weight of radiance.
+    /// `wi` is the direction to its previous vertex. The weight of the sample is a factor of
+    /// radiance.
     fn sample_from_light(&self, wi: Vec3, u_lobe: f32, u: Vec2) -> Option<BsdfSample> {
         let (local, share) = (self.frame.to_local(wi), self.facet_share());
         let smooth = if share > 0.0 {
@@ -222,7 +224,7 @@ impl<'a> Surface<'a> {
                 let pdf = self.pdf_from_light(wi, w);
                 return (pdf > 0.0).then(|| BsdfSample::new(self.bsdf.eval(local, to), to, pdf, Scattering::Diffuse));
             }
-            // Rescale the rest of the number to the smooth lobes, below all delta lobes
+            // Rescale the rest of the random number to the smooth lobes, below all delta lobes
             true => ((u_lobe - about_facet) / (1.0 - share)).min(smooth * (1.0 - f32::EPSILON)),
             false => u_lobe,
         };
@@ -236,11 +238,12 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Share of light paths that sample the cosine around the geometric normal. The BSDF samples
-    /// directions around the shading normal, and never directions above the facet but below the
-    /// horizon of the shading normal. A viewer there still sees light, because the normal is bent
-    /// to the viewer. The share grows with the square root of the missed part, so that neither many
-    /// paths are sampled badly, nor few paths get large weights.
+    /// Fraction of the smooth samples of light paths that are cosine-distributed around the
+    /// geometric normal. The BSDF samples directions around the shading normal, and never
+    /// directions above the facet but below the horizon of the shading normal. A viewer there still
+    /// sees light, because the normal is bent for the viewer. The fraction is proportional to the
+    /// square root of the missed part, so that neither many paths are sampled badly, nor few paths
+    /// get large weights.
     fn facet_share(&self) -> f32 {
         match self.is_detailed {
             true => 0.5 * (1.0 - self.point.ns.dot(self.point.ng)).clamp(0.0, 1.0).sqrt(),
@@ -248,15 +251,15 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Origin of rays in direction `wi` towards light that is scattered to `wo`: on the light's
-    /// side of the shading normal, as in [`World::origin_on`].
+    /// Origin of rays in direction `wi` towards light that is scattered to `wo`. It is on the
+    /// light's side of the shading normal, as in [`World::origin_on`].
     pub fn origin_towards_light<A: Accel>(&self, world: &World<A>, wo: Vec3, wi: Vec3) -> Vec3 {
         let (point, _) = self.seen_from(world.scene, wo);
         world.origin_on(&point, Side::of(wi.dot(point.ns)), wi)
     }
 
-    /// Origin of rays of a light path in direction `wo`: on the side of the surface that is visible
-    /// from that direction.
+    /// Origin of rays of a light path in direction `wo`. It is on the side of the surface that is
+    /// visible from that direction.
     pub fn origin_towards_camera(&self, wo: Vec3) -> Vec3 {
         offset_origin(&self.point, wo)
     }
@@ -274,9 +277,9 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Reciprocal of the probability that the surface stops rays. Both subpaths of a merged path
-    /// hit the surface with this probability, but it is one vertex of the path. This factor removes
-    /// one of the two probabilities.
+    /// Reciprocal of the probability that the surface stops a ray. Both subpaths of a merged path
+    /// hit the surface with this probability, although it is one vertex of the path. This factor
+    /// removes one of the two probabilities.
     pub fn over_opacity(&self, scene: &Scene) -> f32 {
         match scene.lets_light_pass() {
             true => 1.0 / scene.stopping_share(&self.hit),
@@ -284,7 +287,7 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Auxiliary channels of this surface, as the first surface that the camera sees.
+    /// Auxiliary channels of this surface, if it is the first surface that the camera sees.
     pub fn first_seen<A: Accel>(&self, world: &World<A>) -> FirstSurface {
         let (point, frame) = self.seen_from(world.scene, self.back);
         let vertex = Vertex {
@@ -301,8 +304,8 @@ impl<'a> Surface<'a> {
         world.first_surface(&vertex)
     }
 
-    /// Light that the surface emits towards the previous vertex, if any. `from` is the light
-    /// sampling context of that vertex.
+    /// Emission of the surface towards the previous vertex, if the surface emits light. `from` is
+    /// the light sampling context of the previous vertex.
     pub fn emitted<A: Accel>(&self, world: &World<A>, from: &LightSampleContext) -> Option<Incident> {
         let point = &self.point;
         let light = world.scene.emitted(
@@ -317,7 +320,7 @@ impl<'a> Surface<'a> {
 
     /// Throughput of a light path from the direction `wi` to the direction `wo`, divided by the
     /// cosine between `wo` and the geometric normal. This is the BSDF that belongs to the geometric
-    /// normal, so that both directions of a path have one measure (Veach 1997, §5.3).
+    /// normal, so that both directions of a path have the same measure (Veach 1997, §5.3).
     pub fn adjoint_throughput(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
         let factor = 1.0 / wi.dot(self.point.ng).abs();
         match factor.is_finite() {

@@ -12,50 +12,50 @@ use crate::math::Vec3;
 /// A vertex of a subpath from the camera or from a light.
 ///
 /// Densities are per area of a surface, or per solid angle for infinitely distant lights and
-/// lenses. A delta lobe has density 1 in its direction; for a path from the other end it has the
-/// Jacobian of the direction. The densities give the probability of each strategy for the whole
-/// path (Veach 1997, §10.2).
+/// lenses. The direction of a delta lobe has density 1; for a path from the other end its density
+/// is the Jacobian of the direction. From these densities follows the probability of each strategy
+/// for the whole path (Veach 1997, §10.2).
 #[derive(Clone, Debug)]
 pub(crate) struct PathVertex<'a> {
     pub kind: VertexKind<Surface<'a>, LightEnd>,
     /// Position in world space; unused at an infinitely distant light.
     pub p: Vec3,
-    /// Unit geometric normal; zero at point lights and panoramic lenses, the direction of travel at
-    /// infinity.
+    /// Unit geometric normal. Zero at point lights and panoramic lenses. For infinitely distant
+    /// lights and lenses: the direction in which their rays travel.
     pub ng: Vec3,
     /// Throughput of the subpath up to this vertex, divided by the density of the subpath.
     pub beta: Spectrum,
     /// Density with which the subpath sampled the vertex.
     pub forward: f32,
     /// Density with which a path from the other end, with the same vertices, would sample this
-    /// vertex. Set when the subpath continues.
+    /// vertex. It is set when the subpath continues.
     pub reverse: f32,
-    /// True if the subpath continues by a delta lobe.
+    /// True if the subpath leaves the vertex by a delta lobe.
     pub is_delta: bool,
     /// True if this vertex is on a camera subpath that continues in a direction from which no light
     /// path can arrive.
     pub is_one_way: bool,
     /// Sum over all strategies that connect the path between the start of the subpath and this
-    /// vertex. It adds their densities, raised by the MIS heuristic, relative to the strategy that
-    /// connects this vertex with the previous vertex. Computed by `Connector::sum_camera` and
-    /// `Connector::sum_light`.
+    /// vertex. Each term is the density of a strategy, raised by the MIS heuristic, relative to the
+    /// strategy that connects this vertex with the previous vertex. Computed by
+    /// `Connector::sum_camera` and `Connector::sum_light`.
     pub others: f64,
-    /// Event by which the subpath continues, if the render separates paths.
+    /// Scattering event at the vertex, if the render separates classes of light paths.
     pub event: Option<ScatteringEvent>,
 }
 
-/// Object of a vertex: `S` describes surfaces, and `L` lights.
+/// Kind of a vertex. `S` describes surfaces, and `L` describes lights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum VertexKind<S, L> {
-    /// The lens. If `is_far`, its rays are parallel, and the lens is infinitely distant.
+    /// The lens. If `is_far`, camera rays are parallel, and the lens is infinitely distant.
     Lens { is_far: bool },
     /// A surface that scatters.
     Surface(S),
-    /// A light at which a path starts or ends.
+    /// A light at which the path starts or ends.
     Light(L),
 }
 
-/// The light of a vertex.
+/// Light of a vertex at which a path starts or ends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LightEnd {
     pub id: LightId,
@@ -65,7 +65,7 @@ pub(crate) struct LightEnd {
 }
 
 impl<'a> PathVertex<'a> {
-    /// Makes the camera vertex at a point of the lens.
+    /// The first vertex of a camera path, at a point of the lens.
     pub fn lens<A>(world: &World<'a, A>, LensPoint { p, normal, is_far }: LensPoint) -> Self
     where
         A: Accel,
@@ -84,8 +84,8 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// Makes the light vertex at the origin of `emission`. Its light was chosen with probability
-    /// `pmf`.
+    /// The first vertex of a light path, at the origin of `emission`. The light `id` was chosen
+    /// with probability `pmf`.
     pub fn light(id: LightId, pmf: f32, emission: &Emission) -> Self {
         let pdf = match emission.is_infinite {
             true => emission.pdf_direction,
@@ -109,8 +109,8 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// Makes the last vertex of a camera path that hits the infinitely distant light `id` in
-    /// direction `w`. `pdf` is the density of the direction.
+    /// The last vertex of a camera path that hits the infinitely distant light `id` in direction
+    /// `w`. `pdf` is the density of the direction.
     pub fn far_away(id: LightId, w: Vec3, pdf: f32) -> Self {
         let end = LightEnd {
             id,
@@ -131,8 +131,8 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// Returns true if the vertex is on an infinitely distant light, or on the lens of parallel
-    /// rays.
+    /// Returns `true` if the vertex is on an infinitely distant light, or on the lens of a camera
+    /// with parallel rays.
     pub fn is_infinite(&self) -> bool {
         match &self.kind {
             VertexKind::Lens { is_far } => *is_far,
@@ -146,7 +146,7 @@ impl<'a> PathVertex<'a> {
         matches!(&self.kind, VertexKind::Light(end) if end.is_delta)
     }
 
-    /// Light of the vertex; arbitrary if the vertex is not on a light.
+    /// Light of the vertex. The result is arbitrary if the vertex is not on a light.
     pub fn light_id(&self) -> LightId {
         match &self.kind {
             VertexKind::Light(end) => end.id,
@@ -171,8 +171,9 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// Converts the density `pdf` of a direction that leaves this vertex to the density at `to`.
-    /// `pdf` is per solid angle, or if this vertex is infinitely distant, per area of a disk.
+    /// Converts the density `pdf` of a direction that leaves this vertex to the density at the
+    /// vertex `to`. `pdf` is per solid angle, or per area of a disk if this vertex is infinitely
+    /// distant.
     pub fn density_at(&self, pdf: f32, to: &Self) -> f32 {
         if to.is_infinite() {
             return pdf;
@@ -185,7 +186,7 @@ impl<'a> PathVertex<'a> {
         pdf * to.cosine(w).abs() / squared
     }
 
-    /// Cosine between `w` and the normal; 1 if the vertex has no normal.
+    /// Cosine between the unit direction `w` and the normal; 1 if the vertex has no normal.
     pub fn cosine(&self, w: Vec3) -> f32 {
         if self.ng == Vec3::ZERO { 1.0 } else { w.dot(self.ng) }
     }

@@ -5,28 +5,29 @@ use super::space::PathSpace;
 use crate::accel::Accel;
 use crate::integrator::RaySink;
 
-/// Bidirectional mutations: a part of the path is deleted, and replaced by new vertices that are
+/// Bidirectional mutation: deletes a part of the path, and replaces it by new vertices that are
 /// sampled from the camera's side and from the light's side (Veach 1997, §11.4.2.1).
 ///
-/// Choices that a mutation and its reverse share, such as the kept vertices, do not affect the
-/// acceptance.
+/// A mutation and its reverse mutation make some equal choices, such as the kept vertices. Equal
+/// choices do not affect the acceptance probability.
 #[derive(Debug)]
 pub(super) struct Bidirectional<'s, 'w, 'a, A> {
     pub space: &'s PathSpace<'w, 'a, A>,
     pub lengths: &'s Lengths,
 }
 
-/// Probability of each number of vertices of a new path, indexed by this number. It is about
+/// Distribution of the number of vertices of a new path: a probability for each number. It is about
 /// proportional to the light of paths with this number of vertices.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lengths(Vec<f64>);
 
 impl Lengths {
-    /// Share of probability that is equal for all lengths, so that every length is possible.
+    /// Fraction of the probability that is distributed evenly over all numbers of vertices, so that
+    /// each number is possible.
     const EVEN: f64 = 0.1;
 
-    /// Distribution over paths of `min` to `max` vertices. `light[n]` is the light that was found
-    /// by paths of `n` vertices.
+    /// Distribution over `min` to `max` vertices. `light[n]` is the light that was found by paths
+    /// of `n` vertices.
     pub fn new(light: &[f64], (min, max): (usize, usize)) -> Self {
         let total: f64 = light.iter().sum();
         let even = 1.0 / (max + 1).saturating_sub(min) as f64;
@@ -46,7 +47,7 @@ impl Lengths {
     }
 }
 
-/// Part of a path that a mutation deletes or makes: `count` vertices after the first `kept`
+/// Part of a path that a mutation deletes or makes: `count` vertices that follow the first `kept`
 /// vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Cut {
@@ -61,9 +62,9 @@ impl Cut {
         (0..=n).flat_map(cut).filter(move |cut| cut.count < n)
     }
 
-    /// Relative probability of the cut. It is lower for a cut with many edges, which are seldom
-    /// replaced with success (p_d1). It is 0 if a vertex beside the cut cannot be connected, or if
-    /// the cut is at an end of the path and deletes no vertex (p_d2).
+    /// Relative probability of deleting this part of `path`. It is lower for a part with many
+    /// edges, which are seldom replaced with success (p_d1). It is 0 if a neighbouring vertex
+    /// cannot be connected, or if the part is empty and at an end of the path (p_d2).
     fn weight(self, path: &Path) -> f64 {
         let n = path.len();
         let Self { kept, count } = self;
@@ -82,8 +83,8 @@ impl Cut {
     }
 }
 
-/// Distribution of the number of new vertices, `min` to `max`, that replace `deleted` vertices
-/// (p_a1). The most probable number is `deleted`.
+/// Distribution of the number of new vertices that replace `deleted` vertices (p_a1). It allows
+/// `min` to `max` new vertices. The most probable number is `deleted`.
 #[derive(Clone, Copy, Debug)]
 struct VertexCounts {
     deleted: usize,
@@ -111,8 +112,8 @@ impl VertexCounts {
 }
 
 impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
-    /// Replaces a part of `x`. `chosen` returns the probability of choosing this kind of mutation
-    /// for a path.
+    /// Replaces a random part of `x`. `chosen` returns the probability of choosing this kind of
+    /// mutation for a path.
     pub fn mutate(
         &self,
         x: &Path<'a>,
@@ -130,7 +131,8 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         Some(Proposal::of(y, back / forth))
     }
 
-    /// Replaces all of `x`. The new path does not depend on `x`.
+    /// Replaces all vertices of `x`. The new path does not depend on `x`. `chosen` returns the
+    /// probability of choosing this kind of mutation for a path.
     pub fn replace(
         &self,
         x: &Path<'a>,
@@ -151,7 +153,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         Some(Proposal::of(y, back / forth))
     }
 
-    /// Replaces the vertices `cut` of `x` by `count` new vertices, and connects the path after its
+    /// Replaces the part `cut` of `x` by `count` new vertices. Connects the new path after its
     /// first `t` vertices.
     fn exchange(
         &self,
@@ -179,7 +181,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         self.space.join(camera, light.into_iter(), fresh, sample, out)
     }
 
-    /// Distribution of the number of vertices that replace those of `cut`.
+    /// Distribution of the number of vertices that replace the part `cut` of `x`.
     fn added(&self, x: &Path, cut: Cut) -> VertexCounts {
         let others = x.len() - cut.count;
         let is_at_end = cut.kept == 0 || cut.kept + cut.count == x.len();
@@ -191,8 +193,8 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         }
     }
 
-    /// Density of the step from `x` to `y`, which replaces the part `cut` of `x` by the part `made`
-    /// of `y`, divided by the contribution of `y`: Q(x → y) = T(x → y) / f(y).
+    /// Density of the step from `x` to `y`, divided by the contribution of `y`: Q(x → y) = T(x → y)
+    /// / f(y). The step replaces the part `cut` of `x` by the part `made` of `y`.
     pub fn transition(&self, x: &Path<'a>, y: &Path<'a>, cut: Cut, made: Cut) -> f64 {
         let total: f64 = Cut::all(x.len()).map(|cut| cut.weight(x)).sum();
         let p_delete = cut.weight(x) / total;
@@ -209,20 +211,20 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         self.lengths.of(y.len()) * self.made(y, all)
     }
 
-    /// Density of making the vertices `made` of `y`, divided by the contribution of `y`. It is the
-    /// mean over all splits of the vertices between both ends.
+    /// Density of making the part `made` of `y`, divided by the contribution of `y`. It is the mean
+    /// over all splits of the new vertices between both ends.
     fn made(&self, y: &Path<'a>, made: Cut) -> f64 {
         self.space.inverse_contribution(y, made.kept, made.count) / splits(made.kept, made.count) as f64
     }
 }
 
-/// Number of splits of `count` new vertices between the camera's side, which has `kept` vertices
-/// already, and the light's side.
+/// Number of ways to split `count` new vertices between the camera's side, which already has `kept`
+/// vertices, and the light's side.
 fn splits(kept: usize, count: usize) -> usize {
     kept + count + 1 - kept.max(1)
 }
 
-/// Samples a split: the number of camera vertices, including the `kept` vertices.
+/// Samples a split uniformly. Returns the number of camera vertices, including the `kept` vertices.
 fn split(kept: usize, count: usize, numbers: &mut Numbers) -> usize {
     let splits = splits(kept, count);
     kept.max(1) + ((numbers.next() * splits as f32) as usize).min(splits - 1)

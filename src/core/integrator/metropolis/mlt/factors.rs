@@ -1,5 +1,4 @@
-//! Factors of the vertices of a path: their contributions, and their densities in bidirectional
-//! path tracing.
+//! Factors of the vertices of a path: contributions, and densities in bidirectional path tracing.
 
 use super::path::{Factors, LightSource, LightSourceKind, Path, Single, Vertex};
 use super::space::PathSpace;
@@ -10,7 +9,7 @@ use crate::math::{Vec2, Vec3};
 
 impl<'a, A: Accel> PathSpace<'_, 'a, A> {
     /// Factors of the vertex `at`. `before` is its neighbour on the camera's side, and `after` has
-    /// the next two vertices on the light's side.
+    /// the next two vertices on the light's side. `None` if the contribution is 0.
     pub fn factors(
         &self,
         at: &Vertex,
@@ -24,8 +23,8 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
                 let camera = self.world.camera;
                 let next = after[0]?;
                 let importance = camera.importance(at.p, at.direction_to(next), time)?;
-                // Importance per area of the lens and solid angle, over the density of film point
-                // and lens point
+                // Importance per area of the lens and solid angle, divided by the density of film
+                // point and lens point
                 let seen = importance.we * cosine(at, at.direction_to(next));
                 let seen = seen * camera.lens_area() / self.film.area();
                 Some(Factors {
@@ -111,8 +110,8 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
         })
     }
 
-    /// Probability that a ray which leaves the scene, or hits a surface, finds the light `source`
-    /// there.
+    /// Probability that a ray that leaves the scene, or that hits the surface of a light, is
+    /// assigned to the light `source`.
     pub fn hit_probability(&self, source: &LightSource) -> f64 {
         match source.kind {
             LightSourceKind::Area => 1.0,
@@ -123,7 +122,7 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
 
     /// Density with which bidirectional path tracing makes the `count` vertices of `path` after the
     /// first `kept` vertices, divided by the contribution of the path. It is the sum over all
-    /// splits of the new vertices between both ends, up to a factor of the kept vertices.
+    /// splits of the new vertices between both ends, without a factor of the kept vertices.
     ///
     /// The camera subpath keeps `kept` vertices, and the light subpath keeps all remaining
     /// vertices. Both continue from there, and are then connected, unless the camera subpath hits a
@@ -133,7 +132,7 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
         let kept_light = n - kept - count;
         let factors = |i: usize| &path.vertices[i].factors;
         let or_0 = |x: f64| if x.is_finite() { x } else { 0.0 };
-        // Go through the numbers t of camera vertices, from the maximum down. `from_light` is the
+        // Loop over the numbers t of camera vertices, from the maximum down. `from_light` is the
         // product of the steps from the light. `sum` is the sum over all strategies with at least t
         // camera vertices, without their common steps from the camera (Horner's scheme).
         let first = (n - kept_light).min(n - 1);
@@ -158,7 +157,7 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
     }
 }
 
-/// Factor of the contribution if the edge between `at` and `next` connects two subpaths:
+/// Geometry term of the edge between `at` and `next`, if the edge connects two subpaths:
 /// `transmittance |cos| / d²`, with the cosine at `next`. It is divided by the cosine at `next` of
 /// the light from `after`, which the value of `next` contains (Veach 1997, §8.2).
 fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
@@ -176,7 +175,7 @@ fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
     at.transmittance.pass as f64 * cos(w) / into / squared
 }
 
-/// Cosine between `w` and the normal of `at`; 1 if the vertex has no normal.
+/// Cosine between the unit direction `w` and the normal of `at`; 1 if the vertex has no normal.
 fn cosine(at: &Vertex, w: Vec3) -> f32 {
     if at.ng == Vec3::ZERO { 1.0 } else { w.dot(at.ng) }
 }

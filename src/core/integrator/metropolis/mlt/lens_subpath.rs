@@ -6,9 +6,9 @@ use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::integrator::{RayKind, RaySink};
 
-/// Lens subpath mutations: the subpath from the camera to the first vertex that does not scatter by
-/// a delta lobe, (L|D)DS*E, is replaced by another subpath through any film point (Veach 1997,
-/// §11.4). The film points of all chains of an iteration are stratified together.
+/// Lens subpath mutation: replaces the subpath from the camera to the first vertex that does not
+/// scatter by a delta lobe, (L|D)DS*E, by another subpath through any film point (Veach 1997,
+/// §11.4). The film points of all chains of an iteration are stratified jointly.
 #[derive(Debug)]
 pub(super) struct LensSubpath<'s, 'w, 'a, A> {
     pub space: &'s PathSpace<'w, 'a, A>,
@@ -23,8 +23,8 @@ pub(super) fn end_of(x: &Path) -> Option<usize> {
 }
 
 impl<'a, A: Accel> LensSubpath<'_, '_, 'a, A> {
-    /// Replaces the lens subpath of `x`, which ends at `end`. `chosen` returns the probability of
-    /// choosing this kind of mutation for a path.
+    /// Replaces the lens subpath of `x`, which ends at the vertex `end`. `chosen` returns the
+    /// probability of choosing this kind of mutation for a path.
     pub fn mutate(
         &self,
         x: &Path<'a>,
@@ -69,12 +69,12 @@ impl<'a, A: Accel> LensSubpath<'_, '_, 'a, A> {
             .join(camera, rest.iter().rev().cloned(), 0..last + 1, sample, out)?;
         let back = chosen(&y) * self.inverse_contribution(x, end)?;
         let forth = chosen(x) * self.inverse_contribution(&y, last)?;
-        // Both densities are divided by the contribution of the path that the step makes
+        // Each density is divided by the contribution of the path that it makes
         Some(Proposal::of(y, back / forth))
     }
 
-    /// Density of making the lens subpath of `path` that ends at `end`, divided by the contribution
-    /// of the path: Q(x → y) = T(x → y) / f(y).
+    /// Density of making the lens subpath of `path` that ends at the vertex `end`, divided by the
+    /// contribution of the path: Q(x → y) = T(x → y) / f(y).
     fn inverse_contribution(&self, path: &Path<'a>, end: usize) -> Option<f64> {
         let stops = self
             .space

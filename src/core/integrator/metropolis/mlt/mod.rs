@@ -5,49 +5,50 @@
 //! single vertices of a path and needs all densities of the result. A vertex of `bidirectional` has
 //! the throughput and the density of its subpath up to the vertex. A vertex of this module has the
 //! contribution of the vertex between its neighbours. So a new neighbour changes few factors of a
-//! path, and all delta lobes of one side count as one lobe.
+//! path. All delta lobes on one side of a surface count as one lobe.
 //!
 //! `path` defines paths and their vertices, which do not depend on how they were sampled. `space`
 //! makes and connects subpaths. `factors` computes the contribution of a path, and the density of
 //! each bidirectional strategy for it, from the vertices only. `bidirectional` and `perturbation`
 //! are mutations. `seed` finds the start paths of chains.
 //!
-//! The acceptance of a mutation depends on what it changes. For a bidirectional mutation it uses
-//! the sum over all splits of the new vertices between both ends. For a perturbation it uses the
-//! integrand per film point and directions. A mutation that deletes some vertices and adds others
-//! is paired with the reverse mutation. Each pair balances separately, so other mutations that lead
-//! to the same path are irrelevant.
+//! The acceptance probability of a mutation depends on the changed part. For a bidirectional
+//! mutation it uses the sum over all splits of the new vertices between both ends. For a
+//! perturbation it uses the integrand per film point and directions. A mutation that deletes some
+//! vertices and adds others is paired with the reverse mutation. Each pair is in detailed balance,
+//! so other mutations that lead to the same path do not matter.
 //!
-//! Deltas of mirrors and glass appear in the contribution of a path and in every density, and
-//! cancel. A path stores which of its vertices scatter by delta lobes. At a vertex that reflects,
-//! all mirror-like lobes count together, since they cannot be distinguished.
+//! The delta distributions of mirrors and glass appear in the contribution of a path and in every
+//! density, and cancel. A path stores which of its vertices scatter by delta lobes. At a vertex
+//! that reflects, all mirror-like lobes are summed, because they cannot be distinguished.
 //!
-//! - Paths are never cut after a vertex that scatters by a delta lobe: the deterministic step would
-//!   be repeated.
-//! - A tenth of all mutations replaces the whole path. The probability of its length comes from the
-//!   seeds of the iteration, except the samples that the chain may have started from
+//! - Paths are never cut after a vertex that scatters by a delta lobe, because the deterministic
+//!   step would be repeated.
+//! - A tenth of all mutations replaces the whole path. The distribution of its length comes from
+//!   the seeds of the iteration, except the samples that the chain may have started from
 //!   (`Seeds::lengths`). A step that depends on these samples would favour light that they found by
 //!   chance: a bias of a few percent if an iteration has few seeds.
 //! - An iteration has one chain per 256 mutations. Chains start at paths of bidirectional path
 //!   tracing, chosen in proportion to their light and stratified; an iteration is unbiased from the
-//!   first mutation on. Many short chains are noisier than a long one if seeds seldom find the
-//!   light. They are better if a chain would never leave a corner. `--chains` sets their number.
-//! - Seeds are weighted by the balance heuristic over all strategies, which is the sum over splits
-//!   of a mutation that deletes everything.
+//!   first mutation on. Many short chains are noisier than a long chain if seeds seldom find the
+//!   light. They are better if a long chain would never leave a corner of path space. `--chains`
+//!   sets the number of chains.
+//! - Seeds are weighted by the balance heuristic over all strategies. This equals the sum over
+//!   splits of a mutation that deletes all vertices.
 //! - Vertices store their factors. Only factors next to new vertices are computed
 //!   (`PathSpace::path`), and a sum over all strategies is one pass over the path.
 //! - A perturbation of light from infinity moves the ray sideways, and keeps its direction. The
-//!   lens point changes only if the lens end is made anew. The time changes only by a time mutation
-//!   or by a new path.
+//!   lens point changes only if the camera end of the path is made anew. The time changes only by a
+//!   time mutation or by a new path.
 //! - Film points of lens subpath mutations are stratified over the chains of an iteration. They are
-//!   not stratified along a chain: a point that depends on earlier ones would depend on the state
+//!   not stratified along a chain: a point that depends on earlier points would depend on the state
 //!   of the chain. So each chain stays unbiased.
 //! - If surfaces have alpha or are thin glass, each edge has a transmittance. A traced ray has
 //!   passed the surfaces at random, but a connection has not.
 //!
-//! `tests` checks each mutation separately, without waiting for chains to mix. It takes one step
-//! from paths sampled in proportion to their light. Statistics of the paths must have the same mean
-//! before and after.
+//! `tests` checks each mutation separately, without waiting for chains to mix. The tests take one
+//! step from paths sampled in proportion to their light. Statistics of the paths must have the same
+//! mean before and after the step.
 
 mod bidirectional;
 mod factors;
@@ -76,26 +77,26 @@ use perturbation::{CameraChain, PathPerturbation, caustic_start};
 use seed::{SamplePaths, Seeds};
 use space::PathSpace;
 
-/// Metropolis light transport: Markov chains of paths, each a mutation of the previous one. Paths
-/// are visited in proportion to their luminance over the importance image, so all visits to one
-/// place add equal luminance (Veach and Guibas 1997; Veach 1997, ch. 11).
+/// Metropolis light transport: Markov chains of paths, each a mutation of the previous path. Paths
+/// are visited in proportion to their luminance divided by the importance image, so all visits to
+/// one place add equal luminance (Veach and Guibas 1997; Veach 1997, ch. 11).
 ///
 /// Each iteration has separate chains, and as many mutations as pixels. Its chains start from paths
-/// of bidirectional path tracing, which also estimate the total light. So each iteration is an
-/// unbiased estimate.
+/// of bidirectional path tracing. These paths also estimate the total light, so each iteration is
+/// an unbiased estimate.
 #[derive(Debug)]
 pub struct PathSpaceIntegrator<'a, A> {
     /// World with the scene and the camera.
     pub world: World<'a, A>,
-    /// Maximum number of scattering events; `None` means the maximum of a path, 64.
+    /// Maximum number of scattering events. `None`: the maximum of a path, 64.
     pub max_depth: Option<u32>,
     /// Russian roulette of the start paths of chains.
     pub roulette: Roulette,
-    /// Light samples per pixel in an iteration, if path tracing finds direct light.
+    /// Number of light samples per pixel in an iteration, if path tracing finds direct light.
     pub light_samples: u32,
-    /// Options of the chains, except step sizes.
+    /// Options of the chains. Step sizes are not used.
     pub metropolis: Metropolis,
-    /// Importance image, by which the light of paths is divided.
+    /// Importance image. The target is the luminance of a path divided by this image.
     pub importance: &'a ImportanceImage,
 }
 
@@ -112,7 +113,7 @@ enum Mutation {
     /// Replaces the whole path.
     Replace,
     Bidirectional,
-    /// Lens and multi-chain perturbations; at most one of the two applies to a path.
+    /// Lens or multi-chain perturbation. At most one of the two applies to a path.
     FromCamera,
     /// Caustic perturbation.
     FromLight,
@@ -122,7 +123,7 @@ enum Mutation {
 }
 
 impl Mutation {
-    /// All kinds of mutations, each with its relative frequency among the kinds that apply to a
+    /// All kinds of mutations. Each kind has its relative frequency among the kinds that apply to a
     /// path.
     const ALL: [(Self, f64); 6] = [
         (Self::Replace, 0.1),
@@ -133,7 +134,7 @@ impl Mutation {
         (Self::Time, 0.1),
     ];
 
-    /// Returns true if this kind of mutation applies to `x`.
+    /// Returns `true` if this kind of mutation applies to the path `x`.
     fn applies_to<'a>(self, x: &Path<'a>, space: &PathSpace<'_, 'a, impl Accel>) -> bool {
         match self {
             Self::Replace | Self::Bidirectional => true,
@@ -144,12 +145,12 @@ impl Mutation {
         }
     }
 
-    /// Relative frequency of each kind of mutation for `x`.
+    /// Relative frequency of each kind of mutation for the path `x`; 0 for kinds that do not apply.
     fn weights<'a>(x: &Path<'a>, space: &PathSpace<'_, 'a, impl Accel>) -> [f64; 6] {
         Self::ALL.map(|(kind, weight)| if kind.applies_to(x, space) { weight } else { 0.0 })
     }
 
-    /// Probability of choosing this kind for `x`.
+    /// Probability of choosing this kind of mutation for the path `x`.
     fn probability<'a>(self, x: &Path<'a>, space: &PathSpace<'_, 'a, impl Accel>) -> f64 {
         let weights = Self::weights(x, space);
         let own = Self::ALL.iter().zip(weights).filter(|((kind, _), _)| *kind == self);
@@ -176,8 +177,9 @@ struct Proposal<'a> {
 }
 
 impl<'a> Proposal<'a> {
-    /// `a = min(1, f(y) T(y → x) / (f(x) T(x → y)))` (Veach 1997, eq. 11.5): `ratio` is the
-    /// fraction. A ratio that is not finite gives 0.
+    /// Proposal of `path` with the acceptance probability
+    /// `a = min(1, f(y) T(y → x) / (f(x) T(x → y)))` (Veach 1997, eq. 11.5). `ratio` is the
+    /// fraction in this formula. A ratio that is not finite gives 0.
     fn of(path: Path<'a>, ratio: f64) -> Self {
         Self {
             path,
@@ -206,7 +208,7 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         self.metropolis.bootstrap.unwrap_or(usual)
     }
 
-    /// Paths of the bootstrap sample `index`, each with its light.
+    /// Traces the bootstrap sample `index`, and returns its paths, each with its light.
     fn seed<S: Sampler>(
         &self,
         space: &PathSpace<'_, 'a, A>,
@@ -284,7 +286,7 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
     }
 
     fn chain<S: Sampler>(&self, seeds: &Seeds, iteration: u32, index: u32, sampler: &mut S, out: &mut impl SplatSink) {
-        // Choose the start path, from the chain's stratum of the light of all seeds
+        // Choose the start path in the chain's stratum of the light of all seeds
         let space = self.space();
         let chains = self.chains() as u64;
         let mut numbers = Numbers::of_chain(index, iteration, sampler);
@@ -297,7 +299,7 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
 
         let lengths = seeds.lengths(seed);
 
-        // Light that one visit adds
+        // Compute the light that one visit adds
         let mutations = mutations_of_chain(mutations(&self.world), index, self.chains());
         let light = seeds.mean * space.film.area() as f64 / (chains * mutations) as f64;
         let mut counts = [[0u64; 2]; NAMES.len()];
@@ -317,8 +319,8 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
                 stay += 1.0;
                 continue;
             };
-            // The current and the proposed path count with their expected shares (Veach 1997,
-            // §11.3.3).
+            // Both the current and the proposed path are added, weighted by their probabilities
+            // (Veach 1997, §11.3.3).
             stay += 1.0 - acceptance;
             if (numbers.next() as f64) < acceptance {
                 visit(&x, stay, out);
@@ -339,8 +341,8 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
 }
 
 impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
-    /// Proposes a mutation of `x`. Returns the index of its kind in [`NAMES`], and the proposal if
-    /// the mutation succeeds.
+    /// Proposes a mutation of `x` of a random kind. Returns the index of its kind in [`NAMES`], and
+    /// the proposal if the mutation succeeds.
     fn mutate(
         &self,
         space: &PathSpace<'_, 'a, A>,
@@ -391,7 +393,8 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         }
     }
 
-    /// Adds the light `light`, with the colour of the path `x`, at the film position of `x`.
+    /// Adds the amount of light `light`, with the colour of the path `x`, at the film position of
+    /// `x`.
     fn visit(&self, x: &Path, light: f64, out: &mut impl SplatSink) {
         if let Some(source) = x.source().filter(|_| light > 0.0) {
             let radiance = x.color * (light / x.target) as f32;

@@ -2,25 +2,25 @@ use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f32};
 use crate::math::{DVec2, Vec2};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler, Stream};
 
-/// Random numbers of a Markov chain, by SplitMix64. Their count need not be given in advance.
+/// Random numbers of a Markov chain, from SplitMix64. A chain may draw any number of them.
 #[derive(Clone, Debug)]
 pub(super) struct Numbers {
     state: u64,
-    /// Position of the chain in the unit square, and the state of the random numbers that all
-    /// chains have in common. [`Numbers::spread`] uses both.
+    /// Position of the chain in the lattice of all chains (unit square), and state of the random
+    /// numbers that all chains share. Both are used by [`Numbers::spread`].
     place: DVec2,
     common: u64,
 }
 
-/// Steps of a lattice that fills the unit square evenly for any number of points: the powers of the
-/// plastic number's inverse (Roberts 2018, R2).
+/// Step vector of a lattice that fills the unit square evenly for any number of points: powers of
+/// the plastic number's inverse (Roberts 2018, R2).
 const LATTICE: DVec2 = DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_2);
 
 impl Numbers {
-    /// Numbers of the chain `index` of an iteration.
+    /// Random numbers of the chain `index` of iteration `iteration`.
     pub fn of_chain(index: u32, iteration: u32, sampler: &mut impl Sampler) -> Self {
         let of = |column, sampler: &mut _| Self::of(SampleKey::of_stream(Stream::Chains, column, iteration), sampler);
-        // No chain uses the last column: it is the key of the common numbers.
+        // The last column is the key of the common numbers. No chain uses it.
         let common = of(u32::MAX, sampler).state;
         Self {
             place: LATTICE * f64::from(index),
@@ -29,8 +29,8 @@ impl Numbers {
         }
     }
 
-    /// Numbers with the key `key`. Their first state is a hash of the sampler's numbers for this
-    /// key, and so depends on the seed.
+    /// Random numbers with the key `key`. Their first state is a hash of the sampler's numbers for
+    /// this key, and so depends on the seed.
     pub fn of(key: SampleKey, sampler: &mut impl Sampler) -> Self {
         sampler.start(key);
         let pixel = sampler.get_2d(Dimension::PIXEL);
@@ -47,19 +47,19 @@ impl Numbers {
         }
     }
 
-    /// Next number, in [0, 1).
+    /// Next random number, in [0, 1).
     pub fn next(&mut self) -> f32 {
         next(&mut self.state)
     }
 
-    /// Next two numbers.
+    /// Next two random numbers, in [0, 1)².
     pub fn next_2d(&mut self) -> Vec2 {
         Vec2::new(self.next(), self.next())
     }
 
-    /// Next point, stratified over all chains of an iteration. The n-th points of all chains form a
-    /// lattice, shifted by random numbers that belong to n. The points of one chain are independent
-    /// and uniform.
+    /// Next random point of the unit square, stratified over all chains of an iteration. The n-th
+    /// points of all chains form a lattice with a random shift that depends only on n. The points
+    /// of one chain are independent and uniform.
     pub fn spread(&mut self) -> Vec2 {
         let shift = [(); 2].map(|()| f64::from(next(&mut self.common)));
         let point = (self.place + DVec2::from(shift)).fract().as_vec2();
@@ -84,7 +84,7 @@ impl Numbers {
     }
 }
 
-/// Next number of SplitMix64, in [0, 1).
+/// Next random number of SplitMix64, in [0, 1). Advances `state`.
 fn next(state: &mut u64) -> f32 {
     *state = state.wrapping_add(GOLDEN_GAMMA);
     unit_f32(mix(*state))
@@ -95,8 +95,8 @@ mod tests {
     use super::*;
     use crate::sampler::Independent;
 
-    /// The n-th points of 256 chains fall about one into each of 256 squares. The points of one
-    /// chain are spread like independent points.
+    /// The n-th points of 256 chains are stratified over 256 squares. The points of one chain are
+    /// distributed like independent points.
     #[test]
     fn points_are_spread_over_chains() {
         let mut sampler = Independent::new(5);
@@ -109,7 +109,7 @@ mod tests {
                 counts[square(chain.spread())] += 1;
             }
             assert!(*counts.iter().max().unwrap() <= 2);
-            // With independent points, a share of e⁻¹ of the squares is empty.
+            // With independent points, a fraction of e⁻¹ of the squares would be empty.
             let empty = counts.iter().filter(|count| **count == 0).count();
             assert!(empty < 60, "{empty} of 256 squares have no point");
         }

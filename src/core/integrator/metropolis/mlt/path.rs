@@ -11,29 +11,30 @@ use crate::light::LightId;
 use crate::math::{Vec2, Vec3};
 use std::rc::Rc;
 
-/// A whole path x0 … xk: x0 is on the lens and xk on a light.
+/// A whole path x0 … xk. x0 is on the lens, and xk is on a light.
 ///
 /// A path is a point of path space (Veach 1997, §8.2). All quantities are computed from its
 /// vertices and do not depend on how the path was sampled. The path stores which of its vertices
-/// scatter by delta lobes. Paths with delta lobes are a surface in path space. The same deltas
-/// appear in their contribution and in their densities, and cancel.
+/// scatter by delta lobes. Paths with delta lobes form a surface in path space. The same delta
+/// distributions appear in their contribution and in their densities, and cancel.
 #[derive(Clone, Debug)]
 pub(super) struct Path<'a> {
     pub vertices: Vec<Vertex<'a>>,
-    /// Position on the film: pixels, origin top left.
+    /// Position on the film, in pixels, origin top left.
     pub film: Vec2,
     pub camera: CameraSample,
-    /// Product of the values of all vertices: the contribution of the path without scalar factors.
+    /// Product of the values of all vertices: the contribution of the path without scalar factors,
+    /// per channel.
     pub color: Spectrum,
-    /// Target of chains: luminance of [`Path::color`], divided by the importance image at
-    /// [`Path::film`]. Above 0.
+    /// Target of the path: luminance of [`Path::color`], divided by the importance image at
+    /// [`Path::film`]. It is above 0.
     pub target: f64,
 }
 
-/// Random choices of a path at the camera.
+/// Random numbers of a path at the camera.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CameraSample {
-    /// Random numbers of the lens point.
+    /// Random number of the lens point.
     pub lens: Vec2,
     pub time: f32,
 }
@@ -49,7 +50,7 @@ impl Path<'_> {
         self.vertices.last().and_then(Vertex::source)
     }
 
-    /// Records the vertices of the path, in order from the camera. The throughput of a path of a
+    /// Records the vertices of the path, in order from the camera. The throughput of paths of a
     /// Markov chain is recorded as 1.
     pub fn record(&self, out: &mut impl RaySink) {
         for (i, vertex) in self.vertices.iter().enumerate() {
@@ -76,7 +77,7 @@ impl Path<'_> {
         out.record(PathEvent::Visited);
     }
 
-    /// Returns true if the edge from the vertex `i` to the next vertex can be a connection.
+    /// Returns `true` if the edge from the vertex `i` to the next vertex can connect two subpaths.
     pub fn can_be_joined(&self, i: usize) -> bool {
         i + 1 < self.len() && !self.vertices[i].is_delta && !self.vertices[i + 1].is_delta
     }
@@ -88,18 +89,18 @@ pub(super) struct Vertex<'a> {
     pub kind: PathVertexKind<'a>,
     /// Position in world space; unused at an infinitely distant light.
     pub p: Vec3,
-    /// Unit geometric normal; zero at point lights and panoramic lenses, the direction of travel at
-    /// infinity.
+    /// Unit geometric normal. Zero at point lights and panoramic lenses. For infinitely distant
+    /// lights and lenses: the direction in which their rays travel.
     pub ng: Vec3,
     /// True if the vertex scatters by a delta lobe.
     pub is_delta: bool,
-    /// Transmittance to the next vertex, which is nearer to the light. It is below 1 if surfaces
-    /// with alpha or thin glass lie between the vertices.
+    /// Transmittance from the vertex to the next vertex, which is nearer to the light. It is below
+    /// 1 if surfaces with alpha or thin glass lie between the vertices.
     pub transmittance: Transmittance,
     pub factors: Factors,
 }
 
-/// Object of a vertex. Paths that continue from the same surface vertex share its surface.
+/// Kind of a vertex of a path. Paths that continue from the same surface vertex share its surface.
 pub(super) type PathVertexKind<'a> = VertexKind<Rc<Surface<'a>>, LightSource>;
 
 /// Light at the end of a path.
@@ -107,16 +108,16 @@ pub(super) type PathVertexKind<'a> = VertexKind<Rc<Surface<'a>>, LightSource>;
 pub(super) struct LightSource {
     pub id: LightId,
     pub kind: LightSourceKind,
-    /// Radiance, W·sr⁻¹·m⁻²; irradiance, W·m⁻², of parallel light; unused for point lights.
+    /// Radiance, W·sr⁻¹·m⁻². For parallel light: irradiance, W·m⁻². Not used for point lights.
     pub radiance: Spectrum,
-    /// Opacity of the light's surface, not included in `radiance`: a ray stops at the surface with
-    /// this probability, but a sampled point is always on the surface.
+    /// Opacity of the light's surface. `radiance` does not include the opacity: a ray stops at the
+    /// surface with this probability, but a sampled point is always on the surface.
     pub opacity: f32,
     /// Origin of rays from the light, offset from its surface.
     pub origin: Vec3,
 }
 
-/// Kind of a light.
+/// Kind of a light source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum LightSourceKind {
     /// Light with an area.
@@ -130,7 +131,7 @@ pub(super) enum LightSourceKind {
 }
 
 impl LightSourceKind {
-    /// Returns true if the light is infinitely far away.
+    /// Returns `true` if the light is infinitely distant.
     pub fn is_infinite(self) -> bool {
         matches!(self, Self::Far | Self::Parallel)
     }
@@ -142,7 +143,7 @@ impl LightSourceKind {
 }
 
 /// Contribution of a vertex between its neighbours, and the densities with which subpaths continue
-/// from the vertex to its neighbours.
+/// from the vertex to its neighbours. Scalar factors are separate from the value per channel.
 ///
 /// The contribution of a path divided by its density is a product along the path. Its factors are
 /// [`Factors::value`] of all vertices, and [`Factors::geometry_term`] of the connection. Its
@@ -151,20 +152,20 @@ impl LightSourceKind {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Factors {
     /// At a surface: throughput of light from the next vertex to the previous vertex, `f |cos|`
-    /// with the shading normal; for a delta lobe, the share of the scattered light. At a light: the
-    /// emission.
+    /// with the shading normal. For a delta lobe: the fraction of the light that the lobe scatters.
+    /// At a light: the emission.
     pub value: Spectrum,
     /// Density per solid angle with which a camera subpath continues to the next vertex. For a
-    /// delta lobe it is the probability of the lobe; at the lens it is 1, per film.
+    /// delta lobe: the probability of the lobe. At the lens: 1, per film area.
     pub camera: f64,
     /// Density with which a light subpath continues to the previous vertex, divided by
     /// [`Factors::towards_camera`].
     pub light: f64,
     /// Factor that converts `value` to the throughput of a light path. This throughput is per solid
-    /// angle of the path's next direction; for infinitely distant lights per area of a disk.
+    /// angle of the path's next direction, or per area of a disk for infinitely distant lights.
     pub towards_camera: f64,
-    /// Geometry term of the edge to the next vertex, with its visibility, if this edge connects two
-    /// subpaths.
+    /// Geometry term of the edge to the next vertex, including its visibility, if this edge
+    /// connects two subpaths.
     pub geometry_term: f64,
     /// Density of the vertex if a light subpath starts there.
     pub start: f64,
@@ -196,7 +197,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// The vertex on the lens.
+    /// A vertex on the lens.
     pub fn lens(LensPoint { p, normal, is_far }: LensPoint) -> Self {
         Self::new(VertexKind::Lens { is_far }, p, normal)
     }
@@ -217,14 +218,15 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Returns true if a ray from `other` hit the triangle that it left. The quantities of a path
-    /// cannot distinguish such points.
+    /// Returns `true` if both vertices are on the same triangle: a ray from `other` hit the
+    /// triangle that it left. The quantities of a path cannot distinguish such points.
     pub fn is_on_same_triangle(&self, other: &Self) -> bool {
         let triangle = |vertex: &Self| vertex.surface().map(|s| (s.hit.prim, s.hit.geom, s.hit.inst));
         triangle(self).is_some_and(|own| triangle(other) == Some(own))
     }
 
-    /// Returns true if the vertex is infinitely far away, like the lens of parallel rays.
+    /// Returns `true` if the vertex is on an infinitely distant light, or on the lens of a camera
+    /// with parallel rays.
     pub fn is_infinite(&self) -> bool {
         match &self.kind {
             VertexKind::Lens { is_far } => *is_far,
@@ -233,7 +235,8 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Returns true if the vertex can be connected to others: not all its lobes are delta lobes.
+    /// Returns `true` if the vertex can be connected to other vertices, because not all its lobes
+    /// are delta lobes.
     pub fn is_smooth_somewhere(&self) -> bool {
         self.surface().is_none_or(|surface| !surface.bsdf.is_delta())
     }
@@ -247,8 +250,9 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Origin of rays towards the light in direction `w`. `before` is the previous vertex on the
-    /// camera's side. If `before` is `None`, the origin is on the side of the surface towards `w`.
+    /// Origin of rays towards light from the unit direction `w`. `before` is the previous vertex on
+    /// the camera's side. If `before` is `None`, the origin is on the side of the surface that
+    /// faces `w`.
     pub fn origin_towards_light<A: Accel>(&self, world: &World<A>, before: Option<&Self>, w: Vec3) -> Vec3 {
         match (&self.kind, before) {
             (VertexKind::Surface(surface), Some(before)) => {
@@ -258,7 +262,7 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Origin of rays of a light path in direction `w`.
+    /// Origin of rays of a light path in the unit direction `w`.
     pub fn origin_towards_camera(&self, w: Vec3) -> Vec3 {
         match &self.kind {
             VertexKind::Lens { .. } => self.p,
@@ -268,21 +272,21 @@ impl<'a> Vertex<'a> {
     }
 }
 
-/// All delta lobes of a BSDF on one side, combined to one direction.
+/// All delta lobes of a BSDF on one side of the surface, combined to one lobe.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Single {
-    /// Direction, local frame.
+    /// Unit direction of the lobe, local frame.
     pub direction: Vec3,
-    /// Share of the light that is scattered in this direction.
+    /// Fraction of the light that is scattered in this direction, per channel.
     pub flux: Spectrum,
     /// Probability of sampling this direction.
     pub probability: f32,
 }
 
 impl Single {
-    /// Delta direction of `bsdf` for light from `back` (local frame): on the side of `back` if
-    /// `is_reflected`, else on the other side. All delta lobes that reflect have the same
-    /// direction, and their shares are added.
+    /// Combined delta lobe of `bsdf` for light from `back` (local frame): on the side of `back` if
+    /// `is_reflected`, otherwise on the other side. All delta lobes that reflect have the same
+    /// direction, and their fractions are added.
     pub fn of(bsdf: &Bsdf, back: Vec3, is_reflected: bool, mode: TransportMode) -> Option<Self> {
         let (mut total, mut flux, mut direction) = (0.0, Spectrum::ZERO, None);
         for sample in bsdf.delta_directions(back, mode).filter(|sample| sample.pdf > 0.0) {

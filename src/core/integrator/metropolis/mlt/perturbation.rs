@@ -8,20 +8,20 @@ use crate::integrator::{RayKind, RaySink};
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
-/// Perturbations: one end of the path moves slightly, and the specular chain behind this end moves
-/// with it (Veach 1997, §11.4.2.2 to 11.4.2.4).
+/// Perturbations: mutations that move one end of the path slightly. The chain of delta lobes behind
+/// this end moves with it (Veach 1997, §11.4.2.2 to 11.4.2.4).
 ///
-/// Moved vertices are sampled symmetrically. So the acceptance is the ratio of the contributions
-/// per film area, and per solid angle of each perturbed direction. New paths have the same delta
-/// lobes at the same vertices.
+/// Moved vertices are sampled symmetrically. So the acceptance probability is the ratio of the
+/// contributions per film area, and per solid angle of each perturbed direction. New paths have
+/// delta lobes at the same vertices as the old path, of the same kinds.
 #[derive(Debug)]
 pub(super) struct PathPerturbation<'s, 'w, 'a, A> {
     pub space: &'s PathSpace<'w, 'a, A>,
 }
 
-/// Minimum perturbation on the film, in pixels.
+/// Minimum perturbation of the film point, in pixels.
 const MIN_STEP: f32 = 0.1;
-/// Area within the maximum perturbation, as a share of the film area.
+/// Area within the maximum perturbation of the film point, as a fraction of the film area.
 const MAX_STEP_SHARE: f32 = 0.05;
 /// Minimum and maximum angle of perturbations of directions between two specular chains, in
 /// radians.
@@ -29,18 +29,18 @@ const ANGLES: [f32; 2] = [0.0001, 0.1];
 /// Maximum angle of perturbations of a direction of light, in radians.
 const MAX_ANGLE: f32 = 0.5;
 
-/// Part of a path that moves if its film point moves.
+/// Part of a path that moves if its film point moves: the vertices from the camera to `last`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct CameraChain {
-    /// Last vertex that moves. It is connected to the next vertex, or is on the light.
+    /// Index of the last vertex that moves. It is connected to the next vertex, or is on the light.
     pub last: usize,
     /// True if there are several specular chains, with perturbed directions between them.
     pub is_multiple: bool,
 }
 
 impl CameraChain {
-    /// The chain of `x`: (L|D)DS*E, or (L|D)DS⁺DS⁺E, or a chain that ends at a light that the path
-    /// hits.
+    /// The part of `x` that moves: (L|D)DS*E, or (L|D)DS⁺DS⁺E, or a chain that ends at a light that
+    /// the path hits.
     pub fn of(x: &Path) -> Option<Self> {
         let mut is_multiple = false;
         for i in 1..x.len() {
@@ -58,15 +58,15 @@ impl CameraChain {
     }
 }
 
-/// Index of the vertex at which a specular chain starts that lights a vertex seen by the camera:
-/// (L|D)S*DE.
+/// Index of the vertex at which a specular chain starts. The chain lights a vertex that the camera
+/// sees: (L|D)S*DE. `None` if `x` has no such chain.
 pub(super) fn caustic_start(x: &Path) -> Option<usize> {
     let is_seen = x.vertices[1].surface().is_some() && !x.vertices[1].is_delta;
     (2..x.len()).find(|&i| !x.vertices[i].is_delta).filter(|_| is_seen)
 }
 
 impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
-    /// Maximum perturbation on the film, in pixels.
+    /// Maximum perturbation of the film point, in pixels.
     fn max_step(&self) -> f32 {
         (MAX_STEP_SHARE * self.space.film.area() / PI)
             .sqrt()
@@ -101,8 +101,9 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         Some(self.proposal((x, y), chain, chosen))
     }
 
-    /// Moves `x` to another time. The film point, the lens point and the free directions stay the
-    /// same. The objects of vertices outside of `chain` must not move.
+    /// Moves the path `x` to another time. The film point, the lens point and the directions that
+    /// no delta lobe determines stay the same. The objects of vertices outside of `chain` must not
+    /// move.
     pub fn move_in_time(
         &self,
         x: &Path<'a>,
@@ -116,7 +117,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
             ..x.camera
         };
         let camera = self.follow(x, chain, (x.film, sample), |w, _| w, numbers, out)?;
-        // Test the visibility of the other edges again, because occluders may move.
+        // Test the visibility of the other edges again, because occluders may move
         let mut light: Vec<Vertex> = x.vertices[chain.last + 1..].iter().rev().cloned().collect();
         for i in 1..light.len() {
             let before = light.get(i + 1).or(camera.last());
@@ -131,7 +132,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         Some(self.proposal((x, y), chain, chosen))
     }
 
-    /// Returns true if [`PathPerturbation::move_in_time`] can move `x`.
+    /// Returns `true` if [`PathPerturbation::move_in_time`] can move the path `x`.
     pub fn can_move_in_time(&self, x: &Path<'a>) -> bool {
         let chain = CameraChain::of(x);
         chain.is_some_and(|chain| {
@@ -143,7 +144,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
 
     /// Makes the vertices of `chain` anew, along a camera ray through the film point `film`. The
     /// vertices scatter by the same kinds of lobes as in `x`. `turn` changes the free directions,
-    /// which no delta lobe determines.
+    /// which are the directions that no delta lobe determines.
     fn follow(
         &self,
         x: &Path<'a>,
@@ -182,7 +183,8 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         Some(camera)
     }
 
-    /// Proposal to move from `x` to `y`. The step and the reverse step have equal densities.
+    /// Proposal to move from the path `x` to the path `y`. The step and the reverse step have equal
+    /// densities.
     fn proposal(
         &self,
         (x, y): (&Path<'a>, Path<'a>),
@@ -194,8 +196,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
     }
 
     /// Contribution of `path` per film area, and per solid angle of each free direction of `chain`.
-    /// If the path hits its light, the contribution is divided by the probability of that light
-    /// among the infinitely distant lights.
+    /// If the path hits its light, the contribution is divided by [`PathSpace::hit_probability`].
     fn contribution(&self, path: &Path<'a>, chain: CameraChain) -> f64 {
         let geometry_term = match path.source() {
             Some(source) if chain.last + 1 == path.len() => 1.0 / self.space.hit_probability(source),
@@ -204,8 +205,8 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         path.target * geometry_term
     }
 
-    /// Moves the light that leaves the vertex `start` of `x` and reaches a visible vertex through a
-    /// specular chain.
+    /// Moves the light that leaves the vertex `start` of `x` and lights, through a specular chain,
+    /// a vertex that the camera sees.
     pub fn move_light(
         &self,
         x: &Path<'a>,
@@ -235,7 +236,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         };
         let mut ray = Ray::new(origin, w).when(x.camera.time);
 
-        // Trace the chain, with the same kinds of scattering as in `x`
+        // Trace the chain, with the same kinds of lobes as in `x`
         let mut light: Vec<Vertex> = Vec::with_capacity(x.len());
         light.extend(x.vertices[start..].iter().rev().cloned());
         for i in (1..start).rev() {
@@ -256,7 +257,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         camera.push(x.vertices[0].clone());
         let y = self.space.join(camera, light.into_iter(), 1..start, x.camera, out)?;
 
-        // Reject the step if the reverse step is out of the range for the new path.
+        // Reject the step if the reverse step is outside of the range for the new path
         let [min, max] = self.range_of_light(&y, start);
         if !(min..=max).contains(&moved) {
             return None;
@@ -270,9 +271,9 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         Some(Proposal::of(y, ratio))
     }
 
-    /// Range of perturbations of the light that leaves the vertex `start` of `x`. They move the
-    /// film point about as much as film perturbations do. The range is in radians; for infinitely
-    /// distant lights in scene units.
+    /// Range of perturbations of the light that leaves the vertex `start` of `x`, in radians. For
+    /// infinitely distant lights in scene units. The perturbations move the film point about as
+    /// much as film perturbations do.
     fn range_of_light(&self, x: &Path, start: usize) -> [f32; 2] {
         let pixel = self.space.world.camera.pixel_width(x.vertices[1].p, x.camera.time);
         let steps = [MIN_STEP, self.max_step()];
@@ -282,14 +283,15 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         let edges = x.vertices[1..=start].windows(2);
         let distance: f32 = edges.map(|edge| edge[0].p.distance(edge[1].p)).sum();
         // The ratio of minimum and maximum is the same for all paths, and so is the density of
-        // distances between them.
+        // distances between minimum and maximum.
         let greatest = (steps[1] * pixel / distance).min(MAX_ANGLE);
         [greatest * (steps[0] / steps[1]), greatest]
     }
 
-    /// Direction in which the last vertex of the new path `path` continues. It scatters by the same
-    /// kind of lobe as the vertex `old` of the old path, whose neighbours are `before` and `after`.
-    /// If that is not a delta lobe, the result is `turn` of the old direction.
+    /// Unit direction in which the last vertex of the new path `path` continues. The vertex
+    /// scatters by the same kind of lobe as the vertex `old` of the old path, whose neighbours are
+    /// `before` and `after`. If this lobe is not a delta lobe, the result is `turn` of the old
+    /// direction.
     fn onwards(
         &self,
         path: &[Vertex<'a>],
@@ -313,18 +315,18 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
     }
 }
 
-/// A random distance between `min` and `max` with uniform logarithm.
+/// A random distance between `min` and `max`. Its logarithm is uniform.
 fn distance(numbers: &mut Numbers, [min, max]: [f32; 2]) -> f32 {
     max * (-(max / min).ln() * numbers.next()).exp()
 }
 
-/// A random offset with a length in `range`.
+/// A random offset in the plane, with a length in `range`.
 fn on_ring(numbers: &mut Numbers, range: [f32; 2]) -> Vec2 {
     let length = distance(numbers, range);
     length * Vec2::from_angle(TAU * numbers.next())
 }
 
-/// The unit direction `w`, rotated by a random angle in `range`, and the angle.
+/// The unit direction `w`, rotated by a random angle in `range` (radians), and this angle.
 fn turned(w: Vec3, numbers: &mut Numbers, range: [f32; 2]) -> (Vec3, f32) {
     let angle = distance(numbers, range);
     let (sin, cos) = angle.sin_cos();

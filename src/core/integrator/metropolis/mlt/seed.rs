@@ -1,4 +1,4 @@
-//! Seeds: start paths of chains.
+//! Seeds: the paths from which chains start.
 
 use super::bidirectional::Lengths;
 use super::numbers::Numbers;
@@ -7,35 +7,36 @@ use super::space::{PathSpace, is_same_point};
 use crate::accel::Accel;
 use crate::integrator::{RaySink, Roulette};
 
-/// Start paths of chains: all paths of the bootstrap samples of an iteration.
+/// Start paths of chains: all paths that the bootstrap samples of an iteration find.
 ///
-/// The first path of a chain is sampled from these paths in proportion to their light, and the
-/// light of the chain is scaled by their mean light. So the chain is unbiased from its first step
+/// The first path of a chain is sampled from these paths in proportion to their light, and the mean
+/// light of the seeds scales the light of the chain. So the chain is unbiased from its first step
 /// on (Veach 1997, §11.3.1).
 #[derive(Debug, Default)]
 pub struct Seeds {
     seeds: Vec<Seed>,
-    /// Cumulative light of the seeds.
+    /// Cumulative sums of the light of the seeds.
     sums: Vec<f64>,
     /// Mean luminance of a pixel, estimated from the seeds.
     pub(super) mean: f64,
-    /// Distributions of the lengths of new paths: from samples of even index, and from samples of
-    /// odd index.
+    /// Distributions of the number of vertices of new paths: estimated from samples of even index,
+    /// and from samples of odd index.
     lengths: [Lengths; 2],
 }
 
-/// Index of a path: the bootstrap sample, and the path in the sample.
+/// Index of a seed: the bootstrap sample, and the number of the path among the paths of the sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Seed {
     pub sample: u32,
     pub way: u32,
 }
 
-/// Light and number of vertices of the paths of a sample, in their order.
+/// Light and number of vertices of each path of a bootstrap sample.
 pub type SamplePaths = Vec<(f64, usize)>;
 
 impl Seeds {
-    /// Paths of all `samples`. `lengths` are their minimum and maximum number of vertices.
+    /// Seeds from the paths of all bootstrap samples. `lengths` is the minimum and maximum number
+    /// of vertices of a path.
     pub(super) fn new(samples: &[SamplePaths], lengths: (usize, usize)) -> Self {
         let mut seeds = Self::default();
         let mut total = 0.0;
@@ -53,14 +54,15 @@ impl Seeds {
         seeds
     }
 
-    /// Distribution of lengths for a chain that starts at `seed`. It comes from the half of the
-    /// samples that does not contain `seed`. A chain must not depend on the samples that it may
-    /// start from: it would favour light that these samples found by chance.
+    /// Distribution of the number of vertices of new paths, for a chain that starts at `seed`. It
+    /// comes from the half of the samples that does not contain `seed`. A chain must not depend on
+    /// the samples that it may start from: it would favour light that these samples found by
+    /// chance.
     pub(super) fn lengths(&self, seed: Seed) -> &Lengths {
         &self.lengths[1 - seed.sample as usize % 2]
     }
 
-    /// Seed at the fraction `u`, in [0, 1), of the total light. `None` if there are no seeds.
+    /// Seed at the fraction `u` of the cumulative light, in [0, 1). `None` if there are no seeds.
     pub(super) fn at(&self, u: f64) -> Option<Seed> {
         let light = u * self.sums.last()?;
         let index = self.sums.partition_point(|&sum| sum <= light);
@@ -68,7 +70,7 @@ impl Seeds {
     }
 }
 
-/// A subpath, and for each vertex the weight that compensates for roulette.
+/// A subpath, with a weight for each vertex that compensates for roulette.
 struct Subpath<'a> {
     vertices: Vec<Vertex<'a>>,
     weights: Vec<f64>,
@@ -77,7 +79,7 @@ struct Subpath<'a> {
 }
 
 impl<'a> Subpath<'a> {
-    /// A subpath that starts with `first`.
+    /// A subpath with the first vertex `first`.
     fn new(first: Option<Vertex<'a>>) -> Self {
         Self {
             next: first.as_ref().map(|_| 1.0),
@@ -97,7 +99,7 @@ impl<'a> Subpath<'a> {
     }
 
     /// Computes the factors of all vertices whose neighbours are known. All paths that continue
-    /// from these vertices share the factors.
+    /// from these vertices share their factors.
     fn settle<A: Accel>(&mut self, space: &PathSpace<'_, 'a, A>, is_from_light: bool, time: f32) {
         let n = self.vertices.len();
         for i in n.saturating_sub(3)..n {
@@ -114,9 +116,9 @@ impl<'a> Subpath<'a> {
     }
 }
 
-/// Finds all paths of one bootstrap sample of bidirectional path tracing, each with its light. The
-/// light is the target over the density, summed over all strategies (the balance heuristic, Veach
-/// 1997, §9.2.2).
+/// Traces one bootstrap sample of bidirectional path tracing. Returns all its paths, each with its
+/// light. The light is the target divided by the density, summed over all strategies (the balance
+/// heuristic, Veach 1997, §9.2.2).
 pub(super) fn sample<'a, A: Accel>(
     space: &PathSpace<'_, 'a, A>,
     roulette: Roulette,

@@ -1,4 +1,4 @@
-//! Path space of a scene: vertices, subpaths and connections of the paths of chains.
+//! Path space of a scene: sampling of vertices, subpaths and connections for the paths of chains.
 
 use super::numbers::Numbers;
 use super::path::{CameraSample, LightSource, LightSourceKind, Path, Single, Vertex};
@@ -16,13 +16,13 @@ use crate::sampling::warp::{cosine_hemisphere, uniform_disk};
 use std::ops::Range;
 use std::rc::Rc;
 
-/// Space of all paths of the chains, and the steps that make subpaths.
+/// Space of all paths that chains may visit, with the steps that make subpaths.
 #[derive(Debug)]
 pub(super) struct PathSpace<'w, 'a, A> {
     pub world: &'w World<'a, A>,
-    /// Importance image, by which the light of paths is divided.
+    /// Importance image. The target is the luminance of a path divided by this image.
     importance: &'w ImportanceImage,
-    /// True if the space contains paths that see lamps only by delta lobes.
+    /// True if the space contains paths on which lamps are seen only through delta lobes.
     has_lamps: bool,
     /// Minimum number of vertices of a path, including both ends.
     pub min_vertices: usize,
@@ -34,7 +34,7 @@ pub(super) struct PathSpace<'w, 'a, A> {
 }
 
 impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
-    /// The space of paths of `min_vertices` to `max_vertices` vertices.
+    /// The space of paths with `min_vertices` to `max_vertices` vertices.
     pub fn new(
         world: &'w World<'a, A>,
         importance: &'w ImportanceImage,
@@ -55,14 +55,14 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
     }
 
-    /// Lens vertex of a sample.
+    /// Vertex on the lens for a sample.
     pub fn lens(&self, CameraSample { lens, time }: CameraSample) -> Vertex<'a> {
         Vertex::lens(self.world.camera.lens_point(lens, time))
     }
 
-    /// Surface that `ray` hits.
+    /// Vertex on the surface that `ray` hits. `None` if the ray leaves the scene.
     pub fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> Option<Vertex<'a>> {
-        // Transmittance belongs to the edge (`PathSpace::transmittance`).
+        // The transmittance is stored at the edge instead (`PathSpace::transmittance`).
         let (hit, _) = self.world.intersect(ray, kind, out);
         let hit = hit?;
         let surface = Surface::new(self.world, hit, ray);
@@ -70,8 +70,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(Vertex::new(VertexKind::Surface(Rc::new(surface)), p, ng))
     }
 
-    /// Light that `ray` hits: on the surface `hit`, or if there is none an infinitely distant light
-    /// chosen by `u`.
+    /// Vertex on the light that `ray` hits: on the surface `hit`, or on an infinitely distant light
+    /// chosen by `u` if `hit` is `None`.
     pub fn light_at(&self, hit: Option<Vertex<'a>>, ray: &Ray, u: f32) -> Option<Vertex<'a>> {
         let scene = self.world.scene;
         let from = LightSampleContext::any_side(ray.origin);
@@ -95,7 +95,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(Vertex::new(VertexKind::Light(source), vertex.p, ng))
     }
 
-    /// Vertex on the infinitely distant light `id` in the direction `w`.
+    /// Vertex on the infinitely distant light `id` in the unit direction `w`.
     fn far_away(&self, id: LightId, radiance: Spectrum, w: Vec3) -> Vertex<'a> {
         let source = LightSource {
             id,
@@ -130,8 +130,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(Vertex::new(VertexKind::Light(source), p, emission.ng))
     }
 
-    /// Adds `count` vertices to a camera subpath. If `to_light`, the last vertex is on the light
-    /// that the subpath hits. `None` if this is not possible.
+    /// Adds `count` vertices to the camera subpath `path`. If `to_light`, the last vertex is on the
+    /// light that the subpath hits. `None` if a vertex cannot be made.
     pub fn extend_from_camera(
         &self,
         path: &mut Vec<Vertex<'a>>,
@@ -160,7 +160,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(())
     }
 
-    /// Ray on which the camera subpath `path` continues, and the kind of the ray.
+    /// Ray along which the camera subpath `path` continues, and the kind of the ray.
     pub fn onwards_from_camera(
         &self,
         path: &mut [Vertex<'a>],
@@ -179,7 +179,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some((ray, RayKind::Camera))
     }
 
-    /// Adds `count` vertices to a light subpath, in order from the light.
+    /// Adds `count` vertices to the light subpath `path`, in order from the light. `None` if a
+    /// vertex cannot be made.
     pub fn extend_from_light(
         &self,
         path: &mut Vec<Vertex<'a>>,
@@ -207,8 +208,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(())
     }
 
-    /// Samples the ray that leaves the light `source` at `vertex`: in a random direction, or for
-    /// light from infinity at a random position.
+    /// Samples the ray that leaves the light `source` at `vertex`. Its direction is random, or its
+    /// position for light from infinity.
     fn set_out(&self, vertex: &Vertex, source: &LightSource, time: f32, numbers: &mut Numbers) -> Option<Ray> {
         let u = numbers.next_2d();
         let (origin, w) = match source.kind {
@@ -224,8 +225,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(Ray::new(origin, w).when(time))
     }
 
-    /// Ray on which the subpath `path` continues from its last vertex, on a surface. Stores at the
-    /// vertex if it scatters by a delta lobe.
+    /// Samples the ray along which the subpath `path` continues from its last vertex, on a surface.
+    /// Sets `is_delta` of the vertex.
     fn scatter(&self, path: &mut [Vertex<'a>], mode: TransportMode, numbers: &mut Numbers) -> Option<Ray> {
         let (u_lobe, u) = (numbers.next(), numbers.next_2d());
         if u_lobe >= self.smooth_probability(path, mode)? {
@@ -242,8 +243,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(ray)
     }
 
-    /// Probability that the subpath `path` does not continue by a delta lobe. Its last vertex is on
-    /// a surface.
+    /// Probability that the subpath `path` leaves its last vertex, on a surface, by a lobe that is
+    /// not a delta lobe.
     pub fn smooth_probability(&self, path: &[Vertex<'a>], mode: TransportMode) -> Option<f32> {
         let [.., before, last] = path else { return None };
         let back = last.direction_to(before);
@@ -252,8 +253,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(surface.bsdf.smooth_probability(frame.to_local(back)))
     }
 
-    /// Ray on which the subpath `path` continues by a delta lobe, by reflection or transmission in
-    /// proportion to their shares. Its last vertex is on a surface.
+    /// Samples the ray along which the subpath `path` leaves its last vertex, on a surface, by a
+    /// delta lobe: by reflection or transmission, in proportion to their light.
     pub fn scatter_by_delta(&self, path: &mut [Vertex<'a>], mode: TransportMode, numbers: &mut Numbers) -> Option<Ray> {
         let [.., before, last] = path else { return None };
         let back = last.direction_to(before);
@@ -268,8 +269,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(ray)
     }
 
-    /// Transmittance between `a` and the next vertex `b`, if a ray was traced from one to the
-    /// other. `before` is the previous vertex of `a` on the camera's side, if it is known.
+    /// Transmittance between `a` and the next vertex `b`, for edges along which a ray was traced.
+    /// `before` is the previous vertex of `a` on the camera's side, if it is known.
     pub fn transmittance(
         &self,
         (before, a): (Option<&Vertex>, &Vertex),
@@ -283,7 +284,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
     }
 
-    /// Returns true if the object of `vertex` does not move.
+    /// Returns `true` if the object of `vertex` does not move.
     pub fn is_still(&self, vertex: &Vertex) -> bool {
         let scene = self.world.scene;
         match &vertex.kind {
@@ -293,7 +294,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
     }
 
-    /// Transmittance between `a` and the next vertex `b`, if no ray was traced between them.
+    /// Transmittance between `a` and the next vertex `b`, for edges along which no ray was traced.
+    /// `before` is the previous vertex of `a` on the camera's side, if it is known.
     pub fn visibility(
         &self,
         (before, a): (Option<&Vertex>, &Vertex),
@@ -319,8 +321,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
     }
 
-    /// Stores at the last vertex of `camera` the transmittance of the edge to `next`, along which a
-    /// ray was traced ([`PathSpace::transmittance`]).
+    /// Stores the transmittance of the edge from the last vertex of `camera` to `next`, along which
+    /// a ray was traced ([`PathSpace::transmittance`]).
     pub fn note_through(&self, camera: &mut [Vertex<'a>], next: &Vertex, time: f32, out: &mut impl RaySink) {
         if let [.., before, last] = camera {
             last.transmittance = self.transmittance((Some(before), last), next, time, out);
@@ -329,9 +331,10 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         }
     }
 
-    /// Connects a camera subpath and a light subpath, whose vertices are ordered from the light, by
-    /// an edge. `None` if no light passes. `fresh` is the range of vertices of the whole path that
-    /// are new or moved. All other vertices have their factors already.
+    /// Connects the camera subpath `camera` and the light subpath `light` by an edge. Vertices of
+    /// `light` are in order from the light. `None` if no light passes. `fresh` is the range of
+    /// vertices of the whole path that are new or moved. All other vertices have their factors
+    /// already.
     pub fn join(
         &self,
         mut camera: Vec<Vertex<'a>>,
@@ -354,10 +357,10 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
                 }
             }
         }
-        // Make the checks that need no rays first.
+        // Make the checks that need no rays first
         let mut path = self.path(camera, fresh, sample)?;
         if second < path.len() {
-            // Between two points of a plane no light passes, even if a bent normal gives a nonzero
+            // No light passes between two points of a plane, even if a bent normal gives a nonzero
             // BSDF.
             if path.vertices[second - 1].factors.geometry_term <= 0.0 {
                 return None;
@@ -377,7 +380,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     }
 
     /// If camera rays are parallel: moves the lens, which is the first vertex of `path`, to the
-    /// point that sees the second vertex. `None` if no point sees it.
+    /// lens point that sees the second vertex. `None` if no lens point sees this vertex.
     fn face(&self, path: &mut [Vertex<'a>], sample: CameraSample) -> Option<()> {
         let [lens, seen, ..] = path else { return None };
         if lens.is_infinite() {
@@ -391,13 +394,14 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(())
     }
 
-    /// Target of paths with the contribution `color` at the position `film`.
+    /// Target of a path with the contribution `color` at the film position `film`.
     fn target(&self, color: Spectrum, film: Vec2) -> f64 {
         (color.luminance() / self.importance.at(film)) as f64
     }
 
-    /// Makes the path of these vertices, with its contribution. `None` if the contribution is 0.
-    /// Edges with a transmittance of 1 count as free, even if their visibility is not yet tested.
+    /// Makes the path with the vertices `vertices`, and computes its contribution. `None` if the
+    /// contribution is 0. Edges with a transmittance of 1 count as free, even if their visibility
+    /// is not tested yet.
     fn path(&self, mut vertices: Vec<Vertex<'a>>, fresh: Range<usize>, camera: CameraSample) -> Option<Path<'a>> {
         let time = camera.time;
         let n = vertices.len();
@@ -436,8 +440,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     }
 }
 
-/// Returns true if the surface `hit` is the point at the end of the camera subpath. Such paths are
-/// rejected: only one end can make them.
+/// Returns `true` if the surface `hit` is the point at the end of the camera subpath `camera`. Such
+/// paths are rejected, because only one end can make them.
 pub(super) fn is_same_point(camera: &[Vertex], hit: &Option<Vertex>) -> bool {
     let ends = camera.last().zip(hit.as_ref());
     ends.is_some_and(|(last, hit)| hit.is_on_same_triangle(last))

@@ -1,4 +1,5 @@
-//! Each kind of mutation keeps the frequency of paths proportional to their light.
+//! Tests of the mutations of path space: each kind of mutation keeps the frequency of paths
+//! proportional to their light.
 
 use super::*;
 use crate::accel::brute::BruteForce;
@@ -12,7 +13,7 @@ use crate::math::{Affine3A, UVec2, Vec3};
 use crate::sampler::Independent;
 use crate::scene::{Scene, SceneBuilder};
 
-/// A rectangle with a corner at `p` and the edges `a` and `b`, its front towards `a × b`.
+/// A rectangle with a corner at `p` and the edges `a` and `b`. Its front faces `a × b`.
 fn quad(p: Vec3, a: Vec3, b: Vec3) -> Mesh {
     Mesh {
         positions: vec![p, p + a, p + a + b, p + b],
@@ -34,7 +35,7 @@ fn add(b: &mut SceneBuilder, mesh: Mesh, material: Material) {
     b.add_mesh(mesh, id).unwrap();
 }
 
-/// A floor, two walls and a wide lamp.
+/// A floor and two walls.
 fn corner(b: &mut SceneBuilder) {
     add(
         b,
@@ -65,7 +66,7 @@ fn lamp(b: &mut SceneBuilder) {
     );
 }
 
-/// A mirror that leans on the wall, and a pane of glass in front of the floor.
+/// A mirror that leans against the wall, and a pane of glass in front of the floor.
 fn mirror_and_glass(b: &mut SceneBuilder) {
     let mirror = Material {
         specular: Spectrum::splat(0.6),
@@ -150,10 +151,10 @@ fn features(path: &Path) -> Vec<f64> {
     of
 }
 
-/// If paths are distributed in proportion to their light, a step of a chain must preserve this
-/// distribution. Over independent paths x of weight w, steps to y of acceptance a, and for any
-/// feature h, the mean of `w a (h(y) − h(x))` is 0. Detailed balance is stronger: for any
-/// antisymmetric φ, the mean of `w a φ(x, y)` is 0.
+/// Asserts that a mutation is in balance. If paths are distributed in proportion to their light, a
+/// step of a chain must preserve this distribution. Over independent paths x of weight w, steps to
+/// y with acceptance probability a, and for any feature h, the mean of `w a (h(y) − h(x))` is 0.
+/// Detailed balance is stronger: for any antisymmetric φ, the mean of `w a φ(x, y)` is 0.
 fn is_balanced(what: &str, integrator: &PathSpaceIntegrator<BruteForce>, (name, kind): (&str, Mutation)) {
     const SAMPLES: u32 = 6000;
     let space = integrator.space();
@@ -167,7 +168,7 @@ fn is_balanced(what: &str, integrator: &PathSpaceIntegrator<BruteForce>, (name, 
         .collect();
     let seeds = Seeds::new(&found, (space.min_vertices, space.max_vertices));
     let lengths = seeds.lengths(seed::Seed { sample: 0, way: 0 });
-    // Features that do not change drift by rounding errors.
+    // Features that do not change may differ by rounding errors.
     let moved_by = |change: f64| if change.abs() < 1e-4 { 0.0 } else { change };
     let (mut sums, mut moved) = (vec![[0.0f64; 2]; 0], 0);
     for i in 0..SAMPLES {
@@ -220,7 +221,7 @@ fn mutations_balance_between_matte_surfaces() {
         corner(b);
         lamp(b);
     };
-    // The scene has no mirrors, so multi-chain perturbations are left out.
+    // The scene has no mirrors, so multi-chain perturbations are not tested.
     for kind in KINDS.into_iter().take(5) {
         look(build, 0.0, |integrator| is_balanced("matte", integrator, kind));
     }
@@ -241,7 +242,7 @@ fn mutations_balance_through_conductors_and_glass() {
 }
 
 #[test]
-fn mutations_balance_where_light_comes_from_points_and_from_afar() {
+fn mutations_balance_with_point_and_infinite_lights() {
     let build = |b: &mut SceneBuilder| {
         corner(b);
         mirror_and_glass(b);
@@ -259,7 +260,7 @@ fn mutations_balance_where_light_comes_from_points_and_from_afar() {
 }
 
 #[test]
-fn mutations_balance_where_lights_are_near_and_far() {
+fn mutations_balance_with_near_and_infinite_lights() {
     // A ray that misses the visible lamp hits one of four skies, by chance.
     let build = |b: &mut SceneBuilder| {
         let material = Material {
@@ -282,7 +283,7 @@ fn mutations_balance_where_lights_are_near_and_far() {
 
 /// A screen that moves in front of the lamp, and a mirror that turns away from the camera.
 #[test]
-fn mutations_balance_where_things_move() {
+fn mutations_balance_with_moving_objects() {
     let build = |b: &mut SceneBuilder| {
         corner(b);
         lamp(b);

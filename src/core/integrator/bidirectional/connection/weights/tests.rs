@@ -1,5 +1,5 @@
-//! Tests of MIS weights: weights that are computed in one pass equal the sum over all strategies of
-//! a path, and densities along delta lobes are equal from both ends.
+//! Tests of MIS weights. Weights computed in one pass equal the sum over all strategies of a path,
+//! and densities along delta lobes are equal from both ends.
 
 use super::super::{Merging, Subpaths};
 use super::*;
@@ -36,8 +36,8 @@ fn add(b: &mut SceneBuilder, positions: &[[f32; 3]], triangles: &[[u32; 3]], mat
 
 const QUAD: [[u32; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
 
-/// Calls `look` with connectors of a closed matte room with a lamp, a mirror and a glass prism:
-/// with each heuristic, with and without merging.
+/// Calls `look` with connectors for a closed matte room with a lamp, a mirror and a glass prism:
+/// one connector for each heuristic, with and without merging.
 fn in_room(mut look: impl FnMut(&Connector<BruteForce>)) {
     let mut b = SceneBuilder::new();
     let corner = |i: u32| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 2.0 } else { 0.0 });
@@ -113,7 +113,7 @@ fn each_sample(connector: &Connector<BruteForce>, count: u32, mut look: impl FnM
     }
 }
 
-/// Weight computed as the sum over all strategies, vertex by vertex.
+/// MIS weight computed as the sum over all strategies, vertex by vertex.
 fn summed(
     connector: &Connector<BruteForce>,
     camera: &[PathVertex],
@@ -233,15 +233,15 @@ fn one_pass_gives_the_sum_over_all_strategies() {
 }
 
 /// A path by mirrors and glass between two matte surfaces has the same density from both ends. Both
-/// ends sample directions by the cosine. A lobe changes the width of a beam, and the reverse lobe
-/// changes it back.
+/// ends sample directions by the cosine. A delta lobe changes the width of a beam, and the reverse
+/// lobe restores it.
 #[test]
-fn delta_lobes_have_one_density_from_both_ends() {
+fn density_along_delta_lobes_is_equal_from_both_ends() {
     let (mut mirrors, mut refractions) = (0, 0);
     in_room(|connector| {
         each_sample(connector, 1024, |paths| {
             for path in [&paths.camera, &paths.light] {
-                // Find delta lobes between a matte vertex and a matte vertex that the path leaves
+                // Find delta lobes between two matte vertices that the path leaves
                 let mut start = 1;
                 for end in 2..path.len().saturating_sub(1) {
                     if path[end].is_delta {

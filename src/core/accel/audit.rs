@@ -91,7 +91,7 @@ impl<'a> Auditor<'a> {
     /// Auditor that returns the hits of the first backend, and checks the fraction `share` in [0,
     /// 1] of the rays with the second backend.
     pub fn new(scene: &'a Scene, accels: [&'a dyn Accel; 2], share: f64) -> Self {
-        // The cast saturates: a share of 1 selects all rays.
+        // The cast saturates, so a `share` of 1 selects all rays.
         let threshold = |share: f64| (share * 2f64.powi(64)) as u64;
         let triangles = scene.placed_triangle_count().max(1) as f64;
         Self {
@@ -298,7 +298,7 @@ mod tests {
         assert_eq!(cause(down(0.2, 0.3)), Cause::Unexplained);
     }
 
-    /// A square of two triangles, and a second square behind it.
+    /// Scene with a square of two triangles, and a second square behind it.
     fn squares() -> Scene {
         let mut builder = SceneBuilder::new();
         let material = builder.add_material(Material::default()).unwrap();
@@ -390,7 +390,7 @@ mod tests {
         assert_eq!(judged(down(0.25, 0.25), other), None);
     }
 
-    /// Faults that only brute force finds: both backends are wrong in the same way.
+    /// If both backends are wrong in the same way, brute force finds the fault.
     #[test]
     fn surfaces_that_both_backends_miss_are_found() {
         let scene = squares();

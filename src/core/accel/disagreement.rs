@@ -31,7 +31,7 @@ pub struct Disagreement {
     pub query: Query,
     /// True if the first backend traced the ray in a packet.
     pub is_packet: bool,
-    /// Answer of each backend.
+    /// Answers of the two backends to the query.
     pub answers: [Answer; 2],
     /// Cause of the difference.
     pub cause: Cause,
@@ -210,11 +210,11 @@ pub struct Crossing {
     normal: DVec3,
     /// Product N·d.
     determinant: f64,
-    /// Bound on the displacement of the triangle by its motion or placement.
+    /// Bound on the rounding error of the triangle's corners by motion or placement.
     displacement: f64,
 }
 
-/// Error bound of 32 roundings.
+/// Relative error bound of 32 roundings.
 const ROUNDINGS: f64 = 32.0 * UNIT_ROUNDOFF as f64;
 
 impl Crossing {
@@ -324,7 +324,8 @@ impl Crossing {
         let length = ray.direction.length();
         let roundings = ROUNDINGS * self.scale / self.edge + self.displacement;
         let offset = 4.0 * roundings as f32 + gamma(8) * ray.origin.abs().max_element();
-        // Limit the distance, so that the edge of a steeper surface counts as a boundary
+        // Limit the hit distance, so that the edge counts as a boundary if the surface turns away
+        // steeply there
         let furthest = self.t as f32 + 64.0 * offset / length;
         let frame = Frame::from_z(ray.direction / length);
         (0..8).all(|i| {

@@ -31,7 +31,8 @@ pub trait Accel: Send + Sync {
     /// Closest hit in the ray's open interval.
     fn intersect(&self, ray: &Ray) -> Option<Hit>;
 
-    /// Closest hits of rays with similar origins and directions. A backend may trace them together.
+    /// Closest hits of rays with similar origins and directions. A backend may trace the rays
+    /// together.
     ///
     /// `hits` is as long as `rays`. On the border of two triangles, the hit may differ from
     /// [`Accel::intersect`].
@@ -41,10 +42,11 @@ pub trait Accel: Send + Sync {
         }
     }
 
-    /// Returns true if there is a hit in the ray's open interval.
+    /// Returns `true` if there is a hit in the ray's open interval.
     fn occluded(&self, ray: &Ray) -> bool;
 
-    /// Occlusion of rays with similar origins and directions. A backend may trace them together.
+    /// Occlusion of rays with similar origins and directions: `true` for each ray with a hit. A
+    /// backend may trace the rays together.
     ///
     /// `occluded` is as long as `rays`.
     fn occluded_coherent(&self, rays: &[Ray], occluded: &mut [bool]) {

@@ -14,7 +14,7 @@ pub struct Recorder<'a, A> {
 }
 
 impl<'a, A: Accel> Recorder<'a, A> {
-    /// Recorder of the queries to `accel`.
+    /// A recorder that forwards queries to `accel`.
     pub fn new(accel: &'a A) -> Self {
         Self {
             accel,

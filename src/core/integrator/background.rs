@@ -32,7 +32,7 @@ pub enum Background {
 /// The background of camera rays, and its orientation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Backdrop {
-    /// The background.
+    /// Background of camera rays.
     pub background: Background,
     /// Unit vector that points up.
     pub up: Vec3,
@@ -221,7 +221,7 @@ mod tests {
         assert!(seen.is_black() && uncovered == Spectrum::splat(0.75));
         let behind = CameraView::Background(blue);
         assert_eq!(behind.finish(Spectrum::ONE), Some((Spectrum::ONE, blue)));
-        // Light may be negative.
+        // Light of a sample may be negative.
         let (seen, _) = shadow(Some(blue)).finish(Spectrum::splat(-0.125)).unwrap();
         assert_eq!(seen, Spectrum::rgb(0.0, -0.125, -0.25));
         for wrong in [f32::NAN, f32::INFINITY] {

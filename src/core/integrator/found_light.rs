@@ -152,7 +152,7 @@ impl LightSum {
         }
     }
 
-    /// Parts of the sum.
+    /// Parts of the sum, if the sink separates parts of the light.
     pub fn parts(&self) -> &[LightPart] {
         &self.parts
     }

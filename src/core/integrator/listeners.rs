@@ -104,7 +104,7 @@ impl<O: Sink> Sink for SummingSink<'_, O> {
 
 rays_go_to_out!(impl<O: RaySink> RaySink for SummingSink<'_, O>);
 
-/// A sink that limits the luminance of a sample's light after the first bounce.
+/// A sink that limits the luminance of the light that a sample receives after the first bounce.
 pub(crate) struct ClampingSink<'o> {
     out: &'o mut dyn Sink,
     /// Sum of the light after the first bounce.

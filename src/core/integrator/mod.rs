@@ -1,5 +1,5 @@
 //! Light transport: integrators, which compute the light of one pixel sample. They start no threads
-//! and know no tiles and no files.
+//! and do not depend on tiles and files.
 //!
 //! Each family of integrators has a folder: `path`, `bidirectional`, `photon`, `metropolis` and
 //! `irradiance_cache`. All families use the modules at the top. Families may use `path` and
@@ -74,8 +74,8 @@ pub trait Integrator: Sync {
     /// Traces the sample `key` with numbers from `sampler` and adds its light to `out`.
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink);
 
-    /// Traces several samples, each into a separate sink of `out`. Integrators may do work that the
-    /// samples share only once.
+    /// Traces several samples, each into a separate sink of `out`. Work that the samples have in
+    /// common may be done only once.
     fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
         for (key, out) in keys.iter().zip(out) {
             self.sample(*key, sampler, out);
@@ -98,7 +98,7 @@ pub trait SampleTracer: Sync {
 
 /// A [`SampleTracer`] with its world. It is an [`Integrator`].
 pub struct TracerIntegrator<'a, T> {
-    /// Scene, backend and camera.
+    /// World with the scene, the backend and the camera.
     pub world: World<'a, &'a dyn Accel>,
     /// Integrator from another crate.
     pub tracer: &'a T,

@@ -69,7 +69,7 @@ impl Transmittance {
         self.tint * self.pass
     }
 
-    /// Returns true if no ray passes.
+    /// Returns `true` if no ray passes.
     #[inline(always)]
     pub fn is_blocked(&self) -> bool {
         self.pass <= 0.0
@@ -113,7 +113,7 @@ impl ThinSurfaceChoices {
         Self { u, tint: Spectrum::ONE }
     }
 
-    /// Returns true if the surface at `hit` is thin glass and `ray` passes it.
+    /// Returns `true` if the surface at `hit` is thin glass and `ray` passes it.
     pub fn passes(&mut self, hit: &Hit, ray: &Ray, scene: &Scene) -> bool {
         let Some((pass, tint)) = scene.thin_surface_along(hit, ray) else {
             return false;
@@ -268,7 +268,7 @@ mod tests {
             unit_f32(mix(self.0))
         }
 
-        /// A point of the cube [-1, 1]³.
+        /// A random point of the cube [-1, 1]³.
         fn point(&mut self) -> Vec3 {
             Vec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
         }
@@ -298,9 +298,9 @@ mod tests {
         builder.build().unwrap().0
     }
 
-    /// Opacities of the triangles that `ray` crosses, nearest first, by Möller and Trumbore in f64.
-    /// `None` if rounding might decide: at an edge, at an end of the ray, or if two triangles are
-    /// close together.
+    /// Opacities of the triangles that `ray` crosses, nearest first, computed in f64 by the
+    /// Möller-Trumbore test. `None` if rounding might change the result: at an edge, at an end of
+    /// the ray, or if two triangles are close together.
     fn sorted_opacities(scene: &Scene, ray: &Ray) -> Option<Vec<f32>> {
         let (o, d) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let mut crossings = Vec::new();

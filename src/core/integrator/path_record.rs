@@ -44,7 +44,7 @@ pub enum PathEvent {
     },
     /// The path hits emitted light, at its last vertex or infinitely far away.
     Emission(EmissionRecord),
-    /// A light is sampled for the last vertex.
+    /// A light sample was taken at the last vertex.
     LightSample(LightSampleRecord),
     /// Transmittance of a shadow ray. The ray belongs to the first light sample whose shadow ray
     /// was not traced yet.
@@ -73,7 +73,7 @@ pub enum PathEvent {
         /// Light without the MIS weight.
         radiance: Spectrum,
     },
-    /// Photons around the last vertex were used to estimate its density.
+    /// The density of the photons around the last vertex was estimated.
     Photons {
         /// Number of photons in the disk.
         count: u32,
@@ -106,7 +106,7 @@ pub enum PathEvent {
     },
 }
 
-/// Emitted light that a path hits.
+/// Record of emission that a path hits.
 #[derive(Clone, Copy, Debug)]
 pub struct EmissionRecord {
     /// Light that the path hits.
@@ -125,7 +125,7 @@ pub struct EmissionRecord {
     pub radiance: Spectrum,
 }
 
-/// A sample of a light.
+/// Record of a light sample at a vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSampleRecord {
     /// Light that is sampled.
@@ -142,7 +142,7 @@ pub struct LightSampleRecord {
     pub scattering_pdf: f32,
     /// MIS weight.
     pub weight: f32,
-    /// BSDF times cosine.
+    /// BSDF times cosine with the shading normal.
     pub f_cos: Spectrum,
     /// Radiance, or irradiance of delta lights.
     pub radiance: Spectrum,
@@ -151,7 +151,7 @@ pub struct LightSampleRecord {
     pub transmittance: Option<Spectrum>,
 }
 
-/// A direction in which a path leaves a vertex.
+/// Record of the direction in which a path leaves a vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct ScatteringRecord {
     /// Unit outgoing direction, world frame.
@@ -160,7 +160,7 @@ pub struct ScatteringRecord {
     pub lobe: &'static str,
     /// True if this lobe is a delta lobe.
     pub is_delta: bool,
-    /// Density per solid angle; for a delta lobe, its probability.
+    /// Density of the direction per solid angle. For a delta lobe: probability of the lobe.
     pub pdf: f32,
     /// Factor by which the throughput changes, without the factor `roulette`.
     pub weight: Spectrum,

@@ -26,14 +26,14 @@ pub enum SearchRadius {
 /// Search radius of progressive methods, which shrinks from iteration to iteration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProgressiveRadius {
-    /// Radius of the first iteration.
+    /// Search radius in the first iteration.
     pub first: SearchRadius,
     /// Radius reduction parameter α: from 0 (smallest bias) to 1 (constant radius).
     pub alpha: f32,
 }
 
 impl ProgressiveRadius {
-    /// Radii of `iteration`, counted from 0. `ball` encloses the scene.
+    /// Search radii of iteration `iteration`, counted from 0. `ball` encloses the scene.
     pub(crate) fn of_iteration<'a>(&self, iteration: u32, camera: &'a Camera, ball: &Ball) -> Radii<'a> {
         Radii::new(self.first, shrinkage(iteration, self.alpha), camera, ball)
     }
@@ -43,12 +43,12 @@ impl ProgressiveRadius {
 /// "Photons").
 pub const PHOTON_PIXELS: f32 = 3.0;
 
-/// Radius of the first iteration of `vcm`, in widths of a pixel. Connections find most of the
-/// light, and merging loses light at the edges of surfaces, at every vertex.
+/// Radius of the first iteration of `vcm`, in widths of a pixel. It is small because connections
+/// find most of the light, and merging loses light at the edges of surfaces.
 pub const MERGING_PIXELS: f32 = 1.0;
 
-/// Maximum change of a radius per length. In an image with few pixels, the width of a pixel would
-/// grow as fast as the distance.
+/// Maximum change of a radius per unit of distance from the camera. In an image with few pixels,
+/// the width of a pixel would grow as fast as the distance.
 const MAX_SLOPE: f32 = 0.5;
 
 /// Minimum radius relative to the size of the scene. Coordinates do not resolve smaller lengths.

@@ -7,7 +7,7 @@ use crate::light::LightSampleContext;
 use crate::material::BsdfSlot;
 use crate::math::{Frame, Vec2, Vec3};
 
-/// A surface point with its local frame and BSDF.
+/// A vertex of a camera path: a surface point with its local frame and BSDF.
 #[derive(Clone, Copy, Debug)]
 pub struct Vertex<'a> {
     /// Hit of the ray that found the vertex.

@@ -34,8 +34,8 @@ const MAX_SURVIVAL: f32 = 0.9;
 const RAYS_A_PIXEL: u64 = 2;
 /// Minimum and maximum number of learning rays.
 const RAYS: [u64; 2] = [1 << 11, 1 << 20];
-/// Fraction of rays from surfaces that leave the scene. Above this fraction, learning gains
-/// nothing.
+/// Fraction of rays from surfaces that leave the scene. Above this fraction, learned visibility
+/// does not reduce the noise.
 const OPEN: f64 = 0.4;
 /// Maximum number of surface points from which a cell traces rays.
 const SITES_A_CELL: usize = 64;
@@ -65,7 +65,7 @@ pub struct Site {
 pub struct Sites {
     /// Surface points, path by path.
     pub sites: Vec<Site>,
-    /// Number of rays scattered by smooth lobes.
+    /// Number of counted rays: rays that left a surface by a smooth lobe.
     rays: u64,
     /// Number of counted rays that left the scene.
     escaped: u64,
@@ -76,7 +76,7 @@ pub struct Sites {
 pub struct SitesByCell {
     cells: Vec<Vec<Site>>,
     groups: Vec<Vec<Site>>,
-    /// Index of the group of each cell.
+    /// Index of the group of each grid cell.
     group_of: Vec<usize>,
     /// Number of points that paths found in each cell.
     counts: Vec<usize>,
@@ -99,7 +99,7 @@ fn learns_visibility(scene: &Scene, mode: SelectionMode) -> bool {
     let is_sky = |light: &Light| matches!(light, Light::Constant(_) | Light::Environment(_));
     let is_enabled = match mode {
         SelectionMode::Visibility => true,
-        // With lamps only, learning gains nothing (docs/notebook/2026-11.md).
+        // With lamps only, learned visibility does not reduce the noise (docs/notebook/2026-11.md).
         SelectionMode::Auto => scene.lights().iter().any(is_sky),
         SelectionMode::Power | SelectionMode::Place | SelectionMode::Uniform | SelectionMode::All => false,
     };
@@ -109,7 +109,7 @@ fn learns_visibility(scene: &Scene, mode: SelectionMode) -> bool {
 }
 
 impl<A: Accel> VisibilityLearner<'_, A> {
-    /// Returns true if visibility must be learned and is not yet learned.
+    /// Returns `true` if visibility must be learned and is not learned yet.
     pub fn is_needed(&self) -> bool {
         let selection = self.world.light_selection;
         learns_visibility(self.world.scene, selection.mode()) && !selection.is_learned()
@@ -189,7 +189,8 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         all
     }
 
-    /// Makes a grid of cells for the sites `found`. `None` if learning gains nothing.
+    /// Makes a grid of cells for the surface points `found`. `None` if learned visibility would not
+    /// reduce the noise.
     pub fn grid(&self, found: &Sites) -> Option<VisibilityGrid> {
         let scene = self.world.scene;
         let is_open = found.escaped as f64 >= OPEN * found.rays as f64;
@@ -309,7 +310,7 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         let u = sampler.get_2d(Dimension::PIXEL);
         let start = (sampler.get_1d(Dimension::TECHNIQUE) * sites.len() as f32) as usize;
         let (before, after) = sites.split_at(start.min(sites.len()));
-        // Try several sites. Directions of the sky are the same from every site.
+        // Try several sites. A direction of the sky is the same from every site.
         let mut tries = after.iter().chain(before).take(TRIES);
         let (site, sample) = tries.find_map(|site| {
             let sample = grid.sample_target(
@@ -343,8 +344,9 @@ impl Site {
     }
 }
 
-/// Points of the unit square. Any number of first points is evenly distributed: additive recurrence
-/// of the plastic number (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences").
+/// Point `index` of a sequence that fills the unit square evenly from its first points on: the
+/// additive recurrence of the plastic number (Roberts 2018, "The Unreasonable Effectiveness of
+/// Quasirandom Sequences").
 fn evenly(index: u32) -> Vec2 {
     let at = |step: f64| (0.5 + step * f64::from(index)).fract() as f32;
     Vec2::new(at(0.754_877_666_246_692_7), at(0.569_840_290_998_053_2)).min(Vec2::splat(crate::math::float::ALMOST_ONE))

@@ -70,7 +70,7 @@ impl<A> Clone for World<'_, A> {
 impl<A> Copy for World<'_, A> {}
 
 impl<'a, A> World<'a, A> {
-    /// Returns this world with another backend.
+    /// Returns a copy of this world with the backend `accel`.
     pub fn with_accel<B>(self, accel: &'a B) -> World<'a, B> {
         let Self {
             scene,
@@ -100,7 +100,7 @@ impl<'a, A> World<'a, A> {
 }
 
 impl<'a, A: Accel> World<'a, A> {
-    /// A world with the lights as background and without additional channels.
+    /// A world whose background is the environment lights, without additional channels.
     pub fn new(
         scene: &'a Scene,
         accel: &'a A,
@@ -152,7 +152,7 @@ impl<'a, A: Accel> World<'a, A> {
         self.time_at(|| sampler.get_1d(Dimension::TIME))
     }
 
-    /// Returns true if the scene or the camera moves.
+    /// Returns `true` if the scene or the camera moves.
     pub(super) fn moves(&self) -> bool {
         self.scene.is_moving() || self.camera.is_moving()
     }
@@ -194,7 +194,7 @@ impl<'a, A: Accel> World<'a, A> {
         self.camera.ray(film, lens, time)
     }
 
-    /// Returns true if surfaces and lights do not move while the shutter is open.
+    /// Returns `true` if surfaces and lights do not move while the shutter is open.
     pub fn is_still(&self) -> bool {
         let [open, close] = self.camera.shutter();
         !self.scene.is_moving() || open == close
@@ -256,7 +256,7 @@ impl<'a, A: Accel> World<'a, A> {
         )
     }
 
-    /// Returns true if rays of this kind may pass surfaces without a change of direction.
+    /// Returns `true` if rays of this kind may pass surfaces without a change of direction.
     #[inline(always)]
     pub(super) fn lets_pass(&self, kind: RayKind) -> bool {
         self.scene.lets_light_pass()
@@ -301,7 +301,7 @@ impl<'a, A: Accel> World<'a, A> {
             let ground = self.scene.ground().filter(|ground| ground.is_at(hit));
             kind == RayKind::Camera && ground.is_some_and(|ground| ray.direction.dot(ground.normal()) >= 0.0)
         };
-        // Ray parameter at which the surface stops the ray
+        // Ray parameter at which the surface stops the ray; `None` if the ray passes
         let mut stop = |hit: &Hit| match self.scene.hull_hit(hit, &ray) {
             HullHit::Misses => None,
             HullHit::Enters(t) => Some(t),
@@ -513,7 +513,7 @@ impl<'a, A: Accel> World<'a, A> {
     /// surface there.
     pub(super) fn footprint(&self, point: &SurfacePoint) -> f32 {
         let to = self.camera.view_of(point.p, point.time);
-        // At grazing angles the square of a pixel is stretched along one axis: use the side of a
+        // At grazing angles the footprint of a pixel is stretched along one axis. Use the side of a
         // square of the same area.
         let cos = (to.dot(point.ng) / to.length()).abs().max(1e-2);
         SAMPLE_WIDTH * self.camera.pixel_width(point.p, point.time) / cos.sqrt()

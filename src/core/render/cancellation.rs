@@ -35,7 +35,7 @@ impl<'a> Cancellation<'a> {
         }
     }
 
-    /// Returns `true` if the loop must end now. Every [`CALLS_PER_CHECK`]th call also calls the
+    /// Returns `true` if the loop must end now. One in [`CALLS_PER_CHECK`] calls also calls the
     /// observer.
     pub fn should_stop(&self) -> bool {
         let calls = self.calls.get().wrapping_add(1);
@@ -46,7 +46,7 @@ impl<'a> Cancellation<'a> {
         self.is_cancelled.get()
     }
 
-    /// Returns true if a loop of the work item was cancelled. Does not call the observer.
+    /// Returns `true` if a loop of the work item was cancelled. Does not call the observer.
     pub fn is_cancelled(&self) -> bool {
         self.is_cancelled.get()
     }

@@ -23,7 +23,7 @@ pub trait SampleIntegrator<S>: Sync {
     fn samples_into(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [DynSink]);
 }
 
-/// An integrator that is compiled only for sinks behind dynamic dispatch.
+/// Integrators that are compiled only for sinks behind dynamic dispatch.
 impl<I: Integrator, S: Sampler> SampleIntegrator<S> for I {
     fn pixels_at_once(&self) -> usize {
         Integrator::pixels_at_once(self)

@@ -58,7 +58,7 @@ impl Irradiance {
         (pixels / PIXELS_OF_A_RECORD).max(FEW_RECORDS)
     }
 
-    /// Returns the cache, or `None` if it is not filled.
+    /// Returns the cache, or `None` if filling is not complete.
     pub fn cache(&self) -> Option<&IrradianceCache> {
         self.full.get()
     }
@@ -158,7 +158,7 @@ struct RecordInProgress {
 }
 
 impl Filling {
-    /// State before the first pass.
+    /// State of an empty cache, before the first pass.
     fn new<A: Accel>(maker: &RecordMaker<A>, error: f32, resolution: UVec2, seed: u64) -> Self {
         let world = &maker.path.world;
         Self {

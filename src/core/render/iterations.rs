@@ -117,7 +117,7 @@ enum Work {
     Chain(u32),
 }
 
-/// Runs the iteration with index `index`. Returns `None` if the observer stops.
+/// Renders the iteration with index `index`. Returns `None` if the observer stops.
 fn iteration<I: IterationIntegrator, S: Sampler>(
     integrator: &I,
     (sampler, filter): (&S, &Filter),
@@ -171,7 +171,7 @@ fn iteration<I: IterationIntegrator, S: Sampler>(
     Some((iteration, statistics))
 }
 
-/// Film and filter that receive the light of an iteration.
+/// Properties of the film that receives the light of an iteration, and the pixel filter.
 #[derive(Clone, Copy)]
 struct IterationTarget<'a> {
     filter: &'a Filter,
@@ -329,7 +329,7 @@ impl<'a> WorkItem<'a> {
         });
     }
 
-    /// Adds the light of the work item to `iteration`, and returns the statistics.
+    /// Adds the light of the work item to `iteration`. Returns the statistics of the work item.
     fn add_to(self, iteration: &mut Iteration) -> Statistics {
         for (pixel, radiance) in self.light {
             iteration.add(pixel, radiance);
@@ -480,7 +480,7 @@ impl<'a> IterationTarget<'a> {
     /// turn to the side.
     fn repetitions(self, film: Vec2) -> impl Iterator<Item = Vec2> + 'a {
         let size = self.resolution.as_vec2();
-        // Number of whole periods that the filter reaches
+        // Number of repetitions of the panorama that the filter reaches
         let [across, down] = (self.filter.radius() / size).ceil().as_ivec2().to_array();
         let over = Vec2::new(film.x + 0.5 * size.x, -film.y);
         let rows =
@@ -491,7 +491,7 @@ impl<'a> IterationTarget<'a> {
     /// Pixels to which light at the film position `film` contributes, each with the value of the
     /// filter. Ignores repetitions in a panorama.
     fn seen_at(self, film: Vec2) -> impl Iterator<Item = (UVec2, f32)> + 'a {
-        // Range of pixels whose centres are within the filter's radius
+        // Compute the range of pixels whose centres are within the filter's radius
         let reach = self.filter.radius();
         let size = self.resolution.as_vec2();
         let first = (film - (reach + 0.5)).ceil().max(Vec2::ZERO).as_ivec2();

@@ -33,13 +33,13 @@ use rayon::prelude::*;
 
 /// Minimum number of differences between blocks, summed over all pixels, before the first decision.
 const FIRST_DIFFERENCES: u64 = 256;
-/// Maximum growth of a tile's number of blocks per round, as a fraction of this number. After each
-/// round, the estimate of the tile's error is more accurate.
+/// Maximum growth of a tile's number of blocks per round, as a fraction of this number. Growth is
+/// limited because each round makes the estimate of the tile's error more accurate.
 const GROWTH: f64 = 0.25;
 
-/// Adds samples to every pixel of `film` until the condition `stop` holds. Without a noise level
-/// this is [`render`]. With a noise level the render ends when the estimated error of the film
-/// reaches the level.
+/// Adds samples to every pixel of `film` until the condition `stop` holds. Without a noise level,
+/// all samples are taken as by [`render`]. With a noise level, the render ends when the estimated
+/// error of the film reaches the level.
 pub fn render_samples<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
@@ -218,7 +218,7 @@ mod tests {
         // Error against the true mean, which is 1
         let error = mean_error(&film);
         assert!((error / (level * level) - 1.0).abs() < 0.1, "{error}");
-        // Ten times the deviation takes ten times the samples.
+        // The half with ten times the deviation needs ten times the samples.
         let [quiet, noisy] = [true, false].map(|left| mean(&film, left, |t| t.samples() as f64));
         assert!((noisy / quiet / 10.0 - 1.0).abs() < 0.15, "{quiet} {noisy}");
     }
@@ -228,7 +228,7 @@ mod tests {
         pixels.map(|(_, a)| (a.mean(0) - 1.0).powi(2) / 1.01).sum::<f64>() / film.crop().area() as f64
     }
 
-    /// Uniform sampling would need 1.7 times as many samples as sampling to a noise level.
+    /// For the same error, uniform sampling would need 1.7 times as many samples.
     #[test]
     fn noise_level_needs_fewer_samples_than_uniform_sampling() {
         let level = 0.02;

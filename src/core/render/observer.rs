@@ -27,7 +27,7 @@ pub trait Observer: Sync {
     }
 }
 
-/// No-op observer: never pauses, never stops.
+/// An observer that does nothing: it never pauses and never stops the render.
 impl Observer for () {
     fn progress(&self, _: u64) {}
 
@@ -36,7 +36,7 @@ impl Observer for () {
     }
 }
 
-/// Dynamic dispatch, for code that is compiled once for all observers.
+/// Observers behind dynamic dispatch, for code that is compiled once for all observers.
 impl Observer for &dyn Observer {
     fn progress(&self, samples: u64) {
         (**self).progress(samples);

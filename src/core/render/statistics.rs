@@ -6,14 +6,14 @@ use crate::sampler::SampleKey;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// Rays traced, by purpose.
+/// Numbers of rays traced, by purpose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RayCounts {
-    /// Rays from the camera.
+    /// Number of rays from the camera.
     pub camera: u64,
-    /// Rays that leave a surface after scattering, or leave a light.
+    /// Number of rays that leave a surface after scattering, or leave a light.
     pub bounce: u64,
-    /// Rays towards a light.
+    /// Number of shadow rays towards a light.
     pub shadow: u64,
     /// Number of walks through surfaces with opacity below 1 that ended after 10,000 surfaces. The
     /// rays of these walks are included in the other counts.
@@ -31,7 +31,7 @@ impl RaySink for RayCounts {
 }
 
 impl RayCounts {
-    /// Counts one ray.
+    /// Counts one ray with the purpose `kind`.
     pub fn count(&mut self, kind: RayKind) {
         match kind {
             RayKind::Camera => self.camera += 1,
@@ -40,7 +40,7 @@ impl RayCounts {
         }
     }
 
-    /// Number of rays of all kinds.
+    /// Number of rays of all purposes, without `cut`.
     pub fn total(self) -> u64 {
         self.camera + self.bounce + self.shadow
     }
@@ -77,11 +77,11 @@ pub struct MutationCounts {
 /// Statistics of a render.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Statistics {
-    /// Rays traced.
+    /// Numbers of rays traced, by purpose.
     pub rays: RayCounts,
-    /// Samples taken, over all pixels.
+    /// Number of samples traced, over all pixels.
     pub samples: u64,
-    /// Samples dropped as invalid.
+    /// Number of samples that were dropped as invalid.
     pub dropped: u64,
     /// The first few dropped samples in the order of their keys.
     pub first_dropped: Vec<DroppedSample>,

@@ -250,7 +250,7 @@ mod tests {
             Outcome::Complete
         );
         let (mut film, mut patience, mut stops) = (new(), 100, 0);
-        // Both renders end between two cuts.
+        // Both renders end between two cuts of passes.
         for end in [50, 90] {
             loop {
                 let slow = SlowIntegrator(AtomicU64::new(0));

@@ -45,7 +45,7 @@ impl SamplerKind {
         ("antithetic", Self::Antithetic),
     ];
 
-    /// Returns true if the numbers depend on the total number of samples per pixel.
+    /// Returns `true` if the numbers depend on the total number of samples per pixel.
     pub fn needs_count(self) -> bool {
         match self {
             Self::Hammersley | Self::Orthogonal => true,
@@ -175,7 +175,7 @@ mod tests {
     use super::*;
     use crate::sampler::{Bounce, points};
 
-    /// All samplers. Every test below runs for each of them.
+    /// All samplers. Every test of this module runs for each of them.
     fn all() -> impl Iterator<Item = (&'static str, SamplerKind)> {
         SamplerKind::NAMES.iter().copied()
     }
@@ -193,7 +193,7 @@ mod tests {
         }
     }
 
-    /// Batched points are bit-identical to single draws.
+    /// Batched draws are bit-identical to single draws.
     #[test]
     fn batches_equal_single_draws() {
         let dimensions = [Bounce::Decisions, Bounce::LightPoint, Bounce::Direction];
@@ -277,8 +277,8 @@ mod tests {
                 if kind != SamplerKind::ZSobol && dx == 0 && dimension == here {
                     continue;
                 }
-                // Mean products of one seed: x with x, and x with y. Their spread over the seeds
-                // shows how much correlation chance alone causes.
+                // Mean products of numbers for one seed: x with x, and x with y. Their spread over
+                // the seeds shows the correlation that chance alone causes.
                 let mut products = [Vec::new(), Vec::new()];
                 for seed in 0..SEEDS {
                     let of = |x, dimension, is_separate| {

@@ -120,7 +120,7 @@ mod tests {
                 let mut sorted: Vec<_> = set.iter().map(|p| p.to_array().map(f32::to_bits)).collect();
                 sorted.sort_unstable();
                 sorted.dedup();
-                // Only points on one line through the centre have the same direction.
+                // Only points on one line through the centre have equal directions.
                 assert!(sorted.len() * 100 >= set.len() * 98, "{points:?} {bits}");
             }
         }

@@ -1,4 +1,4 @@
-//! SplitMix64 as a function of its counter.
+//! Hash functions of samplers: SplitMix64 as a function of its counter, and permutations.
 
 use super::SampleKey;
 use crate::math::hash::{GOLDEN_GAMMA, mix};
@@ -36,8 +36,8 @@ pub(super) fn permute_few(x: u32, bits: u32, key: u64) -> u32 {
     (0..4).fold(x, step)
 }
 
-/// One step of a permutation, a bijection: multiply by an odd factor, combine with the higher
-/// digits by exclusive or, add.
+/// One step of [`permute`], which is a bijection: multiplies by an odd factor, combines with the
+/// higher digits by exclusive or, and adds a summand.
 fn permutation_step(x: u32, bits: u32, factor: u32, summand: u32) -> u32 {
     let mask = ((1u64 << bits) - 1) as u32;
     let x = x.wrapping_mul(factor | 1) & mask;
@@ -67,8 +67,8 @@ mod tests {
                 );
             }
         }
-        // Each number is mapped to all places equally often: χ² with 63 degrees of freedom, mean 63
-        // and standard deviation 11.2.
+        // Each number has all images equally often: χ² with 63 degrees of freedom, mean 63 and
+        // standard deviation 11.2.
         for permute in [permute, permute_few] {
             for x in [0, 1, 32, 63] {
                 let mut counts = [0.0; 64];
@@ -76,7 +76,7 @@ mod tests {
                 let chi2: f64 = counts.iter().map(|c: &f64| (c - 1000.0).powi(2) / 1000.0).sum();
                 assert!(chi2 < 63.0 + 5.0 * 11.2, "{x}: χ² = {chi2}");
             }
-            // Images of two numbers are independent: each of 56 pairs of places is about equally
+            // Images of two numbers are independent: all 56 pairs of images are about equally
             // frequent.
             for (x, y) in [(0, 1), (0, 4), (3, 6), (6, 7)] {
                 let mut counts = [[0; 8]; 8];

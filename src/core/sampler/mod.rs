@@ -78,12 +78,11 @@ pub enum Stream {
     Bootstrap,
     /// Photon paths: a column for each work item.
     Photons,
-    /// Numbers that all paths of an iteration share, such as their time.
+    /// Random numbers that all paths of an iteration share, such as their time.
     Iteration,
     /// Paths that make an importance image: a column for each of its cells.
     ImportanceImage,
-    /// Paths and rays that record which parts of the sky are visible: a column for each path or
-    /// grid cell.
+    /// Paths and rays that find the visible parts of the sky: a column for each path or grid cell.
     Visibility,
 }
 
@@ -159,14 +158,14 @@ impl Dimension {
     /// Position of the dimension in a numbering of all decisions along a path without gaps.
     fn ordinal(self) -> u32 {
         const OF_CAMERA: u32 = Dimension::LENS.0 + 1;
-        /// Position of the time: after all practical path depths, because few scenes move. The
-        /// other dimensions then keep low positions.
+        /// Position of the time in the numbering: after all practical path depths, because few
+        /// scenes move. The other dimensions then keep low positions.
         const OF_TIME: u32 = (1 << 20) - 1;
-        /// Position of thin surfaces: also after all path depths, because few scenes have thin
-        /// glass.
+        /// Position of thin surfaces in the numbering: also after all path depths, because few
+        /// scenes have thin glass.
         const OF_THIN_SURFACES: u32 = OF_TIME - 1;
-        /// Position of the wavelength: also after all path depths, because few scenes have glass
-        /// that disperses light.
+        /// Position of the wavelength in the numbering: also after all path depths, because few
+        /// scenes have glass that disperses light.
         const OF_WAVELENGTH: u32 = OF_TIME - 2;
         const OF_BOUNCE: u32 = Bounce::Direction as u32 + 1;
         let (block, within) = (self.0 / Self::BLOCK, self.0 % Self::BLOCK);
@@ -202,7 +201,7 @@ pub trait Sampler: Clone + Send + Sync {
     /// [`Sampler::start`] on.
     fn separate(&mut self) {}
 
-    /// One variate.
+    /// One variate of the current sample.
     fn get_1d(&self, dimension: Dimension) -> f32;
 
     /// Two variates that are stratified jointly.

@@ -36,7 +36,7 @@ pub struct Orthogonal {
 }
 
 impl Orthogonal {
-    /// A sampler for the given seed and number of samples of a pixel.
+    /// A sampler for the given seed and number of samples per pixel.
     pub fn new(seed: u64, count: u32) -> Self {
         Self {
             seed,
@@ -111,8 +111,8 @@ mod tests {
     use super::*;
     use crate::sampler::{Bounce, SamplerKind};
 
-    /// Numbers that are drawn in `dimensions` for the samples of block `block`: one list for each
-    /// number.
+    /// Numbers that the sampler draws in `dimensions` for the samples of block `block`. The result
+    /// has one list for each number.
     fn numbers(sampler: &mut Orthogonal, dimensions: &[Dimension], block: u32) -> Vec<Vec<f32>> {
         let runs = 1 << (2 * sampler.bits);
         let mut all = vec![Vec::new(); 2 * dimensions.len()];

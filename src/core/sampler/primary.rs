@@ -13,9 +13,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Kinds of mutations of primary samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// All numbers are sampled again.
+    /// All random numbers are drawn again.
     Large,
-    /// Each number moves by a small amount.
+    /// Each random number moves by a small amount.
     Small,
 }
 
@@ -142,7 +142,8 @@ impl PrimarySampler {
         value
     }
 
-    /// Displacement of a coordinate by a small step.
+    /// Displacement of the coordinate `coordinate` by the small step with the hash `step`, in units
+    /// of 2⁻³².
     fn displacement(&self, step: u64, coordinate: u32) -> u32 {
         let bits = hash::numbered(step, coordinate);
         let u = hash::unit_f32((bits >> 32) as u32);
@@ -192,7 +193,7 @@ impl Clone for PrimarySampler {
 }
 
 impl Sampler for PrimarySampler {
-    /// Starts at an independent point for each key.
+    /// Moves to an independent point for each key.
     fn start(&mut self, key: SampleKey) {
         let origin = mix(hash::pixel(self.key, key).wrapping_add(GOLDEN_GAMMA) ^ key.sample as u64);
         *self = Self::chain(origin, self.key, self.size, self.cache.len() as u32 / 2);

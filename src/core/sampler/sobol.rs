@@ -201,7 +201,8 @@ mod tests {
         assert_eq!(cells, [1; 64]);
     }
 
-    /// Mean squared error of means over `n` points. `exact` is the exact mean of `f`.
+    /// Mean squared error of the mean of `f` over `n` points, estimated over 200 seeds. `exact` is
+    /// the exact mean of `f`.
     fn error(n: u32, exact: f64, f: impl Fn(Vec2) -> f64) -> f64 {
         const SEEDS: u64 = 200;
         let one = |seed| {

@@ -107,7 +107,7 @@ mod tests {
                     let w = triangle.sample(u).unwrap();
                     assert!((w.length() - 1.0).abs() < 1e-9);
                     moments += w * w / (N * N) as f64;
-                    // Density per area
+                    // Compute the expected mean with points that are uniform over the area
                     let (b1, b2) = crate::sampling::warp::uniform_triangle(u);
                     let q = p0 + (p1 - p0) * b1 as f64 + (p2 - p0) * b2 as f64;
                     let w = q.normalize();

@@ -1,4 +1,5 @@
-//! Warps from the unit square to the shapes a path tracer samples, each with its density.
+//! Warps from the unit square to the shapes that a path tracer samples, and the densities of the
+//! warps.
 //!
 //! Directions are unit vectors in a local frame whose +z is the normal; densities are per solid
 //! angle or area.
@@ -146,7 +147,7 @@ pub fn uniform_triangle(u: Vec2) -> (f32, f32) {
 mod tests {
     use super::*;
 
-    /// Stratified points of an n × n grid: a quadrature over the unit square.
+    /// Centres of the cells of an n × n grid: a quadrature over the unit square.
     fn grid(n: u32) -> impl Iterator<Item = Vec2> {
         (0..n * n).map(move |i| Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32)
     }

@@ -30,7 +30,7 @@ pub struct Wavelength {
 struct Bands {
     /// Fraction of each channel's light that lies in each band.
     shares: [[f32; 3]; BANDS],
-    /// Mean of the distributions of the three channels over the bands.
+    /// Distribution over the bands: the mean of the distributions of the three channels.
     mean: Distribution1D,
 }
 

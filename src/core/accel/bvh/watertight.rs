@@ -1,4 +1,4 @@
-//! Triangles as leaves of a hierarchy, and watertight intersection.
+//! Triangles as leaves of a hierarchy, and the watertight ray-triangle test.
 
 use super::tree::Leaf;
 use crate::geometry::{GeomId, PrimId, corners_at};

@@ -1,5 +1,5 @@
-//! Packets of up to sixteen rays in one Embree call, for camera rays and for shadow rays towards
-//! one point. Other rays are incoherent, and packets are not faster for them.
+//! Packets of up to sixteen rays in one Embree call. Camera rays and shadow rays towards one point
+//! are traced in packets. Other rays are incoherent, and packets are not faster for them.
 
 use super::EmbreeAccel;
 use super::ray::interval;

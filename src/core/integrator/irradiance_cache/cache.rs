@@ -58,7 +58,7 @@ impl IrradianceCache {
         self.records.len()
     }
 
-    /// Returns true if the cache is empty.
+    /// Returns `true` if the cache has no records.
     pub fn is_empty(&self) -> bool {
         self.records.is_empty()
     }

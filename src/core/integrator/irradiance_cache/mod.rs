@@ -78,7 +78,7 @@ impl<A: Accel> Integrator for IrradianceCacheIntegrator<'_, A> {
         };
         let mut only_mirrors = true;
         loop {
-            // Find the next surface, and add emitted light
+            // Find the next surface, and add its emission
             let depth = path.depth;
             let slot = BsdfSlot::new();
             let vertex = path.next_vertex(world, None, &slot, out);

@@ -25,7 +25,7 @@ pub struct Record {
 /// error of a sixth or more.
 const FEW_RAYS: f32 = 36.0;
 
-/// Gradients of irradiance, one for each channel.
+/// Gradients of irradiance, for each channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gradients {
     /// Gradients for rotations of the normal, per radian. The dot product with the axis of rotation

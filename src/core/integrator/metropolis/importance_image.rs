@@ -45,8 +45,8 @@ pub struct ImportanceImage {
 const CELLS: f32 = 1024.0;
 /// Minimum width and height of a cell, in pixels.
 const MIN_SIDE: f32 = 4.0;
-/// Number of independent estimates of each cell. The median is used: a single very bright path does
-/// not make a cell bright.
+/// Number of independent estimates of each cell. The median of the estimates is used, so that a
+/// single very bright path does not make a cell bright.
 const ESTIMATES: u32 = 5;
 /// Number of samples of a cell in each estimate.
 const SAMPLES: u32 = 12;

@@ -89,7 +89,7 @@ const MIN_SEEDS: u64 = 512;
 /// Number of bootstrap samples in a work item.
 const SEEDS_AT_ONCE: u32 = 64;
 
-/// A path that chains may start from.
+/// A seed: a path that chains may start from.
 #[derive(Debug)]
 pub struct Seed {
     /// Key of the random numbers of the path.
@@ -199,7 +199,8 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
     }
 
     fn sends_light(&self) -> bool {
-        // Chains send light, for any crop; samples of pixels do not.
+        // Chains contribute to any pixel, also for a crop. Samples contribute only to their own
+        // pixel
         false
     }
 
@@ -292,7 +293,7 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
             .map_or(usual.min(max as u64) as u32, |n| n.clamp(1, max))
     }
 
-    /// Range of the number of vertices of the paths of chains.
+    /// Minimum and maximum number of vertices of the paths of chains.
     fn lengths(&self) -> RangeInclusive<usize> {
         self.metropolis.min_vertices()..=max_vertices(self.max_depth)
     }

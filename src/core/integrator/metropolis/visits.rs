@@ -23,7 +23,7 @@ pub(crate) struct Visits {
     pixels: HashMap<[i32; 2], f64>,
     /// Sum over all pixels of the squared visits.
     squares: f64,
-    /// Maximum number of visits of a pixel.
+    /// Maximum number of visits over all pixels.
     max: f64,
 }
 
@@ -81,7 +81,8 @@ mod tests {
         assert_eq!(ChainCounts::default().autocorrelation_time(), None);
     }
 
-    /// A chain that stays with probability q and never returns has the time (1 + q) / (1 − q).
+    /// A chain that stays in its pixel with probability q and never returns has the autocorrelation
+    /// time (1 + q) / (1 − q).
     #[test]
     fn geometric_stay_has_closed_form_autocorrelation_time() {
         let (q, mut x, mut state) = (0.8, 0, 1u64);

@@ -46,13 +46,13 @@ impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
         let mut target = None;
 
         loop {
-            // Find the next surface, and add light that was not sampled
+            // Find the next surface, and add emission that was not sampled
             let slot = BsdfSlot::new();
             let vertex = path.next_vertex(world, wavelength.as_ref(), &slot, out);
             strategy.add_found(world, &path, vertex.as_ref(), out);
             let Some(vertex) = vertex else { return };
 
-            // A sampled point that is hidden ends the path
+            // End the path if the sampled point is hidden
             if target.is_some_and(|target| !vertex.hit.is_same_surface(&target)) {
                 return;
             }
@@ -102,7 +102,7 @@ impl<A: Accel> AreaIntegrator<'_, A> {
         let (target, pdf) = self.areas.sample(self.world.scene, choice, u, time)?;
         let point = self.world.scene.surface_point(&target, time);
 
-        // Weight: BSDF times geometry term over density
+        // Compute the weight: BSDF times geometry term, divided by the density
         let to = point.p - vertex.point.p;
         let distance_squared = to.length_squared();
         if distance_squared == 0.0 {

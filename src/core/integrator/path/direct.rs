@@ -205,7 +205,8 @@ pub(crate) struct Direct {
     /// Unit direction to the light, local frame.
     wi: Vec3,
     light: LightId,
-    /// Radiance that the vertex scatters if the light is not occluded.
+    /// Radiance that the vertex scatters if the light is not occluded, with the MIS weight and
+    /// divided by the density.
     radiance: Spectrum,
 }
 

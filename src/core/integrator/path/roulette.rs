@@ -83,7 +83,8 @@ impl Default for Roulette {
 mod tests {
     use super::*;
 
-    /// The mean factor is 1 for every rule. With rules by throughput, every path ends.
+    /// The mean factor is 1 for every rule. With the rules that use the throughput, every path
+    /// ends.
     #[test]
     fn mean_roulette_factor_is_one() {
         const DRAWS: u32 = 1 << 16;

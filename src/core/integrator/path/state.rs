@@ -49,7 +49,7 @@ impl PathState {
         }
     }
 
-    /// Returns true if `ray` leaves a mirror or another delta lobe.
+    /// Returns `true` if `ray` leaves a mirror or another delta lobe.
     pub fn is_delta(&self) -> bool {
         self.prev.is_some_and(|prev| prev.is_delta)
     }

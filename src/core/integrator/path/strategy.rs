@@ -19,20 +19,20 @@ use crate::scene::Incident;
 /// Sampling of directions at a surface. Delta lobes are always followed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Directions {
-    /// Uniformly over the hemisphere.
+    /// Uniform over the hemisphere.
     Uniform,
-    /// Proportional to the cosine with the normal.
+    /// Density proportional to the cosine with the normal.
     Cosine,
-    /// Proportional to the cosine: the direction is the normal plus a point of the unit sphere,
-    /// from [`crate::sampler::Fibonacci`].
+    /// Density proportional to the cosine: the direction is the normal plus a point of the unit
+    /// sphere, from [`crate::sampler::Fibonacci`].
     Fibonacci,
-    /// Proportional to the cosine: the direction is the normal plus a point of the unit sphere,
-    /// from [`crate::sampler::PerturbedQmc`].
+    /// Density proportional to the cosine: the direction is the normal plus a point of the unit
+    /// sphere, from [`crate::sampler::PerturbedQmc`].
     PerturbedQmc,
-    /// Uniformly over the hemisphere: a point of the unit sphere, from
+    /// Uniform over the hemisphere: a point of the unit sphere, from
     /// [`crate::sampler::PerturbedQmc`], mirrored to the upper half.
     PerturbedQmcUniform,
-    /// Proportional to the BSDF.
+    /// Sampled from the BSDF: density about proportional to the BSDF times the cosine.
     #[default]
     Bsdf,
 }
@@ -74,13 +74,13 @@ pub struct Strategy {
 /// The previous vertex of a ray. MIS needs it if the ray hits a light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PrevVertex {
-    /// Light sampling context of the vertex.
+    /// Light sampling context of this vertex.
     pub from: LightSampleContext,
     /// Density of the ray's direction, per solid angle.
     pub pdf: f32,
     /// True if the direction was sampled from a delta lobe, so that light sampling cannot find it.
     pub is_delta: bool,
-    /// Number of light samples that were taken at the vertex.
+    /// Number of light samples that were taken at this vertex.
     pub light_samples: u32,
 }
 

@@ -104,12 +104,12 @@ impl<T: GridItem> PhotonGrid<T> {
         }
     }
 
-    /// Number of items.
+    /// Number of items in the grid.
     pub fn len(&self) -> usize {
         self.photons.len()
     }
 
-    /// Returns true if the grid is empty.
+    /// Returns `true` if the grid has no items.
     pub fn is_empty(&self) -> bool {
         self.photons.is_empty()
     }
@@ -176,7 +176,7 @@ mod tests {
             sampler.start(SampleKey::new(i, 0, 0));
             let xy = sampler.get_2d(Dimension::bounce(0, Bounce::Direction));
             let zs = sampler.get_2d(Dimension::bounce(1, Bounce::Direction));
-            // Positions at all distances from the camera, from 10⁻³ on
+            // Positions at different distances from the camera, from 10⁻³ on
             let scale = (zs.y * 9.0 - 7.0).exp();
             scale * (Vec3::new(xy.x, xy.y, zs.x) - 0.5)
         };

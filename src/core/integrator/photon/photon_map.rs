@@ -207,7 +207,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             }
         }
 
-        // Otherwise add direct light and caustics
+        // Otherwise, add direct light and caustics
         if gathered.is_none() {
             let u = LightNumbers::draw(sampler, block);
             let direct = Direct::sample(world, (&path, &vertex), strategy, 1, &u, out);

@@ -187,7 +187,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             };
             let direction = vertex.frame.to_world(sample.wi);
             if is_last && !sample.is_delta() && !vertex.is_one_way(direction) {
-                // Trace the scattered ray of the estimate of direct light
+                // Trace the scattered ray that completes the estimate of direct light
                 if strategy.counts_emission_hits() && !(path.beta * sample.weight).is_black() {
                     let mut next = path.after(path.scatter(world, &vertex, &sample, (1.0, 1), out));
                     let slot = BsdfSlot::new();

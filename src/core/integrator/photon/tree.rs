@@ -13,8 +13,8 @@ use crate::math::{Bounds3, Vec3};
 use std::collections::BinaryHeap;
 use std::ops::Range;
 
-/// Photons by position: a balanced k-d tree (Bentley 1975; Jensen 1996). Finds the photons nearest
-/// to a point, for any density.
+/// Photons sorted by position in a balanced k-d tree (Bentley 1975; Jensen 1996). Finds the photons
+/// nearest to a point, for any density.
 #[derive(Debug)]
 pub struct PhotonTree {
     /// Photons in the order of the tree. The root of a range of photons is in the middle of the
@@ -24,7 +24,7 @@ pub struct PhotonTree {
     axes: Vec<u8>,
 }
 
-/// The photons nearest to a point.
+/// Result of a search: the photons nearest to a point.
 #[derive(Debug)]
 pub struct NearestPhotons<'t> {
     /// The photons, in no particular order.
@@ -62,12 +62,12 @@ impl PhotonTree {
         Self { photons, axes }
     }
 
-    /// Number of photons.
+    /// Number of photons in the tree.
     pub fn len(&self) -> usize {
         self.photons.len()
     }
 
-    /// Returns true if the tree is empty.
+    /// Returns `true` if the tree has no photons.
     pub fn is_empty(&self) -> bool {
         self.photons.is_empty()
     }

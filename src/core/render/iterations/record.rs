@@ -1,4 +1,4 @@
-//! An iteration with a record of its paths, for `embrasure paths`.
+//! Rendering of an iteration with a record of its paths, for `embrasure paths`.
 
 use super::{CountedRays, IterationTarget, Work, WorkItem, in_work_items};
 use crate::color::Spectrum;

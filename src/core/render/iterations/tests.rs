@@ -101,7 +101,7 @@ fn large_work_items_are_few() {
     // Separate light groups take memory, so fewer work items are kept.
     assert!(few < work_items_at_once(light_bytes(false, &wide, crop), 2), "{few}");
     assert_eq!(work_items_at_once(large, 64), 64);
-    // The reach of a filter is limited to the image.
+    // The filter reaches only pixels inside the image.
     let endless = light_bytes(true, &Filter::new(FilterKind::Gaussian, 1e30), crop);
     assert!(endless < 1 << 30, "{endless}");
 }

@@ -120,7 +120,7 @@ impl Contribution {
         of_light.chain(self.ends.into_iter().flatten()).chain(of_camera)
     }
 
-    /// Converts `radiance` to light with the source of the contribution.
+    /// Light with the radiance `radiance` and the source of this contribution.
     pub fn light(&self, radiance: Spectrum, scene: &Scene) -> FoundLight<'static> {
         let (s, t) = self.strategy;
         FoundLight::of(radiance, self.light, scene, (s + t - 2) as u32)
@@ -265,7 +265,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         let max = self.max_vertices();
         for t in 1..=paths.camera.len() {
             for s in 0..=max - t {
-                // s = 1 needs no light subpath.
+                // s = 1 needs no vertex of the light subpath.
                 if s + t >= min_vertices && s <= paths.light.len().max(1) {
                     self.strategy((s, t), paths, sampler, out, &mut found);
                 }

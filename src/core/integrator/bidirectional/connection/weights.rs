@@ -69,8 +69,8 @@ impl<A: Accel> Connector<'_, '_, A> {
         self.weight_of(camera, light, light_hit, time, false)
     }
 
-    /// MIS weight of merging the last vertex of `camera` with the vertex of the light path that
-    /// follows the vertices `light`.
+    /// MIS weight of merging the last vertex of `camera` with a vertex of a light path. `light` has
+    /// the vertices before this vertex.
     pub fn merging_weight(&self, camera: &[PathVertex], light: &[PathVertex], time: f32) -> f32 {
         self.weight_of(camera, light, None, time, true)
     }
@@ -252,7 +252,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         }
     }
 
-    /// Ratio `density` / `over`, raised to the exponent of the MIS heuristic.
+    /// Ratio `density / over`, raised to the exponent of the MIS heuristic.
     fn raised(&self, density: f32, over: f32) -> f64 {
         self.heuristic.raised(density as f64 / over as f64)
     }

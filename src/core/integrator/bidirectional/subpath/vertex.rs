@@ -49,7 +49,7 @@ pub(crate) struct PathVertex<'a> {
 pub(crate) enum VertexKind<S, L> {
     /// The lens. If `is_far`, camera rays are parallel, and the lens is infinitely distant.
     Lens { is_far: bool },
-    /// A surface that scatters.
+    /// A surface that scatters light.
     Surface(S),
     /// A light at which the path starts or ends.
     Light(L),
@@ -141,7 +141,7 @@ impl<'a> PathVertex<'a> {
         }
     }
 
-    /// Returns true if the vertex is on a light that no ray can hit.
+    /// Returns `true` if the vertex is on a light that no ray can hit.
     pub fn is_delta_light(&self) -> bool {
         matches!(&self.kind, VertexKind::Light(end) if end.is_delta)
     }

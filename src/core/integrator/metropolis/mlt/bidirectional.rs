@@ -74,7 +74,7 @@ impl Cut {
         if (is_at_end && count == 0) || ends.iter().flatten().any(continues_by_delta) {
             return 0.0;
         }
-        // Number of deleted edges
+        // The match is over the number of deleted edges
         match count + 1 {
             1 => 0.25,
             2 => 0.5,
@@ -187,7 +187,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         let is_at_end = cut.kept == 0 || cut.kept + cut.count == x.len();
         VertexCounts {
             deleted: cut.count,
-            // At least one new vertex at an end of the path, or if no vertex is deleted
+            // Require a new vertex at an end of the path, or if no vertex is deleted
             min: usize::from(is_at_end || cut.count == 0).max(self.space.min_vertices.saturating_sub(others)),
             max: self.space.max_vertices.saturating_sub(others),
         }

@@ -266,7 +266,7 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
     }
 
     fn sends_light(&self) -> bool {
-        // Chains send light; samples of pixels do not.
+        // Chains contribute to any pixel. Samples contribute only to their own pixel
         false
     }
 
@@ -286,7 +286,7 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
     }
 
     fn chain<S: Sampler>(&self, seeds: &Seeds, iteration: u32, index: u32, sampler: &mut S, out: &mut impl SplatSink) {
-        // Choose the start path in the chain's stratum of the light of all seeds
+        // Choose the start path. Each chain has a stratum of the light of all seeds
         let space = self.space();
         let chains = self.chains() as u64;
         let mut numbers = Numbers::of_chain(index, iteration, sampler);

@@ -136,7 +136,7 @@ impl LightSourceKind {
         matches!(self, Self::Far | Self::Parallel)
     }
 
-    /// Returns true if no ray can hit the light.
+    /// Returns `true` if no ray can hit the light.
     pub fn is_delta(self) -> bool {
         matches!(self, Self::Point | Self::Parallel)
     }
@@ -159,7 +159,8 @@ pub(super) struct Factors {
     /// delta lobe: the probability of the lobe. At the lens: 1, per film area.
     pub camera: f64,
     /// Density with which a light subpath continues to the previous vertex, divided by
-    /// [`Factors::towards_camera`].
+    /// [`Factors::towards_camera`]. For a delta lobe: the probability of the lobe, divided by the
+    /// same factor.
     pub light: f64,
     /// Factor that converts `value` to the throughput of a light path. This throughput is per solid
     /// angle of the path's next direction, or per area of a disk for infinitely distant lights.
@@ -167,7 +168,7 @@ pub(super) struct Factors {
     /// Geometry term of the edge to the next vertex, including its visibility, if this edge
     /// connects two subpaths.
     pub geometry_term: f64,
-    /// Density of the vertex if a light subpath starts there.
+    /// Density of the vertex, if a light subpath starts at it.
     pub start: f64,
 }
 

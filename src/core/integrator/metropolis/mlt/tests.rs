@@ -138,7 +138,8 @@ fn look<T>(
     })
 }
 
-/// Features of a path: its length, film position, first and last scattering, and number of deltas.
+/// Features of a path: its length, film position, first and last scattering point, and number of
+/// delta lobes.
 fn features(path: &Path) -> Vec<f64> {
     let n = path.len();
     let mut of = vec![0.0; 10];

@@ -35,10 +35,11 @@ pub(super) struct End<'v> {
     pub(super) vertex: Vertex<'v>,
     /// Number of scattering events before the vertex.
     pub(super) depth: u32,
-    /// Throughput of the owner at the vertex, and the factor by which roulette multiplies it.
+    /// Throughput of the owner at the vertex, and the factor by which roulette multiplies this
+    /// throughput.
     pub(super) beta: Spectrum,
     pub(super) roulette_scale: Spectrum,
-    /// Position of the end, offset from the surface.
+    /// Position of the end, offset from the surface: end point of connections.
     pub(super) p: Vec3,
     /// Unit geometric normal on the side of the viewers.
     pub(super) n: Vec3,

@@ -67,7 +67,7 @@ pub(super) struct FirstVertices<'f, 'v> {
 pub(super) struct Connections {
     /// Unit directions from the first vertices to the end, world frame.
     pub w: Vec3Lanes,
-    /// Cosines between these directions and the shading normals.
+    /// Cosines between the directions `w` and the shading normals.
     cos: Lane,
     /// Geometry term without visibility and without the cosine at the first vertex. It is 0 or
     /// negative if the vertex sees the back of the end, or if the end lies below the horizon of a
@@ -75,7 +75,8 @@ pub(super) struct Connections {
     geometry: Lane,
     /// Throughput from the end to the camera, per area at the end, by channel.
     beta: [Lane; 3],
-    /// Density per area with which the first vertex finds the end; 0 if it cannot find the end.
+    /// Density per area with which the first vertex finds the end; 0 if the vertex cannot find the
+    /// end.
     pdf: Lane,
 }
 
@@ -147,7 +148,7 @@ impl<'f, 'v> FirstVertices<'f, 'v> {
     /// Computes the connections of all first vertices to `end`.
     #[inline(always)]
     pub fn connect_to(&self, end: &End, connections: &mut Connections) {
-        // Directions, cosines and geometry terms
+        // Compute directions, cosines and geometry terms
         let mut w = self.p.to(end.p);
         let squared = w.dot(&w);
         let mut inverse = [0.0; LANES];
@@ -230,7 +231,7 @@ impl<'f, 'v> FirstVertices<'f, 'v> {
 }
 
 impl Connections {
-    /// No connections.
+    /// Connections without any contribution.
     pub const NONE: Self = Self {
         w: Vec3Lanes::ZERO,
         cos: [0.0; LANES],

@@ -26,7 +26,7 @@ const MIN_SHARED_BETA: f32 = 0.5;
 struct Shares {
     /// Light that the end scatters to every viewer alike.
     alike: Spectrum,
-    /// Additional light of each viewer.
+    /// Additional light for each viewer.
     each: [Spectrum; SAMPLES_AT_ONCE],
 }
 
@@ -251,8 +251,7 @@ impl<'v> End<'v> {
 }
 
 impl<A: Accel> PathIntegrator<'_, A> {
-    /// Returns true if the ray of `path` hits emitted light. `traced` is the result of the ray
-    /// query.
+    /// Returns `true` if the ray of `path` hits emission. `traced` is the result of the ray query.
     #[inline(always)]
     fn finds_emission(&self, path: &PathState, (hit, _): RayResult) -> bool {
         let scene = self.world.scene;

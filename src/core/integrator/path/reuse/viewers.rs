@@ -33,7 +33,7 @@ pub(super) struct Candidate {
     pub beta: Spectrum,
     /// Density per area with which this vertex finds the end.
     pdf: f32,
-    /// Direction from the first vertex to the end, world frame.
+    /// Unit direction from the first vertex to the end, world frame.
     w: Vec3,
 }
 
@@ -94,7 +94,7 @@ pub(super) enum ViewerValues {
 }
 
 impl<'f, 'v> Workspace<'f, 'v> {
-    /// Workspace for a group with these first vertices.
+    /// Workspace for a group with the first vertices `first_vertices`.
     #[inline(always)]
     pub fn new(first_vertices: FirstVertices<'f, 'v>) -> Self {
         Self {

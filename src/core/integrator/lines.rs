@@ -144,7 +144,7 @@ mod tests {
         FilmSurface { ids: [0; 3], point }
     }
 
-    /// Cases computed by hand. The camera looks along −z, and the film points are at a distance of
+    /// Cases computed by hand. The camera looks along −z. The distance between the film points is
     /// 1.
     #[test]
     fn steps_and_creases_separate_surfaces() {

@@ -264,8 +264,8 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             queue.push(QueuedPath {
                 path: PathState {
                     roulette_scale: next.roulette_scale * rays as f32,
-                    // If photons were gathered, lights were not sampled, so emission has the weight
-                    // 1.
+                    // If photons were gathered, lights were not sampled: emission then has the
+                    // weight 1.
                     prev: next.prev.filter(|_| gathered.is_none() || !is_one_way),
                     // Behind a delta lobe, emission is part of the caustic map.
                     skips_emission: matches!(purpose, Purpose::Gather { after_delta: true, .. }),

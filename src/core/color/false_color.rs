@@ -12,17 +12,18 @@ const MAGMA: [u32; 33] = [
 /// Visualization".
 const COOL_TO_WARM: [u32; 3] = [0x3b4cc0, 0xdddddd, 0xb40426];
 
-/// Colour of magma at `share`, 0 to 1.
+/// Colour of the map magma at the position `share`, 0 to 1.
 pub fn magma(share: f32) -> [u8; 3] {
     between(&MAGMA, share)
 }
 
-/// Blue for −1, light grey for 0, red for 1.
+/// Colour of Moreland's map for `value`: blue for −1, light grey for 0, red for 1.
 pub fn diverging(value: f32) -> [u8; 3] {
     between(&COOL_TO_WARM, 0.5 + 0.5 * value)
 }
 
-/// Colour at the fraction `share` of `colors`; NaN gives the first colour.
+/// Interpolated colour of the map `colors` at the position `share`, 0 to 1. NaN gives the first
+/// colour.
 fn between(colors: &[u32], share: f32) -> [u8; 3] {
     let place = f32::max(share, 0.0).min(1.0) * colors.len().saturating_sub(1) as f32;
     let (first, rest) = (place as usize, place.fract());

@@ -1,4 +1,4 @@
-//! Colour along paths, and its conversion for displays.
+//! Linear colours of light (`spectrum`), and their conversion for displays.
 
 pub mod false_color;
 mod spectrum;

@@ -44,7 +44,7 @@ mod tests {
     }
 
     #[test]
-    fn decoding_undoes_encoding() {
+    fn decoding_is_the_inverse_of_encoding() {
         for code in 0..=255 {
             assert_eq!(encode_u8(decode(code as f32 / 255.0)), code);
         }

@@ -2,7 +2,7 @@
 //!
 //! The curve `srgb` keeps the values that a display can show and clips the rest. The other curves
 //! compress highlights, so that their gradations stay visible. All curves only change the look of a
-//! picture; measure in linear values.
+//! picture. Measurements need linear values.
 
 use super::{Spectrum, srgb};
 use std::fmt;
@@ -21,10 +21,10 @@ pub struct Tone {
 pub enum Exposure {
     /// Number of stops; each stop doubles the light.
     Stops(f32),
-    /// Metered in the picture (`film/metering.rs`).
+    /// Exposure that is metered in the picture (`film/metering.rs`).
     Auto,
-    /// Exposure of the studio's light, shifted by metering by at most one stop: black and white
-    /// subjects stay black and white.
+    /// Exposure of the studio lighting. Metering changes it by at most one stop, so black subjects
+    /// stay black and white subjects stay white.
     Studio,
 }
 
@@ -62,12 +62,12 @@ pub enum Curve {
     /// Clips to [0, 1].
     #[default]
     Srgb,
-    /// Luminance `L` becomes `L / (1 + L)`, and colours keep their ratios until they clip
+    /// Luminance `L` becomes `L / (1 + L)`. The channels keep their ratios until one of them clips
     /// (Reinhard, Stark, Shirley and Ferwerda 2002, "Photographic Tone Reproduction for Digital
     /// Images", eq. 3).
     Reinhard,
-    /// [`narkowicz`] of each channel: similar to ACES, but without the colours of ACES and with a
-    /// slightly different curve.
+    /// [`narkowicz`] of each channel. It is similar to ACES, but has a slightly different curve and
+    /// does not shift colours as ACES does.
     AcesNarkowicz,
     /// Stephen Hill's fit of ACES's reference rendering transform and its output transform for sRGB
     /// displays, including colours (published in Matt Pettineo's BakingLab, `ACES.hlsl`).
@@ -134,17 +134,17 @@ impl Tone {
     }
 }
 
-/// A fit of ACES's rendering of one channel of an sRGB display, linear to linear, from 0 to 0 and
-/// from infinity to 1.03: `(x (2.51 x + 0.03)) / (x (2.43 x + 0.59) + 0.14)`. The input `x` is 0.6
-/// times the input of ACES (Krzysztof Narkowicz 2016, "ACES Filmic Tone Mapping Curve").
+/// Fit of the ACES rendering for an sRGB display, for one channel. Input and output are linear. 0
+/// maps to 0, and infinity to 1.03: `(x (2.51 x + 0.03)) / (x (2.43 x + 0.59) + 0.14)`. The input
+/// `x` is 0.6 times the input of ACES (Krzysztof Narkowicz 2016, "ACES Filmic Tone Mapping Curve").
 pub fn narkowicz(x: f32) -> f32 {
     (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)
 }
 
-/// Hill's fit, linear to linear; slightly below 0 for black.
+/// Hill's fit. Input and output are linear. The output for black is slightly below 0.
 fn hill(rgb: [f32; 3]) -> [f32; 3] {
-    // Matrices from Rec.709 to ACES's working space, including the desaturation of its rendering
-    // transform, and back from the space of the output transform
+    // `INPUT` converts Rec.709 to the working space of ACES, and includes the desaturation of its
+    // rendering transform. `OUTPUT` converts the space of the output transform back to Rec.709.
     const INPUT: [[f32; 3]; 3] = [
         [0.59719, 0.35458, 0.04823],
         [0.07600, 0.90834, 0.01566],
@@ -163,11 +163,11 @@ fn product(matrix: [[f32; 3]; 3], v: [f32; 3]) -> [f32; 3] {
     matrix.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
 }
 
-/// Sobotka's AgX, from linear to encoded.
+/// Sobotka's AgX. The input is linear, the output is encoded for the display.
 fn agx(rgb: [f32; 3]) -> [f32; 3] {
-    // The inset: colours move a fifth of the way to a grey before the curve, and back after it. The
-    // grey is the sum of the channels with these weights. Sobotka's configuration has a matrix and
-    // its inverse for this.
+    // Inset of AgX: before the curve, colours move a fifth of the way to a grey; after the curve,
+    // they move back. The grey is the sum of the channels, weighted by `GREY`. Sobotka's
+    // configuration has a matrix and its inverse instead.
     const GREY: [f32; 3] = [0.212_005_36, 0.392_182_5, 0.395_812_14];
     const INSET: f32 = 0.2;
     let grey = |v: [f32; 3]| GREY[0] * v[0] + GREY[1] * v[1] + GREY[2] * v[2];
@@ -193,7 +193,8 @@ fn agx_curve(linear: f32) -> f32 {
         (3.25, 1.0 - PIVOT)
     };
     let distance = share - PIVOT;
-    // `bend` is a l^p, such that 2 l / (1 + a l^p)^(1/p) is 1/2 at the ends.
+    // `bend` is a l^p, where l is `length`. It makes 2 l / (1 + a l^p)^(1/p) equal to 1/2 at the
+    // ends.
     let bend = (2.0 * SLOPE * length).powf(power) - 1.0;
     0.5 + SLOPE * distance / (1.0 + bend * (distance.abs() / length).powf(power)).powf(1.0 / power)
 }
@@ -261,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn exposure_comes_first() {
+    fn exposure_is_applied_before_the_curve() {
         for (name, curve) in all() {
             let [brightened, plain] = [1.5, 0.0].map(|stops| of(stops, curve));
             let factor = 2f32.sqrt() * 2.0;
@@ -293,9 +294,10 @@ mod tests {
         }
     }
 
-    /// Matrices of Sobotka's configuration, to the digits that the inset reproduces.
+    /// The inset by a grey equals the matrices of Sobotka's configuration, with an error below
+    /// 0.002.
     #[test]
-    fn agx_insets_as_its_matrix_does() {
+    fn agx_inset_equals_its_matrix() {
         const MATRIX: [[f32; 3]; 3] = [
             [0.842_479, 0.078_433_6, 0.079_223_7],
             [0.042_328_2, 0.878_468_6, 0.079_166_1],

@@ -1,4 +1,4 @@
-//! Colours as text.
+//! Colours as text: parsing of codes, CSS names and numbers.
 
 use super::{Spectrum, srgb};
 
@@ -230,7 +230,7 @@ mod tests {
             ("#0f0", [0.0, 1.0, 0.0]),
             ("0.25", [0.25, 0.25, 0.25]),
             (" 0.5, 1,2e1 ", [0.5, 1.0, 20.0]),
-            // Expected values are decoded by IEC 61966-2-1.
+            // Expected values are decoded by the formula of IEC 61966-2-1.
             ("#808080", [0.215_861; 3]),
             ("#ffc356", [1.0, 0.545_724, 0.093_059]),
             ("rebeccapurple", [0.132_868, 0.033_105, 0.318_547]),

@@ -1,9 +1,9 @@
 //! CIE XYZ and linear Rec.709 with white D65.
 
-/// XYZ of white.
+/// XYZ of the white D65, with Y = 1.
 pub const WHITE: [f32; 3] = [0.950_455_9, 1.0, 1.089_057_8];
 
-/// Linear Rec.709 to XYZ with Y of white 1 (IEC 61966-2-1).
+/// Converts linear Rec.709 to XYZ, in which white has Y = 1 (IEC 61966-2-1).
 pub fn linear_to_xyz([r, g, b]: [f32; 3]) -> [f32; 3] {
     [
         0.412_390_8 * r + 0.357_584_33 * g + 0.180_480_8 * b,
@@ -12,7 +12,7 @@ pub fn linear_to_xyz([r, g, b]: [f32; 3]) -> [f32; 3] {
     ]
 }
 
-/// XYZ with Y of white 1 to linear Rec.709.
+/// Converts XYZ, in which white has Y = 1, to linear Rec.709.
 pub fn xyz_to_linear([x, y, z]: [f32; 3]) -> [f32; 3] {
     [
         3.240_97 * x - 1.537_383_2 * y - 0.498_610_76 * z,
@@ -21,8 +21,8 @@ pub fn xyz_to_linear([x, y, z]: [f32; 3]) -> [f32; 3] {
     ]
 }
 
-/// XYZ with white 1 1 1 (equal energy) to linear Rec.709. Each coordinate is scaled to [`WHITE`].
-/// Greys are exact.
+/// Converts XYZ in which white is (1, 1, 1) (equal energy) to linear Rec.709: each coordinate is
+/// multiplied by the same coordinate of [`WHITE`]. Greys are converted exactly.
 pub fn equal_energy_to_linear(xyz: [f32; 3]) -> [f32; 3] {
     match xyz {
         [x, y, z] if x == y && y == z => xyz,

@@ -10,8 +10,8 @@ pub struct Ball {
 }
 
 impl Ball {
-    /// Ball around a box, larger by the rounding error of points on its surface. The radius is 1 if
-    /// the box has no extent.
+    /// Bounding sphere of `bounds`, enlarged by the rounding error of points on its surface. The
+    /// radius is 1 if `bounds` is empty or a single point.
     pub fn around(bounds: Bounds3) -> Self {
         let (center, radius) = (bounds.center(), bounds.radius());
         let rounding = gamma(16) * (center.length() + radius);
@@ -21,9 +21,10 @@ impl Ball {
         }
     }
 
-    /// Point on a disk of the ball's radius that touches the ball and faces light travelling in the
-    /// unit direction `w`. `disk` is the point in the unit disk. Light in this direction that hits
-    /// the ball has passed the disk.
+    /// Point on a disk in front of the ball, for light that travels in the unit direction `w`. The
+    /// disk is perpendicular to `w`, touches the ball, and has the ball's radius. Light in the
+    /// direction `w` that hits the ball crosses the disk first. `disk` is a point in the unit disk,
+    /// which is mapped to this disk.
     pub fn before(&self, w: Vec3, disk: Vec2) -> Vec3 {
         let across = Frame::from_z(w).to_world(Vec3::new(disk.x, disk.y, 0.0));
         self.center + self.radius * (across - w)
@@ -39,8 +40,8 @@ impl Ball {
 mod tests {
     use super::*;
 
-    /// For light from any direction, every corner of a box lies behind the disk and within its
-    /// radius.
+    /// For light from any direction, every corner of a box lies behind the disk of `Ball::before`,
+    /// and nearer to the ball's centre than the ball's radius.
     #[test]
     fn boxes_lie_behind_the_disk() {
         for (place, size) in [(0.0, 1.0), (1e4, 1.0), (-3e6, 2.0), (1e-9, 1e-12), (9e17, 1e17)] {
@@ -70,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_extent_has_a_ball() {
+    fn ball_around_point_has_radius_1() {
         assert_eq!(
             Ball::around(Bounds3::EMPTY),
             Ball {

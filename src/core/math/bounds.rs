@@ -37,7 +37,8 @@ impl Bounds3 {
         }
     }
 
-    /// Corners; bit `axis` of the index selects the lower (0) or upper (1) side.
+    /// The eight corners. Bit `axis` of a corner's index selects the minimum (0) or the maximum (1)
+    /// coordinate along that axis.
     pub fn corners(&self) -> [Vec3; 8] {
         std::array::from_fn(|i| {
             let [x, y, z] = [0, 1, 2].map(|axis| {

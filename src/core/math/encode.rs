@@ -3,11 +3,11 @@
 use super::{Affine3A, DVec3, Quat, UVec2, Vec2, Vec3};
 use std::ops::Range;
 
-/// A value that hashes include.
+/// A value that is part of the input of a hash.
 ///
-/// Values that affect a render differently have different bytes, even in a sequence of values.
-/// Values of variable length begin with their length, and enums with the number of the variant.
-/// Floats are encoded by their bits, so that NaN is equal to NaN.
+/// Values that lead to different renders have different bytes, even if they are adjacent in a
+/// sequence. Values of variable length begin with their length, and enums with the number of the
+/// variant. Floats are encoded by their bits, so that NaN is equal to NaN.
 pub trait Encode {
     /// Passes the value's bytes to `sink`, part by part.
     fn encode(&self, sink: &mut dyn FnMut(&[u8]));
@@ -141,7 +141,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_side_by_side_are_told_apart() {
+    fn adjacent_values_have_different_bytes() {
         struct Pair {
             a: String,
             b: Vec<u8>,
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn variants_have_their_numbers() {
+    fn variants_begin_with_their_number() {
         enum Shape {
             Round(f32),
             Flat { width: f32, height: f32 },
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn floats_are_their_bits() {
+    fn floats_are_encoded_by_their_bits() {
         assert_eq!(f32::NAN.encoded(), f32::NAN.encoded());
         assert_ne!((-0.0f32).encoded(), 0.0f32.encoded());
     }

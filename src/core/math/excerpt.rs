@@ -20,13 +20,14 @@ pub fn excerpt(text: &str) -> Cow<'_, str> {
     Cow::Owned(start)
 }
 
-/// Maximum number of characters in a quote of a name. Then the number of these characters that come
-/// from the end of the name.
+/// Maximum number of characters in a quote of a name.
 const MAX_NAME_CHARS: usize = 120;
+/// Number of characters from the end of a name in a quote that leaves out the middle of the name.
 const NAME_END: usize = 50;
 
-/// Quote of a name from an input file, of a material or a part. Above 120 characters, the middle is
-/// left out, because long names often differ only at their ends.
+/// Quote of a name from an input file, such as the name of a material or a part. If the name is
+/// longer than 120 characters, its middle is left out, because long names often differ only at
+/// their ends.
 pub fn excerpt_of_name(text: &str) -> Cow<'_, str> {
     let count = text.chars().count();
     if count <= MAX_NAME_CHARS && !text.contains(char::is_control) {
@@ -54,7 +55,7 @@ pub fn excerpt_of_path(text: &str) -> Cow<'_, str> {
     Cow::Owned((cut > 0).then_some('…').into_iter().chain(end).collect())
 }
 
-/// Replaces control characters.
+/// Replaces a control character by a visible character.
 fn visible(c: char) -> char {
     if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }
 }

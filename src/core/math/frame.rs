@@ -91,14 +91,14 @@ mod tests {
     }
 
     #[test]
-    fn tangents_lead_frames() {
+    fn frame_of_tangent_has_x_along_tangent() {
         let z = Vec3::new(0.3, -0.2, 0.9).normalize();
         let along = Vec3::new(1.0, 2.0, -0.5);
         let f = Frame::from_zx(z, along, 0.0).unwrap();
-        // The tangent lies entirely in the plane of x and z.
+        // The tangent lies in the plane of the frame's x and z axes.
         assert!(f.to_local(along).y.abs() < 1e-6 && f.to_local(along).x > 0.0);
         assert!(f.x.cross(f.y).distance(z) < 1e-6 && f.x.is_normalized());
-        // A quarter turn maps x to y.
+        // A rotation by 90° maps the frame's x axis to its y axis.
         let turned = Frame::from_zx(z, along, std::f32::consts::FRAC_PI_2).unwrap();
         assert!(turned.x.distance(f.y) < 1e-6 && turned.y.distance(-f.x) < 1e-6);
         assert!(Frame::from_zx(Vec3::Z, Vec3::NEG_Z, 1.0).is_none());

@@ -34,12 +34,12 @@ impl Glob {
         Self(name.chars().map(Token::Char).collect())
     }
 
-    /// Returns true if all of `name` matches.
+    /// Returns true if the pattern matches the whole `name`.
     pub fn matches(&self, name: &str) -> bool {
         let name: Vec<char> = name.chars().collect();
         let (mut part, mut at) = (0, 0);
-        // Last `*`, and the end of its match. If the rest does not match, this match grows by one
-        // character.
+        // Index of the last `*` in the pattern, and end of its match in `name`. If the rest of the
+        // pattern does not match, this match grows by one character.
         let mut star: Option<(usize, usize)> = None;
         while at < name.len() {
             match self.0.get(part) {
@@ -75,8 +75,9 @@ impl Glob {
         chars.collect()
     }
 
-    /// Pattern as text. A table may need several entries for the same names: `copy` selects one of
-    /// several equivalent spellings, which differ in literal characters that are escaped by `\`.
+    /// Text of the pattern. A table needs different keys, but may have several entries with the
+    /// same pattern: `copy` selects one of several equivalent texts. They differ in the literal
+    /// characters that are escaped by `\`.
     pub fn text(&self, copy: usize) -> String {
         let mut left = copy;
         let mut text = String::new();
@@ -132,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn spellings_differ_and_match_alike() {
+    fn copies_of_a_pattern_differ_and_match_the_same_names() {
         for pattern in ["Floor*", "a", "x\\*y?"] {
             let glob = Glob::new(pattern);
             let copies = if pattern == "a" { 2 } else { 4 };

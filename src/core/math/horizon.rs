@@ -15,7 +15,8 @@ pub struct Horizon {
 impl Horizon {
     /// Horizon of the plane with the unit normal `up`.
     pub fn new(up: Vec3) -> Self {
-        // The half vector of +y and `up` gives the smallest rotation; its length vanishes for −y.
+        // The half vector of +y and `up` gives the smallest rotation. Its length is 0 if `up` is
+        // −y.
         let half = DVec3::Y + up.as_dvec3().normalize();
         let rotation = if half.length_squared() > 1e-10 {
             let half = half.normalize();
@@ -32,8 +33,10 @@ impl Horizon {
         self.up
     }
 
-    /// Up direction in the image of a camera with the unit vector `back` towards the camera's back:
-    /// [`Horizon::up`]. If the camera points straight up or down, azimuth 0 is at the bottom.
+    /// Up direction in the image of a camera. `back` is the unit vector opposite to the view
+    /// direction. The result is [`Horizon::up`] unless the camera looks nearly straight up or down.
+    /// The direction of azimuth 0 is then at the top of the image (looking up) or at its bottom
+    /// (looking down).
     pub fn image_up(&self, back: Vec3) -> Vec3 {
         let height = back.dot(self.up);
         if height.abs() > 0.999 {
@@ -43,7 +46,7 @@ impl Horizon {
         }
     }
 
-    /// Coordinates of the point `p`: along azimuth 90°, up, and along azimuth 0.
+    /// Coordinates of the point `p` along azimuth 90°, along the up direction, and along azimuth 0.
     pub fn coordinates(&self, p: Vec3) -> Vec3 {
         self.rotation.inverse() * p
     }
@@ -79,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn azimuths_are_counted_from_where_cameras_stand() {
+    fn azimuth_0_is_position_of_unrotated_camera() {
         let at = |up, azimuth, elevation, expected: Vec3| {
             let w = Horizon::new(up).direction(azimuth, elevation);
             assert!(w.distance(expected) < 1e-6, "{up} {azimuth} {elevation}: {w}");
@@ -118,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn up_is_up() {
+    fn rotation_maps_y_to_up() {
         for up in [Vec3::X, Vec3::NEG_Z, Vec3::new(0.3, -0.8, 0.5).normalize()] {
             let horizon = Horizon::new(up);
             assert!((horizon.rotation() * Vec3::Y).distance(up) < 1e-6);

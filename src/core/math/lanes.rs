@@ -81,7 +81,7 @@ impl Vec3Lanes {
         self
     }
 
-    /// Multiplies each vector by the number of its lane.
+    /// Multiplies the vector of each lane by the number in the same lane of `factor`.
     #[inline(always)]
     pub fn scale(&mut self, factor: &Lane) {
         for i in 0..LANES {
@@ -97,9 +97,9 @@ mod tests {
     use super::*;
     use crate::math::Frame;
 
-    /// Lanes and single vectors have the same bits.
+    /// Operations on lanes and on single vectors have bit-identical results.
     #[test]
-    fn lanes_are_rounded_as_vectors() {
+    fn lanes_and_vectors_are_bit_identical() {
         let number = |k: usize| (k as f32 * 0.618_034).fract() * 2.0 - 1.0;
         let vector = |k: usize| Vec3::new(number(k), number(7 * k + 3), number(13 * k + 5));
         let mut lanes = [Vec3Lanes::ZERO; 2];

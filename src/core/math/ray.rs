@@ -16,7 +16,7 @@ pub struct Ray {
     pub t_max: f32,
     /// Time, from 0 to 1, which sets the positions of moving objects.
     pub time: f32,
-    /// Number, in the scene, of the absorbing body in which the ray starts; 0 outside of bodies.
+    /// Index, in the scene, of the absorbing body in which the ray starts; 0 outside of all bodies.
     pub body: u32,
 }
 
@@ -33,13 +33,13 @@ impl Ray {
         }
     }
 
-    /// The ray at another time.
+    /// The same ray at the time `time`.
     #[inline(always)]
     pub fn when(self, time: f32) -> Self {
         Self { time, ..self }
     }
 
-    /// The ray from inside a body.
+    /// The same ray, starting inside the absorbing body `body`.
     #[inline(always)]
     pub fn within(self, body: u32) -> Self {
         Self { body, ..self }

@@ -1,4 +1,4 @@
-//! Errors of files, with position and remedy.
+//! Errors in files, with their position and a text on how to correct them.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ impl Position {
         }
     }
 
-    /// Position of a whole line.
+    /// Position of the line `line`, without a column.
     pub fn line(line: usize) -> Self {
         Self { line, column: None }
     }
@@ -38,13 +38,14 @@ pub enum FileErrorKind {
     Contents,
     /// The file exists, but the system cannot read it. Its contents are unknown.
     Unreadable,
-    /// A flag that replaces keys of the file is wrong. The message names the flag.
+    /// A flag of the command line that replaces keys of the file is wrong. The message names the
+    /// flag.
     Flag,
 }
 
-/// Error in a file, with position and remedy.
+/// Error in a file, with its position and a text on how to correct it.
 ///
-/// Shown as `file:line:column: message`, with the remedy on a separate line.
+/// Shown as `file:line:column: message`, with the help text on a separate line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileError {
     /// Path of the file, as the user wrote it.
@@ -53,7 +54,7 @@ pub struct FileError {
     pub position: Option<Position>,
     /// Description of the error, with the wrong value.
     pub message: String,
-    /// Remedy.
+    /// Text on how to correct the error.
     pub help: Option<String>,
     /// Cause of the error.
     pub kind: FileErrorKind,
@@ -71,7 +72,7 @@ impl FileError {
         }
     }
 
-    /// Error of an operation on the file that the system refused.
+    /// Error of the operation `what` on the file, which the system refused.
     pub fn system(file: &Path, what: &str, error: &std::io::Error) -> Self {
         Self::new(file, format!("{what}: {error}")).unreadable()
     }
@@ -112,13 +113,13 @@ impl FileError {
         place
     }
 
-    /// Sets the remedy.
+    /// Sets the text on how to correct the error.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// Sets the remedy, unless the error has a remedy.
+    /// Sets the text on how to correct the error, unless the error has such a text.
     pub fn help_if_none(mut self, help: &str) -> Self {
         self.help.get_or_insert_with(|| help.into());
         self
@@ -156,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn shown_as_compilers_do() {
+    fn error_is_shown_as_file_line_column_message() {
         let error = FileError::new(Path::new("a.obj"), "bad index 7")
             .at(Position {
                 line: 3,

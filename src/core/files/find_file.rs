@@ -29,7 +29,7 @@ pub fn unquoted(name: &str) -> &str {
     inner.into_iter().flatten().next().unwrap_or(name).trim()
 }
 
-/// Parent of a folder.
+/// Parent folder of `folder`.
 pub fn folder_above(folder: &Path) -> PathBuf {
     match folder.components().next_back() {
         Some(Component::Normal(_)) => folder.parent().unwrap_or(Path::new("")).to_path_buf(),
@@ -40,8 +40,8 @@ pub fn folder_above(folder: &Path) -> PathBuf {
 /// Finds files by [`find_file`], and lists each folder once.
 #[derive(Debug, Default)]
 pub struct FileFinder {
-    /// For each folder, its entries by name in lower case. Of several equal names, the first entry
-    /// is stored.
+    /// For each folder, the names of its entries by the same names in lower case. If several names
+    /// are equal in lower case, the first name is stored.
     listings: HashMap<PathBuf, HashMap<String, OsString>>,
     /// For each folder, the result of [`FileFinder::folders_within`].
     folders: HashMap<PathBuf, Vec<PathBuf>>,
@@ -69,10 +69,10 @@ impl FileFinder {
         is_there(&path).then_some(path)
     }
 
-    /// Subfolders of `folder` that may be parts of one download, in the order of their names.
-    /// Hidden folders are excluded, and so are folders of other models, which have an OBJ or MTL
-    /// file. The result is empty for the root, for the folder of temporary files, and for a folder
-    /// with more than 32 subfolders.
+    /// Subfolders of `folder` that may belong to the same model, sorted by name. Hidden folders are
+    /// excluded, and so are folders of other models, which contain an OBJ or MTL file. The result
+    /// is empty for the root, for the folder of temporary files, and for a folder with more than 32
+    /// subfolders.
     pub fn folders_within(&mut self, folder: &Path) -> &[PathBuf] {
         let found = self.folders.entry(folder.to_path_buf());
         found.or_insert_with(|| {
@@ -97,7 +97,8 @@ impl FileFinder {
         })
     }
 
-    /// Finds the entry of a folder with this name. Case is ignored, and blanks match underscores.
+    /// Finds the entry of `folder` with the name `name`. Letter case is ignored, and blanks match
+    /// underscores.
     fn find_entry(&mut self, folder: &Path, name: &OsStr) -> Option<PathBuf> {
         let exact = folder.join(name);
         if exact.exists() {
@@ -118,8 +119,8 @@ impl FileFinder {
     }
 }
 
-/// Entries of a folder by name in lower case. Of several equal names, the first entry is returned.
-/// Empty if the folder cannot be read.
+/// Names of the entries of `folder`, by the same names in lower case. If several names are equal in
+/// lower case, the first name is returned. Empty if the folder cannot be read.
 fn listing(folder: &Path) -> HashMap<String, OsString> {
     let mut entries: HashMap<String, OsString> = HashMap::new();
     for entry in fs::read_dir(listed(folder)).into_iter().flatten().flatten() {
@@ -132,7 +133,7 @@ fn listing(folder: &Path) -> HashMap<String, OsString> {
     entries
 }
 
-/// Paths of the first entries of a folder; none if it cannot be read.
+/// Paths of at most `MAX_ENTRIES` entries of `folder`. Empty if the folder cannot be read.
 fn entries_of(folder: &Path) -> impl Iterator<Item = PathBuf> {
     let entries = fs::read_dir(listed(folder)).into_iter().flatten().flatten();
     let names = entries.take(MAX_ENTRIES).map(|entry| entry.file_name());
@@ -148,12 +149,14 @@ fn is_there(path: &Path) -> bool {
     path.metadata().is_ok_and(|metadata| !metadata.is_dir())
 }
 
-/// Returns true if `name` has the wrong letter case for the file `found`.
+/// Returns true if `name` differs from the name of the file `found` that [`find_file`] returned,
+/// such as in letter case. Slashes and backslashes are equal.
 pub fn case_differs(folder: &Path, name: &str, found: &Path) -> bool {
     found != folder.join(name) && found != folder.join(with_slashes(name))
 }
 
-/// Number of files in the folder of `found` with the same name, ignoring case.
+/// Number of files, in the folder of `found`, whose names equal the name of `found` except for
+/// letter case.
 pub(crate) fn count_alike(found: &Path) -> usize {
     let Some(wanted) = found.file_name().map(lowercase) else {
         return 0;
@@ -184,7 +187,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_have_a_base_and_folders_one_above() {
+    fn names_have_a_base_and_folders_a_parent() {
         for (name, base) in [
             ("C:\\a\\b.mtl", Some("b.mtl")),
             ("a/b.mtl", Some("b.mtl")),

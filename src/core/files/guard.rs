@@ -8,8 +8,8 @@ thread_local! {
     static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Returns true if panics of this thread are caught and become errors. A panic hook then need not
-/// print them.
+/// Returns true if this thread catches its panics and converts them to errors. A panic hook then
+/// need not print them.
 pub fn is_guarded() -> bool {
     IS_GUARDED.get()
 }

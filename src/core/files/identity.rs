@@ -5,9 +5,9 @@
 //! `/tmp`: the link could lead to any file of the user. Linux has the same rule
 //! (`fs.protected_symlinks`), but only for the last name of a path and only if the rule is enabled.
 //!
-//! `cli/outputs` compares all outputs with each other and with the scene file before any file is
-//! read, and with `Session::files` before the acceleration structure is built. No flag overwrites
-//! inputs.
+//! `cli/outputs` uses these identities to protect inputs. Before any file is read, it compares all
+//! outputs with each other and with the scene file. Before the acceleration structure is built, it
+//! compares them with `Session::files`. No flag permits an output to overwrite an input.
 
 use std::ffi::OsString;
 use std::fs::{self, Metadata};
@@ -16,7 +16,7 @@ use std::io;
 use std::path::Component;
 use std::path::{Path, PathBuf};
 
-/// Maximum number of symbolic links that a name may lead through, as in Linux.
+/// Maximum number of symbolic links that are followed for one name, as in Linux.
 const MAX_LINKS: usize = 40;
 
 /// Identity of a file, the same for all names and links of the file. The file need not exist.
@@ -32,7 +32,7 @@ pub enum FileId {
 /// Device and inode of a file.
 #[cfg(unix)]
 type Inode = (u64, u64);
-/// The canonical path: hard links are different files.
+/// Canonical path, on systems without inodes. Hard links count as different files.
 #[cfg(not(unix))]
 type Inode = PathBuf;
 
@@ -124,7 +124,7 @@ fn names_reversed(path: &Path) -> Vec<OsString> {
     names.rev().map(|part| part.as_os_str().to_owned()).collect()
 }
 
-/// Returns true if `user` may follow `link` in `folder`.
+/// Returns true if the user with the id `user` may follow `link` in `folder`.
 #[cfg(unix)]
 fn is_trusted(link: &Metadata, folder: &Metadata, user: u32) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -141,8 +141,8 @@ pub(super) fn untrusted_link(_: &Path) -> io::Result<Option<PathBuf>> {
 mod tests {
     use super::*;
 
-    /// Links of another user need root, who can change the owner of a link. Without root, the test
-    /// checks the rule only.
+    /// A link of another user is not followed in a sticky folder. Only root can create such a link;
+    /// without root, the test calls the rule directly.
     #[cfg(unix)]
     #[test]
     fn strangers_link_in_a_sticky_folder_is_not_trusted() {

@@ -1,4 +1,4 @@
-//! Opening input files: all of them are opened here.
+//! Opening of input files.
 //!
 //! Opening never waits (`O_NONBLOCK`). The open handle is checked, and a file that is not a regular
 //! file is refused. Failures of the system are stored, because decoders report them as damage.
@@ -19,12 +19,12 @@ pub(crate) struct Input {
     failure: ReadFailure,
 }
 
-/// Error of the system if reading failed. Clones share the error.
+/// Error of the system, if reading an [`Input`] failed. Clones share the error.
 #[derive(Clone, Default)]
 pub(crate) struct ReadFailure(Arc<OnceLock<io::Error>>);
 
 impl ReadFailure {
-    /// Returns the failure as an error of `path`, if there is one. Otherwise returns `error`, the
+    /// Error of the file `path`: the failure of the system if reading failed, else `error`, the
     /// error of the contents.
     pub fn or(&self, path: &Path, error: FileError) -> FileError {
         match self.0.get() {
@@ -35,8 +35,9 @@ impl ReadFailure {
 }
 
 impl Input {
-    /// Opens a regular file. The error calls the file `what`, such as `the OBJ file`. Never waits:
-    /// a pipe without a writer is refused, as is any file that is not a regular file.
+    /// Opens a regular file. `what` is the name of the file in error messages, such as `the OBJ
+    /// file`. The call never waits: a pipe without a writer is refused, as is any file that is not
+    /// a regular file.
     pub fn open(path: &Path, what: &str) -> Result<Self, FileError> {
         if path == OsStr::new("-") {
             let error = FileError::new(path, format!("{what} cannot be standard input"));
@@ -78,7 +79,8 @@ impl Input {
         self.length
     }
 
-    /// Shared failure of the input, for use after a decoder has taken the input.
+    /// Failure of the input. Clones share it, so it can be read after a decoder has taken the
+    /// input.
     pub fn failure(&self) -> ReadFailure {
         self.failure.clone()
     }
@@ -94,7 +96,7 @@ impl Input {
         }
     }
 
-    /// Reads all bytes.
+    /// Reads all bytes. `path` is the path in error messages.
     pub fn bytes(mut self, path: &Path) -> Result<Vec<u8>, FileError> {
         let mut bytes = Vec::new();
         let length = usize::try_from(self.length).unwrap_or(usize::MAX);
@@ -132,13 +134,14 @@ impl Position {
 }
 
 impl<R> CountingReader<R> {
-    /// Counts from the start of a file.
+    /// Counts the bytes that are read from `reader`, from 0.
     pub fn new(reader: R) -> Self {
         let position = Position::default();
         Self { reader, position }
     }
 
-    /// Shared position, for use after a decoder has taken the reader.
+    /// Position of the reader. Clones share it, so it can be read after a decoder has taken the
+    /// reader.
     pub fn position(&self) -> Position {
         self.position.clone()
     }
@@ -160,16 +163,17 @@ impl<R: Seek> Seek for CountingReader<R> {
     }
 }
 
-/// Reads all bytes of a regular file. The error calls the file `what`.
+/// Reads all bytes of a regular file. `what` is the name of the file in error messages.
 pub fn read_bytes(path: &Path, what: &str) -> Result<Vec<u8>, FileError> {
     Input::open(path, what)?.bytes(path)
 }
 
-/// Reads a regular file as text, in UTF-8 or UTF-16. Other bytes are decoded as Windows-1252.
+/// Reads a regular file as text, in UTF-8 or UTF-16. Bytes that are neither are decoded as
+/// Windows-1252.
 ///
 /// # Errors
 ///
-/// The file cannot be read. The error calls the file `what`.
+/// If the file cannot be read. `what` is the name of the file in error messages.
 pub fn read_text(path: &Path, what: &str) -> Result<String, FileError> {
     let bytes = read_bytes(path, what)?;
     if let Some(characters) = utf16_characters(&bytes) {
@@ -187,8 +191,8 @@ const WINDOWS_1252: [char; 32] = [
     '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}', 'ž', 'Ÿ',
 ];
 
-/// Decodes UTF-8; invalid bytes are decoded as Windows-1252. Different file names stay different,
-/// and the same name in both encodings gives the same text.
+/// Decodes UTF-8. Invalid bytes are decoded as Windows-1252. Different file names stay different,
+/// and a name has the same text in both encodings.
 pub fn decoded(bytes: &[u8]) -> String {
     let character = |&byte: &u8| match byte {
         0x80..=0x9f => WINDOWS_1252[usize::from(byte - 0x80)],
@@ -216,7 +220,7 @@ fn utf16_characters(bytes: &[u8]) -> Option<impl Iterator<Item = Result<char, st
     Some(char::decode_utf16(pairs.map(move |pair| decode([pair[0], pair[1]]))))
 }
 
-/// Kind of an entry of a folder that is not a regular file.
+/// Name, for error messages, of a kind of file that is not a regular file.
 fn kind_name(kind: FileType) -> &'static str {
     #[cfg(unix)]
     {
@@ -286,10 +290,11 @@ mod tests {
         }
     }
 
-    /// `/proc` has regular files of length 0 that cannot be read at their start.
+    /// Files of `/proc`, such as `/proc/self/mem`, may be regular, have length 0, and fail when
+    /// they are read.
     #[cfg(target_os = "linux")]
     #[test]
-    fn failures_of_the_system_are_remembered() {
+    fn failure_of_the_system_replaces_other_errors() {
         let path = Path::new("/proc/self/mem");
         let input = Input::open(path, "the picture").unwrap();
         let failure = input.failure();

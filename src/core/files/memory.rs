@@ -27,12 +27,12 @@ impl LoadObserver for () {
     fn advance(&self, _: u64) {}
 }
 
-/// Memory that reading may use.
+/// Memory that readers of files may use.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Allowance {
     /// Maximum memory. `None`: all memory of the machine.
     pub limit: Option<MemoryLimit>,
-    /// Bytes in use by files that were read before.
+    /// Bytes that the files that were read before use.
     pub kept: u64,
 }
 

@@ -94,7 +94,7 @@ fn limit_of_system() -> Option<MemoryLimit> {
     limit_below(Path::new("/"))
 }
 
-/// Memory limit of the system whose files `proc` and `sys` are in the folder `root`.
+/// Memory limit of the system whose folders `proc` and `sys` are in the folder `root`.
 fn limit_below(root: &Path) -> Option<MemoryLimit> {
     let own = own_bytes(root);
     let of_machine = kilobytes(&root.join("proc/meminfo"), "MemAvailable:").map(|bytes| MemoryLimit {
@@ -116,7 +116,8 @@ fn own_bytes(root: &Path) -> u64 {
     kilobytes(&root.join("proc/self/status"), "VmRSS:").unwrap_or(0)
 }
 
-/// Value, in bytes, of the line that begins with `key`. The file has the value in kilobytes.
+/// Value in bytes of the line of `path` that begins with `key`. The file has the value in
+/// kilobytes.
 fn kilobytes(path: &Path, key: &str) -> Option<u64> {
     let text = fs::read_to_string(path).ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix(key))?;
@@ -129,7 +130,7 @@ struct Groups {
     mount: &'static str,
     limit: &'static str,
     usage: &'static str,
-    /// Keys in `memory.stat` of the file cache, which the system can reclaim.
+    /// Keys of the file cache in `memory.stat`. The system can reclaim this memory.
     files: [&'static str; 2],
 }
 
@@ -196,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn the_smallest_limit_counts() {
+    fn limit_is_the_minimum_of_machine_and_groups() {
         let folder = tempfile::tempdir().unwrap();
         let root = folder.path();
         assert_eq!(limit_below(root), None);

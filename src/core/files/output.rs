@@ -115,11 +115,11 @@ impl Output {
         }
     }
 
-    /// Locks the file: no other output, of this process or another one, can lock or replace it.
+    /// Locks the file: no other output, of this process or another process, can lock or replace it.
     ///
     /// # Errors
     ///
-    /// Another run has locked it.
+    /// If another run has locked the file.
     pub fn lock(&self) -> Result<OutputLock, FileError> {
         OutputLock::take(&self.path, &self.target, &self.is_locked)
     }
@@ -151,7 +151,8 @@ impl Output {
         self.write_if(is_old, content)
     }
 
-    /// Writes a temporary file, and replaces the target with it if `is_wanted` then returns true.
+    /// Writes a temporary file. Then calls `is_wanted`, and replaces the target with the temporary
+    /// file if it returns true.
     fn write_if(
         &self,
         is_wanted: impl FnOnce() -> Result<bool, FileError>,
@@ -190,7 +191,8 @@ impl Output {
         Ok(Some(written))
     }
 
-    /// Creates a new output beside this one, for the data that can be saved: `NAME.rescue.exr`.
+    /// Creates an output beside this output, `NAME.rescue.exr`, for the sums of a render whose
+    /// outputs could not be written.
     pub fn rescue(&self) -> Result<Self, FileError> {
         let stem = self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let name = |n: u32| match n {
@@ -208,7 +210,7 @@ impl Output {
         Self::prepare(&path)
     }
 
-    /// Creates a file in the target's folder. It is removed unless it is persisted.
+    /// Creates a temporary file in the target's folder. The file is removed unless it is persisted.
     fn temporary(&self) -> Result<NamedTempFile, FileError> {
         temporary(&self.target).map_err(|error| {
             let folder = folder_of(&self.target).display();
@@ -226,7 +228,7 @@ impl Output {
     }
 }
 
-/// Returns true if the last characters of a path show that it is a folder.
+/// Returns true if `path` ends with a separator, `.` or `..`, and is therefore a folder.
 fn names_a_folder(path: &Path) -> bool {
     let bytes = path.as_os_str().as_encoded_bytes();
     let last = bytes.rsplit(|&byte| std::path::is_separator(byte as char)).next();
@@ -251,7 +253,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_failed_write_leaves_what_was_there() {
+    fn failed_write_keeps_the_previous_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("x.exr");
         fs::write(&path, "old").unwrap();
@@ -282,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_written_is_found_beforehand() {
+    fn preparing_unwritable_output_is_an_error() {
         let folder = tempfile::tempdir().unwrap();
         assert!(
             Output::prepare(folder.path())

@@ -26,13 +26,13 @@ use std::thread;
 use std::time::Duration;
 use tempfile::NamedTempFile;
 
-/// Time between two attempts to take a lock, and maximum number of attempts: saving a scene file
-/// locks it for a moment.
+/// Time between two attempts to take a lock, and maximum number of attempts. Several attempts are
+/// made because a process that saves a scene file locks it for a moment.
 const LOCK_PAUSE: Duration = Duration::from_millis(20);
 const LOCK_ATTEMPTS: usize = 50;
 /// Maximum number of digits of a process id.
 const MAX_DIGITS: u64 = 10;
-/// System error of opening a link that must not be followed.
+/// Code of the system error if a file is opened without following links, and is a link.
 #[cfg(unix)]
 const LINK_REFUSED: i32 = rustix::io::Errno::LOOP.raw_os_error();
 #[cfg(not(unix))]
@@ -103,8 +103,8 @@ fn take_permissions(file: &File, replaced: &Metadata) {
 #[cfg(not(unix))]
 fn take_permissions(_: &File, _: &Metadata) {}
 
-/// Opens a file of the program by its name, which other users can guess. Never waits, and follows
-/// no link.
+/// Opens a temporary file or a lock file of the program. Other users can guess its name and replace
+/// the file, so the call never waits and follows no link.
 fn open_own(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     #[cfg(unix)]
     {
@@ -145,18 +145,18 @@ pub(super) fn sweep(target: &Path) {
 /// releases the lock when the process ends.
 #[derive(Debug)]
 pub struct OutputLock {
-    /// `None` if the file system has no locks.
+    /// The locked file and its path. `None` if the file system has no locks.
     held: Option<(File, PathBuf)>,
     /// True while the lock is held.
     is_held: Arc<AtomicBool>,
 }
 
-/// Path of the lock file of the output `target`.
+/// Path of the lock file that belongs to the output `target`.
 fn lock_path(target: &Path) -> PathBuf {
     folder_of(target).join(prefix(target) + "lock")
 }
 
-/// Error: the process that wrote `lock` is writing the output `path`.
+/// Error message: another process, whose id is in `lock`, is writing the output `path`.
 fn in_use(path: &Path, lock: &File) -> FileError {
     let mut owner = String::new();
     let _ = lock.take(MAX_DIGITS).read_to_string(&mut owner);
@@ -357,18 +357,20 @@ mod tests {
         drop(first);
         check_unlocked(&target, &target).unwrap();
         assert_eq!(names(folder.path()), 0);
-        // A file that a killed run left is not a lock.
+        // A lock file that a killed run left is not locked, so the output can be locked.
         fs::write(folder.path().join(prefix(&target) + "lock"), "1\n").unwrap();
         drop(take().unwrap());
         assert_eq!(names(folder.path()), 0);
     }
 
-    /// Runs `work`, which may wait for a pipe forever. The test then fails after a minute, and does
-    /// not hang.
+    /// Runs `work`, which may wait for a pipe forever. In this case the test fails after a minute
+    /// and does not hang.
     fn within_a_minute<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
         let (sender, receiver) = std::sync::mpsc::channel();
         thread::spawn(move || sender.send(work()));
-        receiver.recv_timeout(Duration::from_secs(60)).expect("hangs or panics")
+        receiver
+            .recv_timeout(Duration::from_secs(60))
+            .expect("`work` does not end within a minute, or panics")
     }
 
     #[test]
@@ -396,7 +398,8 @@ mod tests {
         assert!(left.exists() && lock.exists());
     }
 
-    /// Other users may create a link with the name of the lock.
+    /// If another user has created a link with the name of the lock file, no process writes into
+    /// its target.
     #[test]
     fn lock_writes_into_no_other_file() {
         let folder = tempfile::tempdir().unwrap();
@@ -423,7 +426,7 @@ mod tests {
             let file = temporary(&target).unwrap();
             assert_eq!(file.as_file().metadata().unwrap().mode() & 0o7777, mode, "{mode:o}");
         }
-        // Only root can give files away.
+        // Only root can change the owner of a file.
         let give = |uid, gid| std::os::unix::fs::chown(&target, Some(uid), Some(gid));
         if give(65533, 65534).is_ok() {
             let data = temporary(&target).unwrap().as_file().metadata().unwrap();

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 /// radians of a degree.
 const PIXELS_PER_DEGREE: f32 = 0.7 * (3840.0 / 0.7) * (std::f32::consts::PI / 180.0);
 
-/// Factor before Narkowicz's curve, which makes the curve as bright as ACES.
+/// Exposure factor before Narkowicz's curve, with which the curve is as bright as ACES.
 const PRE_EXPOSURE: f32 = 0.6;
 
 /// Perceived error of an image.
@@ -32,7 +32,7 @@ pub struct Flip {
     pub exposures: Option<Exposures>,
 }
 
-/// Exposures at equal steps, relative to the factor 0.6 of Narkowicz's curve.
+/// Exposures at equal steps in stops. The factor 0.6 before Narkowicz's curve is not included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposures {
     /// Darkest exposure in stops.
@@ -78,8 +78,8 @@ impl Exposures {
     /// display's range, to the exposure that maps its median to 0.85 (2021, section 4.2).
     fn of(reference: &RgbImage) -> Self {
         const TARGET: f32 = 0.85;
-        // Input of Narkowicz's curve for this value: the larger root of (2.51 − 2.43 t) x² + (0.03
-        // − 0.59 t) x − 0.14 t = 0
+        // Input of Narkowicz's curve for the output t = `TARGET`: the larger root of (2.51 − 2.43
+        // t) x² + (0.03 − 0.59 t) x − 0.14 t = 0
         let (a, b, c) = (2.51 - 2.43 * TARGET, 0.03 - 0.59 * TARGET, -0.14 * TARGET);
         let white = (-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a) / PRE_EXPOSURE;
 
@@ -113,7 +113,7 @@ impl Exposures {
     }
 }
 
-/// Clamps to [0, 10¹⁸]; NaN becomes 0. The square stays finite.
+/// Clamps `value` to [0, 10¹⁸], so that its square is finite. NaN becomes 0.
 fn sane(value: f32) -> f32 {
     // `max` maps NaN to 0.
     f32::max(value, 0.0).min(1e18)
@@ -146,7 +146,8 @@ impl PerceivedPicture {
     }
 }
 
-/// Differences of colours, increased by differences of features (2020, section 4.3).
+/// Errors of the pixels: differences of colours, increased by differences of features (2020,
+/// section 4.3).
 fn errors(image: &PerceivedPicture, reference: &PerceivedPicture) -> Vec<f32> {
     let largest = {
         let [green, blue] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|p| hunt(to_lab(linear_to_xyz(p))));
@@ -166,8 +167,8 @@ fn errors(image: &PerceivedPicture, reference: &PerceivedPicture) -> Vec<f32> {
 /// Exponent that compresses differences of colours.
 const COLOR_EXPONENT: f32 = 0.7;
 
-/// Maps differences to [0, 1]: differences below 0.4 of the maximum `largest` get 0.95 of the range
-/// (2020, section 4.1.3).
+/// Maps a difference of colours to [0, 1] (2020, section 4.1.3). Differences from 0 to 0.4 ·
+/// `largest` are mapped to 0 to 0.95, larger differences to 0.95 to 1.
 fn redistributed(difference: f32, largest: f32) -> f32 {
     let (knee, range) = (0.4 * largest, 0.95);
     if difference < knee {
@@ -352,21 +353,23 @@ mod tests {
         }
     }
 
-    /// Waves with different wavelengths by channel, linear, 0 to 1.
+    /// Test picture in linear values from 0 to 1: waves with a different wavelength in each
+    /// channel.
     fn waves(x: usize, y: usize) -> [f64; 3] {
         let (x, y) = (x as f64, y as f64);
         [0.0, 1.0, 2.0].map(|c| 0.5 + 0.5 * (0.31 * x + 0.17 * y * (c + 1.0) + c).sin())
     }
 
-    /// The waves, slightly darker, with bright dots.
+    /// Test picture: `waves`, slightly darker, with bright dots.
     fn dotted(x: usize, y: usize) -> [f64; 3] {
         let dot = if (x + 2 * y) % 7 == 0 { 0.06 } else { 0.0 };
         waves(x, y).map(|v| 0.93 * v + dot)
     }
 
-    /// Figures of flip-evaluator 1.7 (PyPI, the authors' own) for the same pictures.
+    /// Expected values are results of flip-evaluator 1.7 (PyPI, the authors' own tool) for the same
+    /// pictures.
     #[test]
-    fn agrees_with_the_published_tool() {
+    fn results_equal_flip_evaluator() {
         let single = |p: [f64; 3]| p.map(|v| v as f32);
         let (a, b) = (
             picture(|x, y| single(waves(x, y))),
@@ -397,11 +400,11 @@ mod tests {
     }
 
     #[test]
-    fn the_largest_differences() {
+    fn differences_of_extreme_colors_are_those_of_flip() {
         let flat = |color: [f32; 3]| picture(|_, _| color);
         let between = |a, b| Flip::ldr(&flat(a), &flat(b)).unwrap().mean;
-        // In FLIP, green and blue have the maximum difference 1; the value for black and white is
-        // from flip-evaluator.
+        // In FLIP, green and blue have the maximum difference 1. The expected value for black and
+        // white is a result of flip-evaluator.
         assert!((between([0.0, 1.0, 0.0], [0.0, 0.0, 1.0]) - 1.0).abs() < 1e-5);
         assert!(
             (between([0.0; 3], [1.0; 3]) - 0.967_401).abs() < 3e-5,
@@ -412,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_pictures_are_compared_too() {
+    fn invalid_values_and_tiny_pictures_have_finite_errors() {
         let odd = [f32::NAN, f32::INFINITY, f32::MAX, -1.0, 1e-40, 0.0];
         let wild = picture(|x, y| [odd[x % 6], odd[y % 6], 0.5]);
         for reference in [picture(|_, _| [0.0; 3]), picture(|x, _| [x as f32; 3]), wild.clone()] {

@@ -18,8 +18,8 @@ pub struct Errors {
     /// the pixels, whose outliers would dominate it.
     pub rel_mse: f64,
     /// [`Errors::rel_mse`] of the means of square blocks with edges of [`Errors::BLOCKS`] pixels.
-    /// It is the error that neither a denoiser nor the eye removes. Blocks at the right and lower
-    /// borders are smaller.
+    /// This is the error at low spatial frequencies, which remains after averaging by a denoiser or
+    /// by the eye. Blocks at the right and lower borders are smaller.
     pub block_rel_mse: [f64; 3],
     /// Mean squared difference over pixels and channels of displayed values: clamped to [0, 1] and
     /// encoded as sRGB.
@@ -156,22 +156,23 @@ mod tests {
     }
 
     #[test]
-    fn errors_worked_out_by_hand() {
+    fn errors_equal_values_by_hand() {
         let reference = image(vec![[1.0, 0.0, 0.3]; 2000]);
         let mut pixels = vec![[1.0, 0.1, 0.3]; 2000];
         pixels[7] = [1e6; 3];
         let errors = Errors::new(&image(pixels), &reference).unwrap();
-        // The expected value is (0.1² / 0.01) / 3; the firefly is one of the two pixels that are
-        // left out.
+        // Expected value: (0.1² / 0.01) / 3. The bright pixel is one of the two worst pixels, which
+        // are left out.
         assert!((errors.rel_mse - 1.0 / 3.0).abs() < 1e-6, "{errors:?}");
         assert!(errors.mse > 1e8);
         assert_eq!(errors.reference_mean[0], 1.0);
         assert!((errors.mean[0] - 500.9995).abs() < 1e-9);
     }
 
-    /// A checkerboard of ±0.1 has no error in blocks; a block that differs by 0.1 keeps its error.
+    /// A checkerboard of ±0.1 has the error 0 in blocks. A square that differs by 0.1 has the error
+    /// of the blocks that it covers.
     #[test]
-    fn blocks_keep_what_their_mean_has() {
+    fn block_error_is_the_error_of_block_means() {
         let picture = |value: fn(usize, usize) -> f32| RgbImage {
             width: 80,
             height: 40,
@@ -184,8 +185,8 @@ mod tests {
         assert!(errors.block_rel_mse.iter().all(|error| *error < 1e-9), "{errors:?}");
         let stain = picture(|x, y| if x < 16 && y < 16 { 0.4 } else { 0.3 });
         let [small, middle, large] = Errors::new(&stain, &reference).unwrap().block_rel_mse;
-        // Share of the blocks that differ: 16 of 200; 1 of 15; and a sixteenth of the first of two
-        // blocks, of 64 × 40 and 16 × 40 pixels
+        // The square covers 16 of 200 small blocks, 1 of 15 middle blocks, and a tenth of the first
+        // of two large blocks. The large blocks have 64 × 40 and 16 × 40 pixels.
         assert!((small - 0.1 * 16.0 / 200.0).abs() < 1e-5, "{small}");
         assert!((middle - 0.1 / 15.0).abs() < 1e-5, "{middle}");
         let share = 256.0 / (64.0 * 40.0);
@@ -193,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn bias_and_psnr_worked_out_by_hand() {
+    fn bias_and_psnr_equal_values_by_hand() {
         // The sRGB code of 0.5 is 0.735357; values above 1 become 1.
         let (a, b) = (image(vec![[1.0, 0.5, 2.0]; 10]), image(vec![[1.0, 1.0, 4.0]; 10]));
         let errors = Errors::new(&a, &b).unwrap();

@@ -25,7 +25,7 @@ mod tests {
     use super::relative_change;
 
     #[test]
-    fn differences_of_nothing_are_no_nan() {
+    fn relative_change_of_zeros_is_zero() {
         assert_eq!(relative_change(2.0, 2.5), 0.25);
         assert_eq!(relative_change(2.0, 1.0), -0.5);
         assert_eq!((relative_change(0.0, 0.0), relative_change(0.0, -0.0)), (0.0, 0.0));

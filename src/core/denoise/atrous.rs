@@ -5,15 +5,15 @@
 //!
 //! Five passes blur by a 5 × 5 kernel with tap distances of 1, 2, 4, 8 and 16 pixels, so that 125
 //! taps reach 62 pixels. The weight of a tap falls with its differences of normal, albedo, depth
-//! and light from the pixel. Light is divided by albedo before the blur and multiplied by it
+//! and light from the pixel. Light is divided by albedo before the blur and multiplied by albedo
 //! afterwards, so that textures stay sharp.
 //!
-//! Two steps come first. Without them, rooms lit through a window get blotches: bright samples are
-//! rare there. Pixels with such a sample have a high variance and spread their light; other pixels
-//! have a low variance and keep their value. Outliers are reduced and distributed
-//! ([`without_outliers`]), and the variance is averaged over a window ([`with_mean_variance`]). On
-//! the kitchen of docs/gallery at 32 samples this takes relMSE from 0.038 to 0.033 and FLIP from
-//! 0.27 to 0.21.
+//! Two steps come first. Without them, the filter leaves blotches in rooms that are lit through a
+//! window, where bright samples are rare. Pixels with a bright sample have a high variance and
+//! spread their light; other pixels have a low variance and keep their value. The first step
+//! reduces outliers and distributes their light ([`without_outliers`]). The second step averages
+//! the variance over a window ([`with_mean_variance`]). On the kitchen of docs/gallery at 32
+//! samples, the steps lower relMSE from 0.038 to 0.033 and FLIP from 0.27 to 0.21.
 //!
 //! - The film has the variance of each pixel, so the filter needs no history, unlike SVGF.
 //! - Depth is compared with a pixel's tangent plane, in 1 / depth, which is linear in the image on
@@ -24,8 +24,8 @@
 //!   would lower the kitchen's error by another 5 %. But the light of lamps would leak over their
 //!   edges: the Cornell box at 8 samples gets 1.7 times the error.
 //! - The sigmas give about the minimum relMSE at 16 samples per pixel on the scenes that ship with
-//!   the project. The sigma of normals is larger than that optimum. Pixels on edges, whose mean
-//!   normals lie in between, then find similar pixels.
+//!   the project. The sigma of normals is larger than its optimum, so that pixels on edges, whose
+//!   normals are means of both sides, find similar pixels.
 
 use super::DenoiseError;
 use super::layers::Layers;
@@ -33,7 +33,7 @@ use crate::color::Spectrum;
 use crate::math::Vec3;
 use rayon::prelude::*;
 
-/// Number of passes; each reaches twice as far as the previous one.
+/// Number of passes. Each pass has twice the tap distance of the previous pass.
 const LEVELS: u32 = 5;
 /// Weights of the cubic B-spline by distance in taps, for both axes.
 const KERNEL: [f32; 3] = [6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
@@ -43,15 +43,17 @@ const SIGMA_LIGHT: f32 = 3.0;
 const WINDOW: isize = 3;
 /// Distance of the outlier fence from the upper quartile, in interquartile ranges.
 const FENCE: f32 = 1.5;
-/// Minimum number of other pixels on the same surface. Pixels with fewer are on an edge.
+/// Minimum number of other pixels in the window that show the same surface. A pixel with fewer of
+/// them is on an edge.
 const MIN_ALIKE: usize = 8;
-/// Maximum factor that restores light lost in the filter.
+/// Maximum factor by which light that the filter has lost is restored.
 const MAX_FACTOR: f32 = 2.0;
-/// Tolerance for differences of mean normals, a length.
+/// Tolerance (sigma) for the length of the difference of two mean normals.
 const SIGMA_NORMAL: f32 = 0.3;
-/// Tolerance for differences of albedo, a length.
+/// Tolerance (sigma) for the length of the difference of two albedos.
 const SIGMA_ALBEDO: f32 = 0.15;
-/// Tolerance for the distance of a pixel from another pixel's tangent plane, relative to its depth.
+/// Tolerance (sigma) for the distance of a pixel from another pixel's tangent plane, relative to
+/// the depth.
 const SIGMA_DEPTH: f32 = 0.1;
 /// Minimum albedo as a divisor: lamps and the background have albedo 0.
 const MIN_ALBEDO: f32 = 0.02;
@@ -89,7 +91,7 @@ struct FilteredLight {
 }
 
 impl Input {
-    /// Input from `layers`. Coverage is not divided by the albedo.
+    /// Input of the filter from `layers`. Light is divided by the albedo, coverage is not.
     pub fn new(layers: &Layers) -> Result<Self, DenoiseError> {
         let of = |layer: &Result<Vec<Vec3>, DenoiseError>| layer.clone();
         let (color, size) = (&layers.color, layers.size);
@@ -209,7 +211,7 @@ fn without_outliers(guides: &[Guide], light: &[FilteredLight], size: [usize; 2])
     let shares: Vec<Vec3> = (0..light.len()).into_par_iter().map(share).collect();
     let pixel = |i: usize| {
         let givers = taps(size, i, 1, WINDOW).filter(|&(j, [dx, dy])| guides[j].is_alike(&guides[i], [-dx, -dy]));
-        // The standard deviation of a share is the share itself.
+        // The noise of a share of removed light is as large as the share.
         givers.fold(limited[i], |light, (j, _)| FilteredLight {
             value: light.value + shares[j],
             variance: light.variance + luminance(shares[j]).powi(2),
@@ -234,7 +236,7 @@ fn with_mean_variance(guides: &[Guide], light: &[FilteredLight], size: [usize; 2
     (0..light.len()).into_par_iter().map(pixel).collect()
 }
 
-/// The denoised picture.
+/// Denoises `input` and returns its pixels, row by row.
 pub(super) fn denoise(input: Input) -> Vec<Vec3> {
     let Input {
         size,
@@ -350,7 +352,7 @@ fn blurred_variance(light: &[FilteredLight], size: [usize; 2], i: usize) -> f32 
     sum / weights
 }
 
-/// Sample variance of the luminance over 7 × 7 pixels.
+/// Sample variance of the luminance over the 7 × 7 pixels around pixel `i`.
 fn variance_around(light: &[FilteredLight], size: [usize; 2], i: usize) -> f32 {
     let luminances = || taps(size, i, 1, 3).map(|(j, _)| luminance(light[j].value));
     let n = luminances().count() as f32;

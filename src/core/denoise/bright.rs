@@ -1,28 +1,28 @@
 //! Light that is too bright for filters: lamps in view, and other bright pixels without noise.
 //!
-//! Filters change such light by fractions of its value, and spread it. Among surfaces of radiance
+//! Filters change such light by fractions of its value, and spread it. Beside surfaces of radiance
 //! 1, Open Image Denoise made a lamp of radiance 10⁴ darker by 3 %, and a lamp of 10⁶ brighter by
-//! 24 %. Its network has logarithms of radiance as input. A blur spreads a lamp over its edge, by
-//! 10⁵ around a lamp of 10⁶.
+//! 24 %. Its network has logarithms of radiance as input. A blur spreads a lamp over its edge:
+//! pixels beside a lamp of radiance 10⁶ get 10⁵.
 //!
-//! Light above a limit is therefore removed from the picture and added again after the filter,
-//! unless it is noise. It is not noise if the first surface emits it, or if it exceeds three
-//! standard deviations of the pixel. The limit is [`LIMIT`] times the geometric mean of the
-//! picture's luminance. The rest of a lamp is in the range of the filters, so the edges of usual
-//! lamps are still smoothed.
+//! Light above a limit is therefore removed from the picture before the filter and added again
+//! after it, unless the light is noise. Light is not noise if the first surface emits it, or if it
+//! exceeds three standard deviations of the pixel. The limit is [`LIMIT`] times the geometric mean
+//! of the picture's luminance. The light of a lamp that remains is in the range of the filters, so
+//! the edges of usual lamps are still smoothed.
 
 use super::layers::Layers;
 use crate::color::Spectrum;
 use crate::math::Vec3;
 
-/// Limit relative to the geometric mean of luminance. Open Image Denoise changes lamps below it by
-/// at most 0.1 %.
+/// Limit, relative to the geometric mean of luminance. Open Image Denoise changes lamps below this
+/// limit by at most 0.1 %.
 const LIMIT: f32 = 100.0;
-/// Number of standard deviations that may be noise in the light of a pixel.
+/// Light of a pixel up to this number of standard deviations may be noise.
 const NOISE: f32 = 3.0;
 
-/// Removes bright light from `layers` and returns it; `None` if there is none. `emitted` is the
-/// luminance of the light that sources in view emit.
+/// Removes bright light from `layers` and returns the removed light. `None` if there is no bright
+/// light. `emitted` is the luminance that sources in view emit, for each pixel.
 pub(super) fn take_bright(layers: &mut Layers, emitted: Option<&[f32]>) -> Option<Vec<Vec3>> {
     let limit = LIMIT * geometric_mean(layers.color.iter().map(|&c| luminance(c)))?;
     // Share of a pixel's light to remove, and true if a source in view emits it
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn bright_light_is_taken_from_lamps_and_not_from_fireflies() {
+    fn bright_light_is_removed_from_lamps_but_not_fireflies() {
         let mut pixels = [[1.0, 0.1]; 400];
         pixels[0] = [1e6, 3e5]; // the edge of a lamp
         pixels[1] = [1e6, 1e6]; // a firefly

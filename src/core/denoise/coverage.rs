@@ -8,18 +8,19 @@
 //! - The *straight* colour, RGB / A, is extended into the background from the surrounding pixels,
 //!   so it has no edge of alpha. Albedo and normals, which are also means over all samples, are
 //!   treated alike.
-//! - Coverage is filtered as a separate picture. It is clamped to the range of the raw coverage of
-//!   the 5 × 5 pixels around, so the inside of objects and the empty background stay bit-identical.
-//!   It changes by at most two standard deviations of its noise.
+//! - Coverage is filtered as a separate picture. The result is clamped to the range of the raw
+//!   coverage of the 5 × 5 pixels around, so the inside of objects and the empty background stay
+//!   bit-identical. Coverage changes by at most two standard deviations of its noise.
 //! - The shadow on a ground is coverage, too. Its samples are not shares of a pixel: they may be
-//!   far outside of 0 to 1. In pixels without objects it is filtered as a third picture, and may
-//!   change by any amount within the range around.
+//!   far outside of 0 to 1. In pixels without objects, the shadow is filtered as a third picture.
+//!   It may change by any amount within the range of the pixels around.
 //!
-//! The result is the product of both. RGB / A is the filtered colour in every pixel, and RGB is 0
-//! if A is 0.
+//! The result is the product of colour and coverage. RGB / A is the filtered colour in every pixel,
+//! and RGB is 0 if A is 0.
 //!
-//! Pictures over a colour are filtered alike: the light of the background is removed before, and
-//! added again behind the filtered coverage. They equal a transparent picture over this colour.
+//! Pictures over a background colour are filtered alike. The light of the background is subtracted
+//! before the filter, and added again behind the filtered coverage. The result equals the filtered
+//! transparent picture over this colour.
 //!
 //! Pixels with a coverage below 1/4 have few samples, so their colour is blended with the
 //! surrounding colour.
@@ -29,11 +30,12 @@ use super::layers::Layers;
 use crate::math::Vec3;
 use rayon::prelude::*;
 
-/// Minimum coverage of a pixel that keeps its colour.
+/// Minimum coverage of a pixel that keeps its colour. Below, the colour is blended with the
+/// surrounding colour.
 const MIN_COVERAGE: f32 = 0.25;
 /// Half width in pixels of the window whose raw coverage bounds the filtered coverage.
 const REACH: usize = 2;
-/// Half width in pixels of the box whose spread estimates the variance of coverage.
+/// Half width in pixels of the window whose sample variance estimates the variance of coverage.
 const SPREAD_REACH: usize = 3;
 
 /// Premultiplied picture and coverage, both filtered by `filter`. `samples` are the numbers of
@@ -98,9 +100,9 @@ fn ground_pixels(layers: &Layers) -> Vec<bool> {
     }
 }
 
-/// Layers with the shadow on the ground as their colour: the coverage of the pixels `is_ground`,
-/// extended below the objects, so that no edge of an object hides the noise of the shadow at its
-/// foot. `None` if there is no shadow.
+/// Layers with the shadow on the ground as their colour. The shadow is the coverage of the pixels
+/// `is_ground`. It is extended below the objects, so that the filter also removes noise of the
+/// shadow at their feet. `None` if there is no shadow.
 fn shadow_layers(
     layers: &Layers,
     coverage: &[Vec3],
@@ -158,7 +160,7 @@ fn as_light(layers: &Layers, coverage: &[Vec3], samples: Option<&[f32]>) -> Laye
     }
 }
 
-/// Variance of the colours in the 7 × 7 pixels around each pixel.
+/// Sample variance of the colours in the 7 × 7 pixels around each pixel.
 fn spread(color: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
     let mean = box_mean(color, size);
     let squares: Vec<Vec3> = color.iter().map(|&c| c * c).collect();
@@ -246,7 +248,8 @@ mod tests {
 
     const SIZE: [usize; 2] = [13, 9];
 
-    /// A disc of this colour, which partly covers the pixels of its edge.
+    /// Test picture: a disc of the colour `color`, with its coverage. The disc covers the pixels on
+    /// its edge partly.
     fn disc(color: Vec3) -> (Vec<Vec3>, Vec<f32>) {
         let pixel = |i: usize| {
             let (x, y) = ((i % SIZE[0]) as f32 - 5.0, (i / SIZE[0]) as f32 - 4.0);
@@ -257,13 +260,13 @@ mod tests {
     }
 
     #[test]
-    fn continued_colors_have_no_rim() {
+    fn extended_colors_are_constant_around_a_disc() {
         let color = Vec3::new(0.8, 0.4, 1e4);
         let (picture, coverage) = disc(color);
         for v in continued(&picture, &coverage, SIZE) {
             assert!((v / color - Vec3::ONE).abs().max_element() < 1e-5, "{v}");
         }
-        // If no pixel has coverage, there is no colour to extend.
+        // No pixel has coverage, so there is no colour to extend.
         let nothing = continued(&picture, &vec![0.0; picture.len()], SIZE);
         assert!(nothing.iter().all(|&v| v == Vec3::ZERO));
     }

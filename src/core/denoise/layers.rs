@@ -4,14 +4,14 @@ use super::{ALBEDO, COLOR, DenoiseError, NORMAL, RAW, VARIANCE, values, vectors}
 use crate::film::Image;
 use crate::math::Vec3;
 
-/// A layer, or the error that its channel is missing. Only some filters need the layer.
+/// A layer of pixels, or the error that its channel is missing. Only some filters need the layer.
 type Layer<T> = Result<Vec<T>, DenoiseError>;
 
 /// Layers of an image as input of the filters, row by row.
 #[derive(Clone, Debug)]
 pub(super) struct Layers {
     pub size: [usize; 2],
-    /// Picture to filter: light, or coverage as a grey.
+    /// Picture to filter: light, or coverage as equal channels.
     pub color: Vec<Vec3>,
     /// Variance of `color`; infinite if unknown.
     pub variance: Layer<Vec3>,
@@ -23,7 +23,7 @@ pub(super) struct Layers {
 }
 
 impl Layers {
-    /// Layers of `image`. The picture to filter is the raw picture, before any denoising.
+    /// Layers of `image`. `color` is the raw picture, before any denoising.
     pub fn of(image: &Image) -> Result<Self, DenoiseError> {
         let size = image.crop.size();
         Ok(Self {

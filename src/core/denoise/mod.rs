@@ -39,7 +39,7 @@ pub enum Denoiser {
 /// Error of a denoiser.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum DenoiseError {
-    /// The filter is not part of this program.
+    /// The program was built without this filter.
     #[error(
         "this program was built without Open Image Denoise\n  help: use --denoise=atrous or --denoise=gaussian, or run scripts/setup oidn and build with --features oidn"
     )]
@@ -178,7 +178,8 @@ impl Denoiser {
                 let samples = values(image, SAMPLES).ok();
                 let behind = Vec3::from(backing.light().to_array());
                 let raw: Vec<Vec3> = raw.into_iter().map(Vec3::from).collect();
-                // Separate the light in front of the background, as in a transparent picture
+                // Subtract the light of the background, so that the picture is filtered like a
+                // transparent picture.
                 let front = layers.color.iter().zip(&raw);
                 layers.color = front.map(|(&light, &a)| light - (Vec3::ONE - a) * behind).collect();
                 let (mut picture, coverage) = coverage::denoise(&layers, &raw, (samples, bright.as_deref()), filter)?;
@@ -290,7 +291,7 @@ mod tests {
         film.develop()
     }
 
-    /// Filters of this build.
+    /// Filters that are available in this build.
     fn built() -> impl Iterator<Item = Denoiser> {
         let all = [Denoiser::Oidn, Denoiser::OidnFast, Denoiser::Atrous, Denoiser::Gaussian];
         all.into_iter().filter(|d| d.version().is_ok())
@@ -316,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn one_sample_a_pixel_is_enough() {
+    fn one_sample_per_pixel_is_denoised() {
         for denoiser in built() {
             let mut image = picture(1);
             denoiser.apply(&mut image).unwrap();
@@ -326,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn threads_change_no_bit() {
+    fn result_does_not_depend_on_threads() {
         let run = |denoiser: Denoiser, threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut image = picture(4);
@@ -342,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn an_image_that_lacks_a_channel_stays_as_it_was() {
+    fn missing_channel_is_an_error_and_keeps_the_image() {
         let mut image = picture(4);
         image.channels.retain(|c| c.name != "N.Y");
         let before = image.clone();

@@ -2,17 +2,17 @@
 //!
 //! docs/guide/reference/compare.md describes the tests at the four scales (pixel, tile, region,
 //! whole) and their rates of error. The scales follow from the correlation of errors. Pixels that
-//! share paths have common errors, so a tile allows for sixteen times the variance of its pixels.
-//! Scales larger than a tile use the variance between its tiles, which have no common errors. This
-//! variance is right for any sampler, but the variance channel is too large for low-discrepancy
-//! points.
+//! share paths have common errors, so the variance of a tile's sum may be sixteen times as large as
+//! for independent pixels. Scales larger than a tile use the variance between tiles, which have no
+//! common errors. This variance is right for any sampler, but the variance channel is too large for
+//! low-discrepancy points.
 //!
-//! Some methods have photons, records or chains that contribute to several tiles (`CommonErrors`;
-//! the renderer writes the attribute `embrasure.commonErrors`). If samples are independent
-//! iterations (`pssmlt`, `mlt`, `sppm`), pixels are tested as usual, and tiles as if their pixels
-//! had the same error. If all samples use one map (`photon-map`, `irradiance-cache`), no variance
-//! is right. The whole picture is then tested by its tiles, with a reduced number of independent
-//! tiles.
+//! In some methods, one photon, record or chain contributes to several tiles (`CommonErrors`; the
+//! renderer writes the attribute `embrasure.commonErrors`). If samples are independent iterations
+//! (`pssmlt`, `mlt`, `sppm`), pixels are tested as usual, and tiles as if their pixels had the same
+//! error. If all samples use one map (`photon-map`, `irradiance-cache`), no variance includes the
+//! error of the map. The whole picture is then tested by its tiles, with a reduced number of
+//! independent tiles.
 
 mod noise;
 
@@ -28,12 +28,13 @@ use std::collections::BTreeMap;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Single pixel: Student's t, with the degrees of freedom of the picture with fewer samples. If
-    /// light is found rarely, the variance of most pixels is too low. The variance is therefore at
-    /// least the mean over the 5 × 5 pixels around the pixel, and over the pixel's tile.
+    /// few samples find light, the variance of most pixels is too low. The variance is therefore at
+    /// least the mean over the 5 × 5 pixels around the pixel, and at least the mean over the
+    /// pixel's tile.
     Pixel,
-    /// Mean over a tile of 16 × 16 pixels, with the variances of its pixels, which are at least the
-    /// mean over the 3 × 3 tiles around it. If all pixels of a sample may have common errors, the
-    /// worst case is tested by Student's t: all errors are common.
+    /// Mean over a tile of 16 × 16 pixels. Its variance follows from the variances of its pixels,
+    /// and is at least the mean over the 3 × 3 tiles around it. If all pixels of a sample may have
+    /// common errors, the tile is tested by Student's t for the worst case: all errors are common.
     Tile,
     /// A square of 4 × 4 tiles: Student's t of the relative differences of its tiles, whose errors
     /// are independent.
@@ -44,7 +45,7 @@ pub enum Scale {
     Whole,
 }
 
-/// The most extreme test of a scale.
+/// The test with the smallest p-value of one scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExtremeTest {
     /// Size of the regions that the test compares.
@@ -62,43 +63,47 @@ pub struct ExtremeTest {
     /// `image` minus `reference`, relative to `reference`: 0 if both are 0, and infinite if only
     /// `reference` is 0.
     pub difference: f64,
-    /// Difference over its standard deviation: normal for tiles, else Student's t. For regions and
-    /// the whole, it is the score of the weighted mean of the tiles' relative differences. The
-    /// weights follow from the tiles' variances, so the score and `difference` may have different
-    /// signs.
+    /// Difference divided by its standard deviation: normally distributed for tiles, else
+    /// distributed as Student's t. For regions and the whole, the difference is the weighted mean
+    /// of the relative differences of tiles. The weights follow from the tiles' variances, so
+    /// `score` and `difference` may have different signs.
     pub score: f64,
-    /// Probability that noise makes one of the tests of this scale as extreme.
+    /// Probability that at least one test of this scale has such an extreme score by noise alone:
+    /// the p-value, corrected for the number of tests.
     pub p: f64,
 }
 
 /// Result of a family of tests of two pictures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Significance {
-    /// Probability of a false alarm that is allowed.
+    /// Significance level: the allowed probability of a false alarm.
     pub level: f64,
-    /// Probability that noise makes the most extreme of all tests as extreme.
+    /// Probability that at least one of all tests has such an extreme score by noise alone: the
+    /// p-value, corrected for the number of scales.
     pub p: f64,
     /// Most extreme test of each scale; scales without tests are left out.
     pub extremes: Vec<ExtremeTest>,
-    /// Common errors of pixels, in the picture where they are worse. They decide the tests.
+    /// Kind of errors that pixels have in common: the worse kind of the two pictures. It determines
+    /// which tests are made.
     pub common: CommonErrors,
-    /// Approximate number of rare samples that make most of the noise, if the pictures differ in
-    /// their sampling (heavy tails); else `None`. With rare samples, only the whole is tested, and
-    /// nothing if there are fewer than [`MIN_RARE`] of them.
+    /// Approximate number of rare bright samples that cause most of the noise (heavy tails). `None`
+    /// if there are no such samples, or if both pictures have the same sampling. With rare samples,
+    /// only the whole picture is tested, and nothing if there are fewer than [`MIN_RARE`] of them.
     pub rare: Option<f64>,
 }
 
-/// Minimum number of rare samples for a test of sums: the probability that half of 50 expected
-/// samples are missing is below 10^-4.
+/// Minimum number of rare samples for a test of sums. With 50 expected samples, the probability
+/// that half of them are missing is below 10^-4.
 pub const MIN_RARE: f64 = 50.0;
 
 impl Significance {
-    /// Tests two pictures of the pixels of `window`. `None` if the pictures have a different number
-    /// of pixels, or if variances are unknown, as after one sample.
+    /// Tests if two pictures of the pixels of `window` differ, at the significance level `level`.
+    /// `None` if the pictures have a different number of pixels, or if variances are unknown, as
+    /// after one sample.
     ///
     /// All tests are one family. Each scale has an equal share of the probability of a false alarm,
     /// and each test has an equal share within its scale (Šidák 1967). Variances that are too
-    /// large, such as of low-discrepancy samples, only make alarms rarer.
+    /// large, such as the variances of low-discrepancy samples, only make false alarms rarer.
     ///
     /// Regions and the whole are tested by the spread of the differences of their tiles, which
     /// needs no correct variance. With equal numbers of samples, differences have symmetric
@@ -111,7 +116,7 @@ impl Significance {
         let common = pixels.common;
         if let Some(rare) = pixels.rare {
             // Most tiles have no rare sample. Means of relative differences, weighted by the tiles'
-            // variances, would be means of these tiles. Therefore test sums.
+            // variances, would be means of these tiles. Sums are tested instead.
             let tests = (rare >= MIN_RARE).then(|| sum_tests(&tiles));
             let whole = extreme(Scale::Whole, tests.into_iter().flatten());
             return Some(Self {
@@ -154,19 +159,19 @@ impl Significance {
         })
     }
 
-    /// Returns true if noise does not explain the difference.
+    /// Returns true if the pictures differ by more than their noise.
     pub fn differs(&self) -> bool {
         self.p < self.level
     }
 
-    /// The test with the smallest p.
+    /// The test with the smallest p-value of all scales.
     pub fn worst(&self) -> Option<&ExtremeTest> {
         self.extremes.iter().min_by(|a, b| a.p.total_cmp(&b.p))
     }
 }
 
-/// Largest score of each pixel over its channels, as in [`Scale::Pixel`]; 0 if unknown. `None` in
-/// the same cases as for [`Significance::new`].
+/// For each pixel, the score with the largest absolute value of its channels, as in
+/// [`Scale::Pixel`]; 0 if unknown. `None` in the same cases as [`Significance::new`].
 pub fn pixel_scores(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise)) -> Option<Vec<f32>> {
     let pixels = Pixels::new(window, reference, image)?.pixels;
     let furthest = |pixel: &Pixel| {
@@ -235,7 +240,7 @@ impl Test {
 }
 
 impl Pixels {
-    /// The most extreme pixel.
+    /// Test of the most extreme pixel and channel.
     fn extreme(&self) -> Option<ExtremeTest> {
         let mut tests = 0;
         let mut worst: Option<(Test, f64)> = None;
@@ -285,7 +290,7 @@ impl NoiseTile {
     }
 }
 
-/// Tiles of each square of 4 × 4 tiles, if there is more than one square.
+/// For each square of 4 × 4 tiles, its tiles. Empty if there is only one square.
 fn regions<'a>(tiles: &[&'a NoiseTile]) -> Vec<Vec<&'a NoiseTile>> {
     let mut regions: BTreeMap<(u32, u32), Vec<&NoiseTile>> = BTreeMap::new();
     for tile in tiles {
@@ -364,7 +369,7 @@ fn whole_means(tiles: &[&NoiseTile], channel: usize) -> [f64; 2] {
     [0, 1].map(|k| tiles.iter().map(|tile| tile.sums[k][channel]).sum::<f64>() / pixels)
 }
 
-/// Bounding window of `tiles`.
+/// Smallest window that contains all `tiles`.
 fn around(tiles: &[&NoiseTile]) -> Option<Rect> {
     let windows = tiles.iter().map(|tile| tile.window);
     windows.reduce(|a, b| Rect {
@@ -382,8 +387,8 @@ fn spread_test(tiles: &[&NoiseTile], common: CommonErrors, channel: usize) -> Op
     let mut variances: Vec<f64> = relative.iter().map(|r| r.1).collect();
     variances.sort_by(f64::total_cmp);
     let usual = variances.get(variances.len() / 2)?;
-    // Weight tiles by the inverse of their variance plus the median variance: a lamp has no noise,
-    // and would otherwise have all the weight.
+    // Weight tiles by the inverse of their variance plus the median variance. Without the median, a
+    // lamp, which has no noise, would have all the weight.
     let weighted = relative.iter().map(|(difference, variance)| {
         let weight = 1.0 / (variance + usual);
         (weight, weight * difference)
@@ -404,8 +409,8 @@ fn spread_test(tiles: &[&NoiseTile], common: CommonErrors, channel: usize) -> Op
     let (sum, squares) = terms.fold((0.0, 0.0), |(a, b), term| (a + term, b + term * term));
     // Subtract the rounding error of 32-bit values
     let sum = sum.signum() * (sum.abs() - f32::EPSILON as f64 * weights).max(0.0);
-    // If c tiles share one error, both S² and n are c times as large: c cancels in the share, and
-    // changes only ν.
+    // If groups of c tiles have the same error, S² and n in S² / n are both c times as large. The
+    // share is therefore the same, and only the degrees of freedom change.
     let n = relative.len() as f64;
     let share = within_share(sum, squares, n);
     Some(Test {

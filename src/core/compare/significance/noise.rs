@@ -52,7 +52,7 @@ impl CommonErrors {
         ("picture", Self::Picture),
     ];
 
-    /// Number of pixels of a tile that may have common errors.
+    /// Maximum number of pixels of a tile that have the same error.
     fn sharing(self) -> f64 {
         match self {
             Self::None => 1.0,
@@ -67,7 +67,7 @@ pub(super) struct Pixels {
     pub(super) window: Rect,
     pub(super) pixels: Vec<Pixel>,
     pub(super) tiles: Vec<NoiseTile>,
-    /// Kind of errors that pixels have in common, in the picture with the worse kind.
+    /// Kind of errors that pixels have in common: the worse kind of the two pictures.
     pub(super) common: CommonErrors,
     /// Approximate number of rare samples that make most of the noise, if the pictures differ in
     /// their sampling; else `None`.
@@ -77,7 +77,7 @@ pub(super) struct Pixels {
 pub(super) struct Pixel {
     /// Values of reference and image.
     pub(super) values: [[f64; 3]; 2],
-    /// Variance of the difference, also estimated from the pixels around.
+    /// Variance of the difference; at least the mean over the pixels around.
     variance: [f64; 3],
     /// Degrees of freedom of the estimates of the variance.
     pub(super) freedom: f64,
@@ -130,7 +130,8 @@ impl Pixels {
 }
 
 impl Pixel {
-    /// Difference over its standard deviation; `None` if the standard deviation is unknown.
+    /// Difference of the values divided by its standard deviation; `None` if the standard deviation
+    /// is unknown.
     pub(super) fn score(&self, channel: usize) -> Option<f64> {
         let [reference, image] = self.values.map(|v| v[channel]);
         ratio(image - reference, self.variance[channel].sqrt())
@@ -188,11 +189,11 @@ fn is_known(variance: &[f64; 3]) -> bool {
     variance.iter().all(|v| v.is_finite())
 }
 
-/// The variance of a pixel counts as the variance of rare samples if at most this number of samples
-/// could make up the pixel.
+/// Maximum number of samples that can make up a pixel of rare samples, as estimated from the
+/// pixel's mean and variance.
 const FEW_SAMPLES: f64 = 4.0;
 
-/// Mean number of rare samples per tile above which most tiles have a correct variance.
+/// Mean number of rare samples per tile above which the variances of most tiles are correct.
 const RARE_OF_A_TILE: f64 = 4.0;
 
 /// Approximate number of rare samples that make nearly all of the noise of two pictures. `None` if
@@ -302,7 +303,7 @@ impl Grid {
     }
 }
 
-/// Sums over the pixels of a tile with known noise.
+/// Sums over the pixels of a tile whose noise is known.
 pub(super) struct NoiseTile {
     pub(super) window: Rect,
     pub(super) pixels: f64,
@@ -310,9 +311,9 @@ pub(super) struct NoiseTile {
     pub(super) sums: [[f64; 3]; 2],
     /// Variance of a pixel's difference, mean over the pixels.
     variance: [f64; 3],
-    /// Variance of a pixel's difference, estimated also from the tiles around.
+    /// Variance of a pixel's difference; at least the mean over the tiles around.
     pub(super) wide_variance: [f64; 3],
-    /// Number of pixels that may have common errors.
+    /// Maximum number of pixels that have the same error.
     pub(super) sharing: f64,
     /// Degrees of freedom of the estimate of the variance: infinite if it comes from many pixels
     /// with independent errors, else the minimum over the pixels.
@@ -344,21 +345,21 @@ impl NoiseTile {
         }
     }
 
-    /// Means of reference and image; NaN without pixels.
+    /// Means of reference and image over the tile; NaN if the tile has no pixels.
     pub(super) fn means(&self, channel: usize) -> [f64; 2] {
         self.sums.map(|sums| sums[channel] / self.pixels)
     }
 
-    /// Variance of the difference of the means, if `sharing` pixels have common errors. `of_pixel`
-    /// is the variance of a pixel's difference.
+    /// Variance of the difference of the means, if groups of `sharing` pixels have the same error.
+    /// `of_pixel` is the variance of a pixel's difference.
     pub(super) fn variance(&self, of_pixel: f64, sharing: f64, channel: usize) -> f64 {
         // The rounding errors of all pixels may have the same sign.
         let rounding = f32::EPSILON as f64 * self.means(channel).into_iter().fold(0.0, f64::max);
         of_pixel * sharing.min(self.pixels) / self.pixels + rounding * rounding
     }
 
-    /// Difference and its variance, each relative to the mean of both pictures; `None` without
-    /// light.
+    /// Difference and its variance, each relative to the mean of both pictures. `None` if both
+    /// pictures are black.
     pub(super) fn relative(&self, channel: usize) -> Option<(f64, f64)> {
         let [reference, image] = self.means(channel);
         let mean = 0.5 * (reference + image);

@@ -24,7 +24,8 @@ const WINDOW: Rect = Rect {
 
 type Picture = (RgbImage, Noise);
 
-/// Means of `n` samples of each pixel; `sample` draws one sample.
+/// Picture of the means of `n` samples in each pixel, with their variances. `sample` draws a sample
+/// of a pixel.
 fn picture(n: u32, mut sample: impl FnMut(UVec2) -> [f64; 3]) -> Picture {
     let (mut pixels, mut variance) = (Vec::new(), Vec::new());
     for at in WINDOW.pixels() {
@@ -57,8 +58,8 @@ fn picture(n: u32, mut sample: impl FnMut(UVec2) -> [f64; 3]) -> Picture {
     )
 }
 
-/// A surface that gets brighter to the right, with noise of 30 % per sample that is common to the
-/// channels.
+/// Test picture that gets brighter to the right. Each sample has noise with a standard deviation of
+/// 30 %, equal in all channels.
 fn grainy(numbers: &mut Numbers, n: u32) -> Picture {
     picture(n, |at| {
         let x = 1.0 + 0.3 * numbers.normal();
@@ -66,8 +67,7 @@ fn grainy(numbers: &mut Numbers, n: u32) -> Picture {
     })
 }
 
-/// Light that few samples hit: 1 in 50 has 50 times the mean, added to a little light in all
-/// samples.
+/// Test picture with rare bright samples: 1 in 50 samples adds a light of 50 times its mean.
 fn spotted(numbers: &mut Numbers, n: u32) -> Picture {
     picture(n, |_| {
         let light = if numbers.uniform() < 0.02 { 50.0 } else { 0.0 };
@@ -103,10 +103,10 @@ fn tails_of_the_tables() {
     assert_eq!((student_tails(f64::INFINITY, 3.0), student_tails(0.0, 3.0)), (0.0, 1.0));
 }
 
-/// At a level of 0.2, 12 false alarms in 60 are expected, and 25 have a probability of 1e-4. Skewed
-/// noise and different numbers of samples must not increase the number.
+/// At a level of 0.2, 12 false alarms in 60 are expected; more than 25 have a probability of 1e-4.
+/// Skewed noise and different numbers of samples must not increase the number.
 #[test]
-fn false_alarms_keep_to_their_level() {
+fn rate_of_false_alarms_is_the_level() {
     let mut numbers = Numbers(1);
     let grainy_alarms = alarms(60, 0.2, || (grainy(&mut numbers, 8), grainy(&mut numbers, 8)));
     let uneven = alarms(60, 0.2, || (grainy(&mut numbers, 24), grainy(&mut numbers, 4)));
@@ -124,7 +124,7 @@ fn false_alarms_keep_to_their_level() {
 /// Sixteen pixels of a tile have the same error. The errors of tile means are then four times as
 /// large as the variances of pixels suggest.
 #[test]
-fn shared_errors_are_allowed_for() {
+fn common_errors_of_a_tile_cause_no_false_alarms() {
     let mut numbers = Numbers(2);
     let mut shared = || {
         let errors: Vec<f64> = (0..16 * 49).map(|_| numbers.normal()).collect();
@@ -142,7 +142,7 @@ fn shared_errors_are_allowed_for() {
     let pairs: Vec<(Picture, Picture)> = (0..40).map(|_| (shared(), shared())).collect();
     let mut next = pairs.iter().cloned();
     assert!(alarms(40, 0.05, || next.next().unwrap()) <= 9);
-    // Without the attribute of common errors, all pairs are false alarms.
+    // Without the attribute of common errors, the test reports a difference for all pairs.
     let mut next = pairs.into_iter().map(|(mut a, mut b)| {
         (a.1.common, b.1.common) = (CommonErrors::None, CommonErrors::None);
         (a, b)
@@ -152,9 +152,10 @@ fn shared_errors_are_allowed_for() {
 
 /// Errors are correlated within disks of 33 pixels across, or over the whole picture. Variances may
 /// or may not include these errors. Tests that assume independent tiles report differences. The
-/// other tests do not, but still find a picture that is brighter as a whole.
+/// other tests report no difference of equal pictures, but find a picture that is brighter as a
+/// whole.
 #[test]
-fn errors_that_cross_tiles_are_allowed_for() {
+fn common_errors_of_tiles_cause_no_false_alarms() {
     let mut numbers = Numbers(5);
     let mut blotched = || {
         let disks: Vec<(f64, f64, f64)> = (0..60)
@@ -199,7 +200,7 @@ fn errors_that_cross_tiles_are_allowed_for() {
     ];
     println!("differences found: {found:?} of 30");
     assert!(found[0] >= 20 && found[3] >= 20, "{found:?}");
-    // At this level, 1.5 of 30 differences are expected; more than 5 have a probability of 0.3 %
+    // At this level, 1.5 false alarms in 30 are expected; more than 5 have a probability of 0.3 %.
     assert!(found[1] <= 5 && found[4] <= 5, "{found:?}");
     assert!(found[2] >= 28 && found[5] >= 28, "{found:?}");
     let (mut a, b) = pairs[0].clone();
@@ -209,7 +210,7 @@ fn errors_that_cross_tiles_are_allowed_for() {
 }
 
 #[test]
-fn differences_are_found_where_they_are() {
+fn change_is_found_in_its_window() {
     let mut numbers = Numbers(3);
     let (a, b) = (grainy(&mut numbers, 16), grainy(&mut numbers, 16));
     assert!(!judge((&a, &b), 0.01).differs());
@@ -254,7 +255,7 @@ fn differences_are_found_where_they_are() {
 }
 
 #[test]
-fn what_is_not_known_is_not_judged() {
+fn unknown_variance_gives_no_result() {
     let mut numbers = Numbers(4);
     let (a, mut b) = (grainy(&mut numbers, 4), grainy(&mut numbers, 4));
     b.0.pixels.iter_mut().for_each(|p| *p = [7.0; 3]);
@@ -262,7 +263,8 @@ fn what_is_not_known_is_not_judged() {
     assert_eq!(Significance::new(WINDOW, (&a.0, &a.1), (&b.0, &b.1), 0.01), None);
     b.1.variance.truncate(5);
     assert_eq!(Significance::new(WINDOW, (&a.0, &a.1), (&b.0, &b.1), 0.01), None);
-    // Without noise, a rounding error is not a difference, and every larger change is a difference.
+    // Without noise, a difference of the size of a rounding error is not significant, and every
+    // larger difference is.
     let same = (
         a.0.clone(),
         Noise {

@@ -35,7 +35,7 @@ fn wall(albedo: impl Fn(usize) -> f32, light: impl Fn(usize) -> f32, noise: f32)
     }
 }
 
-/// Mean and variance of the pixels in these columns.
+/// Mean and variance of the green channel over all pixels in `columns`.
 fn moments(picture: &[Vec3], columns: std::ops::Range<usize>) -> (f64, f64) {
     let values = || {
         let inside = |(i, v): (usize, &Vec3)| columns.contains(&(i % SIZE[0])).then_some(v.y as f64);
@@ -66,8 +66,8 @@ fn noise_on_a_wall_falls_fiftyfold() {
     assert!((mean / 0.5 - 1.0).abs() < 0.02, "mean {mean}");
 }
 
-/// A fiftieth of the pixels has a bright sample, which the variances of these pixels include; the
-/// total light is unchanged.
+/// One of 53 pixels has a bright sample, which its variance includes. After the reduction of
+/// outliers, the total light is unchanged and the denoised picture is smooth.
 #[test]
 fn fireflies_leave_no_blotches() {
     let mut input = wall(|_| 0.5, |_| 1.0, 0.1);
@@ -92,8 +92,8 @@ fn fireflies_leave_no_blotches() {
     assert!(variance.sqrt() < 0.2 * mean, "{mean} ± {}", variance.sqrt());
 }
 
-/// Rows of a lamp's edge, whose guides differ from all neighbours, have random light, which the
-/// variances of these pixels include; the mean of the picture is unchanged.
+/// Rows of pixels on a lamp's edge have other guides than their neighbours, and random light, which
+/// their variances include. The filter keeps the mean of the picture.
 #[test]
 fn light_on_edges_is_not_lost() {
     let mut input = wall(|_| 0.5, |_| 1.0, 0.1);
@@ -125,7 +125,7 @@ fn highlights_of_many_samples_stay() {
 
 #[test]
 fn edges_stay_sharp() {
-    // Test edges of albedo, and of light far above the noise: both sides keep their means up to the
+    // Edges of albedo, and of light far above the noise: both sides keep their means up to the
     // edge.
     let edge = |x: usize| if x < 30 { 0.8 } else { 0.1 };
     let pictures = [
@@ -143,7 +143,7 @@ fn edges_stay_sharp() {
             );
         }
     }
-    // Test edges of normals and of depths, with a small difference of light.
+    // Edges of normals and of depths, with a small difference of light
     let light = |x: usize| if x < 30 { 1.0 } else { 0.7 };
     let turned = |g: &mut Guide| g.normal = Vec3::X;
     let behind = |g: &mut Guide| g.disparity = 0.25;
@@ -164,7 +164,7 @@ fn edges_stay_sharp() {
 }
 
 #[test]
-fn slanted_planes_are_no_edges() {
+fn slanted_plane_is_not_an_edge() {
     // The disparity of a plane is linear in the picture, and its gradient is the smaller difference
     // everywhere.
     let disparity: Vec<f32> = (0..SIZE[0] * SIZE[1])
@@ -181,7 +181,7 @@ fn slanted_planes_are_no_edges() {
 }
 
 #[test]
-fn the_spread_around_a_pixel_is_its_variance() {
+fn variance_around_a_pixel_is_the_noise_variance() {
     let Input { light, .. } = wall(|_| 0.5, |_| 1.0, 0.3);
     let mean = (0..light.len())
         .map(|i| variance_around(&light, SIZE, i) as f64)

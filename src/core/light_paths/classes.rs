@@ -9,8 +9,8 @@ use std::collections::HashMap;
 
 /// Number of kinds of scattering events: the variants of [`EventKind`](crate::bsdf::EventKind).
 const KINDS: usize = 6;
-/// Symbols of the lights, in the order of [`PathLight`](super::PathLight). Class i is the class of
-/// unscattered light from light i.
+/// Symbols of the kinds of light, in the order of [`PathLight`](super::PathLight). Class i is the
+/// class of unscattered light of kind i.
 const LIGHTS: [u16; 3] = [BACKGROUND, SURFACE, POINT];
 /// Maximum number of states before minimisation.
 const MAX_STATES: usize = 1 << 12;
@@ -49,7 +49,7 @@ struct States {
 }
 
 impl States {
-    /// Returns `None` if there are more than [`MAX_STATES`] states.
+    /// Builds the states. `None` if there are more than [`MAX_STATES`] states.
     fn new(expressions: &[Positions]) -> Option<Self> {
         // Make a start state for each light, even if two start states are equal:
         // `LightPaths::class_of` returns the class of a light without the automaton.

@@ -7,9 +7,9 @@
 //! Its states are the classes of paths.
 //!
 //! The automaton reads a path from the light to the camera, even if the expression is written from
-//! the camera to the light. So light that arrives at a vertex has the same class for all pixels
-//! that use the vertex, as path reuse needs. A scattering event with several kinds of lobes divides
-//! the light of a class: each next class gets the share of its kind.
+//! the camera to the light. Light that arrives at a vertex then has the same class for all pixels
+//! that use the vertex. Path reuse needs this. A scattering event with several kinds of lobes
+//! divides the light of a class: each next class gets the share of its kind.
 //!
 //! Classes do not overlap, and the sum over all classes is exactly the image
 //! (`film/path_terms.rs`). The light of a part is a sum over classes.
@@ -85,7 +85,7 @@ impl LightPaths {
         &self.layers
     }
 
-    /// Class of light from `light` before its first scattering event.
+    /// Class of light of the kind `light` before its first scattering event.
     pub fn class_of(light: PathLight) -> usize {
         light as usize
     }

@@ -22,7 +22,7 @@ const NAMED: [(&str, &str); 9] = [
 const REST: &str = "bounce.rest";
 /// Default maximum number of bounces that `bounces` separates.
 const USUAL_BOUNCES: u32 = 5;
-/// Maximum number of bounces that can be separated.
+/// Maximum number of bounces that `bounces` can separate.
 const MAX_BOUNCES: u32 = 20;
 /// Maximum length of the name of an expression, in characters.
 const MAX_NAME: usize = 23;
@@ -32,7 +32,7 @@ const MAX_NAME: usize = 23;
 pub struct PathPart {
     layer: String,
     expression: String,
-    /// True if the expression comes from the user.
+    /// True if the user wrote the expression.
     is_own: bool,
 }
 
@@ -46,15 +46,14 @@ impl PathPart {
         named.chain(["bounces", "bounces:N", "bounce.N", "lpe:NAME=EXPRESSION"])
     }
 
-    /// Returns true if `name` is or begins like the name of a part. [`PathPart::parse`] checks the
-    /// number or the expression after the beginning.
+    /// Returns true if `name` is the name of a part or begins with the prefix of such a name.
+    /// [`PathPart::parse`] checks the number or the expression after the prefix.
     pub fn is_name(name: &str) -> bool {
         let is_bounces = name == "bounces" || name.starts_with("bounces:") || name.starts_with("bounce.");
         is_bounces || name.starts_with(Self::OWN) || NAMED.iter().any(|(known, _)| *known == name)
     }
 
-    /// Parses a name that stands for one or several parts: `direct`, `bounces:4`,
-    /// `lpe:NAME=EXPRESSION`.
+    /// Parses a name of one or several parts: `direct`, `bounces:4`, `lpe:NAME=EXPRESSION`.
     ///
     /// # Errors
     ///
@@ -159,7 +158,7 @@ impl PathPart {
         }
     }
 
-    /// Parses `NAME=EXPRESSION`.
+    /// Parses `NAME=EXPRESSION`, a part with an expression of the user.
     fn own(text: &str) -> Result<Self, LightPathError> {
         let Some((name, expression)) = text.split_once('=') else {
             let help = "write lpe:NAME=EXPRESSION, such as lpe:caustics=LS+DE";

@@ -13,7 +13,8 @@ impl Dice {
     }
 }
 
-/// Ends of all matches of `node` in `word` that begin at `start`, by the definition of each node.
+/// Ends of all matches of `node` in `word` that begin at `start`, computed from the definition of
+/// each kind of node.
 fn ends(node: &Node, word: &[Symbols], start: usize) -> BTreeSet<usize> {
     match node {
         Node::Symbol(symbols) => {
@@ -95,7 +96,8 @@ fn named(names: &[&str]) -> Vec<PathPart> {
     parts
 }
 
-/// Compares the automaton of `expressions` with the definition, for all paths with 0 to 4 events.
+/// Checks that the automaton of `expressions` accepts the same paths as the definition of the
+/// expressions, for all paths with 0 to 4 events.
 fn check(expressions: &[String]) {
     let parts: Vec<PathPart> = expressions.iter().flat_map(|e| own(e).unwrap()).collect();
     let paths = LightPaths::new(&parts).unwrap();
@@ -121,7 +123,7 @@ fn check(expressions: &[String]) {
 }
 
 #[test]
-fn automata_match_what_expressions_mean() {
+fn automata_match_definition_of_expressions() {
     let expressions = [
         "LS+DE",
         "L(D|S)*E",
@@ -148,7 +150,7 @@ fn automata_match_what_expressions_mean() {
 
 /// Checks random expressions between the camera and a light.
 #[test]
-fn random_automata_match_what_expressions_mean() {
+fn random_automata_match_definition_of_expressions() {
     fn random(dice: &mut Dice, depth: usize) -> String {
         const SYMBOLS: [&str; 8] = ["D", "G", "S", ".", "<RD>", "<T.>", "[^S]", "[DS]"];
         match dice.roll(if depth == 0 { 2 } else { 6 }) {
@@ -175,7 +177,7 @@ fn random_automata_match_what_expressions_mean() {
 }
 
 #[test]
-fn mistakes_are_named_with_their_place() {
+fn invalid_expression_is_an_error_with_its_position() {
     for (expression, words) in [
         ("", "ends too early"),
         ("C", "lead from the camera to a light"),
@@ -217,9 +219,9 @@ fn mistakes_are_named_with_their_place() {
     assert!(own(&nested).is_ok());
 }
 
-/// Every text is an expression or an error.
+/// Parsing a random text never panics: the result is an expression or an error.
 #[test]
-fn random_texts_are_read_or_refused() {
+fn random_text_is_an_expression_or_an_error() {
     const LETTERS: [char; 26] = [
         'C', 'E', 'L', 'O', 'B', 'D', 'G', 'S', 'R', 'T', '.', '(', ')', '[', ']', '<', '>', '^', '*', '+', '?', '{',
         '}', ',', '3', '|',
@@ -284,8 +286,8 @@ fn names_are_checked() {
         .flat_map(|i| PathPart::parse(&format!("lpe:e{i}=CDL")).unwrap())
         .collect();
     assert!(LightPaths::new(&many[..40]).is_ok() && LightPaths::new(&many).is_err());
-    // The automaton of this expression must distinguish which of the last seven events were
-    // diffuse.
+    // The automaton of this expression needs many classes: it must distinguish which of the last
+    // seven events were diffuse.
     let deep = PathPart::parse("lpe:a=C.{7}D.*L").unwrap();
     assert!(
         LightPaths::new(&deep)
@@ -295,8 +297,8 @@ fn names_are_checked() {
     );
 }
 
-/// All named parts together need few classes, and each class is in exactly one part of each
-/// division of the image.
+/// All named parts together need at most 25 classes. The image is divided in three ways: each class
+/// is in exactly one part of each division.
 #[test]
 fn named_parts_divide_all_paths() {
     let names: Vec<&str> = PathPart::names()

@@ -1,5 +1,4 @@
-//! Checks of connected components of faces that refract or emit: whether they are closed and face
-//! outwards.
+//! Checks that connected components of faces that refract or emit are closed and face outwards.
 //!
 //! Other faces are not checked, because closedness matters only if surfaces refract or emit. Edges
 //! are sorted, 16 bytes each. Volumes come from the divergence theorem.
@@ -40,7 +39,8 @@ struct Component {
     open: Option<usize>,
     /// Line of a face with an edge that more than two faces have, if any.
     crowded: Option<usize>,
-    /// Line of a face with an edge along which two faces have the same direction, if any.
+    /// Line of a face with an edge that two faces traverse in the same direction, if any: one of
+    /// the two faces is turned over.
     turned: Option<usize>,
 }
 
@@ -50,7 +50,7 @@ struct Components {
     whole: (Bounds3, u64),
 }
 
-/// Maximum number of components, the largest first, that may contain a cavity.
+/// Maximum number of components, the largest first, that are tested for a cavity inside.
 const MAX_BODIES: usize = 64;
 
 /// An edge of a face: the smaller and the larger index of its points, true if the face traverses
@@ -63,7 +63,7 @@ impl Components {
         let ring = |face: &Face<'_>| -> Vec<u32> {
             let found = face.positions.iter().filter_map(|&i| points.get(i as usize));
             let mut ring: Vec<u32> = found.copied().collect();
-            // A corner that is repeated makes no edge.
+            // Equal consecutive corners make no edge.
             ring.dedup();
             while ring.len() > 1 && ring.first() == ring.last() {
                 ring.pop();
@@ -134,7 +134,7 @@ impl Components {
         Self { components, whole }
     }
 
-    /// Tally of the components with a `fault`, by line.
+    /// Number and lines of the components for which `fault` returns a line.
     fn tally(&self, fault: impl Fn(&Component) -> Option<usize>) -> Tally {
         let mut lines: Vec<usize> = self.components.iter().filter_map(fault).collect();
         lines.sort_unstable();
@@ -143,8 +143,8 @@ impl Components {
         tally
     }
 
-    /// Tally of components that are closed but inside out. Cavities inside another component, and a
-    /// component around everything else, are not counted.
+    /// Number and lines of the components that are closed but inside out. A cavity inside another
+    /// component is not counted, nor is a component around everything else.
     fn inside_out(&self, is_around: bool) -> Tally {
         let contains = |a: &Bounds3, b: &Bounds3| a.min.cmple(b.min).all() && a.max.cmpge(b.max).all();
         let mut bodies: Vec<&Component> = self
@@ -188,7 +188,7 @@ impl Components {
         [open, crowded, turned, inside_out].into_iter().flatten().collect()
     }
 
-    /// Emitting components may be open: lamps are often single faces.
+    /// Findings for components that emit. They may be open, because lamps are often single faces.
     fn emitting(&self, path: &Path, is_around: bool) -> Vec<Finding> {
         let warning = |code| (Severity::Warning, code);
         let lamps = |n| counted(n, "emitting part");

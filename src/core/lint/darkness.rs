@@ -9,14 +9,15 @@ use crate::geometry::{GeomId, Hit};
 use crate::math::{Ray, UVec2};
 use crate::scene::Scene;
 
-/// Minimum share of the lamps' triangles or rays that face the wrong way, for a message.
+/// Minimum share of the lamps' triangles, or of the camera rays that hit lamps, on the wrong side:
+/// below it, there is no message.
 const MIN_SHARE: f32 = 0.9;
 /// Maximum number of triangles of a lamp that are checked.
 const MAX_TRIANGLES: usize = 256;
 /// Distance of a ray's origin from the triangle, in radii of the scene.
 const OFFSET: f32 = 1e-4;
 
-/// Reason, in words, why a picture of `scene` from `camera` has no light.
+/// Reason, as text for a message, why a picture of `scene` from `camera` has no light.
 pub fn reason_for_darkness(
     accel: &dyn Accel,
     scene: &Scene,
@@ -35,7 +36,8 @@ pub fn reason_for_darkness(
     of_lamps.unwrap_or("no light reaches what the camera sees").into()
 }
 
-/// Fault of the lamps of `scene`, in words. `None` if their fronts face the visible surfaces.
+/// Fault of the lamps of `scene`, as text for a message. `None` if their fronts face the visible
+/// surfaces.
 pub fn dark_lamps(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution: UVec2) -> Option<&'static str> {
     if face_inwards(accel, scene) {
         return Some("the lamps face inwards: they light nothing but themselves");
@@ -44,7 +46,7 @@ pub fn dark_lamps(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution:
         .then_some("the camera sees the backs of the lamps, and nothing that they light")
 }
 
-/// Maximum number of invisible surfaces that a ray passes.
+/// Maximum number of invisible surfaces that a ray passes through.
 const MAX_PASSED: usize = 64;
 
 /// Reason, in words, why a picture of `scene` from `camera` shows no surface of the scene. `None`
@@ -100,7 +102,7 @@ fn face_inwards(accel: &dyn Accel, scene: &Scene) -> bool {
     all > 0.0 && inwards >= MIN_SHARE * all
 }
 
-/// Returns true if the camera sees lamps, and most of them from behind.
+/// Returns true if camera rays hit lamps, and most of them hit the backs of the lamps.
 fn show_backs(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution: UVec2) -> bool {
     let (mut backs, mut all) = (0.0, 0.0);
     for ray in camera_rays(camera, resolution) {

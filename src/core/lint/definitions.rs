@@ -8,7 +8,7 @@ use std::path::Path;
 pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut unused: BTreeMap<&Path, Vec<(&str, usize)>> = BTreeMap::new();
-    // Faces may name a material in another case, or with other separators.
+    // Faces may name a material in other letter case, or with other separators.
     let used: HashSet<(&Path, usize)> = inspection
         .materials
         .iter()

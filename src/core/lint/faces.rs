@@ -4,7 +4,8 @@ use crate::io::{Face, FileError, Finding, MAX_PLACES, ObjFaces, Position, Severi
 use crate::math::{Vec3, hash::mix};
 use std::path::Path;
 
-/// Share of faces with normals against their winding above which the finding is a warning.
+/// Share of faces with normals against their winding above which the finding is a warning, and not
+/// a note.
 const FLIPPED_SHARE: f64 = 0.01;
 
 /// Checks the faces of an OBJ file one by one.
@@ -18,7 +19,7 @@ pub(super) struct FaceLint<'a> {
 
 /// A face with keys to compare it with the other faces.
 struct PlacedFace {
-    /// Key of the points; it does not depend on their order.
+    /// Key of the points, equal for all orders of the points.
     key: [u32; 4],
     line: usize,
     material: usize,

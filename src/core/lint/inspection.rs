@@ -18,7 +18,7 @@ pub struct Inspection {
     pub findings: Findings,
     /// Materials of the scene, indexed by their id.
     pub materials: Vec<MaterialSource>,
-    /// The OBJ files that could be read.
+    /// The OBJ files that were read without an error.
     pub objs: Vec<ObjSource>,
     /// Filter of the parts of OBJ files that were read.
     pub parts: PartFilter,
@@ -53,7 +53,7 @@ pub struct ObjSource {
 }
 
 impl ObjSource {
-    /// Source of `obj`, which was read from `path`.
+    /// Source of the OBJ file `obj`, which was read from `path`.
     pub fn new(path: PathBuf, obj: &ObjFile) -> Self {
         let named = |m: &FileMaterial| (m.material.name.clone(), m.library.clone(), m.line);
         let materials = obj.materials.iter().map(named).collect();

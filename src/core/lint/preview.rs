@@ -1,6 +1,6 @@
 //! Albedos and previews of materials, for `embrasure explain`.
 //!
-//! Albedos are integrals over the samples of each lobe, weighted as flux. If textures vary a
+//! Albedos are integrals over the samples of each lobe, weighted by flux. If textures vary a
 //! material, its albedos are computed from its constant values.
 
 use crate::bsdf::{Bsdf, Lobe, TransportMode};
@@ -15,7 +15,7 @@ use crate::texture::{Texture, TextureId};
 use std::array;
 use std::f32::consts::{PI, TAU};
 
-/// Number of points of an albedo integral. It gives three correct digits.
+/// Number of sample points of an albedo integral. It gives three correct digits.
 const POINTS: u32 = 1 << 14;
 /// Columns and rows of the mesh of the sphere.
 const GRID: [usize; 2] = [256, 128];
@@ -25,9 +25,9 @@ const GRID: [usize; 2] = [256, 128];
 pub struct LobeAlbedo {
     /// The lobe.
     pub lobe: Lobe,
-    /// Share of the flux that the lobe scatters: to a viewer along the normal, to one at 60° to the
-    /// normal, and for uniform light from all sides. Absorption by the layers above is included, so
-    /// the albedos of all lobes add up to [`directional_albedo`].
+    /// Share of the flux that the lobe scatters: to a viewer along the normal, to a viewer at 60°
+    /// to the normal, and in all directions for uniform light. Absorption by the layers above is
+    /// included, so the albedos of all lobes add up to [`directional_albedo`].
     pub albedo: [Spectrum; 3],
     /// Probability that the lobe is selected for the first two viewers.
     pub probability: [f32; 2],
@@ -116,7 +116,7 @@ pub fn preview_scene(
     builder.build().map(|(scene, _)| scene)
 }
 
-/// Camera of the preview, facing the sphere.
+/// Camera of the preview, which faces the sphere.
 pub const PREVIEW_CAMERA: CameraParameters = CameraParameters {
     position: Vec3::new(0.0, 1.2, 5.0),
     look_at: Vec3::new(0.0, -0.1, 0.0),
@@ -173,7 +173,7 @@ mod tests {
     use crate::geometry::PrimId;
 
     #[test]
-    fn albedos_are_those_of_closed_forms() {
+    fn albedos_equal_closed_forms() {
         let close = |got: Spectrum, expected: f32| {
             let error = got.to_array().map(|v| (v - expected).abs());
             assert!(error.iter().all(|e| *e < 2e-3), "{got:?} for {expected}");
@@ -183,7 +183,7 @@ mod tests {
         })));
         assert_eq!((matte.len(), matte[0].probability), (1, [1.0; 2]));
         matte[0].albedo.iter().for_each(|albedo| close(*albedo, 0.3));
-        // Smooth glass loses nothing, at any angle.
+        // Smooth glass absorbs no light, at any angle.
         let glass = albedos(&Bsdf::Single(Lobe::Dielectric(Dielectric {
             reflectance: Spectrum::ONE,
             transmittance: Spectrum::ONE,

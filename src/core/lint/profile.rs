@@ -129,7 +129,7 @@ mod tests {
         ]
     }
 
-    /// Lobes add up to the BSDF, in value and in density.
+    /// The values of all lobes add up to the value of the BSDF. The same holds for densities.
     #[test]
     fn lobes_add_up() {
         for material in materials() {

@@ -1,7 +1,7 @@
 use crate::io::{FileError, Finding, MAX_PLACES, Position, Severity};
 use std::path::Path;
 
-/// Number of findings of a kind in a file, and the first lines.
+/// Number of findings of one kind in a file, and the lines of the first findings.
 #[derive(Default)]
 pub(super) struct Tally {
     pub count: u64,
@@ -16,8 +16,8 @@ impl Tally {
         }
     }
 
-    /// Returns one finding for all lines. `None` if there are none. `words` returns message and
-    /// help for the count.
+    /// Returns one finding for all lines. `None` if there are no lines. `words` returns message and
+    /// help for the number of findings.
     pub fn finding(
         &self,
         (severity, code): (Severity, &'static str),
@@ -32,7 +32,7 @@ impl Tally {
     }
 }
 
-/// `1 face`, `2 faces`.
+/// Count with its noun: `1 face`, `2 faces`.
 pub(super) fn counted(count: u64, what: &str) -> String {
     match count {
         1 => format!("1 {what}"),

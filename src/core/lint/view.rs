@@ -12,10 +12,11 @@ use std::ops::Range;
 const RAYS: u32 = 16;
 /// Minimum ratio of scene size to coordinate spacing; f32 positions are rounded to a part in 2²⁴.
 const MIN_STEPS: f32 = 1e5;
-/// Ratio of rounding error to size above which an instance is too far away.
+/// Maximum ratio of the rounding error to the size of an instance. Above, the instance is too far
+/// away.
 const MAX_ROUNDING: f32 = 0.01;
-/// Maximum distance, as a share of the scene's radius, of surfaces around a camera that is inside a
-/// wall. More distant surfaces are a room.
+/// Maximum distance, relative to the scene's radius, of the surfaces around a camera that is inside
+/// a wall. A camera with more distant surfaces around is in a room.
 const WALL_SHARE: f32 = 0.05;
 
 /// Finds coordinates that are too large for f32.
@@ -132,7 +133,7 @@ pub fn inspect_view(
         );
     }
 
-    // Find back faces on all sides of the camera, nearby
+    // Test if back faces are near the camera in all directions
     let origin = rays.first()?.origin;
     let within = WALL_SHARE * scene.bounds().radius();
     let is_back = |direction: Vec3| {
@@ -156,8 +157,8 @@ const ON_PLANE: f32 = 1e-4;
 /// Minimum cosine between normals of one flat surface.
 const SAME_WAY: f32 = 0.9999;
 
-/// Warns of a camera that is behind surfaces or nearer to a surface than `near`. Also warns of a
-/// picture of one flat surface if the scene has others.
+/// Warns of a camera that is behind surfaces or nearer to a surface than `near`. Also warns if the
+/// picture shows only one flat surface and the scene has others.
 pub fn inspect_place(
     accel: &dyn Accel,
     scene: &Scene,
@@ -235,7 +236,7 @@ pub fn inspect_place(
     None
 }
 
-/// Prints `x` > 0 with two digits.
+/// Text of `x` > 0 with two significant digits.
 fn two_digits(x: f32) -> String {
     let decimals = (1.0 - x.log10().floor()).clamp(0.0, 9.0) as usize;
     format!("{x:.decimals$}")
@@ -247,9 +248,9 @@ struct CameraHit {
     normal: Vec3,
     material: u32,
     is_back: bool,
-    /// True if the surface has no texture.
+    /// True if the surface's BSDF has no texture.
     is_plain: bool,
-    /// True if most light is transmitted: backs of glass are visible by intent.
+    /// True if most light is transmitted. The backs of glass are visible by intent.
     is_clear: bool,
 }
 

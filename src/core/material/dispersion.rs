@@ -12,8 +12,8 @@ const D: f32 = 587.56;
 const C: f32 = 656.27;
 
 impl Material {
-    /// Returns true if the index of refraction depends on the wavelength: the material is uniform
-    /// smooth glass without other lobes, and has an Abbe number.
+    /// Returns true if the index of refraction depends on the wavelength. The material must have an
+    /// Abbe number and be uniform smooth glass without other lobes.
     pub fn is_dispersive(&self) -> bool {
         self.abbe.is_some() && !self.maps.varies_bsdf() && matches!(self.bsdf(), Bsdf::Single(Lobe::Dielectric(_)))
     }
@@ -48,7 +48,7 @@ mod tests {
 
     /// Indices of Schott's N-BK7 and N-SF11, from their data sheets.
     #[test]
-    fn indices_are_those_of_data_sheets() {
+    fn indices_equal_data_sheets() {
         for (ior, abbe, lines) in [
             (
                 1.51680,
@@ -71,8 +71,8 @@ mod tests {
             assert!((glass.ior_at(D) - ior).abs() < 1e-6);
             assert!((glass.ior_at(F) - glass.ior_at(C) - (ior - 1.0) / abbe).abs() < 1e-6);
             for (nanometers, expected) in lines {
-                // Two terms have an error below 0.005 at the violet end of dense flint, and far
-                // less elsewhere.
+                // Cauchy's formula with two terms has an error below 0.005 at the violet end of
+                // dense flint, and far less elsewhere.
                 let index = glass.ior_at(nanometers);
                 assert!(
                     (index - expected).abs() < 0.005,
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_more_than_smooth_glass_does_not_disperse() {
+    fn only_uniform_smooth_glass_is_dispersive() {
         let glass = Material {
             transmission: Spectrum::ONE,
             abbe: Some(30.0),

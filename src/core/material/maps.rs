@@ -27,7 +27,7 @@ pub struct Maps {
     pub exponent: Option<Map>,
     /// Texture of the roughness.
     pub roughness: Option<Map>,
-    /// Texture of the share of metal.
+    /// Texture of the share of metal in the metallic-roughness model.
     pub metallic: Option<Map>,
     /// Texture of the opacity.
     pub opacity: Option<Map>,
@@ -175,8 +175,8 @@ impl Maps {
             return Vec3::new(n.x, n.y, n.z.max(1e-3));
         }
         let Some(map) = &self.bump else { return Vec3::Z };
-        // Heights are in texels, so that a picture is equally rough on large and small walls. Blinn
-        // 1978, "Simulation of Wrinkled Surfaces", and MTL leave the unit of heights open.
+        // Heights are in texels, so that a picture gives the same slopes on large and small walls.
+        // Blinn 1978, "Simulation of Wrinkled Surfaces", and MTL leave the unit of heights open.
         let texture = map.texture(spot);
         let (width, height) = texture.size();
         let texels = Vec2::new(width as f32, height as f32) * map.mapping.scale.abs();
@@ -188,7 +188,7 @@ impl Maps {
 }
 
 impl Material {
-    /// BSDF at `spot`, for materials that vary.
+    /// BSDF at `spot`, for a material that varies over the surface.
     pub fn bsdf_at(&self, spot: &Spot) -> Bsdf {
         let maps = &self.maps;
         let color = |factor: Spectrum, map: &Option<Map>| map.map_or(factor, |map| factor * map.color(spot));

@@ -185,8 +185,8 @@ impl Material {
         }
     }
 
-    /// Maximum over the channels of the scattered share of light. With [`Gloss::Metallic`], a coat
-    /// and the base below it share the light.
+    /// Share of light that the material scatters: the maximum over the channels. With
+    /// [`Gloss::Metallic`], a coat and the base below it share the light.
     pub fn scattered(&self) -> f32 {
         let reflected = match self.gloss {
             Gloss::Metallic(_) => self.diffuse.max(self.specular),
@@ -195,7 +195,7 @@ impl Material {
         (reflected + self.transmission).max_component()
     }
 
-    /// Divides all lobes by their sum, if it is above 1.
+    /// Divides all lobes by the share of light that they scatter, if this share is above 1.
     pub(crate) fn scale_to_one(&mut self) {
         let scattered = self.scattered();
         if scattered > 1.0 {
@@ -210,7 +210,7 @@ impl Material {
         self.opacity < 1.0 || !self.transmission.is_black() || !self.emission.is_black()
     }
 
-    /// BSDF of a uniform surface.
+    /// BSDF of the material's constants, without its textures.
     pub fn bsdf(&self) -> Bsdf {
         let lobes = self.base_lobes();
         if self.clearcoat > 0.0 || !self.sheen.is_black() {
@@ -325,7 +325,7 @@ impl Material {
         }
     }
 
-    /// Reflectance along the normal of a dielectric with this index.
+    /// Reflectance along the normal of a dielectric with the material's index of refraction.
     fn f0(&self) -> f32 {
         ((self.ior - 1.0) / (self.ior + 1.0)).powi(2)
     }

@@ -5,7 +5,7 @@ use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::parameter::Range;
 
-/// Range of a share.
+/// Range of shares, such as the opacity.
 pub(super) const SHARE: Range<f32> = Range::FromTo(0.0, 1.0);
 /// Range of most factors.
 pub(super) const NOT_NEGATIVE: Range<f32> = Range::AtLeast(0.0);
@@ -18,7 +18,8 @@ pub struct Quantity {
     pub key: &'static str,
     /// Range of each number.
     pub range: Range<f32>,
-    /// Numbers of the quantity; empty if the material does not have it.
+    /// Function that returns the quantity's numbers; empty if the material does not have the
+    /// quantity.
     pub numbers: fn(&Material) -> Vec<f32>,
 }
 
@@ -29,7 +30,7 @@ impl Quantity {
     }
 }
 
-/// Range of the numbers of a material's key `key` in scene files.
+/// Range of the numbers of the key `key` of materials in scene files.
 pub fn range_of(key: &str) -> Range<f32> {
     let mut quantities = Quantity::all();
     quantities
@@ -37,7 +38,7 @@ pub fn range_of(key: &str) -> Range<f32> {
         .map_or(Range::Any, |quantity| quantity.range)
 }
 
-/// Quantities of the reflection model.
+/// Quantities of the reflection model (`gloss`).
 const OF_GLOSS: &[Quantity] = &[
     Quantity {
         key: "exponent",
@@ -82,7 +83,7 @@ const OF_GLOSS: &[Quantity] = &[
     },
 ];
 
-/// A field that consists of numbers.
+/// Type of a field that consists of numbers.
 pub(super) trait Numbers {
     fn numbers(&self) -> Vec<f32>;
 }
@@ -128,7 +129,7 @@ macro_rules! quantities {
         }
 
         impl $material {
-            /// Fields with a range.
+            /// Quantities of the fields that have a range.
             const FIELDS: &'static [Quantity] = &[$($(Quantity {
                 key: stringify!($field),
                 range: $range,

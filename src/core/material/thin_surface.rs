@@ -2,7 +2,7 @@
 //!
 //! A ray that hits such a surface stops there or passes, by a random choice, as with alpha;
 //! `integrator/opacity.rs` traces these rays. Light samples are multiplied by the mean of this
-//! choice. Scattering before and behind the surface therefore does not depend on it: MIS,
+//! choice. Scattering before and behind the surface therefore does not depend on the surface: MIS,
 //! connections, photons and path reuse need no changes.
 //!
 //! The probability must be the same from both ends of a path. Otherwise, estimators that trace from
@@ -51,8 +51,8 @@ impl ThinSurface {
 }
 
 impl Material {
-    /// Transmission of the surface without refraction. `None` if there is no such transmission, or
-    /// if it varies over the surface.
+    /// Transmission of the surface without refraction. `None` if the surface refracts or is opaque,
+    /// or if the transmission varies over the surface.
     pub fn thin_surface(&self) -> Option<ThinSurface> {
         let varies = self.maps.varies_bsdf() || self.maps.has_bumps();
         let has_layers = self.clearcoat > 0.0 || !self.sheen.is_black();
@@ -117,10 +117,10 @@ mod tests {
         }
     }
 
-    /// Rays that pass and rays that are reflected have the directions and shares of the thin
-    /// dielectric lobe.
+    /// Passing by chance, and the mirror for other rays, have the same directions and shares as the
+    /// thin dielectric lobe.
     #[test]
-    fn chance_and_mirror_are_the_thin_dielectric() {
+    fn passing_and_mirror_equal_the_thin_dielectric() {
         let glass = thin(Spectrum::rgb(0.9, 0.8, 0.5), 1.5);
         let (surface, stopped) = (glass.thin_surface().unwrap(), glass.stopped_bsdf().unwrap());
         for cos in [1.0f32, 0.7, 0.5, 0.2, 0.05] {
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn veils_share_rays_with_what_reflects() {
+    fn filter_stops_the_share_that_its_lobes_reflect() {
         let filter = Material {
             diffuse: Spectrum::splat(0.2),
             ..thin(Spectrum::rgb(0.6, 0.3, 0.0), 1.0)
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_such_chance_scatters() {
+    fn other_materials_have_no_pass_probability() {
         let glass = thin(Spectrum::splat(0.5), 1.5);
         let changes: [fn(&mut Material); 6] = [
             |m| m.thin = false,

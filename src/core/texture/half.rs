@@ -7,9 +7,9 @@ const STEP: f32 = 1.0 / 16_777_216.0;
 /// Difference between the exponent biases, 127 and 15, shifted to the exponent bits of an `f32`.
 const BIAS: u32 = (127 - 15) << 23;
 
-/// Exact value of `bits`. Texture lookups call it. It takes 1.3 ns, because it handles only finite
-/// numbers that are not negative. The conversions of `f16` take 2.2 ns (`to_f32_const`) and 6.4 ns
-/// (`to_f32`, which checks the processor's instructions in each call).
+/// Exact value of `bits`. Texture lookups call this function. It takes 1.3 ns, because it handles
+/// only finite numbers that are not negative. The conversions of `f16` take 2.2 ns (`to_f32_const`)
+/// and 6.4 ns (`to_f32`, which checks the processor's instructions in each call).
 pub(super) fn decode(bits: u16) -> f32 {
     if bits < 1 << 10 {
         bits as f32 * STEP
@@ -18,7 +18,7 @@ pub(super) fn decode(bits: u16) -> f32 {
     }
 }
 
-/// Bits of the number nearest to `value` ≥ 0; a tie rounds to even.
+/// Bits of the number nearest to `value`, which is not negative. A tie rounds to even.
 pub(super) fn encode(value: f32) -> u16 {
     f16::from_f32(value.min(f16::MAX.to_f32())).to_bits()
 }
@@ -28,7 +28,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_values_are_those_of_the_standard() {
+    fn all_values_equal_the_standard_conversion() {
         for bits in 0..=f16::MAX.to_bits() {
             assert_eq!(decode(bits).to_bits(), f16::from_bits(bits).to_f32().to_bits());
             assert_eq!(encode(decode(bits)), bits);
@@ -38,7 +38,7 @@ mod tests {
 
     /// Ties round to the number whose last bit is 0.
     #[test]
-    fn the_nearest_is_chosen() {
+    fn encoding_rounds_to_nearest() {
         for bits in 0..f16::MAX.to_bits() {
             let middle = 0.5 * (decode(bits) + decode(bits + 1));
             let [below, above] = [middle.to_bits() - 1, middle.to_bits() + 1].map(f32::from_bits);

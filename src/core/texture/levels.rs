@@ -1,9 +1,9 @@
-//! The coarser levels of a texture (MIP map), each half as wide and high as the one before, down to
-//! a single texel.
+//! The coarser levels of a texture (MIP map). Each level is half as wide and high as the level
+//! before, down to a single texel.
 //!
-//! Levels are means of linear values, computed from unrounded means. Odd sizes use boxes that share
-//! the middle columns (Guthe and Heckbert 2005). Colours are weighted by alpha, because the black
-//! around a cut-out leaf would otherwise darken it from afar.
+//! Levels are means of linear values, computed from unrounded means. If a size is odd, boxes of
+//! three texels overlap (Guthe and Heckbert 2005). Colours are weighted by alpha. Without these
+//! weights, the black texels around a cut-out leaf would darken the leaf in coarse levels.
 
 /// Position and size of one level in the array of all samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,16 +16,16 @@ pub(super) struct Level {
     pub height: u32,
 }
 
-/// Added to alpha to get the weight of a colour, so that the mean of fully transparent texels still
-/// has a colour.
+/// The weight of a colour is its alpha plus this number, so that the mean of fully transparent
+/// texels still has a colour.
 const MIN_WEIGHT: f32 = 1.0 / 1024.0;
 
 /// Appends the coarser levels of a picture to `samples`. Returns all levels, the finest first.
 ///
 /// `samples` holds the picture of `size` texels (columns, rows). A texel has `channels` samples;
 /// the last of two or four is alpha. `decode` and `encode` take the index of a channel and convert
-/// a sample to a linear value and back. A coarse texel is the mean of the texels that it replaces,
-/// from values that were not rounded before. Colours are weighted by their alpha, because a
+/// a sample to a linear value and back. A coarse texel is the mean of the finer texels that it
+/// covers, computed from unrounded values. Colours are weighted by their alpha, because a
 /// transparent texel is not visible.
 pub(super) fn append<T: Copy>(
     samples: &mut Vec<T>,
@@ -120,7 +120,7 @@ fn halved(size: (usize, usize), channels: usize, read: impl Fn(usize, &mut [f32]
     plane
 }
 
-/// Texels, in a row of `n`, that texel `i` of the next level replaces, each with its weight.
+/// Texels of a row of `n` texels that texel `i` of the next level covers, each with its weight.
 ///
 /// For odd `n` each coarse texel is 2 + 1/m fine texels wide and overlaps three of them (Guthe and
 /// Heckbert 2005, "Non-Power-of-Two Mipmap Creation"). The weights of each fine texel have the same
@@ -190,7 +190,7 @@ mod tests {
 
     /// Expected weight: the area that the coarse and the fine texel have in common.
     #[test]
-    fn texels_count_by_the_area_they_share() {
+    fn weights_are_the_common_areas() {
         for n in [2, 3, 5, 8, 9, 41] {
             let coarse = n / 2;
             for i in 0..coarse {
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn colors_count_by_their_alpha() {
+    fn colors_are_weighted_by_alpha() {
         // A green leaf, beside a black texel with alpha 0
         let (samples, levels) = floats(&[0.0, 0.8, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0], (2, 1), 4);
         let texel = &samples[levels[1].start..];

@@ -15,18 +15,19 @@ const FARTHEST_TEXEL: f32 = 4_194_304.0;
 /// Maximum number of texels along a side.
 const LONGEST: usize = 1 << 28;
 
-/// A constant picture with MIP levels, each half the size of the one before (Williams 1983,
+/// An immutable picture with MIP levels, each half the size of the one before (Williams 1983,
 /// "Pyramidal Parametrics").
 ///
 /// u points to the right and v upwards. The picture fills the unit square. The first row of a file
 /// is its top, at v = 1. Texel centres lie at (i + ½) / n. Values are interpolated linearly in u,
 /// in v and, between levels, in the footprint: the width of a ray's cone at the surface, in units
-/// of uv. If a texel is not square, its longer side selects the level: a lookup that is too sharp
-/// is noise, which more samples remove, but blur stays. Footprints of at most one texel, and NaN,
-/// use the finest level. Coarser levels are means of linear values, with colours weighted by alpha.
+/// of uv. If a texel is not square, its longer side selects the level. A level that is too fine
+/// causes noise, which more samples remove; a level that is too coarse causes blur, which stays.
+/// Footprints of at most one texel, and NaN, use the finest level. Coarser levels are means of
+/// linear values, with colours weighted by alpha.
 ///
-/// Lookups return finite numbers for any uv and footprint. If `uv` is not finite, the place is
-/// arbitrary.
+/// Lookups return finite numbers for any uv and footprint. If `uv` is not finite, the position of
+/// the lookup is arbitrary.
 #[derive(Clone, Debug)]
 pub struct Texture {
     samples: Samples,
@@ -36,13 +37,14 @@ pub struct Texture {
     wrap: Wrap,
     /// Columns and rows of the picture.
     size: Vec2,
-    /// Smaller of columns and rows.
+    /// Minimum of the numbers of columns and rows.
     short_side: f32,
     max_value: f32,
     replaced: usize,
 }
 
-/// Index of the finer level, and the position between it and the next coarser level, in [0, 1).
+/// Index of the finer level, and the position between the finer level and the next coarser level,
+/// in [0, 1).
 type Blend = (usize, f32);
 
 impl Encode for Texture {
@@ -148,8 +150,8 @@ impl Texture {
         self.channels % 2 == 0
     }
 
-    /// Largest texel value without alpha: an upper bound of every lookup, up to rounding. If it is
-    /// 1, the bound is exact.
+    /// Maximum of all samples except alpha: an upper bound of every lookup, up to rounding. If the
+    /// maximum is 1, no lookup returns more than 1.
     pub fn max_value(&self) -> f32 {
         self.max_value
     }
@@ -161,8 +163,8 @@ impl Texture {
     }
 
     /// Returns true if all texels that lookups in the finest level between `low` and `high` may use
-    /// are black. Returns false if there are more than 4096 of them, or if they are too far away
-    /// for `f32`.
+    /// are black. Returns false if there are more than 4096 such texels, or if they are too far
+    /// from the origin for `f32`.
     pub fn is_black_within(&self, low: Vec2, high: Vec2) -> bool {
         if self.max_value == 0.0 {
             return true;

@@ -7,9 +7,9 @@ use crate::math::{Vec2, Vec3, encode_fields, encode_variants};
 pub enum Channel {
     /// Red, or grey if the picture has no colours.
     Red,
-    /// Green, or grey.
+    /// Green, or grey if the picture has no colours.
     Green,
-    /// Blue, or grey.
+    /// Blue, or grey if the picture has no colours.
     Blue,
     /// Alpha; 1 if the picture has no alpha.
     Matte,
@@ -53,7 +53,7 @@ impl Channel {
 pub struct Mapping {
     /// `-s u v`: repetitions of the picture per unit of u and v.
     pub scale: Vec2,
-    /// `-o u v`: position in the picture of the surface's (0, 0).
+    /// `-o u v`: position in the picture of the texture coordinates (0, 0).
     pub offset: Vec2,
     /// Extension of the picture beyond the unit square; `-clamp on` is [`Wrap::Clamp`].
     pub wrap: Wrap,
@@ -96,24 +96,24 @@ impl Default for Mapping {
 }
 
 impl Mapping {
-    /// Position in the picture of the surface coordinates `uv`.
+    /// Position in the picture of the texture coordinates `uv`.
     pub fn st(&self, uv: Vec2) -> Vec2 {
         uv * self.scale + self.offset
     }
 
-    /// Width in the picture of a `footprint` on the surface, along the axis with the smaller scale.
-    /// [`Texture`] states the reason for this choice.
+    /// Width, in the picture, of a `footprint` in texture coordinates. The axis with the smaller
+    /// scale determines the width, for the reason that [`Texture`] states.
     pub fn footprint(&self, footprint: f32) -> f32 {
         footprint * self.scale.abs().min_element()
     }
 
-    /// [`Texture::color`] with base and gain; negative values become 0.
+    /// [`Texture::color`] times the gain, plus the base; negative values become 0.
     pub fn color(&self, texture: &Texture, uv: Vec2, footprint: f32) -> Spectrum {
         let color = texture.color(self.st(uv), self.footprint(footprint));
         color.to_array().map(|value| self.ranged(value).max(0.0)).into()
     }
 
-    /// [`Texture::value`] with base and gain, which may make it negative.
+    /// [`Texture::value`] times the gain, plus the base. The result may be negative.
     pub fn value(&self, texture: &Texture, uv: Vec2, footprint: f32) -> f32 {
         self.ranged(texture.value(self.st(uv), self.footprint(footprint)))
     }
@@ -123,16 +123,16 @@ impl Mapping {
         texture.alpha(self.st(uv), self.footprint(footprint))
     }
 
-    /// [`Texture::normal`] with slopes times `bump`, in the frame of the picture's axes. Base and
-    /// gain do not apply.
+    /// [`Texture::normal`] in the frame of the picture's axes, with its slopes multiplied by
+    /// `bump`. Base and gain do not apply.
     pub fn normal(&self, texture: &Texture, uv: Vec2, footprint: f32) -> Vec3 {
         let normal = texture.normal(self.st(uv), self.footprint(footprint));
         let up = if self.flips_green { -normal.y } else { normal.y };
         Vec3::new(self.bump * normal.x, self.bump * up, normal.z)
     }
 
-    /// ∂h/∂u and ∂h/∂v of the height h, which is `bump` times [`Mapping::value`]: the chain rule on
-    /// [`Texture::gradient`].
+    /// ∂h/∂u and ∂h/∂v of the height h, which is `bump` times [`Mapping::value`], by the chain rule
+    /// on [`Texture::gradient`].
     pub fn gradient(&self, texture: &Texture, uv: Vec2, footprint: f32) -> Vec2 {
         let gradient = texture.gradient(self.st(uv), self.footprint(footprint));
         gradient * self.scale * (self.gain * self.bump)
@@ -148,7 +148,7 @@ mod tests {
     use super::super::{Curve, Texels};
     use super::*;
 
-    /// A ramp that rises by 1 to the right and by ½ upwards.
+    /// Test texture whose values rise by 1 to the right and by ½ upwards over the picture.
     fn ramp() -> Texture {
         let texel = |i: usize| (i % 64) as f32 / 64.0 + (63 - i / 64) as f32 / 128.0;
         let texels = Texels::Floats((0..64 * 64).map(texel).collect());
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn options_place_and_scale() {
+    fn scale_offset_and_range_are_applied() {
         let texture = ramp();
         let mapping = Mapping {
             scale: Vec2::new(0.5, -0.25),
@@ -173,7 +173,7 @@ mod tests {
         assert!((mapping.value(&texture, uv, 0.0) - (0.125 + 2.0 * value)).abs() < 1e-6);
         let grey = mapping.color(&texture, uv, 0.0);
         assert!((grey.max_component() - (0.125 + 2.0 * value)).abs() < 1e-6);
-        // Heights rise by 1 and ½ per unit of the picture.
+        // Over the whole picture, heights rise by 1 to the right and by ½ upwards.
         let gradient = mapping.gradient(&texture, uv, 0.0);
         let expected = 6.0 * Vec2::new(0.5 * 1.0, -0.25 * 0.5);
         assert!(gradient.distance(expected) < 1e-3, "{gradient}");
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn colors_are_never_negative_and_alpha_stays() {
+    fn negative_colors_become_0_and_alpha_is_unchanged() {
         let texels = Texels::Bytes(vec![255, 0, 51, 51], Curve::Linear);
         let texture = Texture::new(1, 1, 4, texels, Wrap::Repeat).unwrap();
         let mapping = Mapping {
@@ -199,12 +199,12 @@ mod tests {
     }
 
     #[test]
-    fn the_plain_mapping_changes_nothing() {
+    fn default_mapping_changes_nothing() {
         let (texture, plain, uv) = (ramp(), Mapping::default(), Vec2::new(0.3, 0.8));
         assert_eq!(plain.st(uv), uv);
         assert_eq!(plain.value(&texture, uv, 0.1), texture.value(uv, 0.1));
         assert_eq!(plain.gradient(&texture, uv, 0.1), texture.gradient(uv, 0.1));
-        // Tiled ten times in u only: the footprint along v does not change.
+        // The scale repeats the picture in u only, so the footprint along v does not change.
         let tiled = Mapping {
             scale: Vec2::new(-10.0, 1.0),
             ..plain

@@ -5,9 +5,9 @@
 //! the texture needs. Samples stay as compact as in the file and are decoded at each lookup: 8 bits
 //! by a table, floats as halves if that is lossless.
 //!
-//! Between two levels a lookup is linear in the width of the cone, not in the logarithm of the
+//! Between two levels, a lookup is linear in the width of the cone, not in the logarithm of the
 //! width. The exponent of the width is then the level, and its fraction is the position between the
-//! levels. Each choice of channels and borders (`-imfchan`, `-clamp`) makes a separate texture.
+//! levels. Each choice of channels and wrap mode (`-imfchan`, `-clamp`) makes a separate texture.
 //! Scale, offset and range belong to the lookup (`Mapping`).
 
 mod half;
@@ -27,7 +27,7 @@ use crate::math::{Encode, encode_variants};
 /// Filter of texture lookups.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TextureFilter {
-    /// Trilinear: between the two levels that match the footprint of the sample.
+    /// Trilinear: between the two levels that match the footprint of the lookup.
     #[default]
     Mip,
     /// Bilinear in the finest level, for any distance of the viewer.
@@ -40,7 +40,7 @@ encode_variants!(TextureFilter {
 });
 
 impl TextureFilter {
-    /// Each filter by the name that users type.
+    /// Names of the filters, as users type them.
     pub const NAMES: &[(&str, Self)] = &[("mip", Self::Mip), ("bilinear", Self::Bilinear)];
 }
 

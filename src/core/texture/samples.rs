@@ -6,10 +6,10 @@ use crate::color::srgb;
 use crate::math::Encode;
 use std::sync::LazyLock;
 
-/// Transfer curve of the codes 0 to 255.
+/// Transfer curve of 8-bit codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Curve {
-    /// Data: equal steps from 0 to 1.
+    /// Linear: the code divided by 255. For data that are not colours.
     Linear,
     /// Colours: the sRGB curve (IEC 61966-2-1). Alpha is linear even with this curve.
     Srgb,
@@ -31,12 +31,12 @@ pub enum Texels {
 pub(super) enum Samples {
     Bytes(Vec<u8>, &'static Codes),
     Shorts(Vec<u16>),
-    /// Floats that halves represent exactly.
+    /// Floats that 16-bit floats represent exactly.
     Halves(Vec<u16>),
     Floats(Vec<f32>),
 }
 
-/// Values of the codes 0 to 255.
+/// Values of the 8-bit codes.
 pub(super) type Codes = [f32; 256];
 
 pub(super) static LINEAR: Codes = {
@@ -72,8 +72,8 @@ impl Texels {
         }
     }
 
-    /// Adds the coarser levels of a picture of `size` (columns, rows). Samples stay as compact as a
-    /// lossless format allows.
+    /// Adds the coarser levels to a picture of `size` (columns, rows). The samples are stored in
+    /// the most compact lossless format.
     pub(super) fn store(self, size: (usize, usize), channels: usize) -> StoredPicture {
         let is_alpha = |c| channels % 2 == 0 && c + 1 == channels;
         let mut replaced = 0;
@@ -105,7 +105,7 @@ impl Texels {
                     levels = levels::append(&mut halves, size, channels, decode, |_, value| half::encode(value));
                     samples = Samples::Halves(halves);
                 } else {
-                    // Rounding must not make a mean larger than the largest of its samples.
+                    // Rounding must not make a mean larger than the largest sample.
                     let max = |c| if is_alpha(c) { 1.0 } else { max_value };
                     levels = levels::append(&mut values, size, channels, |_, v| v, |c, v: f32| v.min(max(c)));
                     samples = Samples::Floats(values);
@@ -162,7 +162,7 @@ pub(super) fn decode_short(code: u16) -> f32 {
     code as f32 * (1.0 / 65535.0)
 }
 
-/// Code with the nearest value.
+/// Code whose value is nearest to `value`.
 fn nearest(codes: &Codes, value: f32) -> u8 {
     let above = codes.partition_point(|&v| v < value).clamp(1, 255);
     let below = above - 1;
@@ -206,7 +206,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn codes_are_the_nearest() {
+    fn nearest_code_has_the_smallest_error() {
         for table in [&LINEAR, &*SRGB] {
             for (code, &value) in table.iter().enumerate() {
                 assert_eq!(nearest(table, value) as usize, code);

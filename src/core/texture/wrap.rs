@@ -18,12 +18,11 @@ encode_variants!(Wrap {
     2 => Mirror,
 });
 
-/// `f32` numbers of this size or larger have no fraction.
+/// Numbers of this absolute value or more have no fraction in `f32`.
 const WHOLE: f32 = 8_388_608.0;
 
 impl Wrap {
-    /// Maps the coordinate `x` to a position in the picture, in [0, 1]. Arbitrary if `x` is not
-    /// finite.
+    /// Position in the picture, in [0, 1], of the coordinate `x`. Arbitrary if `x` is not finite.
     pub(super) fn fold(self, x: f32) -> f32 {
         match self {
             Self::Repeat => fraction(x),
@@ -36,12 +35,13 @@ impl Wrap {
     /// The two of `n` texels whose centres, at (i + ½) / n, lie on both sides of the folded
     /// coordinate `s`. The third value is the position of `s` between these centres, in [0, 1).
     pub(super) fn neighbors(self, s: f32, n: u32) -> (usize, usize, f32) {
-        // Relative to the centre of the texel before the first, all positions are positive, so
-        // truncation is the floor.
+        // Measured from the centre of the texel before the first texel, all positions are positive,
+        // so truncation equals the floor.
         let p = s * n as f32 + 0.5;
         let (high, last) = (p as i32, n as i32 - 1);
         let f = p - high as f32;
-        // Beyond an edge lies the texel of the opposite edge (`Repeat`), or the edge texel again.
+        // The neighbour beyond an edge of the picture is the texel at the opposite edge (`Repeat`)
+        // or the edge texel itself.
         let (left, right) = if self == Self::Repeat { (last, 0) } else { (0, last) };
         let low = if high == 0 { left } else { last.min(high - 1) };
         let high = if high > last { right } else { high };
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn folding_is_what_it_is_defined_as() {
+    fn folding_equals_its_definition() {
         for i in -4000..4000 {
             let x = i as f32 * 0.003_91;
             let wide = x as f64;

@@ -41,8 +41,8 @@ fn assortment(wrap: Wrap) -> Vec<Texture> {
 }
 
 #[test]
-fn ramps_stay_ramps() {
-    // Texel centres lie at (i + ½) / n, so the texture is u + 2 (1 − v), sampled at the centres.
+fn lookups_of_a_ramp_are_linear() {
+    // Texel centres lie at (i + ½) / n, so the texture is a ramp: u + 2 (1 − v).
     let (w, h) = (16, 8);
     let place = |i: usize, n: usize| (i as f32 + 0.5) / n as f32;
     let texture = floats(w, h, Wrap::Clamp, |x, y| place(x, w) + 2.0 * place(y, h));
@@ -55,8 +55,8 @@ fn ramps_stay_ramps() {
             assert!(gradient.distance(Vec2::new(1.0, -2.0)) < 1e-4, "{uv}: {gradient}");
         }
     }
-    // Coarser levels have the same ramp further from the border; the cone is between 1 and 2 texels
-    // wide.
+    // At this distance from the border, coarser levels have the same ramp. The cone is between 1
+    // and 2 texels wide.
     let uv = Vec2::new(0.4, 0.55);
     for footprint in [0.13, 0.2, 0.249] {
         assert!((texture.value(uv, footprint) - 1.3).abs() < 1e-5, "{footprint}");
@@ -107,15 +107,16 @@ fn checkerboards_turn_grey_in_linear_light() {
         let texture = Texture::new(64, 64, 1, Texels::Bytes(codes, curve), Wrap::Repeat).unwrap();
         for level in 1..=6 {
             let grey = texture.value(Vec2::new(0.37, 0.91), (1 << level) as f32 / 64.0);
-            // Tolerance: half a step of the code
+            // Tolerance: half a step of the 8-bit code
             assert!((grey - 0.5).abs() <= step, "{curve:?} level {level}: {grey}");
         }
     }
 }
 
-/// Compares lookups with the texels of an infinite plane, repeated as the wrap mode is defined.
+/// Lookups equal interpolated texels of an infinite plane, which repeats the picture by the
+/// definition of the wrap mode.
 #[test]
-fn wraps_are_what_they_are_defined_as() {
+fn lookups_equal_the_definition_of_wrap_modes() {
     for wrap in WRAPS {
         let (w, h) = (5i64, 3i64);
         let texels: Vec<f32> = noise(15).collect();
@@ -140,7 +141,7 @@ fn wraps_are_what_they_are_defined_as() {
 }
 
 #[test]
-fn nothing_jumps_between_levels() {
+fn lookups_are_continuous_between_levels() {
     for wrap in WRAPS {
         for texture in assortment(wrap) {
             for (a, b) in noise(40).zip(noise(80).skip(40)) {
@@ -155,7 +156,8 @@ fn nothing_jumps_between_levels() {
                     let jump = gradient(1.0 + 1e-5) - gradient(1.0 - 1e-5);
                     assert!(jump.length() < 1e-2, "{wrap:?} {uv} {level}: {jump}");
                 }
-                // A footprint half way between two levels gives the mean of both.
+                // A footprint half way between the footprints of two levels gives the mean of both
+                // levels.
                 let at = |texels: f32| texture.alpha(uv, texels / 6.0) as f64;
                 assert!((at(3.0) - 0.5 * (at(2.0) + at(4.0))).abs() < 1e-6);
             }
@@ -172,8 +174,8 @@ fn the_top_row_of_a_picture_is_at_v_1() {
         let got = texture.value(uv, 0.0) * 255.0;
         assert!((got - code).abs() < 1e-3, "{uv}: {got}, not {code}");
     }
-    // Codes fall by 30 per texel up the picture and rise by 10 per texel to the right. Differences
-    // across a texel use both neighbours.
+    // From texel to texel, codes rise by 10 to the right and fall by 30 upwards. The gradient is
+    // the difference of both neighbours.
     let gradient = texture.gradient(Vec2::new(0.5, 0.5), 0.0) * 255.0;
     assert!(gradient.distance(Vec2::new(30.0, -60.0)) < 1e-2, "{gradient}");
 }
@@ -194,7 +196,7 @@ fn the_largest_heights_have_finite_slopes() {
 }
 
 #[test]
-fn odd_places_are_somewhere_in_the_picture() {
+fn lookups_at_invalid_positions_are_finite() {
     let odd = [
         f32::NAN,
         f32::INFINITY,
@@ -274,7 +276,7 @@ fn storage_is_compact() {
 }
 
 #[test]
-fn what_is_no_value_becomes_0_and_is_counted() {
+fn invalid_samples_become_0_and_are_counted() {
     let texels = vec![
         0.5,
         f32::NAN,
@@ -302,7 +304,7 @@ fn what_is_no_value_becomes_0_and_is_counted() {
 }
 
 #[test]
-fn pictures_are_whole() {
+fn number_of_samples_must_match_the_size() {
     let picture = |w, h, c, n| Texture::new(w, h, c, Texels::Shorts(vec![0; n]), Wrap::Repeat).is_some();
     assert!(picture(3, 2, 2, 12));
     assert!(!picture(3, 2, 2, 11) && !picture(0, 2, 2, 0) && !picture(3, 2, 0, 0) && !picture(1, 1, 5, 5));

@@ -39,7 +39,7 @@ pub enum MtlDialect {
 }
 
 impl MtlDialect {
-    /// Each dialect by the name that users type, the default first.
+    /// Names of the dialects, as users type them. The default is first.
     pub const NAMES: &[(&str, Self)] = &[
         ("auto", Self::Auto),
         ("spec", Self::Spec),
@@ -60,11 +60,11 @@ impl MtlDialect {
 /// Meaning of `Tr`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TrMeaning {
-    /// 1 − d; `d` has priority if both are given.
+    /// `Tr` is 1 − d. `d` has priority if both are given.
     Transparency,
-    /// 1 − d; `Tr` has priority if both are given.
+    /// `Tr` is 1 − d. `Tr` has priority if both are given.
     TransparencyFirst,
-    /// Equal to `d`.
+    /// `Tr` is equal to `d`.
     Opacity,
 }
 
@@ -107,9 +107,9 @@ impl Dissolve {
     }
 }
 
-/// Returns true if the materials `all` of a library show that `Tr` means `d`. Either both are
-/// equal, and not 1/2, in all materials that have both, or every material would be fully
-/// transparent in the literal reading.
+/// Returns true if the opacities `all` of a library show that `Tr` means `d`. This is the case if
+/// both are equal, and not 1/2, in all materials that have both. It is also the case if every
+/// material would be fully transparent with `Tr` = 1 − d.
 pub(super) fn is_tr_opacity(all: &[Dissolve]) -> bool {
     let is_same = |dissolve: &Dissolve| match (dissolve.d, dissolve.tr) {
         (Some(d), Some(tr)) => Some((d - tr).abs() < 1e-3 && (d - 0.5).abs() > 1e-3),

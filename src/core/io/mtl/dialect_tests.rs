@@ -244,8 +244,8 @@ fn maya_writes_glass_for_everything() {
         auto(&lambert("1.00 1.00 1.00").replace("Ni 1.00", "Ni 0.00")).diffuse,
         Spectrum::splat(0.5)
     );
-    // Maya is also recognised by a surface that would scatter more light than it receives if it
-    // were glass, and by the name of a shading group.
+    // Maya is also recognised if the literal reading is glass that scatters more light than it
+    // receives, and by the name of a shading group.
     for statements in [
         "newmtl red\nillum 4\nKd 0.66 0.08 0.04\n",
         "newmtl red\nillum 4\nKd 0.66 0.08 0.04\nTf 1 1 1\n",
@@ -268,8 +268,8 @@ fn maya_writes_glass_for_everything() {
             .iter()
             .all(|m| m.transmission.is_black())
     );
-    // Not from Maya: glass with an index of refraction, glass that scatters no more light than it
-    // receives, glass with `d`, and other models than `illum 4`.
+    // These libraries are not from Maya: glass with an index of refraction, glass that scatters no
+    // more light than it receives, glass with `d`, and models other than `illum 4`.
     let glass = auto("newmtl m\nillum 4\nKd 0 0 0\nTf 1 1 1\nNi 1.5\n");
     assert_eq!((glass.transmission, glass.ior), (Spectrum::ONE, DEFAULT_IOR));
     for statements in [
@@ -284,7 +284,7 @@ fn maya_writes_glass_for_everything() {
 }
 
 #[test]
-fn a_texture_that_glass_would_hide_is_opaque() {
+fn texture_of_invisible_glass_makes_it_opaque() {
     let ghost = "newmtl m\nillum 4\nKd 1 1 1\nTf 1 1 1\nNi 1.00\nmap_Kd a.png\n";
     let other = "newmtl n\nillum 2\nKd 0.5\n";
     let (materials, _, messages) = read(&format!("{ghost}{other}"), MtlDialect::Auto);
@@ -342,7 +342,7 @@ fn sketchup_meshlab_and_cinema_4d_write_constants() {
 }
 
 #[test]
-fn the_extension_counts_in_every_dialect() {
+fn extension_is_read_in_every_dialect() {
     let text = "newmtl m\nillum 2\nKd 0.5\nKs 1 1 1\nNs 10\nPr 0.3\nPm 1\nTf 1 1 1\nd 1\n";
     for &(name, dialect) in MtlDialect::NAMES {
         let material = &read(text, dialect).0[0];
@@ -352,7 +352,7 @@ fn the_extension_counts_in_every_dialect() {
 }
 
 #[test]
-fn guesses_are_told_where_they_change_something() {
+fn guess_is_reported_if_it_changes_the_material() {
     let kitchen = format!("{NATIVE_3}{}", blender(250.0, 1.0, 0.5, 1.45, 1.0, 2));
     let (_, _, messages) = read(&kitchen, MtlDialect::Auto);
     assert!(
@@ -373,13 +373,13 @@ fn guesses_are_told_where_they_change_something() {
         let is_letter = materials[0].gloss == Gloss::Phong(250.0);
         assert_eq!(is_letter, dialect == MtlDialect::Spec);
     }
-    // The literal reading is the same.
+    // There is no message if the literal reading gives the same material.
     let (_, _, messages) = read(
         "# 3ds Max Wavefront OBJ Exporter\nnewmtl m\nKd 0.5\nNs 10\nKs 0 0 0\n",
         MtlDialect::Auto,
     );
     assert!(messages.is_empty(), "{messages:?}");
-    // In the literal reading nothing would be visible.
+    // In the literal reading, nothing would be visible.
     let (materials, _, messages) = read("newmtl m\nTr 1\n", MtlDialect::Auto);
     assert!(
         materials[0].opacity == 1.0 && messages[0].contains("`Tr` is read as opacity"),
@@ -387,7 +387,7 @@ fn guesses_are_told_where_they_change_something() {
     );
 }
 
-/// All these dialects read `Ks` as a highlight of lamps.
+/// All these dialects read `Ks` as a highlight that reflects only lamps.
 #[test]
 fn rhino_wings_3d_3dfier_and_assimp_write_highlights() {
     let wood = "Kd 0.45 0.33 0.19\nKs 1.0 1.0 1.0\nd 0.5\n";
@@ -420,12 +420,13 @@ fn rhino_wings_3d_3dfier_and_assimp_write_highlights() {
 }
 
 #[test]
-fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
+fn ks_is_a_highlight_if_kd_and_ks_exceed_1() {
     let material = |name: &str, statements: &str| format!("newmtl {name}\n{statements}\n");
     let bright = material("roof", "Kd 0.87 0.26 0.28\nKs 0.87 0.26 0.28\nNs 60\nillum 2");
     let dark = material("rubber", "Kd 0.1\nKs 0.2\nNs 20");
     let (materials, _, messages) = read(&format!("{dark}{bright}"), MtlDialect::Auto);
-    // A library has one writer: one material decides for all.
+    // All materials of a library have one writer, so one material determines the dialect of the
+    // library.
     assert!(
         materials.iter().all(|m| m.gloss == Gloss::Metallic(0.0)),
         "{materials:?}"
@@ -434,8 +435,8 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
         messages.len() == 1 && messages[0].contains("t.mtl:7: Kd + Ks of material `roof` is 1.74, more than all light"),
         "{messages:?}"
     );
-    // The colours of a picture are darker than its factor. A `Ks` that a dielectric may have
-    // therefore does not show the dialect if `Kd` has a picture.
+    // The colours of a picture are darker than its factor. If `Kd` has a picture, a `Ks` that is
+    // possible for a dielectric does not determine the dialect.
     for (ks, gloss) in [("0.04", Gloss::Phong(20.0)), ("0.5", Gloss::Metallic(0.0))] {
         for kd in ["", "Kd 1\n", "Kd 0.512\n"] {
             let wood = material("wood", &format!("{kd}map_Kd a.png\nKs {ks}\nNs 20"));
@@ -453,7 +454,8 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
         let (_, _, words) = read(&material("a", &format!("Kd {kd}\nKs 0.5\nNs 20")), MtlDialect::Auto);
         assert!(words[0].contains(messages), "{words:?}");
     }
-    // With sums up to 1 the file is literal, and also if the user chooses so.
+    // The library is read literally if sums are at most 1, or if the user chooses the literal
+    // dialect.
     let (materials, _, messages) = read(&dark, MtlDialect::Auto);
     assert_eq!((materials[0].gloss, messages.len()), (Gloss::Phong(20.0), 0));
     let exact = material("a", "Kd 0.7 0.5 0.5\nKs 0.3 0.5 0.5\nNs 20");
@@ -462,8 +464,8 @@ fn highlights_beside_a_full_diffuse_colour_are_no_shares() {
     assert_eq!((materials[0].gloss, messages.len()), (Gloss::Phong(60.0), 0));
     let (materials, _, messages) = read(&dark, MtlDialect::Highlight);
     assert_eq!((materials[0].gloss, messages.len()), (Gloss::Metallic(0.0), 0));
-    // Mirrors, glass, surfaces without a highlight and the extension decide nothing, and keep their
-    // meaning.
+    // Mirrors, glass, surfaces without a highlight and materials of the extension do not determine
+    // the dialect, and keep their meaning.
     for statements in ["illum 3", "illum 5", "illum 1", "illum 7\nTf 1 1 1", "Pr 0.5"] {
         let other = material("other", &format!("Kd 0.8\nKs 0.8\nNs 20\n{statements}"));
         let alone = read(&format!("{other}{dark}"), MtlDialect::Auto).0;

@@ -28,7 +28,7 @@ pub enum MapSlot {
     Bump,
     /// Tangent-space normals.
     Normal,
-    /// Displacement of the surface along its normal.
+    /// Heights for the displacement of the surface along its normal.
     Displacement,
 }
 
@@ -39,7 +39,7 @@ pub struct MapStatement {
     pub slot: MapSlot,
     /// Name of the file, as written.
     pub file: String,
-    /// Name of the file if the text after it is not a comment, as in `wall #2.png`.
+    /// File name including the text after `#`, which may not be a comment: `wall #2.png`.
     pub whole_file: Option<String>,
     /// Mapping of the texture on the surface.
     pub mapping: Mapping,
@@ -48,8 +48,8 @@ pub struct MapStatement {
 }
 
 impl MapSlot {
-    /// Slot of a keyword in lower case. Blender writes pictures of metallic as reflection maps
-    /// (`refl`).
+    /// Slot of the keyword `key`, which is in lower case. Blender writes pictures of metallic as
+    /// reflection maps (`refl`).
     pub fn of_keyword(key: &str, is_blender: bool) -> Option<Self> {
         Some(match key {
             "map_refl" | "refl" if is_blender => Self::Metallic,
@@ -137,7 +137,8 @@ impl MapStatement {
                     words.next();
                     self.ignored.push("-type");
                 }
-                // The use of a texture decides its colour space.
+                // `-colorspace` has no effect, because the use of a texture determines its colour
+                // space.
                 "-colorspace" => {
                     words.next();
                     self.ignored.push("-colorspace");
@@ -257,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_named() {
+    fn invalid_statement_is_an_error_with_the_word() {
         for (rest, word) in [
             ("", "missing"),
             ("-s 2", "missing"),

@@ -1,8 +1,8 @@
 //! MTL files: statements and materials (`section`), and textures (`map`).
 //!
 //! Programs disagree about the meaning of statements (`dialect`). `writer` finds the program that
-//! wrote a library. `translate` replaces the statements by their meaning in that program, before a
-//! material is made.
+//! wrote a library. `translate` replaces the statements by their meaning in that program. After
+//! that, the materials are made.
 
 mod dialect;
 mod map;
@@ -37,8 +37,8 @@ pub fn default_material(name: &str) -> Material {
     }
 }
 
-/// The name of a material in lower case, with one `_` for each run of separators. Exporters replace
-/// characters: `Mat.1` and `mat_1` have one key.
+/// Key for comparing the names of materials: the name in lower case, with one `_` for each run of
+/// separators. Exporters replace characters: `Mat.1` and `mat_1` have the same key.
 pub(super) fn key_of_name(name: &str) -> String {
     let mut key = String::with_capacity(name.len());
     for c in name.chars() {
@@ -67,7 +67,7 @@ pub struct FileMaterial {
     pub library: PathBuf,
     /// Line of the material's `newmtl`.
     pub line: usize,
-    /// Line of the statement that sets the opacity, if the library has one.
+    /// Line of the statement that sets the opacity, if the library has such a statement.
     pub opacity_line: Option<usize>,
 }
 
@@ -96,11 +96,11 @@ pub struct MapRequest {
     pub statement: MapStatement,
     /// Place of the statement, as an error without a message.
     pub place: FileError,
-    /// True if `slot` is final. False in libraries: there the picture decides if it is a height map
-    /// or a normal map.
+    /// True if `slot` is final. False for textures of libraries: the content of the picture then
+    /// decides between height map and normal map.
     pub is_literal: bool,
-    /// True if the texture is used only if it is a cut-out: the alpha of a colour texture, used as
-    /// opacity.
+    /// True if the texture is used only if its picture is a cut-out. The alpha of a colour texture
+    /// is then used as opacity.
     pub if_cut_out: bool,
     /// File of the texture, if it was found.
     pub path: Option<PathBuf>,
@@ -108,8 +108,8 @@ pub struct MapRequest {
 
 impl MapRequest {
     /// The other possible slot of the texture: normal map instead of height map, or the reverse.
-    /// The content of the picture decides between both slots. `None` if the content does not
-    /// matter.
+    /// The content of the picture decides between both slots. `None` if the slot does not depend on
+    /// the content.
     pub fn other_slot(&self) -> Option<MapSlot> {
         let is_value = self.statement.mapping.channel.is_some_and(|c| c != Channel::Luminance);
         match self.statement.slot {
@@ -139,7 +139,7 @@ pub struct ObjContext {
     pub whole_names: HashSet<String>,
     /// Names of materials that faces use; `None` if unknown.
     pub used: Option<HashSet<String>>,
-    /// Keys (`key_of_name`) of these names; empty if names must be exact.
+    /// Keys (`key_of_name`) of the names in `used`; empty if names must be exact.
     pub used_keys: HashSet<String>,
 }
 
@@ -162,8 +162,8 @@ pub fn load_mtl(path: &Path, obj: &ObjContext, options: LibraryOptions, findings
     library.materials(path, sections, findings)
 }
 
-/// Statements of the format that have no effect, in lower case, with the reason. The severity is a
-/// note if a path tracer has their effect anyway.
+/// Statements of the format that have no effect: keyword in lower case, severity of the message,
+/// and reason. The severity is a note if a path tracer computes the effect without the statement.
 const IGNORED: [(&str, Severity, &str); 6] = [
     ("map_ka", Severity::Note, "ambient light is computed"),
     ("sharpness", Severity::Note, "reflections are computed"),
@@ -181,7 +181,7 @@ const IGNORED: [(&str, Severity, &str); 6] = [
     ("decal", Severity::Warning, "pictures do not replace the material"),
 ];
 
-/// Entry of a statement without effect. `None` if the format has no such statement.
+/// Entry of [`IGNORED`] for the statement `key`. `None` if the statement is not in the list.
 fn ignored(key: &str) -> Option<&'static (&'static str, Severity, &'static str)> {
     IGNORED.iter().find(|(known, ..)| key.eq_ignore_ascii_case(known))
 }
@@ -197,7 +197,7 @@ pub(super) fn read_library(path: &Path, findings: &mut Findings) -> Option<Strin
         .ok()
 }
 
-/// Interpretation of the statements of a library, by its writer and the options.
+/// A library in the interpretation of its writer and of the options.
 pub(super) struct Library<'a> {
     dialect: MtlDialect,
     signature: Option<Signature>,
@@ -345,8 +345,8 @@ impl<'a> Library<'a> {
         sections
     }
 
-    /// Returns true if errors of a material are reported: a face uses it, or wrong statements are
-    /// errors.
+    /// Returns true if errors of the material are reported. Its faces must be used, or wrong
+    /// statements must be errors.
     fn reports_errors_of(&self, section: &Section) -> bool {
         self.wrong_severity == Severity::Error || self.obj.is_used(&section.name)
     }
@@ -363,7 +363,7 @@ impl<'a> Library<'a> {
         let mut idle: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
         let mut materials = Vec::with_capacity(sections.len());
         for mut section in sections {
-            // Report a guess of the dialect if the literal reading gives another material.
+            // Report the dialect that was guessed if the literal reading gives another material.
             let slots = |section: &Section| section.maps.iter().map(|m| m.statement.slot).collect::<Vec<_>>();
             let by_letter = (section.material(Reading::LETTER.tr).0, slots(&section));
             section.translate(reading.writer);
@@ -477,9 +477,9 @@ impl WrongStatements {
 pub(super) enum Effect {
     /// The whole statement.
     Full,
-    /// The statement except these options of a texture.
+    /// The whole statement except these options of a texture.
     Without(Vec<&'static str>),
-    /// Nothing: the keyword is unknown.
+    /// No part of the statement, because the keyword is unknown.
     None,
 }
 

@@ -5,25 +5,27 @@ use crate::bsdf::Fresnel;
 /// Maximum reflectance along the normal, which keeps the index of refraction finite.
 pub(super) const MAX_F0: f32 = 0.9;
 
-/// Reflectance of a dielectric along the normal.
+/// Reflectance of a dielectric along the normal, from its index of refraction.
 pub(super) fn f0_of_ior(ior: f32) -> f32 {
     ((ior - 1.0) / (ior + 1.0)).powi(2)
 }
 
 /// Index of refraction for the metallic-roughness model, which reflects by Schlick's formula. With
-/// this index the model reflects as much as a dielectric of reflectance `f0` along the normal.
+/// this index, the model reflects as much light as a dielectric whose reflectance along the normal
+/// is `f0`.
 ///
-/// Fresnel's equations reflect more than the formula at middle angles; for index 1.5 that is a
-/// tenth of the total. The `f0` of the formula is raised until both have the same mean over the
-/// hemisphere. It is raised less for rough facets, which hide each other at grazing angles: the
-/// factor 1.15 − 0.85 roughness² is fitted to spheres that Cycles rendered (Blender 5.0.1, indices
-/// 1.5 to 2.2, within 2 % of the reflection).
+/// At middle angles, Fresnel's equations reflect more light than the formula. The difference is a
+/// tenth of the total for index 1.5. The `f0` of the formula is therefore raised until both have
+/// the same mean over the hemisphere. It is raised less for rough facets, which hide each other at
+/// grazing angles. The factor 1.15 − 0.85 roughness² is fitted to spheres that Cycles rendered
+/// (Blender 5.0.1, indices 1.5 to 2.2, within 2 % of the reflection).
 pub(super) fn ior_of_dielectric(f0: f32, roughness: f32) -> f32 {
     let eta = ior_of_f0(f0);
     if f0 == 0.0 {
         return eta;
     }
-    // Midpoint rule for 2 ∫ F cos d cos; for the formula the integral is (20 f0 + 1)/21.
+    // Midpoint rule for 2 ∫ F cos d cos, where F is Fresnel's reflectance. For Schlick's formula,
+    // the integral is (20 f0 + 1)/21.
     const POINTS: u32 = 64;
     let fresnel = Fresnel::Dielectric { eta };
     let cosines = (0..POINTS).map(|i| (i as f32 + 0.5) / POINTS as f32);
@@ -35,7 +37,7 @@ pub(super) fn ior_of_dielectric(f0: f32, roughness: f32) -> f32 {
     ior_of_f0((f0 + raised).min(MAX_F0))
 }
 
-/// Index of refraction of a dielectric of reflectance `f0` along the normal.
+/// Index of refraction of a dielectric, from its reflectance `f0` along the normal.
 fn ior_of_f0(f0: f32) -> f32 {
     (1.0 + f0.sqrt()) / (1.0 - f0.sqrt())
 }
@@ -45,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn indices_and_reflectances_are_inverse() {
+    fn index_and_reflectance_are_inverse() {
         for ior in [1.0, 1.33, 1.45, 1.5, 2.4] {
             assert!((ior_of_f0(f0_of_ior(ior)) - ior).abs() < 1e-4, "{ior}");
         }
@@ -53,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn the_formula_is_raised_to_the_equations() {
+    fn mean_reflectance_equals_fresnel_equations() {
         assert_eq!(ior_of_dielectric(0.0, 0.5), 1.0);
         let f0 = |roughness| f0_of_ior(ior_of_dielectric(0.04, roughness));
         // Values fitted to Cycles' spheres of index 1.5

@@ -58,19 +58,19 @@ pub(crate) struct Section {
     pub roughness: Option<f32>,
     pub metallic: Option<f32>,
     pub clearcoat: f32,
-    /// Maximum of `Pc`.
+    /// Value of `Pc` for a full coat.
     max_clearcoat: f32,
     clearcoat_roughness: f32,
     sheen: f32,
     anisotropy: f32,
-    /// Rotation in turns.
+    /// Rotation of the tangent of the anisotropy, in turns.
     anisotropy_rotation: f32,
     pub illum: Option<u32>,
-    /// Reflectance along the normal of a surface that is not a metal, in place of the reflectance
-    /// of `ior`. Only translations set it.
+    /// Reflectance along the normal of a surface that is not a metal. It replaces the reflectance
+    /// that follows from `ior`. Only translations of dialects set it.
     pub f0: Option<f32>,
-    /// Share of the light that a surface transmits instead of reflecting it, if it is not a metal.
-    /// Only translations set it.
+    /// Share of the light that the surface transmits instead of reflecting it, if the surface is
+    /// not a metal. Only translations of dialects set it.
     pub transmitted: Option<f32>,
     pub maps: Vec<MapRequest>,
     /// Line of the material's `newmtl`.
@@ -79,7 +79,7 @@ pub(crate) struct Section {
     pub lines: Vec<(String, usize)>,
 }
 
-/// Message of an error, and its remedy.
+/// Message of an error, and a text on how to correct it.
 pub(crate) type Complaint = (String, &'static str);
 
 impl Section {
@@ -98,8 +98,8 @@ impl Section {
     ///
     /// # Errors
     ///
-    /// A value is wrong. The nearest valid value is used. If there is none, the statement has no
-    /// effect.
+    /// If a value is wrong. The nearest valid value is used. If there is no such value, the
+    /// statement has no effect.
     pub fn set(&mut self, lower: &str, key: &str, rest: &str) -> Result<bool, Complaint> {
         const SHARE: ([f32; 2], &str) = ([0.0, 1.0], "write a number from 0 to 1");
         let mut complaint = None;
@@ -165,7 +165,8 @@ impl Section {
         complaint.map_or(Ok(true), Err)
     }
 
-    /// Line of the last statement with this keyword, or else of the material.
+    /// Line of the last statement with the keyword `key`, or of the material's `newmtl` if there is
+    /// no such statement.
     pub fn line_of(&self, key: &str) -> usize {
         self.line_of_statement(key).unwrap_or(self.line)
     }
@@ -266,7 +267,7 @@ impl Section {
         }
     }
 
-    /// Factor of a number; 1 if only a texture gives it.
+    /// Factor of a quantity. If only a texture sets the quantity, the factor is 1.
     fn factor(&self, given: Option<f32>, slot: MapSlot, default: f32) -> f32 {
         given.unwrap_or(if self.has_map(slot) { 1.0 } else { default })
     }
@@ -274,8 +275,8 @@ impl Section {
     /// The material, and messages about assumptions.
     pub(super) fn material(&self, tr: TrMeaning) -> (Material, Vec<Remark>) {
         let mut remarks = Vec::new();
-        // If the material has any colour, its missing colours are black. If it has none, it is a
-        // grey diffuse surface.
+        // If the material has any colour, its missing colours are black. Without any colour, it is
+        // a grey diffuse surface.
         let emission = self.emission.unwrap_or(Spectrum::ZERO);
         let emits = !emission.is_black() || self.has_map(MapSlot::Emission);
         if self.emission.is_some() && emits && emission.is_black() {
@@ -386,8 +387,8 @@ impl Section {
     }
 
     /// Transmits `share` of the light that the surface would reflect. The base colour is the tint
-    /// of a whole body. Light passes two surfaces of a body, so each surface has the square root of
-    /// the tint.
+    /// of a whole body. Because light crosses two surfaces of a body, each surface has the square
+    /// root of the tint.
     fn transmit(&self, share: f32, ior: f32, material: &mut Material) {
         let [r, g, b] = material.diffuse.to_array().map(f32::sqrt);
         material.transmission = Spectrum::rgb(r, g, b) * share;
@@ -404,7 +405,8 @@ fn counts_alone(key: &str) -> String {
 /// A wrong value: the value that replaces it, if any, and the error.
 type InvalidValue<T> = (Option<T>, Complaint);
 
-/// Returns the value or its replacement, and stores the error.
+/// Returns the value. If it is invalid, stores the error in `complaint` and returns the
+/// replacement, if any.
 fn read<T>(complaint: &mut Option<Complaint>, value: Result<T, InvalidValue<T>>) -> Option<T> {
     match value {
         Ok(value) => Some(value),
@@ -415,7 +417,8 @@ fn read<T>(complaint: &mut Option<Complaint>, value: Result<T, InvalidValue<T>>)
     }
 }
 
-/// Parses the last word as a number. Options like `-halo` may come before it.
+/// Parses the last word as a number from `low` to `high`. Options such as `-halo` may come before
+/// the number.
 fn number(key: &str, rest: &str, [low, high]: [f32; 2], help: &'static str) -> Result<f32, InvalidValue<f32>> {
     let value: Option<f32> = rest.split_whitespace().next_back().and_then(|word| word.parse().ok());
     let Some(value) = value.filter(|n| n.is_finite()) else {

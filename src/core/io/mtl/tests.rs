@@ -74,7 +74,7 @@ fn keys_become_lobes() {
     // A filter (`Tf`) without a model (`illum`) is used; it refracts if `Ni` is given.
     let filter = one("Kd 0.3\nTf 0.5\nNi 1.5");
     assert!(filter.transmission == grey(0.5) && !filter.thin);
-    // Opacity (`d`)
+    // Opacity by `d`
     let holes = one("Kd 0.8\nd 0.25\nillum 2");
     assert_eq!((holes.diffuse, holes.opacity), (grey(0.8), 0.25));
     assert!(holes.transmission.is_black());
@@ -84,7 +84,7 @@ fn keys_become_lobes() {
 }
 
 #[test]
-fn metal_and_roughness_have_a_model_of_their_own() {
+fn metal_and_roughness_use_the_metallic_model() {
     let metal = one("Kd 0.9 0.6 0.3\nKs 0.5\nNs 250\nNi 1.45\nPr 0.25\nPm 1\nillum 2");
     assert_eq!(
         (metal.gloss, metal.roughness, metal.ior),
@@ -114,7 +114,7 @@ fn plain_materials_are_grey_and_lamps_black() {
 }
 
 #[test]
-fn what_has_no_effect_is_said() {
+fn statement_without_effect_is_a_warning() {
     let (_, warnings) = load("newmtl a\ndecal a.png\nrefl r.png\nnewmtl b\ndecal b.png\nd 0.5\nTr 0.9\n").unwrap();
     assert!(
         warnings[0].contains("t.mtl:3: `refl` has no effect: reflections are computed"),
@@ -133,7 +133,7 @@ fn what_has_no_effect_is_said() {
 }
 
 #[test]
-fn transparency_goes_by_dialect() {
+fn meaning_of_tr_depends_on_the_dialect() {
     let opacity = |dialect, text: &str| {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.mtl");
@@ -175,7 +175,7 @@ fn transparency_goes_by_dialect() {
 }
 
 #[test]
-fn textures_are_asked_for() {
+fn texture_statements_become_requests() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.mtl");
     std::fs::write(
@@ -214,7 +214,7 @@ fn layers_and_brushes_are_read() {
 }
 
 #[test]
-fn a_texture_of_emission_is_a_color_too() {
+fn emission_texture_makes_default_diffuse_black() {
     let glowing = one("map_Ke a.png");
     assert_eq!((glowing.diffuse, glowing.emission), (Spectrum::ZERO, Spectrum::ZERO));
     assert_eq!(one("Ke 2\nmap_Ke a.png").emission, Spectrum::splat(2.0));
@@ -222,10 +222,10 @@ fn a_texture_of_emission_is_a_color_too() {
     assert!(warnings[0].contains("Ke is 0"), "{warnings:?}");
 }
 
-/// Each number without effect is a warning at its line. The model, the opacity or the sum of the
-/// shares can be the reason.
+/// Each number without effect has a warning at its line. Reasons are the illumination model, the
+/// opacity, and the sum of the shares.
 #[test]
-fn numbers_without_effect_are_told() {
+fn number_without_effect_is_a_warning() {
     let cases = [
         (
             "Kd 0.7\nKs 0.2\nTf 0.3\nillum 2",
@@ -312,7 +312,7 @@ const WRONG: [(&str, &str); 23] = [
     ("map_Kd", ""),
 ];
 
-/// White of XYZ is 1 1 1: the format's numbers are from 0 to 1.
+/// In the XYZ of the format, white is 1 1 1.
 #[test]
 fn colors_may_be_cie_xyz() {
     for (xyz, rgb) in [
@@ -336,8 +336,8 @@ fn colors_may_be_cie_xyz() {
 }
 
 #[test]
-fn of_wrong_values_the_nearest_counts_or_none() {
-    // If no valid value is near the wrong one, the value of an earlier statement is kept.
+fn wrong_value_becomes_nearest_value_or_is_ignored() {
+    // If a wrong value has no nearest valid value, the value of an earlier statement is kept.
     let stay = [
         ("Ni 1.5\nNi -1\nillum 7", "Ni 1.5\nillum 7"),
         ("Kd 0.5\nKd 1 2", "Kd 0.5"),
@@ -351,7 +351,7 @@ fn of_wrong_values_the_nearest_counts_or_none() {
 }
 
 #[test]
-fn wrong_values_are_named_with_their_line() {
+fn wrong_value_is_reported_with_its_line() {
     let strict = LibraryOptions {
         wrong_severity: Severity::Error,
         ..LibraryOptions::default()
@@ -372,14 +372,14 @@ fn wrong_values_are_named_with_their_line() {
 }
 
 #[test]
-fn lines_may_end_with_a_carriage_return_alone() {
+fn lines_may_end_with_carriage_return_only() {
     let unix = load("newmtl m\nKd 0.8 0.1 0.1\nillum 1\n").unwrap();
     assert_eq!(load("newmtl m\rKd 0.8 0.1 0.1\rillum 1\r").unwrap(), unix);
     assert_eq!(load("newmtl m\r\nKd 0.8 0.1 0.1\r\nillum 1\r\n").unwrap(), unix);
 }
 
 #[test]
-fn an_index_of_refraction_of_0_counts_as_none() {
+fn index_of_refraction_0_is_ignored() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.mtl");
     std::fs::write(&path, "newmtl glass\nillum 7\nNi 0\n").unwrap();

@@ -49,9 +49,10 @@ const MAYA_COSINE_POWER: f32 = 20.0;
 pub(super) const BLENDER_COAT: f32 = 4.0;
 
 impl Section {
-    /// Replaces the statements by their meaning in the program `writer`.
+    /// Replaces the statements by statements with the meaning that they have in the program
+    /// `writer`.
     pub(super) fn translate(&mut self, writer: Writer) {
-        // In Blender, exponent 0 is a valid roughness of a principled surface.
+        // In Blender, a highlight of exponent 0 has a meaning: a valid roughness.
         let has_meaning = matches!(writer, Writer::Spec | Writer::Blender(_));
         if self.has_flat_highlight() && !has_meaning {
             self.drop_highlight();
@@ -90,7 +91,7 @@ impl Section {
         }
         self.rename_map(MapSlot::Exponent, MapSlot::Roughness);
         if export != BlenderExport::Internal {
-            // Only pictures of normals are written as `map_Bump`.
+            // Blender writes only pictures of normals as `map_Bump`.
             self.rename_map(MapSlot::Bump, MapSlot::Normal);
         }
 
@@ -122,7 +123,8 @@ impl Section {
             _ => LEVEL_F0,
         };
         self.f0 = Some((level * full).min(MAX_F0));
-        // Blender writes the weight of transmission (`Tf`) only with the PBR extension.
+        // In Blender, `Tf` is the weight of transmission. It is written only with the PBR
+        // extension.
         let filter = self.filter.take();
         self.transmitted = filter.filter(|_| is_extended).map(|w| w.mean().min(1.0));
         self.clearcoat /= BLENDER_COAT;
@@ -136,7 +138,7 @@ impl Section {
         }
         let glossiness = self.exponent.unwrap_or(MAX_GLOSSINESS).min(100.0) / 100.0;
         if self.make_highlight(1.0 - glossiness) {
-            // A picture of the glossiness: roughness is 1 minus glossiness.
+            // The picture contains glossiness: roughness is 1 minus glossiness.
             for map in self.maps.iter_mut().filter(|m| m.statement.slot == MapSlot::Exponent) {
                 let mapping = &mut map.statement.mapping;
                 (mapping.base, mapping.gain) = (1.0 - mapping.base, -mapping.gain);
@@ -152,7 +154,7 @@ impl Section {
         if self.illum == Some(4) {
             self.illum = Some(2);
         }
-        // Maya writes the opacity as `Tf`, which may have a colour; its mean is used.
+        // Maya writes the opacity as `Tf`. It may have a colour, so its mean is used.
         if let Some(opacity) = self.filter.take() {
             let opacity = opacity.mean().min(1.0);
             self.dissolve.d = Some(self.dissolve.d.unwrap_or(1.0) * opacity);
@@ -170,8 +172,9 @@ impl Section {
         !self.is_physical() && !matches!(self.illum, Some(0 | 1 | 3..=7))
     }
 
-    /// Returns true if a surface with a picture of its colour would transmit all light straight.
-    /// Such a surface is glass of index 1 without any filter, as Maya writes opaque surfaces.
+    /// Returns true if the surface has a picture of its colour, but would transmit all light
+    /// straight, so that the picture would be invisible. Such a surface is glass of index 1 without
+    /// any filter, as Maya writes opaque surfaces.
     pub(super) fn is_transparent_by_mistake(&self) -> bool {
         matches!(self.illum, Some(4 | 6 | 7))
             && self.ior == Some(1.0)
@@ -195,8 +198,8 @@ impl Section {
         self.make_highlight(roughness_of_phong(exponent));
     }
 
-    /// Reads `Ks` as the level of a dielectric's highlight of this roughness, or, if `Kd` is black,
-    /// as the colour of a metal. Returns true if there was a highlight.
+    /// Converts `Ks` to the specular level of a dielectric with the roughness `roughness` or, if
+    /// `Kd` is black, to the colour of a metal. Returns true if there was a highlight.
     fn make_highlight(&mut self, roughness: f32) -> bool {
         let level = match self.specular {
             Some(color) if !color.is_black() => color.mean(),
@@ -222,7 +225,7 @@ impl Section {
         }
     }
 
-    /// Uses the picture in the slot `from` for `to`, unless `to` has one.
+    /// Moves the picture in the slot `from` to the slot `to`, unless `to` has a picture.
     fn rename_map(&mut self, from: MapSlot, to: MapSlot) {
         if self.has_map(to) {
             return;

@@ -9,22 +9,22 @@ use super::section::Section;
 use crate::color::Spectrum;
 use crate::math::{excerpt_of_name, significant};
 
-/// Exporter of Blender; there were three.
+/// One of the three exporters that Blender has had.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BlenderExport {
-    /// Up to 2.79, for materials of Blender Internal.
+    /// Exporter up to Blender 2.79, for materials of Blender Internal.
     Internal,
-    /// From 2.80 on, written in Python; included in versions before 4.
+    /// Exporter in Python, from Blender 2.80 on; included in versions before 4.
     Python,
-    /// From 3.1 on; it writes the version of Blender. Before 4 the specular level did not depend on
-    /// the index of refraction.
+    /// Exporter from Blender 3.1 on, which writes the version of Blender into the file. Before
+    /// version 4, the specular level did not depend on the index of refraction.
     Native { before_4: bool },
 }
 
 /// Program that wrote a library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Writer {
-    /// The format itself: the file is read literally.
+    /// The format's definition: the file is read literally.
     Spec,
     /// An unknown program: the file is read literally, except highlights of exponent 0.
     Unknown,
@@ -38,11 +38,11 @@ pub(super) enum Writer {
     Wings3d,
     Threedfier,
     Assimp,
-    /// An unknown program that writes highlights of lamps.
+    /// An unknown program whose `Ks` and `Ns` are a highlight that reflects only lamps.
     Highlight,
 }
 
-/// Writer named in the leading comments of a library or of an OBJ file.
+/// Name of the program that wrote a file, from the leading comments of a library or of an OBJ file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Signature {
     /// Dialect of the program.
@@ -98,12 +98,12 @@ impl Signature {
         Some(Self { dialect, version, line })
     }
 
-    /// Returns true if a library without a comment may be from the program that this signature of
-    /// its OBJ file names. Otherwise the library was written by hand.
+    /// Returns true if a library without a comment may be written by the program that this
+    /// signature of its OBJ file names. If not, the library was written by hand.
     fn fits(&self, sections: &[Section]) -> bool {
         match self.dialect {
             MtlDialect::Blender => sections.iter().all(has_statements_of_blender),
-            // Maya and MeshLab change the meaning of `Tf` and `Tr`. With the values of another
+            // Maya and MeshLab give another meaning to `Tf` and `Tr`. With the values of another
             // program, everything could be invisible.
             MtlDialect::Maya => sections.iter().all(is_like_maya),
             MtlDialect::Meshlab => sections.iter().all(|section| section.dissolve.tr.is_none()),
@@ -145,13 +145,13 @@ fn blender_version(comment: &str) -> Option<(String, BlenderExport)> {
     Some((name, export))
 }
 
-/// Interpretation of a library.
+/// Interpretation of a library: the writer and the meaning of `Tr`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Reading {
     pub writer: Writer,
     pub tr: TrMeaning,
-    /// Line and description of the guess. `None` if the user chose the dialect, or if there was no
-    /// guess.
+    /// Line and description of the guess, for a message. `None` if the user chose the dialect, or
+    /// if nothing was guessed.
     pub guess: Option<(usize, String)>,
 }
 
@@ -170,8 +170,8 @@ impl Reading {
         guess: None,
     };
 
-    /// Reading of a library: in the `dialect` that the user chose, or by signatures and typical
-    /// statements if the dialect is `Auto`.
+    /// Interpretation of a library by `dialect`. If the dialect is `Auto`, it follows from
+    /// signatures or typical statements.
     pub fn new(dialect: MtlDialect, signatures: Signatures, sections: &[Section]) -> Self {
         let is_auto = dialect == MtlDialect::Auto;
         let of_obj = signatures.obj.filter(|obj| obj.fits(sections));
@@ -183,7 +183,8 @@ impl Reading {
                 .unwrap_or_default(),
             chosen => chosen,
         };
-        // The OBJ file may have a version if the library has none.
+        // If the signature of the library has no version, use the version in the signature of the
+        // OBJ file.
         let mut versions = [signatures.library, signatures.obj].into_iter().flatten();
         let version = versions.find_map(|signature| signature.version.as_ref());
         let writer = match dialect {
@@ -205,7 +206,7 @@ impl Reading {
             MtlDialect::Highlight => Writer::Highlight,
         };
         let dissolves: Vec<_> = sections.iter().map(|section| section.dissolve).collect();
-        // MeshLab wrote opacity as `Tr` until 2023, and transparency since.
+        // Until 2023, MeshLab wrote the opacity as `Tr`, and since then the transparency.
         let is_late = !dissolves.is_empty() && dissolves.iter().all(|d| d.d.is_none() && d.tr == Some(0.0));
         let tr = match writer {
             Writer::Meshlab if !is_late => TrMeaning::Opacity,
@@ -290,7 +291,7 @@ impl Writer {
         name.into()
     }
 
-    /// Interpretation of the program's statements, in words.
+    /// Interpretation of the program's statements, as text for messages.
     fn meaning(self) -> &'static str {
         match self {
             Self::Spec | Self::Unknown => "the file is read literally",
@@ -309,12 +310,12 @@ impl Writer {
 }
 
 impl BlenderExport {
-    /// Exporter of a library without a version, by the values of `Ns`.
+    /// Exporter of a library whose comments have no version, by the values of `Ns`.
     ///
     /// Blender Internal had whole numbers h from 1 to 511 for hardness, and its exporters wrote
     /// `Ns` = (h − 1)/0.51. The values 0 and 900 occur in both older exporters. Values of the
-    /// exporter in Python end at 900, and the roughness 0.5 of new materials is 225 there and 250
-    /// later.
+    /// exporter in Python end at 900. The roughness 0.5 of new materials is 225 in this exporter,
+    /// and 250 in the later exporter.
     fn of_exponents(has_signature: bool, sections: &[Section]) -> Self {
         let exponents = || sections.iter().filter_map(|section| section.exponent);
         let is_near = |ns: f32, value: f32| (ns - value).abs() < 1e-3;
@@ -348,24 +349,25 @@ fn habit_of(sections: &[Section]) -> Option<MtlDialect> {
     }
 }
 
-/// Maximum sum of the shares of a surface that is 1 up to rounding of f32.
+/// Maximum sum of the shares of a surface, with a margin for rounding of `f32`.
 const FULL: f32 = 1.0001;
-/// Maximum sum of the shares of a surface that may be 1 if the file has rounded numbers.
+/// Maximum sum of the shares of a surface, with a margin for rounded numbers in the file.
 const MAX_ROUNDING: f32 = 1.01;
 /// Maximum reflectance of a dielectric along the normal; diamond has 0.17.
 const MAX_DIELECTRIC: f32 = 0.2;
 
-/// Prints a sum above 1, with enough digits to show that it is above 1.
+/// Text of a sum above 1, with enough digits to show that the sum is above 1.
 fn excess_in_words(sum: f32) -> String {
     let digits = if sum < MAX_ROUNDING { 5 } else { 3 };
     significant(sum.into(), digits)
 }
 
-/// First material whose literal `Kd` and `Ks` reflect more light than they receive, and their sum.
+/// First material whose literal `Kd` and `Ks` reflect more light than they receive, and the sum of
+/// both.
 ///
 /// A library has one writer, so one such material shows that `Ks` is not a share of the light in
-/// any material of the library. Colours of a picture are darker than their factor, and leave room
-/// for a dielectric's reflectance.
+/// any material of the library. The colours of a picture are darker than the factor of the picture,
+/// so the sum with `Ks` may be above 1.
 fn excess_of(sections: &[Section]) -> Option<(&Section, f32)> {
     let shines = |section: &&Section| {
         let is_given = section.specular.is_some_and(|ks| !ks.is_black());
@@ -398,8 +400,8 @@ fn is_like_blender(section: &Section) -> bool {
         && (is_metal || section.ambient == Some(Spectrum::ONE))
 }
 
-/// Returns true if the material has `illum 4` (glass, if read literally), no index of refraction
-/// except 1, no opacity and no metallic-roughness statements. Maya writes every surface like this.
+/// Returns true if the material has `illum 4` (literally glass), no index of refraction except 1,
+/// no opacity and no metallic-roughness statements. Maya writes every surface in this way.
 fn is_like_maya(section: &Section) -> bool {
     section.illum == Some(4)
         && section.ior.is_none_or(|ior| ior == 1.0)
@@ -408,8 +410,8 @@ fn is_like_maya(section: &Section) -> bool {
 }
 
 /// Returns true if the material has the name of a shading group, or cannot be glass. Glass with
-/// `Tf` and `Ni 1.00` or `Ni 0.00` would be invisible. Glass without a filter would scatter more
-/// light than it receives.
+/// `Tf` and `Ni 1.00` or `Ni 0.00` would be invisible. Glass without `Tf` would scatter more light
+/// than it receives.
 fn shows_maya(section: &Section) -> bool {
     let name = section.name.trim_end_matches(|c: char| c.is_ascii_digit());
     let is_shading_group = name.ends_with("SG") || name == "initialShadingGroup";
@@ -425,7 +427,8 @@ fn is_like_sketchup(section: &Section) -> bool {
     section.specular == Some(Spectrum::splat(0.33)) && section.exponent.is_none() && section.illum.is_none()
 }
 
-/// Returns true if all statements have one colour, as 3dfier writes the classes of its objects.
+/// Returns true if all colours of the material are equal and it has `Ns 60` and `illum 2`, as in
+/// the materials that 3dfier writes.
 fn is_like_3dfier(section: &Section) -> bool {
     section.specular.is_some()
         && section.specular == section.diffuse

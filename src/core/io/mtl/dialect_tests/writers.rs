@@ -4,7 +4,7 @@
 use super::*;
 
 #[test]
-fn writers_are_told_by_their_comments() {
+fn writer_is_recognised_by_its_comment() {
     for (text, expected) in [
         (
             "# Blender 4.1.1 MTL File: 'x'\n",
@@ -31,7 +31,7 @@ fn writers_are_told_by_their_comments() {
             "# File produced by Open Asset Import Library (http://www.assimp.sf.net)\n# (assimp v4.1.2)\n",
             Some((MtlDialect::Assimp, None, 1)),
         ),
-        // Comments of OBJ files
+        // Comments at the beginning of OBJ files
         (
             "# Blender v2.79 (sub 0) OBJ File: 'a.blend'\n",
             Some((MtlDialect::Blender, Some("2.79"), 1)),
@@ -59,7 +59,7 @@ fn writers_are_told_by_their_comments() {
 }
 
 #[test]
-fn exporters_of_blender_are_told_by_their_exponents() {
+fn exporter_of_blender_is_recognised_by_exponents() {
     let exporter = |text: &str, dialect| {
         let mut findings = Findings::default();
         let folder = tempfile::tempdir().unwrap();
@@ -127,11 +127,11 @@ fn exporters_of_blender_are_told_by_their_exponents() {
 }
 
 #[test]
-fn the_obj_file_names_the_writer_too() {
+fn writer_is_recognised_by_comment_of_obj_file() {
     let surface = blender(96.078_43, 1.0, 0.25, 1.0, 1.0, 2);
     let flat = PYTHON.to_string() + &blender(0.0, 1.0, 0.5, 1.0, 1.0, 2) + "map_Bump a.png\n";
     let slot = |obj| read_of(obj, &flat, MtlDialect::Auto).1[0][0];
-    // The version of Blender decides if `map_Bump` is a height map or a normal map.
+    // The version of Blender determines if `map_Bump` is a height map or a normal map.
     assert_eq!(slot(None), MapSlot::Normal);
     assert_eq!(
         slot(Some("# Blender v2.79 (sub 0) OBJ File: 'a.blend'\n")),

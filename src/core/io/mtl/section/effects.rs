@@ -5,10 +5,10 @@ use crate::color::Spectrum;
 use crate::io::mtl::MapSlot;
 use crate::material::{Gloss, Material};
 
-/// Maximum sum of the shares of a mixture that is 1 up to rounding.
+/// Maximum sum of the shares of a mixture, with a margin for rounding.
 const FULL: f32 = 1.0001;
 
-/// Returns true if the surface refracts the light that it transmits.
+/// Returns true if the surface transmits light with refraction.
 pub(super) fn refracts(material: &Material) -> bool {
     !material.transmission.is_black() && !material.thin
 }
@@ -57,8 +57,8 @@ impl Section {
         }
         let shines = self.specular.is_some_and(|ks| !ks.is_black());
         let has_picture = self.has_map(MapSlot::Specular);
-        // A specular picture scales the reflection of every model, so it is not lost with `Pr` or
-        // `Pm`.
+        // A specular picture scales the reflection of every model, so it has an effect even with
+        // `Pr` or `Pm`.
         if shines && is_physical {
             lost("ks", "Ks has no effect with Pr or Pm: Ni sets the reflection".into());
         } else if (shines || has_picture) && matches!(self.illum, Some(0 | 1)) && !is_physical {

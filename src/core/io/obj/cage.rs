@@ -15,8 +15,9 @@ use std::path::Path;
 /// Edges of the faces of an OBJ file before subdivision.
 ///
 /// The first step of Catmull and Clark also makes edges from the middle of a face to the middles of
-/// its sides. In faces of more than four corners they can be longer than half a side. The cage has
-/// an edge of twice their length for each of them, so that a step halves all edges of the cage.
+/// its sides. In faces of more than four corners, these edges can be longer than half a side. For
+/// each of them, the cage has an additional edge of twice its length, so that a step halves all
+/// edges of the cage.
 #[derive(Clone, Debug)]
 pub struct Cage {
     /// End points, in units of the file.
@@ -30,12 +31,12 @@ pub struct Cage {
 }
 
 impl Cage {
-    /// Reads the faces of a file as a render does. Hidden parts have no edges, and moved parts are
-    /// moved. Displacement is not applied.
+    /// Reads the faces of a file as a render reads them. Hidden parts have no edges, and moved
+    /// parts are moved. Displacement is not applied.
     ///
     /// # Errors
     ///
-    /// A file that cannot be read, or too little memory.
+    /// If the file cannot be read, or if there is too little memory.
     pub fn read(path: &Path, options: &LoadOptions) -> Result<Self, FileError> {
         let allowance = Allowance {
             limit: MemoryLimit::of(options.max_memory),
@@ -84,7 +85,8 @@ impl Cage {
         Ok(cage)
     }
 
-    /// Adds an edge from the middle of a face through the middle of each of its sides.
+    /// Adds, for each side of a face, an edge from the middle of the face through the middle of the
+    /// side.
     fn add_spokes(&mut self, sides: impl Iterator<Item = [u32; 2]> + Clone) {
         let at = |cage: &Self, i: u32| cage.positions[i as usize];
         let (count, sum) = sides

@@ -31,7 +31,7 @@ impl StatementError {
         Self { word, message, help }
     }
 
-    /// Adds the effect of the fault to its message.
+    /// Adds to the message what the error causes, such as that a face is left out.
     fn and(mut self, effect: &str) -> Self {
         self.message = format!("{}; {effect}", self.message);
         self
@@ -54,7 +54,7 @@ pub(super) struct DataSelection<'a> {
 }
 
 impl<'a> DataSelection<'a> {
-    /// Faces and the names of their parts, of the parts that `parts` shows.
+    /// Selects faces and the names of their parts, for the parts that `parts` shows.
     pub fn of_faces(parts: &'a PartFilter) -> Self {
         Self {
             origin: DVec3::ZERO,
@@ -79,7 +79,7 @@ pub(super) struct Chunk<'a> {
     pub wrong_count: usize,
     /// Indices of wrong positions, sorted.
     pub wrong_positions: Vec<usize>,
-    /// First wrong `vt` index and first wrong `vn` index of the current face.
+    /// First wrong `vt` index and first wrong `vn` index in the current face, if any.
     lost: [Option<StatementError>; 2],
     /// Point of the file's coordinates that becomes the origin.
     origin: DVec3,
@@ -97,8 +97,8 @@ pub(super) struct Wires<'a> {
 }
 
 impl<'a> Chunk<'a> {
-    /// Reads a chunk. `total` has the counts of the whole file, `before` the counts of the text
-    /// before the chunk. The chunk begins with the part names `names`.
+    /// Reads a chunk. `total` has the counts of the whole file, `before` has the counts of the text
+    /// before the chunk. `names` are the part names at the start of the chunk.
     pub fn parse(
         path: &Path,
         text: &'a str,
@@ -152,8 +152,9 @@ impl<'a> Chunk<'a> {
         chunk
     }
 
-    /// Position of a vertex. Takes its coordinates from `words`. If an origin is subtracted, the
-    /// coordinates are read in 64 bits: far from the file's origin, 32 bits round too much.
+    /// Position of a vertex, whose coordinates are the next words of `words`. If an origin is
+    /// subtracted, the coordinates are read in 64 bits, because 32 bits round too much far from the
+    /// file's origin.
     fn position<'w>(
         &self,
         statement: &str,
@@ -253,7 +254,7 @@ impl<'a> Chunk<'a> {
             "l" => self.remarks.skip(SkippedElement::Line, 1, line),
             "curv" | "curv2" | "cdc" => self.remarks.skip(SkippedElement::Curve, 1, line),
             "surf" | "bzp" | "bsp" | "cdp" => self.remarks.skip(SkippedElement::Surface, 1, line),
-            // Blocks that are filled with zeros
+            // Ignore blocks of NUL bytes.
             _ if keyword.bytes().all(|byte| byte == 0) => {}
             _ => match ignored(keyword) {
                 Some(index) => self.remarks.ignore(index, line),
@@ -263,7 +264,7 @@ impl<'a> Chunk<'a> {
         Ok(())
     }
 
-    /// The current part of faces, and the current part of lines and points.
+    /// The state of the current part, for faces, and for lines and points.
     fn all_parts(&mut self) -> impl Iterator<Item = &mut PartState<'a>> {
         let wires = self.wires.as_mut().map(|wires| &mut wires.parts);
         once(&mut self.parts).chain(wires)
@@ -336,7 +337,7 @@ impl<'a> Chunk<'a> {
     /// treated as missing, and its fault is stored in `lost`.
     fn corner(&mut self, word: &str) -> Result<[u32; 3], StatementError> {
         let mut corner = [NONE; 3];
-        // Bytes are split faster than strings, since the words are short.
+        // Words are short, so splitting bytes is faster than splitting strings.
         for (kind, part) in word.as_bytes().split(|&b| b == b'/').enumerate() {
             let Some(slot) = corner.get_mut(kind) else {
                 let message = format!("`{}` has too many parts", excerpt(word));
@@ -358,7 +359,8 @@ impl<'a> Chunk<'a> {
         Ok(corner)
     }
 
-    /// Index, from 0, of a part of the corner `word`.
+    /// Index, from 0, of the value of the kind `kind` to which `part`, a part of the corner `word`,
+    /// refers.
     fn index(&self, kind: usize, part: &[u8], word: &str) -> Result<u32, StatementError> {
         let Some(index) = str::from_utf8(part).ok().and_then(|part| part.parse::<i64>().ok()) else {
             let message = match kind {
@@ -403,7 +405,8 @@ impl<'a> Chunk<'a> {
     }
 }
 
-/// Parses the first `N` numbers of `rest`. After the first `needed`, missing numbers are 0.
+/// Parses the first `N` numbers of `rest`. The first `needed` numbers are required, and missing
+/// numbers become 0.
 fn numbers<const N: usize>(statement: &str, rest: &str, needed: usize) -> Result<[f32; N], StatementError> {
     numbers_of(statement, &mut rest.split_ascii_whitespace(), needed)
 }
@@ -443,7 +446,7 @@ fn number(word: &str) -> Result<f32, StatementError> {
     Err(StatementError::new(word, message, "write a decimal number"))
 }
 
-/// Fault of the first number in `rest` that is infinite or NaN.
+/// Error of the first number in `rest` that is infinite or NaN.
 fn not_finite(rest: &str) -> StatementError {
     let is_finite = |word: &str| number(word).is_ok_and(f32::is_finite);
     let word = rest.split_ascii_whitespace().find(|word| !is_finite(word));

@@ -24,8 +24,9 @@ pub(super) struct Colors {
     pub alpha: Vec<f16>,
 }
 
-/// Parses the colour of a vertex from the `words` after its coordinates. One or two numbers are a
-/// weight, not a colour. Returns an error if a word is not a finite number.
+/// Parses the colour of a vertex from the `words` after its coordinates. `None` if there are only
+/// one or two numbers, which are a weight and not a colour. Returns an error if a word is not a
+/// finite number.
 pub(super) fn color_of<'a>(words: impl Iterator<Item = &'a str>) -> Result<Option<[f32; 4]>, ()> {
     let words: Vec<&str> = words.take(5).collect();
     if !(3..=4).contains(&words.len()) {

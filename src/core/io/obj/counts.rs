@@ -1,4 +1,4 @@
-//! Chunks of an OBJ file, and counts of the statements before each.
+//! Chunks of an OBJ file, and counts of the statements before each chunk.
 
 use super::parts::CurrentNames;
 use crate::io::statements::{chunks, split_keyword, statements};
@@ -8,7 +8,7 @@ use std::borrow::Cow;
 /// Keywords of the values that corners refer to, in the order of a corner's indices.
 pub(super) const KEYWORDS: [&str; 3] = ["v", "vt", "vn"];
 
-/// Numbers of lines, of `v`, `vt` and `vn` statements, of faces and of their corners.
+/// Number of lines, of `v`, `vt` and `vn` statements, of faces, and of the corners of faces.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Counts {
     pub lines: usize,
@@ -49,8 +49,8 @@ impl Counts {
     }
 }
 
-/// A text cut into chunks whose statements have been counted. The counts give each chunk its first
-/// line number and the meaning of its indices.
+/// A text cut into chunks whose statements have been counted. From the counts follow the first line
+/// number of each chunk and the values to which its indices refer.
 pub(super) struct Chunks<'a> {
     pub texts: Vec<&'a str>,
     /// Counts of the text before each chunk.
@@ -81,7 +81,8 @@ impl<'a> Chunks<'a> {
         }
     }
 
-    /// Approximate maximum memory of reading in bytes, including `length` bytes of text.
+    /// Approximate maximum memory, in bytes, of reading the chunks, including `length` bytes of
+    /// text.
     pub fn bytes(&self, length: u64) -> u64 {
         let [v, vt, vn] = self.total.elements.map(|n| n as u64);
         let (faces, corners) = (self.total.faces as u64, self.total.corners as u64);

@@ -17,12 +17,12 @@ const ROUNDING: f64 = 1e-9;
 pub struct ObjFaces {
     outline: Outline,
     materials: Vec<FaceMaterial>,
-    /// Runs of faces, in the order of the file: index of the section, the faces, and index of their
-    /// material.
+    /// Runs of faces, in the order of the file: index of the section, faces of the run, and index
+    /// of their material.
     runs: Vec<(usize, FaceRange, usize)>,
 }
 
-/// Material name of faces.
+/// Name of the material of faces.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FaceMaterial {
     /// Name in `usemtl`; `None` before the first one.
@@ -50,8 +50,8 @@ pub struct Face<'a> {
 }
 
 impl ObjFaces {
-    /// Reads a file as a render does, without its wrong statements. `defined` are the names of the
-    /// materials that the libraries of the file define.
+    /// Reads a file as a render reads it, without its wrong statements. `defined` are the names of
+    /// the materials that the libraries of the file define.
     pub fn read(path: &Path, parts: &PartFilter, defined: &HashSet<&str>) -> Result<Self, FileError> {
         let selection = DataSelection {
             origin: DVec3::ZERO,
@@ -125,8 +125,8 @@ impl ObjFaces {
         })
     }
 
-    /// Returns true if all triangles of the polygon with these corners have the orientation of the
-    /// polygon, so that no triangles overlap.
+    /// Returns true if all triangles into which the polygon `corners` is cut have the orientation
+    /// of the polygon. The triangles then do not overlap.
     pub fn is_simple(corners: &[Vec3]) -> bool {
         let normal = area_vector(corners);
         let min = -ROUNDING * normal.length_squared();

@@ -10,8 +10,7 @@ use std::path::Path;
 
 /// Number of bytes that are searched for comments.
 const HEAD: u64 = 4096;
-/// Programs without an MTL dialect that turn their models so that +y is up, as most viewers expect
-/// it.
+/// Programs without an MTL dialect that write models with +y up, as most viewers expect.
 const TURN: [&str; 7] = [
     "sweet home",
     "art of illusion",
@@ -21,7 +20,8 @@ const TURN: [&str; 7] = [
     "mineways",
     "houdini",
 ];
-/// Programs without an MTL dialect, of surveyors, scanners and engineers, with +z up.
+/// Programs of surveyors, scanners and engineers, without an MTL dialect, that write models with +z
+/// up.
 const KEEP: [&str; 10] = [
     "openscad",
     "freecad",
@@ -35,9 +35,9 @@ const KEEP: [&str; 10] = [
     "gdal",
 ];
 
-/// Programs with +y up in all models.
+/// Programs that always write models with +y up.
 const ONLY_Y: [&str; 1] = ["apple modelio"];
-/// Part of the mesh names that importers of VRML write; +y is up in VRML.
+/// Part of the mesh names that importers of VRML write. In VRML, +y is up.
 const OF_VRML: &str = "indexedfaceset";
 /// Words in file names of buildings, rooms and land.
 const LAND: [&str; 21] = [
@@ -99,7 +99,8 @@ fn axes_of(head: &str) -> FileAxes {
         declared: comments().find_map(declared_axes),
         usual_up: match Signature::find(head).map(|signature| signature.dialect) {
             Some(MtlDialect::Meshlab | MtlDialect::Threedfier) => Some(Vec3::Z),
-            // Maya writes the up axis of its scene, and Assimp the up axis of another program.
+            // Maya writes the up axis of its scene, and Assimp the up axis of the program whose
+            // file it converts.
             Some(MtlDialect::Maya | MtlDialect::Assimp) => None,
             Some(_) => Some(Vec3::Y),
             None => comments().find_map(|comment| match (is_named(comment, &TURN), is_named(comment, &KEEP)) {
@@ -147,7 +148,7 @@ fn signed_axis(text: &str) -> Option<Vec3> {
 }
 
 /// Beginning of the comment in the first line of an OBJ file, up to a version or the name of the
-/// file. It names the program that wrote the file. Empty without such a comment; `None` if the file
+/// file: the program that wrote the file. Empty if there is no such comment; `None` if the file
 /// cannot be read.
 pub fn first_comment(path: &Path) -> Option<String> {
     let mut head = Vec::new();
@@ -168,7 +169,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn comments_name_the_program() {
+    fn up_axis_follows_from_program_in_comment() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.obj");
         for (text, expected) in [

@@ -15,7 +15,7 @@ use crate::geometry::{Mesh, UNNAMED, triangle_normal};
 use crate::math::{Vec2, Vec3};
 use std::collections::HashMap;
 
-/// Faces of one material under the same rules.
+/// Faces of one material and one list of rules.
 pub(super) struct Faces {
     /// Name in `usemtl`; `None` before the first one.
     pub material: Option<String>,
@@ -199,7 +199,7 @@ impl MeshBuilder<'_> {
 
 /// Finds the vertex of a corner's position, texture coordinates and normal.
 enum VertexIndex {
-    /// By the index of the position, if corners have only positions.
+    /// Table with one entry per position, if corners have only positions.
     Table(Vec<u32>),
     Map(HashMap<[u32; 3], u32>),
 }
@@ -216,7 +216,7 @@ impl VertexIndex {
         }
     }
 
-    /// Returns the vertex with this key, or inserts `new` if there is none.
+    /// Returns the vertex with the key `key`, or inserts `new` and returns it if there is none.
     fn find_or_add(&mut self, key: [u32; 3], new: u32) -> u32 {
         match self {
             Self::Table(of_position) => {

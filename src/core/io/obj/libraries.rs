@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 pub(in crate::io) struct LibraryName {
     /// Text after the keyword.
     pub text: String,
-    /// The text with a comment, which may be part of a name.
+    /// The text including a comment, which may be part of a name.
     pub whole: Option<String>,
     /// Line of the statement.
     pub line: usize,
@@ -32,7 +32,7 @@ pub(in crate::io) struct ObjLibrary {
     pub line: usize,
     /// Path of the file, if it exists.
     pub path: Option<PathBuf>,
-    /// True if the file is in another place than named, or has another name.
+    /// True if the file is not in the place that the OBJ file names, or has another name.
     is_elsewhere: bool,
 }
 
@@ -86,7 +86,8 @@ fn names(finder: &mut FileFinder, folder: &Path, statement: &LibraryName) -> Vec
     for part in parts {
         let words: Vec<String> = part.split_whitespace().map(str::to_string).collect();
         let count = words.iter().filter(|word| is_there(word)).count();
-        // A name with blanks that ends in `.mtl` can be called by its last word.
+        // A text with blanks that ends in `.mtl` is one name, unless at least two of its words are
+        // names of files.
         let is_one = count < 2 && ends_in_mtl(&part);
         let are_words = words.len() > 1 && count > 0 && !is_one && !is_there(&part);
         names.extend(if are_words { words } else { vec![part] });
@@ -95,7 +96,7 @@ fn names(finder: &mut FileFinder, folder: &Path, statement: &LibraryName) -> Vec
 }
 
 /// Splits `text` into names of libraries. A name is in quotes, which are kept, or ends with `.mtl`.
-/// A `\` makes the next blank a part of the name.
+/// A blank after a `\` is part of the name.
 fn split_names(text: &str) -> Vec<String> {
     let hidden = text.replace("\\ ", "\0");
     let mut names = Vec::new();
@@ -122,9 +123,9 @@ fn ends_in_mtl(name: &str) -> bool {
     name.to_ascii_lowercase().ends_with(".mtl")
 }
 
-/// Finds the file of this name, or of its base name beside the OBJ file or in the parent folder, or
-/// of one of its words beside the OBJ file. The second value is true if the file has another place
-/// or name.
+/// Finds the file with the name `name`, or with its base name beside the OBJ file or in the parent
+/// folder, or with one of its words as name beside the OBJ file. The second value is true if the
+/// file is in another place or has another name.
 fn find_near(finder: &mut FileFinder, folder: &Path, name: &str) -> Option<(PathBuf, bool)> {
     if let Some(path) = finder.find(folder, name) {
         return Some((path, false));
@@ -138,7 +139,7 @@ fn find_near(finder: &mut FileFinder, folder: &Path, name: &str) -> Option<(Path
     found.map(|path| (path, true))
 }
 
-/// The library of `x.obj` with the name `x.mtl` or `x.obj.mtl`.
+/// The library of `x.obj` with the file name `x.mtl` or `x.obj.mtl`.
 fn find_of_same_name(finder: &mut FileFinder, obj: &Path) -> Option<PathBuf> {
     let folder = obj.parent().unwrap_or(Path::new(""));
     let [stem, name] = [obj.file_stem()?, obj.file_name()?].map(|name| format!("{}.mtl", name.to_string_lossy()));

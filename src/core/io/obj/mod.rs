@@ -78,7 +78,7 @@ pub struct Group {
     /// Indices of the rules of [`PartFilter`](crate::io::PartFilter) that replace the material for
     /// the parts of the group.
     pub rules: Vec<u32>,
-    /// The triangles, in units of the file.
+    /// Triangles of the group, in units of the file.
     pub mesh: Mesh,
 }
 
@@ -93,21 +93,22 @@ pub struct ObjFile {
     pub libraries: Vec<PathBuf>,
     /// Names of libraries in the file, found or not.
     pub named_libraries: Vec<String>,
-    /// Names of all parts, hidden ones included. Meshes refer to their indices.
+    /// Names of all parts, including hidden parts. Meshes refer to parts by their index in this
+    /// list.
     pub parts: PartNames,
     /// True if a mesh has texture coordinates.
     pub has_uvs: bool,
-    /// True if meshes have colours of vertices.
+    /// True if a mesh has colours of vertices.
     pub has_colors: bool,
     /// Index of the last material of each name.
     last_named: HashMap<String, usize>,
-    /// Index of the material for undefined names: the only material with the name up to case and
-    /// separators.
+    /// For each undefined name that the file uses, the index of the only material whose name equals
+    /// it except for letter case and separators.
     alike: HashMap<String, usize>,
 }
 
 impl ObjFile {
-    /// Contents of a file and its libraries.
+    /// An OBJ file with these groups, materials and paths of libraries.
     pub fn new(groups: Vec<Group>, materials: Vec<FileMaterial>, libraries: Vec<PathBuf>) -> Self {
         let named = materials.iter().enumerate().map(|(i, m)| (m.material.name.clone(), i));
         Self {
@@ -123,14 +124,15 @@ impl ObjFile {
         }
     }
 
-    /// Material of this name; the last definition is used. If the file uses an undefined name, the
-    /// material can have another name, which differs in case or separators.
+    /// Material with the name `name`. If there are several definitions, the last one is used. If
+    /// there is none, the material may have a name that differs in letter case or separators.
     pub fn material(&self, name: &str) -> Option<&FileMaterial> {
         let index = self.last_named.get(name).or_else(|| self.alike.get(name));
         index.and_then(|&i| self.materials.get(i))
     }
 
-    /// The file, with materials for undefined names of groups.
+    /// Finds, for undefined names of the groups, materials whose names differ in letter case or
+    /// separators.
     fn with_alike_names(mut self) -> Self {
         let names = self.groups.iter().filter_map(|group| group.material.as_ref());
         let undefined: HashSet<&String> = names.filter(|name| !self.last_named.contains_key(*name)).collect();
@@ -163,7 +165,7 @@ pub(super) struct FacelessFile {
     pub is_of_mesh: bool,
     /// True if the last line of the file has no line end.
     pub is_cut: bool,
-    /// Description of the elements that are not rendered.
+    /// Description, for a message, of the elements that are not rendered.
     pub skipped: Option<String>,
     /// Line of the first of these elements; 0 if there are none.
     pub skipped_line: usize,
@@ -234,7 +236,8 @@ pub(super) fn read_obj(
     observer: &dyn LoadObserver,
     findings: &mut Findings,
 ) -> Result<ObjFile, FileError> {
-    // Each step estimates its memory, and is refused if it needs too much, before the allocation.
+    // Each step estimates its memory before the allocation, and returns an error if there is too
+    // little memory.
     let length = fs::metadata(path).map_or(0, |data| data.len());
     allowance.check(path, length)?;
     let text = read_text(path)?;
@@ -274,7 +277,7 @@ pub(super) fn read_obj(
         used_keys: keys.map(|name| key_of_name(name)).collect(),
         used,
     };
-    // The only material of a library may be the material of all faces.
+    // If the file names no materials, the only material of its library may be used for all faces.
     let takes_only = !outline.uses_materials() && !is_literal;
     let found = find_libraries(path, &outline.libraries, outline.uses_materials() || takes_only);
     let named_libraries = found.iter().map(|library| library.name.clone()).collect();
@@ -324,7 +327,7 @@ pub(super) fn read_obj(
         let message = format!("{pairs} {noun} another material on the back; each side shows its own");
         findings.add(Severity::Note, "two-sided", FileError::new(path, message));
     }
-    // If the user selects parts, they may be in another file.
+    // If the user selects parts, the parts may be in another file.
     if groups.is_empty() && wrong_count == 0 && options.parts.is_empty() {
         return Err(no_faces(path, faceless));
     }
@@ -364,8 +367,8 @@ fn read_text(path: &Path) -> Result<String, FileError> {
     Ok(text)
 }
 
-/// Opens the file to read its beginning. `None` if it is not a regular file: reading would empty a
-/// pipe.
+/// Opens the file to read its beginning. `None` if it is not a regular file: reading from a pipe
+/// would remove its data.
 fn open_regular(path: &Path) -> Option<File> {
     let is_regular = fs::metadata(path).is_ok_and(|data| data.is_file());
     is_regular.then(|| File::open(path).ok()).flatten()

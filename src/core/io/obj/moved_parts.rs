@@ -1,6 +1,6 @@
-//! Movement of parts, before faces are subdivided or cut into triangles. The result is the one of a
-//! file with the moved positions and normals. A value that a moved part shares with other faces is
-//! copied.
+//! Movement of parts, before faces are subdivided or cut into triangles. The result is the same as
+//! for a file with the moved positions and normals. A value that is used by moved and by other
+//! faces is copied.
 
 use super::colors::Colors;
 use super::outline::{NONE, Outline, Section};
@@ -13,7 +13,7 @@ use std::ops::Range;
 /// Group of the parts that do not move.
 const STILL: u32 = 0;
 
-/// Faces that turn about one centre.
+/// Faces that rotate about one centre.
 struct Group {
     movement: PartMovement,
     bounds: Bounds3,
@@ -71,14 +71,14 @@ pub(super) fn move_parts(outline: &mut Outline, colors: &mut Colors, filter: &Pa
     }
 }
 
-/// Group of each part, and the groups; the first is [`STILL`].
+/// Index of the group of each part, and the groups; the first group is [`STILL`].
 fn groups(outline: &Outline, filter: &PartFilter) -> (Vec<u32>, Vec<Group>) {
     let group = |movement| Group {
         movement,
         bounds: Bounds3::EMPTY,
     };
     let (mut group_of_part, mut groups) = (vec![STILL], vec![group(PartMovement::default())]);
-    // Groups by name; parts of one name may have several movements
+    // Find groups by name. Parts with one name may have several movements.
     let mut by_name: HashMap<Cow<str>, Vec<u32>> = HashMap::new();
     for part in outline.parts.parts() {
         let (movement, name) = filter.movement(&outline.parts, part);
@@ -99,24 +99,24 @@ fn groups(outline: &Outline, filter: &PartFilter) -> (Vec<u32>, Vec<Group>) {
     (group_of_part, groups)
 }
 
-/// Faces of a section, with their groups.
+/// Corners of each face of a section, with the group of the face.
 fn faces_of(section: &Section, group_of: &dyn Fn(u32) -> u32) -> Vec<(Range<usize>, u32)> {
     let all = section.all_faces();
     let groups = section.parts(&all).map(group_of);
     section.faces(&all).zip(groups).collect()
 }
 
-/// Values that no two groups share.
+/// Values after copying, so that no value is used by several groups.
 struct Separated {
-    /// Group of each value, copies included.
+    /// Group of each value, including copies.
     groups: Vec<u32>,
-    /// Original of each copy.
+    /// Index of the original value of each copy.
     copies: Vec<u32>,
 }
 
-/// Separates the values of groups: positions (`kind` 0) or normals (`kind` 2). There are `count`
-/// values. If several groups use a value, it stays with the first, and the others get copies, whose
-/// indices follow the existing values.
+/// Copies values, positions (`kind` 0) or normals (`kind` 2), so that each value is used by one
+/// group. There are `count` values. If several groups use a value, the first group keeps it, and
+/// the other groups get copies with indices after the existing values.
 fn separate(
     outline: &mut Outline,
     group_of: &dyn Fn(u32) -> u32,
@@ -282,9 +282,9 @@ mod tests {
         }
     }
 
-    /// Each object turns about its own centre. Its groups stay together.
+    /// Each object rotates about its own centre. All groups of the object rotate together.
     #[test]
-    fn parts_of_a_name_turn_about_one_center() {
+    fn parts_of_a_name_rotate_about_one_center() {
         let faces = moved(&[("Chair*", turn(0.0, 0.0, 90.0))]);
         // The centres are (3, 1) and (12, 1): (x, y) becomes (4 − y, x − 2) and (13 − y, x − 11).
         assert_near(
@@ -302,7 +302,7 @@ mod tests {
             [[13.0, -1.0], [13.0, 3.0], [11.0, 3.0], [11.0, -1.0]],
             [0.0, 1.0, 0.0],
         );
-        // By the name of the group, the centre of the leg is (4, 1).
+        // The rule selects the group `leg`, so the centre of rotation is (4, 1).
         let faces = moved(&[("leg", turn(0.0, 0.0, 90.0))]);
         assert_near(
             &faces[0],
@@ -317,16 +317,16 @@ mod tests {
     }
 
     #[test]
-    fn a_whole_turn_changes_nothing() {
+    fn rotation_by_360_degrees_changes_nothing() {
         let (still, faces) = (moved(&[]), moved(&[("*", turn(360.0, -360.0, 720.0))]));
         for ([p, n], [q, m]) in faces.iter().flatten().zip(still.iter().flatten()) {
             assert!(p.distance(*q) < 2e-5 && n.distance(*m) < 2e-6, "{p} {q}");
         }
     }
 
-    /// Later rules replace single keys. A mirror keeps the front of faces.
+    /// Later rules replace single keys of earlier rules. A reflection keeps the front of faces.
     #[test]
-    fn rules_are_joined_by_keys() {
+    fn later_rules_replace_single_keys() {
         let mirror = PartMovement {
             scale: Some(Vec3::new(-1.0, 1.0, 1.0)),
             translate: Some(Vec3::new(9.0, 9.0, 9.0)),

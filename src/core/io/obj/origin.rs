@@ -1,5 +1,5 @@
-//! Origin for a file that lies far from its own origin. Surveyors write national grids in metres:
-//! at coordinates of millions, 32 bits have few steps across a building.
+//! Origin for a file that lies far from its own origin. Surveyors write national grids in metres.
+//! For coordinates of several millions, the spacing of 32-bit floats is too coarse for a building.
 
 use super::open_regular;
 use crate::io::{LoadOptions, Origin};
@@ -7,7 +7,7 @@ use crate::math::DVec3;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-/// Maximum coordinate of vertices that are near the origin of the file.
+/// Maximum absolute coordinate of vertices that are near the origin of the file.
 const NEAR: f64 = 2048.0;
 /// Maximum number of bytes of a line that are read at once: a binary file is one long line.
 const MAX_LINE: u64 = 1 << 16;
@@ -15,8 +15,8 @@ const MAX_LINE: u64 = 1 << 16;
 /// size, for which the origin is moved.
 const FAR: f64 = 500.0;
 
-/// Number of places of a file that are checked if its first vertex is near, and bytes that are read
-/// at each.
+/// Number of places in a file at which vertices are read if its first vertex is near, and number of
+/// bytes that are read at each place.
 const PLACES: u64 = 64;
 const PLACE_BYTES: u64 = 1 << 12;
 /// Maximum number of vertices that are sampled, and share of the samples that is left out at either
@@ -25,8 +25,8 @@ const MAX_SAMPLES: usize = 1 << 16;
 const TAIL: f64 = 0.1;
 
 /// Origin to subtract from the vertices of an OBJ file; zero unless most vertices lie far from the
-/// file's origin. It is a multiple of a power of ten that is at least the size of the region with
-/// these vertices.
+/// file's origin. It is a multiple of a power of ten. This power of ten is at least the size of the
+/// region with these vertices.
 pub fn origin_of(path: &Path) -> DVec3 {
     let Some(file) = open_regular(path) else {
         return DVec3::ZERO;
@@ -35,7 +35,7 @@ pub fn origin_of(path: &Path) -> DVec3 {
     let mut samples = Samples::default();
     let mut is_mostly_far = None;
     let (mut reader, mut line) = (BufReader::with_capacity(1 << 16, file), Vec::new());
-    // Every valid line is shorter, for any kind of line end.
+    // Every valid line is shorter than `MAX_LINE`, for any kind of line end.
     while matches!(reader.by_ref().take(MAX_LINE).read_until(b'\n', &mut line), Ok(1..)) {
         if line.contains(&0) {
             return DVec3::ZERO;
@@ -85,7 +85,8 @@ impl Samples {
         self.count += 1;
     }
 
-    /// Bounds of the samples along each axis, without [`TAIL`] at either end.
+    /// Bounds of the samples along each axis. A fraction [`TAIL`] of the samples is left out at
+    /// either end.
     fn middle(&self) -> Option<[DVec3; 2]> {
         let tail = (TAIL * self.all.len() as f64) as usize;
         let mut bounds = [DVec3::ZERO; 2];
@@ -158,7 +159,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_far_away_have_an_origin() {
+    fn distant_file_has_an_origin() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.obj");
         for (text, expected) in [
@@ -183,7 +184,8 @@ mod tests {
             assert_eq!(origin_of(&path).to_array(), expected, "{text}");
         }
         assert_eq!(origin_of(&folder.path().join("b.obj")), DVec3::ZERO);
-        // Files with vertices at two places, in both orders: the place with most vertices decides.
+        // Files with vertices at two places, in both orders: the origin is near the place with most
+        // vertices.
         let near = |n: u32| (0..n).map(|i| format!("v {} 2 3\n", i % 30)).collect::<String>();
         let far = |n: u32| {
             (0..n)

@@ -14,7 +14,7 @@ use std::ops::Range;
 /// Index for a missing value of a corner.
 pub(super) const NONE: u32 = u32::MAX;
 
-/// Colour for a position without one.
+/// Colour of a position that has no colour in the file.
 pub(super) const NO_COLOR: [f32; 4] = [f32::NAN; 4];
 
 /// Contents of an OBJ file before triangulation.
@@ -32,7 +32,7 @@ pub(super) struct Outline {
     /// First wrong statements of the file. They have been repaired: corners have no wrong indices,
     /// a wrong `vt` or `vn` is 0, and faces with a wrong `v` have been removed.
     pub wrong: Vec<FileError>,
-    /// Number of wrong statements.
+    /// Number of all wrong statements.
     pub wrong_count: usize,
     /// Indices of wrong positions, sorted; empty after their faces have been removed.
     pub wrong_positions: Vec<usize>,
@@ -79,7 +79,8 @@ impl Outline {
         names.flat_map(possible_names).map(str::to_string).collect()
     }
 
-    /// Replaces names of materials by their whole names if `defined` has the whole names.
+    /// Replaces names of materials by their whole names, which include a `#`, if `defined` has the
+    /// whole names.
     pub fn set_whole_names(&mut self, defined: &HashSet<&str>) {
         for state in self.all_sections_mut().flat_map(|section| &mut section.state_changes) {
             let whole = state.whole_name.take();
@@ -118,7 +119,7 @@ impl VertexData {
         vn != NONE && self.normals[vn as usize] != Vec3::ZERO
     }
 
-    /// Sets the colour of the last position.
+    /// Sets the colour of the position that was added last.
     pub fn set_color(&mut self, color: [f32; 4]) {
         self.colors.resize(self.positions.len().saturating_sub(1), NO_COLOR);
         self.colors.push(color);
@@ -270,7 +271,7 @@ impl Section {
         lines.iter().map(|&line| line as usize)
     }
 
-    /// Indices of the positions of `corners`.
+    /// Indices of the positions of the corners `corners`.
     pub fn positions(&self, corners: Range<usize>) -> &[u32] {
         part(&self.v, corners)
     }
@@ -474,8 +475,8 @@ impl Section {
     }
 }
 
-/// Adds an index to a list for `count` earlier corners. The list stays empty while all indices are
-/// [`NONE`].
+/// Adds the index `index` to a list that has `count` earlier corners. The list stays empty while
+/// all indices are [`NONE`].
 fn push_optional(indices: &mut Vec<u32>, index: u32, count: usize) {
     if index != NONE && indices.is_empty() {
         indices.resize(count, NONE);
@@ -485,7 +486,7 @@ fn push_optional(indices: &mut Vec<u32>, index: u32, count: usize) {
     }
 }
 
-/// The part of a list in the range. Empty if the list is empty.
+/// The elements of a list in `range`. Empty if the list is empty.
 fn part(indices: &[u32], range: Range<usize>) -> &[u32] {
     &indices[range.start.min(indices.len())..range.end.min(indices.len())]
 }

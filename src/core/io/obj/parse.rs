@@ -1,7 +1,7 @@
 //! OBJ files as outlines, read in parallel by chunks.
 //!
-//! Lines, `v`, `vt` and `vn` are counted first. Each chunk then has its first line number and can
-//! resolve indices, so an error gets its line when it is found.
+//! Before that, lines, `v`, `vt` and `vn` are counted. Each chunk then has its first line number
+//! and can resolve indices, so an error gets its line when it is found.
 
 use super::chunk::{Chunk, DataSelection};
 use super::counts::Chunks;
@@ -46,7 +46,7 @@ pub(super) fn parse(
     Ok(outline)
 }
 
-/// [`parse`], including faces with wrong positions.
+/// [`parse`] without the last step, which removes faces with wrong positions.
 fn parse_all(
     path: &Path,
     chunks: &Chunks,

@@ -1,14 +1,15 @@
 //! Parts of an OBJ file: faces that follow the same `o` and `g` statements.
 //!
-//! A file may have a part for each face. Chunks are read in parallel. Each one copies the names of
-//! its parts into one text, and numbers for the whole file are assigned when chunks are joined.
+//! A file may have a part for each face. Chunks are read in parallel. Each chunk copies the names
+//! of its parts into one text. Parts get their numbers, which are valid for the whole file, when
+//! chunks are joined.
 
 use super::outline::Section;
 use crate::geometry::{PartList, PartNames, UNNAMED};
 use crate::io::PartFilter;
 use crate::io::statements::split_keyword;
 
-/// Part names of the following faces.
+/// Names of the part to which the next faces belong.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CurrentNames {
     /// Text of the last `o`.
@@ -18,7 +19,7 @@ pub(super) struct CurrentNames {
 }
 
 impl CurrentNames {
-    /// Updates the names with the last `o` and the last `g` statement of a text.
+    /// Updates the names by the last `o` and the last `g` statement of a text.
     pub fn follow(&mut self, [object, groups]: &[Option<String>; 2]) {
         let name = |statement: &Option<String>| statement.as_deref().map(|text| split_keyword(text).1.to_string());
         self.object = name(object).unwrap_or(std::mem::take(&mut self.object));
@@ -30,7 +31,7 @@ impl CurrentNames {
 #[derive(Debug)]
 pub(super) struct PartState<'a> {
     filter: &'a PartFilter,
-    /// False if names are read only for the filter.
+    /// False if the names are needed only for the filter.
     keep_names: bool,
     current: CurrentNames,
     /// True if a name has changed since the last face.
@@ -105,7 +106,8 @@ impl<'a> PartState<'a> {
         &self.parts
     }
 
-    /// Assigns the parts of the chunk to its faces. Takes their numbers from `numbers`.
+    /// Assigns the parts of the chunk to its faces. Removes the numbers of these parts from the
+    /// start of `numbers`.
     pub fn number(&self, numbers: &mut &[u32], section: &mut Section) {
         let (of_chunk, rest) = numbers.split_at(self.starts.len().min(numbers.len()));
         *numbers = rest;
@@ -128,7 +130,7 @@ pub(super) struct MaterialRules {
     /// For each part, [`UNNAMED`] first, the index of its list of rules. Empty if all parts have
     /// the first list.
     of_parts: Vec<u32>,
-    /// Distinct lists of indices of rules. The first one is empty.
+    /// Distinct lists of indices of rules. The first list is empty.
     lists: Vec<Vec<u32>>,
 }
 
@@ -157,12 +159,12 @@ impl MaterialRules {
         self.lists.len() <= 1
     }
 
-    /// Index of the list of rules for `part`.
+    /// Index of the list with the rules for `part`.
     pub fn list_of(&self, part: u32) -> u32 {
         self.of_parts.get(part as usize).copied().unwrap_or(0)
     }
 
-    /// Indices of the rules in list `number`.
+    /// The list with index `number`: indices of rules.
     pub fn list(&self, number: u32) -> &[u32] {
         self.lists.get(number as usize).map_or(&[], Vec::as_slice)
     }
@@ -175,7 +177,7 @@ mod tests {
     use crate::math::Glob;
     use std::path::Path;
 
-    /// Parts continue across chunks.
+    /// The borders of chunks do not change the part of a face.
     #[test]
     fn chunks_change_no_part() {
         let mut text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_string();
@@ -187,7 +189,7 @@ mod tests {
             (vec![], vec![], 28),
             (glob("part1"), vec![], 19),
             (glob("4"), vec![], 25),
-            // If the object changes, the group stays.
+            // A new `o` statement does not change the current group.
             (vec![], glob("4"), 3),
             (glob("x"), vec![], 2),
             (glob("part0"), glob("x"), 18),

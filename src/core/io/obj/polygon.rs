@@ -1,10 +1,10 @@
 //! Triangulation of polygons.
 //!
 //! A fan is correct if all its triangles have the orientation of the polygon, so no test for
-//! convexity is needed. Other faces are clipped ear by ear, in f64 on two of the coordinates, which
-//! keeps collinear corners exactly collinear. A k-d tree (`corner_tree`) finds the corners near an
-//! ear, so thousands of corners take n log n time. The triangles are the same as with a search
-//! through all corners.
+//! convexity is needed. From other faces, ears are clipped one by one. The computation is in f64
+//! with two of the three coordinates, which keeps collinear corners exactly collinear. A k-d tree
+//! (`corner_tree`) finds the corners near an ear, so n corners take n log n time. The triangles are
+//! the same as with a search through all corners.
 
 mod corner_tree;
 
@@ -23,7 +23,7 @@ pub(super) const MAX_CLIPPED: usize = 10_000;
 ///
 /// A fan from the first corner is used if all its triangles have the polygon's orientation, as in
 /// every convex polygon. The triangles cannot overlap then, because their areas sum to the
-/// polygon's area. From other polygons, one ear after the other is clipped (Meisters 1975), in the
+/// polygon's area. In other polygons, ears are clipped one after the other (Meisters 1975), in the
 /// plane of Newell's normal. A polygon that crosses itself is also triangulated, but some of its
 /// triangles overlap.
 pub(super) fn triangulate(points: &[Vec3], emit: &mut impl FnMut([usize; 3])) {
@@ -57,13 +57,13 @@ struct Ring {
     next: Vec<usize>,
     /// Number of remaining corners.
     len: usize,
-    /// Corners that may be ears: all except corners that were checked and whose neighbours have not
-    /// changed since.
+    /// Corners that may be ears: all corners except those that were not ears when they were
+    /// checked, and whose neighbours have not changed since.
     open: BTreeSet<usize>,
     /// Tree of the remaining corners, by position.
     tree: CornerTree,
-    /// The remaining corners, sorted by the signed areas of their triangles. Empty until a polygon
-    /// that crosses itself needs it.
+    /// The remaining corners, sorted by the signed areas of their triangles. The list is filled
+    /// when a polygon that crosses itself needs it.
     areas: BTreeSet<(Area, usize)>,
 }
 
@@ -101,7 +101,7 @@ impl Ring {
             let [before, _, after] = self.triangle(ear);
             emit([before, ear, after]);
             self.clip(ear);
-            // Remove a spike first. Otherwise there would be ears outside of the remaining polygon.
+            // Remove a spike first. Otherwise ears outside of the remaining polygon would be found.
             corner = if self.is_spike(before) { before } else { after };
         }
         emit(self.triangle(corner));
@@ -127,12 +127,12 @@ impl Ring {
         self.len -= 1;
     }
 
-    /// A corner with its two neighbours.
+    /// The corner between its two neighbours.
     fn triangle(&self, corner: usize) -> [usize; 3] {
         [self.previous[corner], corner, self.next[corner]]
     }
 
-    /// Returns true if the edges before and after the corner coincide.
+    /// Returns true if the edges before and after the corner lie on each other.
     fn is_spike(&self, corner: usize) -> bool {
         self.points[self.previous[corner]] == self.points[self.next[corner]]
     }
@@ -190,7 +190,7 @@ fn first_from(set: &BTreeSet<usize>, start: usize) -> Option<usize> {
     set.range(start..).next().or_else(|| set.first()).copied()
 }
 
-/// A number for sorting corners; −0 equals 0.
+/// A number as key for sorting; −0 equals 0.
 #[derive(Clone, Copy)]
 struct Area(f64);
 
@@ -232,7 +232,7 @@ mod tests {
         triangles
     }
 
-    /// A polygon in the plane with integer corners.
+    /// A polygon in the plane z = 0 with integer coordinates.
     fn plane(corners: &[[i32; 2]]) -> Vec<Vec3> {
         corners
             .iter()
@@ -249,8 +249,8 @@ mod tests {
         0.5 * doubled
     }
 
-    /// In all orientations, the areas of the triangles sum to the polygon's area, and no triangle
-    /// is turned over. So none overlap.
+    /// Checks, for all orientations of the polygon, that the areas of its triangles sum to its area
+    /// and that no triangle is turned over. The triangles then do not overlap.
     fn assert_tiles(what: &str, points: &[Vec3], degenerate: usize) {
         let area = shoelace(points).abs();
         let n = points.len();
@@ -370,7 +370,8 @@ mod tests {
         ];
         assert_eq!(shoelace(&plane(&hole)), 32.0);
         assert_tiles("hole", &plane(&hole), 0);
-        // A square with a hole that touches one corner; a slit leads to it from the opposite corner
+        // A square with a hole that touches a corner of the square; a slit leads to the hole from
+        // the opposite corner
         let touching = [
             [0, 0],
             [4, 0],
@@ -413,7 +414,7 @@ mod tests {
     }
 
     #[test]
-    fn any_polygon_gives_its_triangles() {
+    fn random_polygon_has_as_many_triangles_as_a_fan() {
         let random = |seed: u64, n: usize, size: u64| -> Vec<Vec3> {
             let number = |i: u64| (mix(seed * 1000 + i) % size) as f32;
             (0..n as u64)
@@ -425,7 +426,7 @@ mod tests {
             let points = random(seed, n, 2 + seed % 7);
             let triangles = cut(&points);
             assert_eq!(triangles.len(), n - 2);
-            // The number of triangles is that of a fan, and all corners are used.
+            // There are as many triangles as in a fan, and all corners are used.
             let mut used: Vec<usize> = triangles.concat();
             used.sort();
             used.dedup();
@@ -436,8 +437,8 @@ mod tests {
     }
 
     #[test]
-    fn long_polygons_end() {
-        // Worst case of the sort: every other corner is concave.
+    fn worst_cases_are_fast() {
+        // Worst case for sorting: every other corner is concave.
         let saw = |n: i32| -> Vec<Vec3> {
             let teeth = (0..n - 2).map(|i| Vec3::new(-i as f32, (i % 2) as f32, 0.0));
             let base = [Vec3::new(2.0 - n as f32, -9.0, 0.0), Vec3::new(0.0, -9.0, 0.0)];
@@ -450,7 +451,7 @@ mod tests {
         assert!((areas.sum::<f64>() - shoelace(&clipped).abs()).abs() < 1e-3);
         assert_eq!(cut(&saw(MAX_CLIPPED as i32)).len(), MAX_CLIPPED - 2);
         assert_eq!(cut(&saw(200_000)).len(), 200_000 - 2);
-        // Worst case of polygons that cross themselves: hardly any corner is an ear.
+        // Worst case for a polygon that crosses itself: hardly any corner is an ear.
         let tangle = |seed: u64| -> Vec<Vec3> {
             let number = |i: u64| (mix(seed << 32 | i) % 100_000) as f32;
             let corners = 0..MAX_CLIPPED as u64;

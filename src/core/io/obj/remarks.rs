@@ -2,7 +2,7 @@ use super::polygon::MAX_CLIPPED;
 use crate::io::{FileError, Finding, MAX_PLACES, Position, Severity};
 use std::path::Path;
 
-/// Maximum number of unknown keywords that the warning names. Further keywords are only counted.
+/// Maximum number of unknown keywords that the warning lists. Further keywords are only counted.
 const MAX_NAMED: usize = 8;
 
 /// A repair or an assumption of the reader.
@@ -37,13 +37,13 @@ pub(super) enum SkippedElement {
     Surface,
 }
 
-/// Nouns and keywords, indexed by [`SkippedElement`].
+/// Noun and keyword of each kind, indexed by [`SkippedElement`].
 const SKIPPED: [[&str; 2]; 4] = [["line", "l"], ["point", "p"], ["curve", "curv"], ["surface", "surf"]];
 
 const FREE_FORM: &str = "it belongs to free-form curves and surfaces, which are skipped";
 const DISPLAY: &str = "it is about the display in Wavefront's programs";
 
-/// Statements of the format that have no effect, with the reason.
+/// Statements of the format that have no effect: keyword and reason.
 const IGNORED: [(&str, &str); 27] = [
     ("vp", FREE_FORM),
     ("cstype", FREE_FORM),
@@ -79,7 +79,7 @@ pub(super) fn ignored(keyword: &str) -> Option<usize> {
     IGNORED.iter().position(|(known, _)| *known == keyword)
 }
 
-/// Counts and places of remarks.
+/// Counts of remarks, and the lines of the first statements.
 #[derive(Default)]
 pub(super) struct Remarks {
     /// Tallies, indexed by [`Remark`].
@@ -125,8 +125,8 @@ impl Remarks {
             .any(|kind| self.skipped_counts[*kind as usize] > 0)
     }
 
-    /// Number of each kind of elements that are not rendered, such as
-    /// `2 lines (l) and 1 point (p)`. `None` if there are none.
+    /// Text with the number of elements of each kind that are not rendered, such as `2 lines (l)
+    /// and 1 point (p)`. `None` if all are rendered.
     pub fn skipped(&self) -> Option<String> {
         let counts = SKIPPED.iter().zip(self.skipped_counts).filter(|(_, count)| *count > 0);
         let words = counts.map(|([noun, keyword], count)| {
@@ -170,7 +170,7 @@ impl Remarks {
 
     /// Converts all remarks to findings.
     pub fn findings(&self, path: &Path) -> Vec<Finding> {
-        // Messages for one occurrence and for several
+        // Each message has a form for one occurrence and a form for several.
         let long = format!("of more than {MAX_CLIPPED} corners");
         let keywords = self.keywords.join(", ");
         let words = [
@@ -286,7 +286,7 @@ impl Remarks {
 }
 
 impl Tally {
-    /// The remark with its places; `None` if there is none.
+    /// Finding with the message and the places of the remark; `None` if the remark does not occur.
     fn finding(&self, path: &Path, severity: Severity, code: &'static str, message: String) -> Option<Finding> {
         let mut places = self.lines.iter().map(|&line| Position::line(line));
         let first = FileError::new(path, message).at(places.next()?);

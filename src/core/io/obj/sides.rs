@@ -2,8 +2,9 @@
 //! Exporters of SketchUp, ShapeNet and Minecraft write the front and the back of a wall in this
 //! way.
 //!
-//! A ray hits either of them by chance. Both are moved apart by a 100,000th of the file's diagonal,
-//! each along its normal. A ray then hits the face that is turned towards it, in every backend.
+//! Without a correction, a ray would hit one of both faces by chance. Both are moved apart by a
+//! 100,000th of the file's diagonal, each along its normal. A ray then hits the face that is turned
+//! towards it, in every backend.
 
 use super::ObjFaces;
 use super::colors::Colors;
@@ -17,8 +18,9 @@ use std::ops::Range;
 
 /// Distance by which a face is moved, as a multiple of the file's diagonal.
 const GAP: f32 = 1e-5;
-/// Minimum share of the faces in pairs of front and back, for which the pairs are moved apart.
-/// Exporters write all walls in pairs; single pairs are accidents of modelling and are not changed.
+/// Minimum share of faces that belong to pairs of front and back. If the share is smaller, the
+/// pairs are not moved: exporters write all walls in pairs, and single pairs are mistakes in the
+/// model.
 const MIN_SHARE: f32 = 0.25;
 
 /// A face: the indices of its material and of its section, and its corners in the section.
@@ -36,7 +38,7 @@ impl Place {
     }
 }
 
-/// Moves coincident front and back faces apart. Returns the number of pairs.
+/// Moves the front and the back of each pair apart. Returns the number of pairs.
 pub(super) fn separate(outline: &mut Outline, colors: &mut Colors, faces: &[Faces]) -> usize {
     let pairs = two_sided(outline, faces);
     if pairs.is_empty() {
@@ -119,8 +121,8 @@ fn two_sided(outline: &Outline, faces: &[Faces]) -> Vec<[Place; 2]> {
 }
 
 impl ObjFaces {
-    /// Returns true if a file of `faces` faces, with `pairs` pairs of fronts and backs, is
-    /// two-sided: a render moves the faces of each pair apart.
+    /// Returns true if a file of `faces` faces with `pairs` pairs of front and back is two-sided. A
+    /// render then moves the faces of each pair apart.
     pub fn are_two_sided(pairs: usize, faces: usize) -> bool {
         pairs > 0 && (2 * pairs) as f32 > MIN_SHARE * faces as f32
     }
@@ -172,7 +174,8 @@ mod tests {
     use crate::io::PartFilter;
     use std::path::Path;
 
-    /// Groups of a square of side 1 with `faces`, and number of pairs.
+    /// Groups, and number of pairs, of a file with the corners of a square of side 1 and the
+    /// statements `faces`.
     fn groups(faces: &str) -> (Vec<Group>, usize) {
         let text = format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n{faces}");
         let chunks = Chunks::count(&text, 1 << 20);
@@ -197,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn other_faces_stay() {
+    fn other_faces_are_not_moved() {
         for faces in [
             // Faces with equal order of corners, equal materials, three faces at one place, and
             // different corners

@@ -4,12 +4,12 @@ use crate::io::normals::{area_vector, corner_angles, weld};
 use crate::math::{DVec3, Vec3};
 use std::collections::HashMap;
 
-/// Adds missing normals to corners of faces in a smoothing group. A normal is the mean over all
-/// faces of the group at the same point, weighted by their angles there (Thürmer and Wüthrich
-/// 1998).
+/// Adds missing normals to the corners of faces in a smoothing group. The normal is the mean over
+/// all faces of the group at the same point, weighted by their angles at the point (Thürmer and
+/// Wüthrich 1998).
 ///
-/// The normals are appended to the outline's normals. If faces cancel out, the normal is zero and
-/// is treated as missing.
+/// The normals are appended to the outline's normals. If the normals of the faces cancel, the mean
+/// is zero and is treated as missing.
 pub(super) fn smooth<'a>(outline: &mut Outline, runs: impl Iterator<Item = &'a Run> + Clone) {
     let Outline { vertices, sections, .. } = outline;
     let smooth_runs = runs.filter(|run| run.smoothing != 0);
@@ -24,7 +24,7 @@ pub(super) fn smooth<'a>(outline: &mut Outline, runs: impl Iterator<Item = &'a R
         return;
     }
 
-    // Sum the normals of the faces of each group at each point
+    // For each group and each point, sum the normals of the faces
     let points = weld(&vertices.positions);
     let mut index_of: HashMap<(u32, u32), usize> = HashMap::new();
     let mut sums: Vec<DVec3> = Vec::new();

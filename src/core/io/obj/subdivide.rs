@@ -82,7 +82,8 @@ pub(super) fn subdivide(
     Ok(())
 }
 
-/// Returns an error, with the number of steps that fit, if `steps` need too much memory.
+/// Returns an error if `steps` steps need too much memory. The error states the number of steps
+/// that fit.
 fn check_memory(path: &Path, mesh: &ControlMesh, steps: u32, allowance: Allowance) -> Result<(), FileError> {
     let bytes_of = |steps: u32| mesh.bytes(steps) + mesh.triangles(steps) * BYTES_OF_TRIANGLE;
     let refusal = |steps: u32| {

@@ -21,7 +21,8 @@ use std::path::Path;
 /// Number of sides of a tube.
 const SIDES: u32 = 16;
 
-/// Maximum number of fine spheres. If there are more spheres, all of them are coarser.
+/// Maximum number of spheres with many triangles. If there are more spheres, all of them have fewer
+/// triangles.
 const MANY_SPHERES: usize = 20_000;
 
 /// Memory per triangle, including the acceleration structure, in bytes.
@@ -163,7 +164,8 @@ impl WireBuilder<'_> {
         self.outline.vertices.positions[vertex as usize].as_dvec3()
     }
 
-    /// Adds a point of a tube or sphere around `vertex`, with the colour of `vertex`.
+    /// Adds a vertex to `mesh`, at `offset` from the vertex `vertex` of the file and with its
+    /// colour.
     fn add_point(&self, mesh: &mut Mesh, vertex: u32, offset: DVec3, normal: DVec3) {
         mesh.positions.push((self.position(vertex) + offset).as_vec3a());
         mesh.normals.push(normal.as_vec3a());
@@ -269,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_and_colors_follow() {
+    fn wires_keep_parts_and_colors() {
         let text = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\no face\nf 1 2 3\no wire\nl 1 2\ng dots\np 3\n";
         let groups = groups(text, Some(0.1)).unwrap();
         assert_eq!(groups.len(), 2);

@@ -22,7 +22,7 @@ struct Node {
     max: [f64; 2],
     /// Index in [`CornerTree::corners`] of the node's first corner.
     start: usize,
-    /// Number of remaining corners.
+    /// Number of corners of the node that have not been removed.
     left: usize,
 }
 
@@ -90,8 +90,8 @@ impl CornerTree {
         }
     }
 
-    /// Returns true if `holds` returns true for all remaining corners in the triangle or on its
-    /// edges. `holds` may be called for some corners outside, too.
+    /// Returns true if `holds` returns true for all remaining corners inside the triangle or on its
+    /// edges. `holds` may also be called for some corners outside the triangle.
     pub fn all_near(&self, triangle: [[f64; 2]; 3], holds: &mut impl FnMut(usize) -> bool) -> bool {
         self.all_in(0, triangle, holds)
     }
@@ -112,8 +112,8 @@ impl CornerTree {
 
 impl Node {
     /// Returns true if the whole box is on the outer side of an edge of the triangle. Rounding is
-    /// monotonic, so a box with a point that [`signed_area`] finds on the inner side is never
-    /// outside.
+    /// monotonic: if [`signed_area`] finds a point of the box on the inner side, the result is
+    /// false.
     fn is_outside(&self, [a, b, c]: [[f64; 2]; 3]) -> bool {
         [(a, b), (b, c), (c, a)].into_iter().any(|(from, to)| {
             // Take the corner of the box with the largest signed area. The area grows with y if the

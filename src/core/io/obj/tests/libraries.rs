@@ -13,7 +13,8 @@ fn materials(folder: &Path, statements: &str) -> (Vec<String>, Vec<String>) {
     (names, file.warnings)
 }
 
-/// A folder with `libraries`, each with a material of the library's name.
+/// A folder with the files `libraries`. Each library has one material, with the name of the
+/// library.
 fn folder(libraries: &[&str]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     for name in libraries {
@@ -25,7 +26,7 @@ fn folder(libraries: &[&str]) -> tempfile::TempDir {
 }
 
 #[test]
-fn libraries_lie_close_by() {
+fn library_is_found_beside_file_or_in_parent_folder() {
     let all = folder(&["in/a.mtl", "in/my red.mtl", "in/my blue.mtl", "above.mtl", "in/c_d.mtl"]);
     let at = all.path().join("in");
     for (statement, names) in [
@@ -44,7 +45,8 @@ fn libraries_lie_close_by() {
         assert_eq!(found, names, "{statement}");
         let is_exact = statement == "mtllib my red.mtl my blue.mtl";
         let wanted = if is_exact { 0 } else { names.len() };
-        // Each name has at most one message. Unless the statement is exact, there is a message.
+        // Each name has at most one message, and at least one unless the statement has the exact
+        // name.
         assert!(
             messages.len() <= wanted.max(1) && (is_exact || !messages.is_empty()),
             "{statement}: {messages:?}"
@@ -54,7 +56,7 @@ fn libraries_lie_close_by() {
 }
 
 #[test]
-fn a_name_with_blanks_is_one_message() {
+fn name_with_blanks_has_one_message() {
     let all = folder(&["cake.mtl"]);
     for statement in ["mtllib Chocolate Cake.mtl", "mtllib Chocolate cake.mtl"] {
         let (names, told) = materials(all.path(), &format!("{statement}\nusemtl m"));
@@ -72,7 +74,7 @@ fn a_name_with_blanks_is_one_message() {
 }
 
 #[test]
-fn a_library_of_the_name_of_the_file_is_taken() {
+fn library_with_name_of_obj_file_is_used() {
     let at = folder(&["t.mtl", "a.mtl"]);
     let at = at.path();
     let (names, messages) = materials(at, "mtllib typo.mtl\nmtllib gone.mtl\nusemtl t");
@@ -88,7 +90,7 @@ fn a_library_of_the_name_of_the_file_is_taken() {
         messages[0].contains("t.obj: the file names no material library; "),
         "{messages:?}"
     );
-    // Without `usemtl`, if the library has one material.
+    // Without `usemtl`, the only material of the library is used.
     let (names, messages) = materials(at, "");
     assert_eq!((names.as_slice(), messages.len()), (&["t".to_string()][..], 2));
     assert!(

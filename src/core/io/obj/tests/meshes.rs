@@ -16,7 +16,7 @@ fn faces_are_grouped_by_material() {
     let a = &file.groups[1].mesh;
     assert_eq!(corners(a, 1), [Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0), Vec3::Y]);
     assert_eq!(corners(a, 2)[..2], [Vec3::ZERO, Vec3::X]);
-    // Vertices are shared within a group, and none is unused.
+    // Vertices are shared within a group, and no vertex is unused.
     let vertices: Vec<_> = file.groups.iter().map(|g| g.mesh.positions.len()).collect();
     assert_eq!(vertices, [3, 4, 3]);
 }
@@ -32,7 +32,7 @@ fn concave_faces_are_cut_inside() {
 }
 
 #[test]
-fn corners_with_all_indices_the_same_are_one_vertex() {
+fn corners_with_equal_indices_are_one_vertex() {
     let text = format!("{SQUARE}vt 0 0\nvt 1 0.5 7\nvt .25\nvn 0 0 2\nvn 0 -3 0\n");
     let file = mesh(&format!(
         "{text}f 1/1/1 2/2/1 3/3/1\nf 1/1/1 3/3/1 4/1/1\nf 1/1/2 -3/-2/-2 4/2/1\n"
@@ -84,7 +84,7 @@ fn faces_without_normals_stay_flat_among_others() {
     assert!(flat.groups[0].mesh.normals.is_empty());
 }
 
-/// A cube from -1 to 1 with one quad per side. Quad i follows the statement `before[i]`.
+/// A cube from -1 to 1 with one quad per side. The statement `before[i]` is before quad i.
 fn cube(before: [&str; 6]) -> String {
     let side = |bit: usize, i: usize| if i >> bit & 1 == 1 { 1 } else { -1 };
     let mut text: String = (0..8)
@@ -120,7 +120,7 @@ fn smoothing_groups_share_normals() {
 }
 
 #[test]
-fn smoothing_goes_by_position_and_across_materials() {
+fn smoothing_joins_equal_positions_across_materials() {
     // A roof of two sides with separate vertices and materials: along the ridge both have the mean
     // normal.
     let roof = "v -1 0 0\nv 0 1 0\nv 0 1 1\nv -1 0 1\nv -0 1 0\nv 1 0 0\nv 1 0 1\nv 0 1 1\n\

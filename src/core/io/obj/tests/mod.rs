@@ -11,7 +11,7 @@ use crate::geometry::PrimId;
 use crate::io::load_obj::load_obj;
 use crate::math::Vec3;
 
-/// Contents of a file, and its warnings.
+/// Contents of an OBJ file, and the warnings about it.
 #[derive(Debug)]
 struct ReadObj {
     groups: Vec<Group>,
@@ -43,7 +43,7 @@ fn load(text: impl AsRef<[u8]>) -> Result<ReadObj, FileError> {
     load_with(text, &LoadOptions::default())
 }
 
-/// Reads a file with wrong statements as errors.
+/// Reads a file. A wrong statement is an error.
 fn load_strictly(text: impl AsRef<[u8]>) -> Result<ReadObj, FileError> {
     let options = LoadOptions {
         strict: true,

@@ -95,7 +95,7 @@ fn random_file(seed: u64) -> (String, String, Vec<Triangles>) {
                 statement(&["usemtl".into(), name.into()], &mut dice);
             }
             _ if v.len() > 2 => {
-                // Three corners: other tests check larger faces.
+                // The faces have three corners, because other tests check larger faces.
                 let mut words = vec!["f".to_string()];
                 let index = |count: usize, dice: &mut Dice| {
                     let i = dice.roll(count);
@@ -157,7 +157,7 @@ fn described(text: &str, chunk_bytes: usize) -> String {
 }
 
 #[test]
-fn random_files_have_the_triangles_they_were_made_of() {
+fn random_file_has_its_expected_triangles() {
     for seed in 0..500 {
         let (plain, wild, expected) = random_file(seed);
         let groups = read(&wild, 100).unwrap_or_else(|e| panic!("{e}\n{wild}"));
@@ -204,7 +204,7 @@ fn random_files_have_the_triangles_they_were_made_of() {
 }
 
 #[test]
-fn neither_chunks_nor_threads_change_a_bit() {
+fn result_does_not_depend_on_chunks_or_threads() {
     let text: String = (0..50)
         .map(|i| random_file(i).1.replace('\u{feff}', "") + "s 1\n")
         .collect();
@@ -227,7 +227,7 @@ fn neither_chunks_nor_threads_change_a_bit() {
 }
 
 #[test]
-fn damaged_files_do_no_harm() {
+fn damaged_file_does_not_panic() {
     let any = |dice: &mut Dice, of: &[u8]| of[dice.roll(of.len())];
     let mut refused = 0;
     for seed in 0..1000 {

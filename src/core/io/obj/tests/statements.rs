@@ -2,7 +2,7 @@ use super::{ReadObj, SQUARE, corners, load, load_strictly, mesh};
 use crate::math::Vec3;
 
 #[test]
-fn dialects_are_read() {
+fn line_ends_comments_and_continuations_are_read() {
     let text = format!("\u{feff}{SQUARE}usemtl a # red\nf 1 2 3 # one\nf 1 2 \\\n3 4\nf 1 2\n");
     for text in [text.clone(), text.replace('\n', "\r\n"), text.replace('\n', "\r")] {
         let file = load(&text).unwrap();
@@ -14,7 +14,7 @@ fn dialects_are_read() {
 }
 
 #[test]
-fn numbers_are_read_as_written_in_the_wild() {
+fn unusual_number_formats_are_read() {
     let plain = mesh("v 1 0.5 -2000\nv 5 0 0\nv 0 0.25 0\nf 1 2 3\n");
     let texts = [
         "v +1 .5 -2e3\nv 5. -0 0e9\nv 0 25E-2 0\nf 1 2 3",
@@ -35,7 +35,7 @@ fn numbers_are_read_as_written_in_the_wild() {
 }
 
 #[test]
-fn polylines_and_points_are_no_faces() {
+fn lines_and_points_are_not_faces() {
     let file = load(format!("{SQUARE}l 1 2 3 4\np 1 2\nf 1 2 3\nl 1 2\n")).unwrap();
     assert_eq!(file.groups[0].mesh.triangles.len(), 1);
     let messages = "t.obj:5: 2 lines (`l`) and 2 points (`p`) are skipped, the first is here";
@@ -47,7 +47,7 @@ fn polylines_and_points_are_no_faces() {
 }
 
 #[test]
-fn what_is_not_read_is_said_once() {
+fn unread_statements_have_one_warning_each() {
     let curve = "vp 0.5\ncstype bezier\ndeg 3\ncurv 0 1 1 2 3 4\nparm u 0 1\nend\ndeg 3\nsurf 0 1 0 1 1 2 3 4\n";
     let other = "call a.obj\ncsh -ls\ncall b.obj\n";
     let file = load(format!("{SQUARE}f 1 2 3\ns x\n{curve}{other}s y\n")).unwrap();
@@ -64,7 +64,7 @@ fn what_is_not_read_is_said_once() {
 }
 
 #[test]
-fn zeros_at_the_end_are_no_statement() {
+fn zero_bytes_at_the_end_are_ignored() {
     let file = load(format!("{SQUARE}f 1 2 3\n\0\0\0\n")).unwrap();
     assert_eq!(file.warnings, Vec::<String>::new());
     let file = load(format!("{SQUARE}f 1 2 3\ncall a.obj\n")).unwrap();
@@ -76,7 +76,7 @@ fn zeros_at_the_end_are_no_statement() {
 }
 
 #[test]
-fn broken_lines_are_named() {
+fn invalid_statement_is_an_error_with_its_position() {
     let cases = [
         ("f 1 2 9\n", 5, "9"),
         ("f 1 2 0\n", 5, "0"),
@@ -116,7 +116,7 @@ fn broken_lines_are_named() {
 }
 
 #[test]
-fn corners_lack_what_they_name_wrongly() {
+fn wrong_index_of_a_corner_is_treated_as_missing() {
     let cases = [
         ("f 1 2 9\n", "", &["the face is left out"][..]),
         ("f 1 2 x\n", "", &["the face is left out"]),
@@ -159,8 +159,8 @@ fn corners_lack_what_they_name_wrongly() {
 
 #[test]
 fn faces_with_wrong_positions_are_left_out() {
-    // There are faces of two materials, in smoothing groups, before and after the wrong `v`. One of
-    // the wrong `v` is unused.
+    // Faces with wrong and with valid positions have two materials and are in smoothing groups. One
+    // of the wrong positions is unused.
     for wrong in ["v nan 1 0", "v 0 x 0", "v 0 1", "v 0 0 1e999"] {
         let lines = format!(
             "v 2 0 0\n{wrong}\n{wrong}\nf 1 2 3\ns 1\nf 1 6 3\nusemtl red\nf 2 5 3 6\nf 1 3 4\ns off\nf 4 6 5\n"
@@ -189,7 +189,7 @@ fn faces_with_wrong_positions_are_left_out() {
 }
 
 #[test]
-fn indices_mean_what_was_there_at_their_line() {
+fn relative_indices_count_back_from_their_line() {
     // Relative indices count back from their line, absolute indices may refer to later lines.
     let file = mesh("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 1\nf -3 -2 -1\nf 1 5 4\nv 0 0 5\n");
     assert_eq!(corners(&file, 0), [Vec3::ZERO, Vec3::X, Vec3::Y]);

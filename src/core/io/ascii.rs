@@ -1,8 +1,8 @@
-/// Returns `text` in ASCII. Other characters are escaped as in JSON, such as `\u6728`. Characters
-/// beyond U+FFFF become two surrogates.
+/// Returns `text` in ASCII. Other characters are escaped as in JSON, such as `\u6728`. A character
+/// beyond U+FFFF becomes two surrogates.
 ///
 /// EXR files have no encoding for their text, and readers assume ASCII, Latin-1 or UTF-8. JSON text
-/// keeps its meaning, because its parser reads the escapes.
+/// keeps its meaning, because JSON parsers decode the escapes.
 pub(super) fn ascii(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

@@ -36,8 +36,8 @@ const DIGEST: &str = "embrasure.stateDigest";
 /// Name of the attribute with the statistics.
 const STATISTICS: &str = "embrasure.statistics";
 
-/// Complete state of a render, written with its picture. The render can be resumed from it, or
-/// merged with other parts.
+/// Complete state of a render, written with its picture. The render can be resumed from the state,
+/// or merged with other parts of the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct State<'a> {
     /// Sums of the pixels.
@@ -60,8 +60,8 @@ pub struct Checkpoint {
 }
 
 impl State<'_> {
-    /// Writes a checkpoint: the state, and the current picture as `R G B`. It is not compressed,
-    /// because it is written often.
+    /// Writes a checkpoint: the state, and the current picture as `R G B`. The file is not
+    /// compressed, because it is written often.
     pub fn write(&self, output: &Output, metadata: &Metadata) -> Result<(), FileError> {
         let film = self.film;
         let color = |(c, name): (usize, &str)| RowChannel {
@@ -232,8 +232,8 @@ struct OpenCheckpoint {
     resolution: UVec2,
     crop: Rect,
     layout: StateLayout,
-    /// For each channel of the file, the index of the word that it holds; `None` if it holds no
-    /// word.
+    /// For each channel of the file, the index of the film's word that the channel holds; `None`
+    /// for other channels.
     places: Vec<Option<usize>>,
     metadata: Metadata,
     statistics: String,
@@ -263,7 +263,7 @@ impl OpenCheckpoint {
         let statistics = text_attribute(attributes, STATISTICS).ok_or_else(stateless)?;
         let metadata = Metadata::of_attributes(attributes).ok_or_else(stateless)?;
 
-        // Find the crop of the picture, and the word of each channel
+        // Find the crop of the picture, and the film's word in each channel
         let (resolution, crop) = windows(header).ok_or_else(|| damaged(path, &"its windows are invalid"))?;
         let min = match header.compression {
             exr::Compression::Uncompressed => crop.area() * Accumulator::WORDS as u64,
@@ -306,8 +306,7 @@ impl OpenCheckpoint {
         let meta = self.reader.meta_data().clone();
         let channels = meta.headers.first().map(|header| &header.channels);
         let channels = channels.ok_or_else(|| damaged(path, &"it has no layer"))?;
-        // The film must have sums of the background if, and only if, the settings have a
-        // background.
+        // The settings must have a background if, and only if, the film has sums of the background.
         let backing = self.metadata.backing();
         if backing.is_some() != self.layout.has_background() {
             return Err(damaged(path, &"its sums are not those of its settings"));
@@ -371,8 +370,8 @@ impl OpenCheckpoint {
     }
 }
 
-/// Returns an error if bytes follow the `end` of the last chunk. They are a second file, whose data
-/// would be lost, or the rest of a longer file after an interrupted copy.
+/// Returns an error if bytes follow the `end` of the last chunk. They are either a second file,
+/// whose data would be lost, or the rest of a longer file after an interrupted copy.
 fn check_end(path: &Path, end: u64, length: u64) -> Result<(), FileError> {
     let more = length.saturating_sub(end);
     if more == 0 {

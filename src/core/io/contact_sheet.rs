@@ -15,7 +15,7 @@ use std::convert::Infallible;
 /// A picture of a sheet, with its label.
 #[derive(Clone, Debug)]
 pub struct Panel {
-    /// Title and figures, one per line. Lines wider than the pictures are wrapped.
+    /// Title and numbers, one per line. Lines wider than the pictures are wrapped.
     pub label: Vec<String>,
     /// The picture. All pictures of a sheet have the same size.
     pub image: RgbImage,
@@ -32,12 +32,12 @@ const MARK: Rgb888 = Rgb888::new(200, 50, 30);
 const WEDGE: f32 = 26.0;
 const DISK: u32 = 19;
 
-/// Writes `panels` in rows of `columns` as an sRGB PNG.
+/// Writes `panels` in rows of `columns` panels to a PNG in sRGB.
 pub fn write_contact_sheet(output: &Output, panels: &[Panel], columns: usize) -> Result<(), FileError> {
     Sheet::draw(panels, columns.max(1)).write(output)
 }
 
-/// Writes `panels` in rows of `columns` below `plan`, with the numbered marks of the plan.
+/// Writes `plan` with its numbered `marks`, and `panels` in rows of `columns` panels below.
 pub fn write_sheet_with_plan(
     output: &Output,
     plan: (&Panel, &[Mark]),
@@ -65,7 +65,7 @@ pub struct Mark {
     pub direction: [f32; 2],
 }
 
-/// A picture to draw on.
+/// Pixels of a sheet, to draw on.
 struct Sheet {
     width: usize,
     height: usize,
@@ -177,8 +177,8 @@ impl Sheet {
     }
 }
 
-/// Width, in pixels, of a cell for pictures of the width `picture`. A few words fit into the
-/// narrowest cell.
+/// Width, in pixels, of a cell for pictures of the width `picture`. The narrowest cell is wide
+/// enough for a few words.
 fn cell_width(picture: usize) -> usize {
     picture.clamp(220, LARGEST)
 }
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn panels_stand_in_a_grid_over_their_labels() {
+    fn panels_are_in_a_grid_above_their_labels() {
         let panels = vec![panel(640, 320, "a label that is too long for a single line, so it is wrapped"); 3];
         let sheet = Sheet::draw(&panels, 2);
         assert_eq!(sheet.width, MARGIN + 2 * (320 + MARGIN));
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn plan_stands_above_the_panels_with_its_marks() {
+    fn plan_with_marks_is_above_the_panels() {
         let panels = vec![panel(240, 240, "a"); 4];
         assert_eq!(edge_of_plan(240, 4), 2 * 240 + MARGIN);
         let mark = Mark {
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_sheets_are_drawn_too() {
+    fn empty_and_narrow_sheets_are_drawn() {
         assert!(Sheet::draw(&[], 3).width > 0);
         assert!(Sheet::draw(&[panel(1, 1, "")], 4).width >= 220);
         assert!(Sheet::draw(&[panel(7, 1000, "tall")], 1).height > 250);

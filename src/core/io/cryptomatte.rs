@@ -121,8 +121,8 @@ pub(super) fn attributes(names: &FeatureNames) -> Vec<(String, String)> {
     layers(names).iter().flat_map(of_layer).collect()
 }
 
-/// Id of a name in mattes: the hash of the name, read as the bits of a float. If the float would be
-/// zero, infinite, NaN or subnormal, one bit is changed.
+/// Id of a name in mattes: the hash of the name, read as the bits of a float. If the float is zero,
+/// infinite, NaN or subnormal, one bit is changed.
 fn id_of(name: &str) -> f32 {
     let hash = hash_of(name);
     let exponent = hash >> 23 & 255;
@@ -154,7 +154,7 @@ mod tests {
 
     /// Published test vectors of the hash.
     #[test]
-    fn hashes_are_the_published_ones() {
+    fn hashes_equal_the_published_vectors() {
         for (text, hash) in [
             ("", 0),
             ("test", 0xba6bd213),
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn identities_are_usual_floats() {
+    fn ids_are_normal_floats() {
         for i in 0..100_000 {
             assert!(id_of(&format!("object {i}")).is_normal());
         }

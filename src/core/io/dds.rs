@@ -1,5 +1,5 @@
-//! DDS files: pictures in the block formats of graphics processors (BC1 to BC7), and a few plain
-//! ones. The crates ddsfile and image_dds read the finest level of the first layer.
+//! DDS files: pictures in the block formats of graphics processors (BC1 to BC7), and in a few
+//! uncompressed formats. The crates ddsfile and image_dds read the finest level of the first layer.
 
 use super::FileError;
 use super::picture::{Picture, PictureHeader, Samples, damaged};

@@ -5,7 +5,8 @@ use crate::color::{Spectrum, Tone};
 use crate::files::Output;
 use crate::film::Image;
 
-/// A picture developed from a file.
+/// Picture after development: the channels of a file, with exposure, denoising and other steps
+/// applied.
 #[derive(Clone, Debug)]
 pub struct DevelopedPicture {
     /// Channels of the picture. A colour picture has `R`, `G`, `B` and, with alpha, `A`. The
@@ -15,12 +16,12 @@ pub struct DevelopedPicture {
     pub camera: Option<CameraAttributes>,
     /// Colour of the lines, if the channel `lines` is drawn over the picture.
     pub lines: Option<Spectrum>,
-    /// Steps of development, as `key=value` pairs.
+    /// Steps of development that were applied, as `key=value` pairs.
     pub steps: String,
 }
 
 impl DevelopedPicture {
-    /// Writes the channels unchanged.
+    /// Writes the channels unchanged to an EXR file.
     pub fn write_exr(&self, output: &Output, format: &ExrFormat) -> Result<(), FileError> {
         let header = Header {
             resolution: self.image.resolution,
@@ -34,7 +35,7 @@ impl DevelopedPicture {
         output.write(|writer| exr::write_rows(writer, header, channels))
     }
 
-    /// Writes the picture with the tone curve of `tone`, whose exposure must be known. Alpha is
+    /// Writes a PNG file with the tone curve of `tone`, whose exposure must be known. Alpha is
     /// written unless it is 1 everywhere.
     pub fn write_png(&self, output: &Output, tone: &Tone) -> Result<(), FileError> {
         let is_covered = |(_, coverage): (_, Vec<[f32; 3]>)| coverage.iter().flatten().all(|&a| a >= 1.0);

@@ -1,8 +1,8 @@
 //! Displacement: vertices move along their normals by the heights of a texture.
 //!
-//! Vertices at one place move together by the mean of their displacements, even if they differ in
-//! mesh, normal or texture coordinates. No surface tears. Normals are recomputed from the displaced
-//! faces. A vertex that was split along a sharp edge stays split.
+//! All vertices at one position move by the mean of their displacements, even if they differ in
+//! mesh, normal or texture coordinates. Surfaces therefore do not tear. Normals are recomputed from
+//! the displaced faces. A vertex that was split along a sharp edge stays split.
 
 use crate::geometry::{Mesh, triangle_normal};
 use crate::math::{DVec3, Vec2, Vec3};
@@ -54,7 +54,7 @@ pub fn displace(meshes: &mut [&mut Mesh], maps: &[Option<HeightMap>]) -> Option<
 }
 
 impl HeightMap<'_> {
-    /// Displacement of each vertex. Empty if the mesh has no texture coordinates.
+    /// Displacement of each vertex of `mesh`. Empty if the mesh has no texture coordinates.
     fn heights(&self, mesh: &Mesh) -> Vec<f32> {
         let footprints = match self.filter {
             TextureFilter::Mip => distances(mesh),
@@ -84,7 +84,7 @@ fn distances(mesh: &Mesh) -> Vec<f32> {
 /// Vertices and triangles of a mesh at shutter open or at shutter close.
 struct Shape<'a> {
     positions: &'a [Vec3],
-    /// Empty if the mesh is flat-shaded.
+    /// Normals of the vertices. Empty if the mesh is flat-shaded.
     normals: &'a [Vec3],
     triangles: &'a [[u32; 3]],
 }
@@ -185,8 +185,8 @@ fn displaced(shapes: &[Shape], heights: &[Vec<f32>]) -> Vec<(Vec<Vec3>, Vec<Vec3
 }
 
 /// Normals of the meshes at their new positions. Vertices that had the same position and normal
-/// before share their new normal: the mean over the faces around them. A normal does not change if
-/// no face around it has moved.
+/// before also have the same new normal: the mean over the faces around them. A normal does not
+/// change if no face around it has moved.
 fn new_normals(shapes: &[Shape], places: &[Vec<u32>], positions: &[Vec<Vec3>], moves: &[DVec3]) -> Vec<Vec<Vec3>> {
     let mut index_of: HashMap<(u32, [u32; 3]), u32> = HashMap::new();
     let of_vertices: Vec<Vec<u32>> = (shapes.iter().zip(places))
@@ -294,7 +294,8 @@ mod tests {
         }
     }
 
-    /// Heights differ on the two sides of the seam and at the poles, and the surface stays closed.
+    /// Heights differ on the two sides of the seam and at the poles. The displaced surface stays
+    /// closed.
     #[test]
     fn seams_stay_closed() {
         let ramp = texture(&[0, 80, 255]);
@@ -312,8 +313,8 @@ mod tests {
         assert!(moved > 100);
     }
 
-    /// A flat-shaded mesh moves along the mean normals of its faces and stays flat-shaded. A mesh
-    /// that touches it moves with it.
+    /// A flat-shaded mesh moves along the mean normals of its faces and stays flat-shaded. A second
+    /// mesh that touches it moves, too.
     #[test]
     fn flat_meshes_and_neighbours_follow() {
         let square = |x: f32, has_uvs: bool| Mesh {
@@ -349,7 +350,7 @@ mod tests {
         assert!(mesh.positions_close.iter().all(|p| (p.length() - 2.5).abs() < 1e-6));
     }
 
-    /// A sharp edge stays sharp: each of its sides keeps its own normal.
+    /// A sharp edge stays sharp: the faces on its two sides keep different normals.
     #[test]
     fn sharp_edges_stay() {
         let side = |bit: usize, i: usize| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
@@ -385,7 +386,7 @@ mod tests {
                 assert!(n.dot(facet) > 0.9, "{n} {facet}");
             }
         }
-        // A corner moves by the mean of three displacements
+        // Each corner of the cube moves by the mean of the displacements of its three faces.
         assert!(mesh.positions.iter().all(|p| p.abs().max_element() > 1.08));
     }
 }

@@ -28,7 +28,7 @@ pub fn environment_bytes(texels: u64) -> u64 {
 /// Value that replaces infinite channels: the largest 16-bit float.
 const LARGEST_HALF: f32 = 65504.0;
 
-/// An environment map, and descriptions of the values that were replaced in it.
+/// An environment map, with a description of the values that were replaced.
 #[derive(Debug)]
 pub struct Environment {
     /// The picture. All channels are finite and at least 0.
@@ -61,12 +61,12 @@ pub fn read_environment(path: &Path, allowance: Allowance) -> Result<Environment
     Ok(Environment { image, repairs })
 }
 
-/// Values that were replaced for one reason: they were negative, infinite or NaN.
+/// Counts the values that were replaced for one reason: negative, infinite or NaN.
 #[derive(Clone, Copy, Default)]
 struct ReplacedChannels {
     /// Number of texels with a replaced channel.
     texels: usize,
-    /// Index of the texel with the largest replaced value, and this value.
+    /// Index of the texel with the largest replaced value, and that value.
     largest: Option<(usize, f32)>,
 }
 
@@ -185,7 +185,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_environment_is_refused() {
+    fn invalid_environment_is_an_error() {
         let folder = tempfile::tempdir().unwrap();
         let file = |name: &str, bytes: &[u8]| {
             let path = folder.path().join(name);
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn channels_that_are_no_radiance_are_replaced_and_described() {
+    fn invalid_channels_are_replaced_and_described() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("n.exr");
         let texels = [

@@ -28,7 +28,7 @@ const REC_709: exr::attribute::Chromaticities = exr::attribute::Chromaticities {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ExrFormat {
-    /// Compression of the channels.
+    /// Compression of the channels. All kinds are lossless.
     pub compression: Compression,
     /// Layers that are stored as half floats, from [`ExrFormat::HALF_LAYERS`]. Other layers are
     /// float32.
@@ -75,8 +75,8 @@ pub enum Compression {
     None,
 }
 
-// DWAA and DWAB are missing because the exr crate cannot write them, PXR24 and B44 because they
-// change values: each bit of a matte matters.
+// DWAA and DWAB are missing because the exr crate cannot write them. PXR24 and B44 are missing
+// because they change values, and each bit of a matte matters.
 named! {
     Compression: "zip" => Self::Zip, "zips" => Self::Zips, "piz" => Self::Piz, "rle" => Self::Rle, "none" => Self::None;
 }
@@ -93,7 +93,7 @@ impl Compression {
     }
 }
 
-/// A channel to write. Its values are requested row by row, so that no copy of all values is
+/// A channel to write. The writer requests its values row by row, so that no copy of all values is
 /// needed.
 pub(super) struct RowChannel<'a> {
     /// Name, `layer.component`.
@@ -107,7 +107,7 @@ pub(super) struct RowChannel<'a> {
 pub(super) type FillRow<'a> = Box<dyn Fn(usize, &mut [u8]) + Sync + 'a>;
 
 impl<'a> RowChannel<'a> {
-    /// Channel of `values`, which are stored row by row, `width` values per row.
+    /// Channel with `values`, stored row by row, `width` values per row.
     fn of_values(name: &str, values: &'a [f32], width: usize, kind: exr::SampleType) -> Self {
         let fill: FillRow = match kind {
             exr::SampleType::F16 => Box::new(move |row, bytes| {
@@ -129,8 +129,8 @@ impl<'a> RowChannel<'a> {
     }
 }
 
-/// Nearest finite half float. Larger values become the largest half float, because not every tool
-/// reads infinities.
+/// Nearest finite half float. Larger values become the largest half float, because not all programs
+/// can read infinity.
 fn to_half(value: f32) -> exr::f16 {
     let max = exr::f16::MAX.to_f32();
     exr::f16::from_f32(value.clamp(-max, max))
@@ -247,7 +247,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn half_floats_are_finite_and_as_near_as_can_be() {
+    fn half_floats_are_finite_and_nearest() {
         for (value, expected) in [
             (0.1, 0.099_975_586),
             (1.0, 1.0),
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn layers_are_known_by_their_channels() {
+    fn sample_type_follows_from_layer_of_channel() {
         let format = ExrFormat {
             half: vec!["picture", "N", "lights"],
             ..ExrFormat::default()

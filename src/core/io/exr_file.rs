@@ -13,13 +13,13 @@ use std::path::Path;
 /// An EXR file whose header has been read and checked.
 pub(super) struct ExrFile {
     pub meta: exr::MetaData,
-    /// Reader at the start of the file.
+    /// Reader, positioned at the start of the file.
     pub reader: BufReader<Input>,
     pub failure: ReadFailure,
 }
 
 impl ExrFile {
-    /// Opens the file. `failed` converts a description to the error of a wrong header.
+    /// Opens the file. `failed` makes the error for an invalid header from a description.
     pub fn open(path: &Path, failed: &dyn Fn(&dyn std::fmt::Display) -> FileError) -> Result<Self, FileError> {
         let input = Input::open(path, "the EXR file").map_err(|error| error.help_if_none("check the path"))?;
         let known = (input.length(), input.failure());
@@ -41,8 +41,8 @@ impl ExrFile {
         Ok(Self { meta, reader, failure })
     }
 
-    /// Reads all channels of all layers, at the largest resolution. `failed` converts a description
-    /// to the error of a wrong file.
+    /// Reads all channels of all layers, at the largest resolution. `failed` makes the error for a
+    /// damaged file from a description.
     pub fn layers(
         self,
         path: &Path,
@@ -60,8 +60,8 @@ impl ExrFile {
     }
 }
 
-/// Converts an error of the decoder: to an error of an unsupported kind of file, or to an error of
-/// a wrong file, which `failed` makes from a description.
+/// Converts an error of the decoder to an error of a file of an unsupported kind, or to an error of
+/// a damaged file. `failed` makes the second error from a description.
 pub(super) fn decoding_error(
     path: &Path,
     error: &::exr::error::Error,
@@ -89,7 +89,7 @@ pub(super) fn decoding_error(
 pub(super) struct DataWindow {
     /// Pixels of the layer that are in the display window.
     pub window: Rect,
-    /// Corner and width of the layer in pixels. The corner is relative to the display window.
+    /// Left edge, top edge and width of the layer in pixels, relative to the display window.
     left: i64,
     top: i64,
     width: i64,
@@ -116,7 +116,7 @@ impl DataWindow {
         })
     }
 
-    /// Index in the layer of each pixel of the window, row by row from the top.
+    /// For each pixel of the window, row by row from the top, its index in the layer.
     pub fn indices(&self) -> impl Iterator<Item = usize> {
         let index = |at: UVec2| ((i64::from(at.y) - self.top) * self.width + i64::from(at.x) - self.left) as usize;
         self.window.pixels().map(index)

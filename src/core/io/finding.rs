@@ -1,11 +1,11 @@
 //! Findings: messages of file readers and of `embrasure check` about a scene.
 //!
-//! A finding has a severity, a permanent name, a place and a count. One reader serves renders and
-//! checks. It skips a wrong statement or uses the nearest valid value, skips faces with a wrong
-//! `v`, and continues. `load_scene` loads in stages; it stops at the end of a stage that found an
-//! error, and returns the first error. `inspect_scene` is the same loader, but continues after
-//! errors. A wrong entry of a scene file is blanked and the file is read again, because the parser
-//! stops at the first error.
+//! A finding has a severity, a permanent name, a place and a count. The same reader is used by
+//! renders and checks. It skips a wrong statement or uses the nearest valid value, skips faces with
+//! a wrong `v`, and continues. `load_scene` loads in stages. It stops at the end of a stage that
+//! found an error, and returns the first error. `inspect_scene` uses the same loader, but continues
+//! after errors. The parser of scene files stops at the first error. A wrong entry of a scene file
+//! is therefore blanked, and the file is read again.
 //!
 //! Columns are computed only for messages: `place_of` then searches the statement for the wrong
 //! word again, at most twenty times for each kind of error.
@@ -18,7 +18,7 @@ use std::path::Path;
 /// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// A mistake: the statement cannot be intended.
+    /// A mistake: the statement has no valid meaning.
     Error,
     /// A probable mistake. The statement was repaired, replaced or left out.
     Warning,
@@ -27,7 +27,7 @@ pub enum Severity {
 }
 
 impl Severity {
-    /// Name in messages.
+    /// Name of the severity in messages.
     pub fn name(self) -> &'static str {
         match self {
             Self::Error => "error",
@@ -48,14 +48,14 @@ pub struct Finding {
     pub code: &'static str,
     /// Message, place of the first occurrence, and remedy.
     pub error: FileError,
-    /// Number of findings of this kind.
+    /// Number of occurrences of this kind of finding.
     pub count: u64,
-    /// Places of at most [`MAX_PLACES`] further findings in the same file.
+    /// Places of at most [`MAX_PLACES`] further occurrences in the same file.
     pub more: Vec<Position>,
 }
 
-/// Name of the note that nothing in a scene emits light. The scene then gets a light that its files
-/// do not define.
+/// Name of the note that a scene has no light source. The scene then gets a light that its files do
+/// not define.
 pub const DEFAULT_LIGHT: &str = "default-light";
 
 /// Notes that a render prints, because their assumptions change the picture.
@@ -76,7 +76,7 @@ const REPORTED_NOTES: [&str; 14] = [
     "vertex-colors",
 ];
 
-/// Maximum number of places that a finding lists after the first.
+/// Maximum number of places that a finding lists after the first place.
 pub const MAX_PLACES: usize = 5;
 
 /// Maximum number of wrong statements of a file that are reported separately.
@@ -159,7 +159,7 @@ impl fmt::Display for Warning {
 pub struct Findings(Vec<Finding>);
 
 impl Findings {
-    /// These findings, except the findings whose indices are in `range`.
+    /// Copy of the findings, without the findings whose indices are in `range`.
     pub fn without(&self, range: Range<usize>) -> Self {
         let all = self.0.iter().enumerate();
         let kept = all
@@ -178,7 +178,7 @@ impl Findings {
         self.0.push(finding);
     }
 
-    /// Adds a finding that `file` has `count` more wrong statements, which were not reported
+    /// Adds a finding: `file` has `count` more wrong statements, which were not reported
     /// separately.
     pub(crate) fn add_unlisted(&mut self, severity: Severity, file: &Path, count: usize) {
         if count > 0 {
@@ -226,7 +226,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn findings_are_shown_as_editors_read_them() {
+    fn finding_is_shown_with_place_severity_and_code() {
         let place = |line| Position { line, column: Some(4) };
         let error = FileError::new(Path::new("a.obj"), "two").at(place(3)).help("less");
         let finding = Finding::new(Severity::Warning, "some-name", error).repeated(9, [5, 8].map(place));

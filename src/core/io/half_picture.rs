@@ -1,5 +1,5 @@
-//! Pictures in memory as 16-bit floats, with red, green and blue per pixel, for programs that show
-//! them.
+//! Pictures in memory as 16-bit floats, with red, green and blue per pixel, for programs that
+//! display the pictures.
 
 use crate::film::{Channel, Film, Image};
 use half::slice::{HalfBitsSliceExt, HalfFloatSliceExt};
@@ -56,7 +56,7 @@ pub fn coverage(film: &Film) -> Option<Vec<f32>> {
     )
 }
 
-/// The layers `names` of `image`, one after the other.
+/// Values of the layers `names` of `image`, one layer after the other.
 pub fn stacked(image: &Image, names: &[String]) -> Vec<f32> {
     names.iter().filter_map(|name| layer(image, name)).flatten().collect()
 }

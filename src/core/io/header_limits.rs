@@ -7,9 +7,9 @@ use std::path::Path;
 
 /// Maximum number of pixels of an image.
 const MAX_PIXELS: u64 = 1 << 28;
-/// Maximum number of bytes of samples per byte of a file. It also limits the pixels, which have at
-/// least one byte each. Deflate, the tightest coding in use, compresses at most 1032 bytes to one
-/// (zlib's manual).
+/// Maximum number of bytes of samples per byte of a file. It also limits the number of pixels,
+/// because each pixel has at least one byte. Deflate, the tightest coding in use, compresses at
+/// most 1032 bytes to one (zlib's manual).
 const MAX_BYTES_PER_BYTE: u64 = 1032;
 
 /// Returns an error if a layer, or a block of a layer, is too large for an EXR file of `file_bytes`

@@ -107,11 +107,11 @@ named! {
 /// Use of the colours of vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VertexColors {
-    /// Used if no texture gives the colour, and if they are not a default grey.
+    /// Used if no texture sets the colour, and if the vertices do not have a default grey.
     Auto,
-    /// Always used.
+    /// Colours of vertices are always used.
     On,
-    /// Never used.
+    /// Colours of vertices are never used.
     Off,
 }
 
@@ -122,9 +122,9 @@ named! {
 /// Use of textures that are found by their file names, for materials without textures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapsByName {
-    /// Used if exactly one set of files fits.
+    /// Textures are used if exactly one set of files fits the name.
     Auto,
-    /// Never used.
+    /// Textures are never found by their names.
     Off,
 }
 
@@ -180,8 +180,8 @@ pub struct LoadOptions {
     /// Maximum memory of the render and of reading its files, in bytes. `None`: the free memory of
     /// the system.
     pub max_memory: Option<u64>,
-    /// True if missing and unusable files, and wrong statements, are errors even if a render is
-    /// possible without them.
+    /// True if a missing or unusable file, or a wrong statement, is an error even if a render is
+    /// possible without it.
     pub strict: bool,
 }
 

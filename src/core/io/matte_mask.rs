@@ -10,7 +10,7 @@ use std::collections::HashSet;
 pub struct MatteMask {
     /// Name of the layer.
     pub layer: String,
-    /// Names that match.
+    /// Names of the layer that match the pattern.
     pub names: Vec<String>,
     /// Pixels of the full image that the mask covers.
     pub window: Rect,
@@ -20,8 +20,8 @@ pub struct MatteMask {
 
 impl Layers {
     /// Mask of all names that match `pattern`: `GLOB`, or `LAYER:GLOB` for the names of one layer.
-    /// Without a layer, it is the first of parts, objects and other layers that has a match. `None`
-    /// if no name matches.
+    /// Without `LAYER`, the first layer with a match is used: parts, then objects, then other
+    /// layers. `None` if no name matches.
     pub fn mask(&self, pattern: &str) -> Option<MatteMask> {
         let of_layer = pattern.split_once(':').and_then(|(layer, glob)| {
             let mattes = self.mattes.iter().find(|mattes| mattes.layer == layer)?;
@@ -43,8 +43,8 @@ impl Layers {
         })
     }
 
-    /// Mask of the `names` of a layer, whose ids have the bits `ids`. `None` if the file lacks the
-    /// channels of the layer.
+    /// Mask of the names `names` of a layer, whose ids have the bits `ids`. `None` if the file does
+    /// not have the channels of the layer.
     fn covered(&self, layer: &str, names: Vec<String>, ids: &HashSet<u32>) -> Option<MatteMask> {
         let channel = |name: String| {
             self.channels

@@ -1,5 +1,4 @@
-//! Names of the mattes of an EXR file (Cryptomatte specification 1.2), of this program or of
-//! another one.
+//! Names of the mattes of an EXR file from any program (Cryptomatte specification 1.2).
 
 use super::cryptomatte;
 use super::metadata::FeatureNames;
@@ -19,7 +18,8 @@ pub struct Mattes {
     pub names: Vec<(String, f32)>,
 }
 
-/// Mattes in the attributes `texts`, as pairs of name and text. Invalid manifests are left out.
+/// Mattes of a file whose header has the attributes `texts`, pairs of name and text. Invalid
+/// manifests are left out.
 fn of_texts(texts: impl Iterator<Item = (String, String)>) -> Vec<Mattes> {
     let mut layers: BTreeMap<String, [String; 2]> = BTreeMap::new();
     for (name, text) in texts {
@@ -53,7 +53,7 @@ pub(super) fn of_file(file: &FlatImage) -> Vec<Mattes> {
     of_texts(attributes.filter_map(text))
 }
 
-/// Mattes of a picture with these names.
+/// Mattes of a picture with the objects, parts and materials `names`.
 pub(super) fn of_names(names: Option<&FeatureNames>) -> Vec<Mattes> {
     of_texts(names.map_or(Vec::new(), cryptomatte::attributes).into_iter())
 }

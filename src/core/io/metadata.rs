@@ -64,7 +64,7 @@ pub struct Metadata {
     pub backend_version: String,
     /// Wall-clock time of rendering in seconds.
     pub render_seconds: f64,
-    /// True if all samples were taken.
+    /// True if the render took all its samples.
     pub complete: bool,
     /// Names for the additional channels, if any.
     pub features: Option<FeatureNames>,
@@ -76,7 +76,7 @@ pub struct Metadata {
     /// Tone of the picture's PNG files, `tone=NAME exposure=STOPS`, if the exposure was metered. It
     /// does not change the values of the image.
     pub tone: Option<String>,
-    /// Setting that biases the mean of the picture, `key=value`, if any.
+    /// Setting that biases the picture's mean, as `key=value`, if any.
     pub bias: Option<String>,
     /// Point of the OBJ file's coordinates that is the origin of the picture's positions, `x,y,z`.
     /// `None` if it is the file's origin.
@@ -222,8 +222,9 @@ impl Metadata {
         })
     }
 
-    /// First difference that shows that two files do not belong to one picture, in words: the value
-    /// in this file, then the value in `other`. `None` if they belong to one picture.
+    /// First difference between the metadata of two files that do not belong to one picture, in
+    /// words: the value in `self`, then the value in `other`. `None` if the files belong to one
+    /// picture.
     pub fn difference(&self, other: &Self) -> Option<String> {
         let pairs = [
             ("version", &self.version, &other.version),

@@ -1,12 +1,12 @@
-//! Recognition of normal maps and of pictures of heights: libraries name both in `map_Bump`.
+//! Recognition of normal maps and height maps: MTL libraries name both in `map_Bump`.
 
 use super::picture::{Picture, Samples};
 use crate::color::srgb;
 
-/// Content of a picture for `map_Bump`.
+/// Content of a picture that a `map_Bump` statement names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BumpContent {
-    /// A grey picture.
+    /// Heights: the picture is grey.
     Heights,
     /// A tangent-space normal map.
     Normals,
@@ -18,10 +18,11 @@ pub(super) enum BumpContent {
 
 /// Maximum number of texels that are examined.
 const MAX_TEXELS: usize = 1 << 16;
-/// Maximum mean difference between the largest and the smallest channel of a grey picture, which
-/// lossy compression tints.
+/// Maximum mean difference between the largest and the smallest channel of a grey picture. The
+/// channels may differ because of lossy compression.
 const GREY: f32 = 0.02;
-/// Maximum difference between 1 and the length of a unit vector: filtering makes vectors shorter.
+/// Maximum difference between 1 and the length of a unit vector. Filtering makes unit vectors
+/// shorter.
 const LENGTH_ERROR: f32 = 0.2;
 /// Minimum share of unit vectors in a normal map.
 const UNIT_SHARE: f32 = 0.75;
@@ -50,7 +51,7 @@ impl BumpContent {
         }
     }
 
-    /// Content of coloured texels with `channels` samples each.
+    /// Content of a coloured picture with the samples `samples`, `channels` per texel.
     fn of_texels<T: Copy>(samples: &[T], channels: usize, value: impl Fn(T) -> f32) -> Self {
         let (mut spread, mut seen) = (0.0, 0.0);
         let (mut linear, mut encoded) = (Vectors::default(), Vectors::default());
@@ -84,7 +85,7 @@ impl BumpContent {
 #[derive(Default)]
 struct Vectors {
     count: f32,
-    /// Number of unit vectors.
+    /// Number of texels whose vector is a unit vector.
     units: f32,
     sum: [f32; 3],
 }
@@ -102,8 +103,8 @@ impl Vectors {
         }
     }
 
-    /// Returns true if the vectors are normals: most are unit vectors, and their mean points away
-    /// from the surface. `seen` is the number of opaque texels of the picture.
+    /// Returns true if the vectors are normals: most of them are unit vectors, and their mean
+    /// points away from the surface. `seen` is the number of opaque texels of the picture.
     fn are_normals(&self, seen: f32) -> bool {
         let [x, y, z] = self.sum.map(|component| component / self.count);
         let is_upright = z > MIN_UP && x.abs() < MAX_TILT && y.abs() < MAX_TILT;
@@ -115,7 +116,8 @@ impl Vectors {
 mod tests {
     use super::*;
 
-    /// Content of a picture of 32 × 32 texels, in all precisions.
+    /// Content of a picture of 32 × 32 texels with the colours `color`, stored in each of three
+    /// precisions.
     fn content(color: impl Fn(f32, f32) -> [f32; 3]) -> [BumpContent; 3] {
         let at = |i: usize| color((i % 32) as f32 / 31.0, (i / 32) as f32 / 31.0);
         let floats: Vec<f32> = (0..32 * 32).flat_map(at).collect();
@@ -137,14 +139,14 @@ mod tests {
         ]
     }
 
-    /// Normals of a dome.
+    /// Test picture: normals of a dome, as colours.
     fn dome(u: f32, v: f32) -> [f32; 3] {
         let (x, y) = (u - 0.5, v - 0.5);
         [x, y, (1.0 - x * x - y * y).sqrt()].map(|c| 0.5 * c + 0.5)
     }
 
     #[test]
-    fn content_is_known_by_its_numbers_in_any_precision() {
+    fn content_is_recognised_in_any_precision() {
         use BumpContent::{EncodedNormals, Heights, Normals, Unknown};
         assert_eq!(content(dome), [Normals; 3]);
         assert_eq!(content(|_, _| [0.5, 0.5, 1.0]), [Normals; 3], "a flat normal map");
@@ -168,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn transparent_texels_do_not_count() {
+    fn transparent_texels_are_ignored() {
         let of = |alpha: u8| {
             let samples = [[128, 128, 255, 255], [200, 10, 10, alpha]].repeat(8).concat();
             BumpContent::of(&Picture {

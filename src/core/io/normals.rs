@@ -1,5 +1,5 @@
-//! Shading normals from the angles between triangles: `smooth_by_angle`, and functions that it
-//! shares with the smoothing groups of OBJ files. Means weighted by angle do not depend on how a
+//! Shading normals from the angles between triangles (`smooth_by_angle`), and functions that are
+//! also used for the smoothing groups of OBJ files. Means weighted by angle do not depend on how a
 //! surface is cut into triangles.
 
 use crate::geometry::Mesh;
@@ -7,9 +7,9 @@ use crate::math::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-/// Computes shading normals of `mesh`. The normal of a corner is a mean over the triangles at that
-/// point, weighted by their angles there (Thürmer and Wüthrich 1998). Triangles are left out if
-/// their normal differs by at least `degrees` from the normal of the corner's own triangle.
+/// Computes shading normals of `mesh`. The normal of a corner is the mean over the triangles around
+/// the point, weighted by their angles at the point (Thürmer and Wüthrich 1998). Triangles are left
+/// out if their normal differs by at least `degrees` from the normal of the corner's own triangle.
 ///
 /// Vertices with equal coordinates are one point, even if their indices differ. A vertex that gets
 /// several normals is split, and its texture coordinates are kept. Existing normals are replaced.
@@ -24,7 +24,7 @@ pub fn smooth_by_angle(mesh: &mut Mesh, degrees: f32) {
         .map(|t| area_vector(&corners(t)).normalize_or_zero())
         .collect();
 
-    // List the triangles at each point in file order, each with its angle there
+    // For each point, list the triangles around it in file order, with their angles at the point
     let mut around: Vec<Vec<(u32, f64)>> = vec![Vec::new(); mesh.positions.len()];
     for (t, triangle) in mesh.triangles.iter().enumerate() {
         for (&v, angle) in triangle.iter().zip(corner_angles(&corners(triangle), normals[t])) {
@@ -76,14 +76,14 @@ fn bits(v: Vec3) -> [u32; 3] {
     (v + Vec3::ZERO).to_array().map(f32::to_bits)
 }
 
-/// Newell's normal of a counter-clockwise polygon. Its length is twice the area. It is correct for
-/// polygons that are not convex or not quite flat (Sutherland, Sproull and Schumacker 1974). Zero
-/// if the area is zero.
+/// Newell's normal of a counter-clockwise polygon. Its length is twice the area of the polygon. It
+/// is also correct for polygons that are not convex or not quite flat (Sutherland, Sproull and
+/// Schumacker 1974). Zero if the area is zero.
 pub fn area_vector(points: &[Vec3]) -> DVec3 {
     let Some((first, rest)) = points.split_first() else {
         return DVec3::ZERO;
     };
-    // Subtract the first corner, so that no digits are lost far from the origin
+    // Subtract the first corner, so that the result has all digits far from the origin
     let from_first = |p: &Vec3| p.as_dvec3() - first.as_dvec3();
     let pairs = rest.iter().zip(rest.iter().skip(1));
     pairs.map(|(p, q)| from_first(p).cross(from_first(q))).sum()
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cube_is_flat_below_its_angle_and_round_above() {
+    fn cube_is_flat_below_90_degrees_and_round_above() {
         let original = cube();
         assert!(original.triangles.iter().all(|&[a, b, c]| {
             let [a, b, c] = [a, b, c].map(|i| original.positions[i as usize]);
@@ -148,7 +148,8 @@ mod tests {
         for degrees in [91.0, 180.0] {
             let round = smoothed(cube(), degrees);
             assert_eq!(round.positions.len(), 8);
-            // By symmetry the normals point along the diagonals, for any triangulation of the sides
+            // By symmetry, the normals point along the diagonals of the cube, for any triangulation
+            // of its sides.
             for (p, n) in round.positions.iter().zip(&round.normals) {
                 assert!((*n * 3f32.sqrt() - *p).length() < 1e-6, "{n} at {p}");
             }
@@ -156,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn texture_coordinates_and_corners_stay() {
+    fn smoothing_keeps_positions_and_texture_coordinates() {
         let (before, after) = (cube(), smoothed(cube(), 30.0));
         let all = |m: &Mesh| -> Vec<_> {
             let corners = m.triangles.iter().flatten().map(|&i| i as usize);
@@ -167,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn points_are_joined_whatever_their_index() {
+    fn vertices_with_equal_positions_are_one_point() {
         let whole = smoothed(cube(), 91.0);
         let mut soup = cube();
         soup.positions = soup
@@ -188,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_without_area_do_no_harm() {
+    fn triangles_without_area_are_ignored() {
         let mut mesh = cube();
         mesh.triangles.insert(0, [0, 0, 1]);
         mesh.triangles.push([0, 7, 7]);

@@ -1,20 +1,20 @@
 //! Coding of pictures for slow links: prediction from neighbours, then DEFLATE, for which browsers
 //! have a decoder (`DecompressionStream`). `src/view/page/coding.js` decodes the pictures.
 //!
-//! The bits of a 16-bit float, as an integer, are about the logarithm of its value. The difference
-//! of two channels is thus about the logarithm of their ratio, in which noise that all channels
-//! share cancels. Green is coded directly, red and blue as differences from green. Each number is
-//! predicted by the mean of its neighbours to the left and above. The difference from the
-//! prediction is folded to an unsigned number; low and high bytes have separate planes. All
-//! arithmetic wraps around, so the coding is lossless for every pattern of bits. A picture that
-//! will soon be replaced may be rounded first, to fewer bits of the mantissa.
+//! The bits of a 16-bit float, read as an integer, are approximately the logarithm of its value.
+//! The difference of two channels is therefore approximately the logarithm of their ratio, in which
+//! the common noise of the channels cancels. Green is coded directly, red and blue as differences
+//! from green. Each number is predicted by the mean of its neighbours to the left and above. The
+//! difference from the prediction is mapped to an unsigned number. Low and high bytes are stored in
+//! separate planes. All arithmetic wraps around, so the coding is lossless for every pattern of
+//! bits. A picture that will soon be replaced may first be rounded to fewer bits of the mantissa.
 
 use flate2::Compression;
 use flate2::write::DeflateEncoder;
 use std::io::Write;
 
-/// Number of mantissa bits that rounding removes: six of ten stay, an error of at most 0.8 %. A
-/// step of an 8-bit display is about as large.
+/// Number of mantissa bits that rounding removes: six of ten bits stay, with an error of at most
+/// 0.8 %. A step of an 8-bit display is about as large.
 pub const ROUNDING: u32 = 4;
 
 /// Bits of the largest finite number, of infinity, and of NaN.
@@ -22,8 +22,8 @@ const LARGEST: u16 = 0x7bff;
 const INFINITY: u16 = 0x7c00;
 const QUIET_NAN: u16 = 0x7e00;
 
-/// Packs `halves`, three per pixel in rows of `width`. They are rounded, and their last `rounding`
-/// bits are not stored.
+/// Packs `halves`, three per pixel in rows of `width` pixels. The numbers are rounded, and their
+/// last `rounding` bits are not stored.
 pub fn pack(halves: &[u16], width: usize, rounding: u32) -> Vec<u8> {
     let pixels: Vec<[u16; 3]> = halves
         .chunks_exact(3)
@@ -56,7 +56,7 @@ fn rounded(bits: u16, rounding: u32) -> u16 {
     let unit = 1 << rounding;
     match size {
         _ if rounding == 0 => return bits,
-        // A NaN without its last bits could have the bits of infinity.
+        // Without its last bits, a NaN could have the bits of infinity.
         size if size > INFINITY => return sign | QUIET_NAN,
         INFINITY => return bits,
         _ => {}
@@ -64,7 +64,7 @@ fn rounded(bits: u16, rounding: u32) -> u16 {
     sign | ((size + unit / 2) & !(unit - 1)).min(LARGEST & !(unit - 1))
 }
 
-/// Value predicted from the neighbours. The prediction of the first pixel is 0.
+/// Value predicted from the neighbours to the left and above; 0 for the first pixel.
 fn predicted(left: Option<u16>, above: Option<u16>) -> u16 {
     match (left, above) {
         // Use the signed mean, because differences of channels are signed
@@ -74,7 +74,7 @@ fn predicted(left: Option<u16>, above: Option<u16>) -> u16 {
     }
 }
 
-/// Maps 0, −1, 1, −2, … to 0, 1, 2, 3, …
+/// Maps a signed difference to an unsigned number: 0, −1, 1, −2, … to 0, 1, 2, 3, …
 fn fold(difference: u16) -> u16 {
     (difference << 1) ^ (((difference as i16) >> 15) as u16)
 }

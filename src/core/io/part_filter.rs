@@ -4,8 +4,8 @@ use crate::geometry::PartNames;
 use crate::math::{Glob, Vec3};
 use std::borrow::Cow;
 
-/// Parts that are shown, and parts that differ from the rest of their file. Patterns match any name
-/// of a part ([`PartNames::fits`]).
+/// Filter of the parts that are shown, and rules for parts that differ from the rest of their file.
+/// A pattern matches a part if it matches any of its names ([`PartNames::fits`]).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PartFilter {
     /// Parts that are hidden.
@@ -21,11 +21,11 @@ pub struct PartFilter {
 pub struct PartRule {
     /// Pattern of the parts.
     pub glob: Glob,
-    /// True if the parts are shown, false if they are hidden. `None`: earlier rules decide.
+    /// True if the parts are shown, false if they are hidden. With `None`, earlier rules apply.
     pub visible: Option<bool>,
     /// True if the rule replaces the material of the parts, which then have separate meshes.
     pub has_material: bool,
-    /// Changes of the places of the parts.
+    /// Movement of the parts.
     pub movement: PartMovement,
 }
 
@@ -52,7 +52,7 @@ impl PartMovement {
         self.translate.is_none() && !self.has_center()
     }
 
-    /// This movement, with the keys that `other` has.
+    /// This movement, with the keys that are set in `other` replaced by the values of `other`.
     fn replaced_by(&self, other: &Self) -> Self {
         Self {
             translate: other.translate.or(self.translate),
@@ -63,7 +63,7 @@ impl PartMovement {
 }
 
 impl PartFilter {
-    /// Returns true if all parts are shown as they are in the file.
+    /// Returns true if all parts are shown unchanged.
     pub fn is_empty(&self) -> bool {
         self.hide.is_empty() && self.only.is_empty() && self.rules.is_empty()
     }
@@ -75,7 +75,7 @@ impl PartFilter {
     }
 
     /// Returns true if the faces of `part` are shown. The last matching rule with `visible`
-    /// decides. `hide` and `only` can then hide the part.
+    /// applies. After that, `hide` and `only` can hide the part.
     pub fn shows(&self, names: &PartNames, part: u32) -> bool {
         let fits = |globs: &[Glob]| globs.iter().any(|glob| names.fits(part, glob));
         let mut rules = self.rules.iter().rev();
@@ -96,9 +96,9 @@ impl PartFilter {
         self.rules.iter().any(|rule| !rule.movement.is_empty())
     }
 
-    /// Movement of `part`, in which each key has the value of the last matching rule with the key.
-    /// Also returns that name of the part which the last matching rule with a rotation or a scale
-    /// matches: parts with this name turn together.
+    /// Movement of `part`: each key has the value of the last matching rule with that key. Also
+    /// returns a name of the part: the name that matches the last rule with a rotation or a scale.
+    /// Parts with this name rotate about a common centre.
     pub fn movement<'n>(&self, names: &'n PartNames, part: u32) -> (PartMovement, Cow<'n, str>) {
         let (mut movement, mut name) = (PartMovement::default(), Cow::default());
         for rule in self.rules.iter().filter(|rule| !rule.movement.is_empty()) {

@@ -12,16 +12,16 @@ pub(super) struct Picture {
     /// premultiplied.
     pub channels: usize,
     pub samples: Samples,
-    /// Orientation from EXIF metadata, 1 to 8; 1: as stored.
+    /// Orientation from EXIF metadata, 1 to 8. 1 is the orientation as stored.
     pub orientation: u8,
 }
 
 impl Picture {
     /// Returns true if alpha is a cut-out. Nearly all pixels of a cut-out are opaque or
-    /// transparent, and both exist. Nearly all of its transparent pixels are black, as programs
-    /// store empty pixels. If alpha is a mask, such as a mask of gloss or of clothes, the
-    /// transparent pixels have details of the picture instead. In other pictures they are white,
-    /// the colour of paper.
+    /// transparent, and both exist. Nearly all of its transparent pixels are black, because
+    /// programs store empty pixels as black. If alpha is a mask, such as a mask of gloss or of
+    /// clothes, the transparent pixels have details of the picture instead. In other pictures they
+    /// are white, the colour of paper.
     pub fn is_cut_out(&self) -> bool {
         match &self.samples {
             Samples::Bytes(all) => is_cut_out(all, self.channels, |x| f32::from(x) / f32::from(u8::MAX)),
@@ -53,16 +53,16 @@ impl Picture {
 
 /// [`Picture::is_cut_out`] for samples that `value` converts to numbers from 0 to 1.
 fn is_cut_out<T: Copy>(samples: &[T], channels: usize, value: impl Fn(T) -> f32) -> bool {
-    /// Maximum alpha of transparent pixels, and minimum alpha of opaque ones.
+    /// Maximum alpha of a transparent pixel, and minimum alpha of an opaque pixel.
     const ENDS: [f32; 2] = [0.04, 0.96];
     /// Maximum share of pixels whose alpha is between both `ENDS`.
     const GRADED: f32 = 0.05;
-    /// Minimum share of transparent pixels, and of opaque ones. A palette may have one transparent
-    /// colour that few pixels use.
+    /// Minimum share of transparent pixels, and of opaque pixels. A palette may have one
+    /// transparent colour that few pixels use.
     const BOTH: f32 = 0.01;
-    /// Minimum share of black pixels among the transparent pixels, and maximum sample of a black
-    /// pixel.
+    /// Minimum share of black pixels among the transparent pixels.
     const NOTHING: f32 = 0.9;
+    /// Maximum sample of a black pixel.
     const BLACK: f32 = 0.06;
     if channels % 2 != 0 {
         return false;
@@ -83,7 +83,7 @@ fn is_cut_out<T: Copy>(samples: &[T], channels: usize, value: impl Fn(T) -> f32)
         && black as f32 >= NOTHING * transparent as f32
 }
 
-/// Samples by type: integers as shares of the largest integer, or linear floats.
+/// Samples by type. Integers are fractions of the largest integer; floats are linear.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Samples {
     Bytes(Vec<u8>),
@@ -116,7 +116,7 @@ impl PictureHeader {
     }
 }
 
-/// Error of a file that a decoder refuses.
+/// Error for a file that a decoder cannot decode.
 pub(super) fn damaged(path: &Path, error: &dyn std::fmt::Display) -> FileError {
     FileError::new(path, format!("cannot decode the picture: {error}")).help("it may be damaged; save it again")
 }

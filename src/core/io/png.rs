@@ -42,8 +42,8 @@ pub(super) fn write(writer: impl Write, image: &Image, metadata: &Metadata, tone
     )
 }
 
-/// Writes `image` with the tone curve of `tone`, whose exposure must be known ([`display_bytes`]),
-/// and with lines of the colour `lines`, if there is one.
+/// Writes `image` as a PNG with the tone curve of `tone`, whose exposure must be known
+/// ([`display_bytes`]). Lines are drawn in the colour `lines`, if there is one.
 pub(super) fn write_as(
     writer: impl Write,
     image: &Image,
@@ -54,7 +54,7 @@ pub(super) fn write_as(
     write_printed(writer, image, (tone, lines), software, None)
 }
 
-/// [`write_as`], with the scale of the picture on paper.
+/// Writes like [`write_as`], and adds the scale of the picture on paper.
 fn write_printed(
     writer: impl Write,
     image: &Image,
@@ -101,8 +101,9 @@ pub fn display_bytes(image: &Image, tone: &Tone) -> (usize, Vec<u8>) {
     }
 }
 
-/// Draws lines of the colour `color` over the 8-bit picture `bytes`, in linear light. `shares` has
-/// the share of each pixel that lines cover. The colour gets no tone curve.
+/// Draws lines of the colour `color` over the 8-bit picture `bytes`, in linear light. `shares` has,
+/// for each pixel, the share that lines cover. The tone curve does not apply to the colour of
+/// lines.
 fn draw_lines(channels: usize, bytes: &mut [u8], shares: &[f32], color: Spectrum) {
     for (pixel, share) in bytes.chunks_exact_mut(channels).zip(shares) {
         let share = share.clamp(0.0, 1.0);
@@ -120,7 +121,8 @@ fn draw_lines(channels: usize, bytes: &mut [u8], shares: &[f32], color: Spectrum
     }
 }
 
-/// Straight colours and alpha of the premultiplied light `rgb`, whose coverage is `a`.
+/// 8-bit straight colour and alpha, for a transparent background, of the premultiplied light `rgb`
+/// with the coverage `a`.
 fn over_nothing(rgb: [f32; 3], a: f32, tone: &Tone) -> [u8; 4] {
     if a == 1.0 {
         let [r, g, b] = tone.encode_u8(rgb);
@@ -153,8 +155,8 @@ fn over(color: Spectrum, rgb: [f32; 3], a: [f32; 3], tone: &Tone) -> [u8; 3] {
 }
 
 /// Light that a display emits for the premultiplied light `rgb` of coverage `a`: the straight
-/// colour after the tone curve, times the coverage. The rim of an object thus has the colour of the
-/// object.
+/// colour after the tone curve, times the coverage. The edge of an object thus has the colour of
+/// the object.
 fn shown(rgb: [f32; 3], a: f32, tone: &Tone) -> [f32; 3] {
     if a > 0.0 {
         tone.encode(rgb.map(|v| v / a)).map(|v| a * srgb::decode(v))
@@ -243,7 +245,7 @@ mod tests {
         }
     }
 
-    /// A picture of one pixel over `backing`, with this coverage.
+    /// A picture of one pixel with the light `rgb` and the coverage `coverage`, over `backing`.
     fn covered(rgb: [f32; 3], backing: Backing, coverage: f32) -> Image {
         let size = UVec2::new(1, 1);
         let mut image = Film::new(size, Rect::full(size)).with_backing(backing).develop();
@@ -265,13 +267,13 @@ mod tests {
     }
 
     #[test]
-    fn a_background_keeps_its_code_under_every_tone_curve() {
+    fn background_keeps_its_code_with_every_tone_curve() {
         for tone in tones() {
             for code in [[255, 255, 255], [255, 195, 86], [0, 1, 128]] {
                 let color = Spectrum::from(code.map(|v| srgb::decode(f32::from(v) / 255.0)));
                 let image = covered(color.to_array(), Backing::Color(color), 0.0);
                 assert_eq!(display_bytes(&image, &tone), (3, code.to_vec()), "{tone}");
-                // Surfaces do not change with the background.
+                // A fully covered pixel does not depend on the background.
                 let light = [0.5, 0.2, 3.0];
                 let image = covered(light, Backing::Color(color), 1.0);
                 assert_eq!(display_bytes(&image, &tone).1, tone.encode_u8(light), "{tone}");
@@ -279,9 +281,10 @@ mod tests {
         }
     }
 
-    /// Half a pixel of grey light, and a shadow, blended in codes as browsers do.
+    /// Blending the codes of a transparent picture, as browsers do, gives the result of an opaque
+    /// picture: for a partly covered pixel of grey light, and for a shadow.
     #[test]
-    fn transparent_pictures_blend_to_opaque_ones() {
+    fn blended_transparent_picture_equals_opaque_picture() {
         for tone in tones() {
             for (light, coverage) in [(0.05, 0.5), (0.2, 0.7), (0.0, 0.5), (0.0, 0.02)] {
                 let (_, bytes) = display_bytes(&covered([light; 3], Backing::Transparent, coverage), &tone);
@@ -302,7 +305,7 @@ mod tests {
 
     /// The pixels of a saved picture follow the tone curve, and a missing folder is an error.
     #[test]
-    fn saved_pictures_are_as_the_tone_shows_them() {
+    fn saved_picture_has_the_tone_curve_applied() {
         let size = UVec2::new(2, 1);
         let mut film = Film::new(size, Rect::full(size));
         for (x, light) in [[0.5, 0.25, 0.1], [2.0, 0.0, 1.0]].into_iter().enumerate() {

@@ -1,8 +1,8 @@
 //! Pictures for textures: PNG, JPEG, TIFF, WebP, GIF, TGA, BMP, DDS, Radiance and EXR files.
 //!
 //! The size in the header of a file is limited by the file's length (`check_size`). Files on which
-//! decoders are known to fail are refused first (`check_tga`, `check_exr`). Six million randomly
-//! damaged files ended in errors or pictures, within 16 MB of memory.
+//! decoders are known to fail are refused first (`check_tga`, `check_exr`). In a test, six million
+//! randomly damaged files ended in errors or pictures, within 16 MB of memory.
 
 use super::FileError;
 use super::dds::{self, DdsFile};
@@ -31,7 +31,7 @@ pub(super) enum ChannelSelection {
 /// Maximum memory of a decoder, including the samples, in bytes: the largest picture with 16 bits
 /// and alpha.
 const MAX_BYTES: u64 = 1 << 31;
-/// Minimum of the memory limit, so that a decoder can read a header.
+/// Minimum of the decoder's memory limit, so that a decoder can read a header.
 const MIN_BYTES: u64 = 1 << 24;
 
 /// A picture whose header has been read.
@@ -51,8 +51,8 @@ pub(super) fn picture_size(
     Ok(open(path, selection, allowance)?.size(selection))
 }
 
-/// Reads a picture of any format of this module. The first bytes decide the format, or else the
-/// name. A GIF file returns its first picture.
+/// Reads a picture of any format of this module. The format is recognised by the first bytes of the
+/// file, or else by its name. Of a GIF file, the first picture is returned.
 pub(super) fn read_picture(
     path: &Path,
     selection: ChannelSelection,
@@ -151,7 +151,7 @@ fn open(path: &Path, selection: ChannelSelection, allowance: Allowance) -> Resul
     }
 }
 
-/// Error: a picture needs more than the `max` bytes that are left for it.
+/// Error: the picture needs more than `max` bytes, which is the memory that may still be used.
 fn too_large(path: &Path, max: u64, allowance: Allowance) -> FileError {
     let left = in_words(max);
     let message = match allowance.limit.filter(|_| max < MAX_BYTES) {
@@ -242,7 +242,7 @@ pub(super) fn png_gamma(path: &Path) -> Option<f32> {
         .map(|gamma| gamma.into_value())
 }
 
-/// Returns an error if the header has an unused palette whose colours have another size than the
+/// Returns an error if the header states an unused palette whose colours have another size than the
 /// pixels. The image crate (0.25.9) confuses the two sizes and panics.
 fn check_tga(path: &Path, start: &[u8]) -> Result<(), FileError> {
     let header = <[u8; 18]>::try_from(start).map_err(|_| damaged(path, &"it ends in its header"))?;
@@ -254,7 +254,7 @@ fn check_tga(path: &Path, start: &[u8]) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Channels of a picture, and their samples.
+/// Number of channels of a picture, and their samples.
 struct Channels {
     width: usize,
     height: usize,

@@ -14,7 +14,7 @@ use ::exr::meta::header::Header;
 use ::exr::prelude as exr;
 use std::path::Path;
 
-/// Floats per pixel of a [`Rendering`], including temporary copies.
+/// Floats per pixel of a [`Rendering`] while it is read, including temporary copies.
 const FLOATS_MADE: u64 = 16;
 
 /// A picture from a file, with its position in the full image and its noise.
@@ -26,17 +26,17 @@ pub struct Rendering {
     pub window: Rect,
     /// Colours of the pixels of `window`, linear Rec.709.
     pub image: RgbImage,
-    /// Noise of the values; `None` if the file has none.
+    /// Noise of the values; `None` if the file does not have variances.
     pub noise: Option<Noise>,
     /// True if the file holds values for a display, 0 to 1, which were decoded by the sRGB curve.
     pub is_display: bool,
-    /// Setting that biases the picture, from the file; `None` if the file has none.
+    /// Setting that biases the picture's mean, from the file; `None` if the file does not have it.
     pub bias: Option<String>,
 }
 
 impl Rendering {
-    /// Converts a rendered image to the picture that its file would hold. `common` is the kind of
-    /// errors that pixels share.
+    /// Converts a rendered image to the picture that would be read from its file. `common` is the
+    /// kind of errors that pixels have in common.
     pub fn of_image(image: &Image, common: CommonErrors) -> Self {
         let values = |name| image.channel(name).map(|channel| channel.values.as_slice());
         let variance = ["variance.R", "variance.G", "variance.B"].map(values);
@@ -58,7 +58,7 @@ impl Rendering {
         }
     }
 
-    /// The part of the picture in `window`, which must lie within the picture.
+    /// Part of the picture in `window`, which must be inside the picture.
     pub fn cropped(&self, window: Rect) -> Self {
         let width = self.window.size().x as usize;
         let kept = |i: usize| self.window.min + UVec2::new((i % width) as u32, (i / width) as u32);
@@ -88,8 +88,8 @@ impl Rendering {
     }
 }
 
-/// Reads a picture: `R G B`, or `Y`, of the first part of an EXR file that has them, or a picture
-/// of another format. Alpha is ignored.
+/// Reads a picture from a file: `R G B`, or `Y`, of the first part of an EXR file that has these
+/// channels, or a picture of another format. Alpha is ignored.
 pub fn read_rendering(path: &Path) -> Result<Rendering, FileError> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
         read_exr(path)
@@ -188,7 +188,7 @@ fn read_exr(path: &Path) -> Result<Rendering, FileError> {
 
 type Layer = exr::Layer<exr::AnyChannels<exr::FlatSamples>>;
 
-/// Values of a channel, if it has one for every pixel.
+/// Values of the channel `name`, if the layer has one value for every pixel.
 fn channel(layer: &Layer, name: &str) -> Option<Vec<f32>> {
     let channel = layer.channel_data.list.iter().find(|c| c.name.eq(name))?;
     let values: Vec<f32> = channel.sample_data.values_as_f32().collect();
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn pixels_lie_where_the_data_window_says() {
+    fn pixels_are_at_the_position_of_the_data_window() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.exr");
         for (corner, min, max) in [((1, 2), (1, 2), (7, 7)), ((-2, 5), (0, 5), (4, 8))] {

@@ -1,5 +1,5 @@
-//! Statements of OBJ and MTL files. Comments, continued lines and byte-order marks are resolved
-//! here, and a text is cut between statements.
+//! Statements of OBJ and MTL files. The functions remove comments and byte-order marks, join
+//! continued lines, and cut a text between statements.
 
 use super::Position;
 use std::borrow::Cow;
@@ -31,9 +31,9 @@ pub(crate) fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str
 
 /// Statements of an OBJ or MTL file.
 ///
-/// A byte-order mark is skipped. A `\` at the end of a line joins the next line to it. Comments are
-/// left out: a `#` starts one at the beginning of a word, so that names like `Mat#2` stay whole.
-/// Empty statements are left out, too.
+/// A byte-order mark is skipped. A `\` at the end of a line joins the next line to the statement.
+/// Comments are left out. A comment starts with a `#` at the beginning of a word, so names like
+/// `Mat#2` stay whole. Empty statements are left out, too.
 pub(crate) fn whole_statements(text: &str) -> impl Iterator<Item = Statement<'_>> {
     let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     std::iter::from_fn(move || {
@@ -77,7 +77,7 @@ pub(crate) fn chunks(text: &str, size: usize) -> Vec<&str> {
 /// Position of the first word equal to `word` in the statement that begins on `line` of `text`. If
 /// there is no such word, the position is the line without a column.
 ///
-/// It counts lines again, so it is called only for messages.
+/// The function counts the lines again, so it is called only for messages.
 pub(crate) fn place_of(text: &str, line: usize, word: &str) -> Position {
     let lines = text.trim_start_matches('\u{feff}').lines().enumerate();
     for (index, content) in lines.skip(line.saturating_sub(1)) {
@@ -146,8 +146,8 @@ pub fn uncommented(line: &str) -> &str {
     parts(line).0
 }
 
-/// Returns the line without surrounding blanks, first without its comment, then with it if there is
-/// one.
+/// Returns the line without surrounding blanks, first without its comment. The second value is the
+/// line with its comment, if there is a comment.
 fn parts(line: &str) -> (&str, Option<&str>) {
     // Few lines have a comment, and this search is faster.
     if !line.as_bytes().contains(&b'#') {
@@ -169,8 +169,8 @@ fn comment_starts(line: &str) -> impl DoubleEndedIterator<Item = usize> + Clone 
     line.match_indices('#').map(|(i, _)| i).filter(move |&i| starts_word(i))
 }
 
-/// Possible readings of a name with a `#`, the longest first: `Paint #1 # red` is either the whole
-/// text or `Paint #1`.
+/// Possible names in a text with `#`, the longest first. `Paint #1 # red` may be the whole text,
+/// `Paint #1 # red`, or `Paint #1` and a comment.
 pub(crate) fn possible_names(whole: &str) -> impl Iterator<Item = &str> + Clone {
     let starts: Vec<usize> = comment_starts(whole).skip(1).collect();
     let shorter = starts.into_iter().rev().map(|start| whole[..start].trim_end());
@@ -185,7 +185,7 @@ mod tests {
         "\u{feff}v 1 2 3 # corner\r\n# all comment \\\n\nf 1 \\\n  2 3\\\n4\nusemtl Mat#2 # name\nend \\";
 
     #[test]
-    fn comments_continuations_and_marks_are_seen_through() {
+    fn comments_continuations_and_marks_are_resolved() {
         let got: Vec<(usize, String)> = statements(TEXT).map(|(n, s)| (n, s.into_owned())).collect();
         let words: Vec<Vec<&str>> = got.iter().map(|(_, s)| s.split_whitespace().collect()).collect();
         assert_eq!(
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn names_keep_what_may_be_a_comment() {
+    fn whole_name_includes_a_possible_comment() {
         let whole = |text| whole_statements(text).next().unwrap().whole_name();
         assert_eq!(whole("\tusemtl  Paint  #1 \r\n"), Some("Paint  #1"));
         assert_eq!(whole("newmtl #1\n"), Some("#1"));
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn names_end_before_any_comment_but_the_first() {
+    fn possible_names_end_before_each_comment() {
         let all = |whole| possible_names(whole).collect::<Vec<_>>();
         assert_eq!(
             all("Paint #1 # red #2"),
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn words_have_places() {
+    fn word_has_line_and_column() {
         let place = |line, word| {
             let Position { line, column } = place_of(TEXT, line, word);
             (line, column)
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn chunks_hold_whole_statements() {
+    fn chunks_end_between_statements() {
         let whole: Vec<_> = statements(TEXT).map(|(_, s)| s).collect();
         for size in 0..=TEXT.len() + 1 {
             let chunks = chunks(TEXT, size);
@@ -257,7 +257,7 @@ mod tests {
         assert_eq!(got, [(1, Cow::Borrowed("f 1 2 3"))]);
     }
 
-    /// This test would take minutes if each joined line copied the statement again.
+    /// If each joined line copied the statement again, this test would take minutes.
     #[test]
     fn a_statement_may_have_many_lines() {
         let text = "1\\\n".repeat(300_000);

@@ -1,10 +1,10 @@
-//! Number of subdivision steps, given as a number or by the size of the new edges in pixels.
+//! Number of subdivision steps, given directly or by the maximum edge length in pixels.
 
 use crate::geometry::MAX_STEPS;
 use crate::parameter::Value;
 use serde_json::json;
 
-/// Beginning of the text of a number of steps that follows from the camera.
+/// Prefix of the text of a [`Subdivision`] by the edge length in pixels.
 const PIXELS: &str = "pixels:";
 
 /// Number of subdivision steps of an object.
@@ -13,7 +13,7 @@ pub enum Subdivision {
     /// The given number of steps, at most [`MAX_STEPS`].
     Steps(u32),
     /// The smallest number of steps after which no edge is longer than this number of pixels, as
-    /// seen from the camera. A reader that does not know the camera makes no steps.
+    /// seen from the camera. A reader without a camera makes no steps.
     Pixels(f32),
 }
 
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn texts_are_read_as_written() {
+    fn text_of_parsed_value_is_unchanged() {
         for text in ["0", "12", "pixels:1.5", "pixels:0.25", "pixels:100"] {
             assert_eq!(
                 Subdivision::of_text(text).map(|value| value.text()).as_deref(),

@@ -1,4 +1,4 @@
-//! Textures from pictures. A texture keeps only the samples that it needs, such as one byte per
+//! Textures from pictures. A texture stores only the samples that it needs, such as one byte per
 //! texel of an opacity map, for any format of the file.
 
 use super::normal_map::BumpContent;
@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// Use of a texture. It decides how the numbers of a file are interpreted.
+/// Use of a texture, which determines how the numbers of a file are interpreted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TextureKind {
     /// Colours: numbers of 8 and 16 bits are sRGB-encoded. Alpha is kept if it is not fully opaque.
@@ -37,7 +37,8 @@ impl TextureKind {
     /// A height map whose heights are the luminances of the picture.
     pub const HEIGHTS: Self = Self::Value(Channel::Luminance);
 
-    /// Resolves kinds that depend on the picture: heights, normals and cut-outs.
+    /// Replaces a kind that depends on the content of the picture (heights, normals and cut-outs)
+    /// by the final kind.
     fn decided(self, picture: &Picture) -> Self {
         match self {
             Self::HeightsOrNormals | Self::NormalsOrHeights => match (BumpContent::of(picture), self) {
@@ -73,12 +74,12 @@ pub struct TextureRequest {
     pub wrap: Wrap,
 }
 
-/// Loaded textures, each once.
+/// Loaded textures. A texture that is requested several times is loaded once.
 #[derive(Debug)]
 pub struct LoadedTextures {
     /// Textures by id, in the order of their first request.
     pub textures: Vec<Texture>,
-    /// Kinds of the textures: the requested kind, or the kind that the picture decides.
+    /// Kinds of the textures, as requested or as determined by the picture.
     pub kinds: Vec<TextureKind>,
     /// Texture of each request, or the reason for its absence.
     pub ids: Vec<Result<TextureId, FileError>>,
@@ -96,8 +97,8 @@ impl LoadedTextures {
 }
 
 /// Loads textures in the current rayon pool. Requests for the same file, under any name, with the
-/// same kind and wrap share a texture. The number of threads does not change any texture. No
-/// texture is loaded if all of them need more memory than is free.
+/// same kind and wrap have one common texture. The number of threads does not change any texture.
+/// No texture is loaded if all of them together need more memory than is free.
 pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -> LoadedTextures {
     load_textures_within(requests, Allowance::of_system(), observer).unwrap_or_else(|error| LoadedTextures {
         textures: Vec::new(),
@@ -108,7 +109,7 @@ pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -
     })
 }
 
-/// Loads textures within a memory limit. Returns an error if they need more.
+/// Loads textures within a memory limit. Returns an error if they need more memory.
 pub fn load_textures_within(
     requests: &[TextureRequest],
     allowance: Allowance,
@@ -165,13 +166,13 @@ pub fn load_textures_within(
     })
 }
 
-/// Returns an error if the textures need too much memory together, before they are read. The
-/// estimate uses their headers. Each thread reads one texture at a time; in the worst case all
-/// threads read the largest ones.
+/// Returns an error if all textures together need too much memory. It is called before they are
+/// read and estimates the memory from their headers. Each thread reads one texture at a time; in
+/// the worst case all threads read the largest textures at once.
 fn check_memory(requests: &[&TextureRequest], allowance: Allowance) -> Result<(), FileError> {
     let cost = |request: &&TextureRequest| {
         let size = header_of(&request.path, request.kind, allowance);
-        // An error in a header is reported when the picture is read.
+        // The error of an invalid header is reported when the picture is read.
         size.map_or((0, 0), |size| cost(&size, request.kind))
     };
     let costs: Vec<(u64, u64)> = requests.par_iter().map(cost).collect();
@@ -219,8 +220,8 @@ pub fn has_alpha(path: &Path) -> bool {
     header.is_ok_and(|header| header.channels % 2 == 0)
 }
 
-/// Memory of a texture in bytes: permanently, and additionally while it is read and its levels are
-/// computed.
+/// Memory of a texture in bytes. The first number is permanent. The second number is needed
+/// additionally while the texture is read and its levels are computed.
 fn cost(size: &PictureHeader, kind: TextureKind) -> (u64, u64) {
     let channels = match kind {
         TextureKind::Value(_) | TextureKind::CutOut => 1,
@@ -258,8 +259,8 @@ pub fn load_texture(path: &Path, kind: TextureKind, wrap: Wrap) -> Result<Textur
 /// Encoding exponent of sRGB in a chunk gAMA (PNG 3, §11.3.2.2).
 const SRGB_GAMMA: f32 = 0.45455;
 
-/// Messages about metadata of the picture at `path` that is ignored, but that changes how other
-/// programs show it.
+/// Messages about metadata of the picture at `path` that this program ignores, although other
+/// programs show the picture differently because of it.
 fn ignored_metadata(path: &Path, kind: TextureKind, orientation: u8) -> Vec<FileError> {
     let mut ignored = Vec::new();
     if orientation != 1 {

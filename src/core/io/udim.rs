@@ -1,8 +1,8 @@
 //! Textures of several tiles (UDIM): tile 1001 + i + 10 j covers texture coordinates from (i, j) to
 //! (i + 1, j + 1), for i from 0 to 9.
 //!
-//! Tiles become one picture, so that lookups and levels are the same as for any texture. A path
-//! means all tiles if its name has `<UDIM>` in place of the number.
+//! All tiles are joined to one picture, so that lookups and levels are the same as for any texture.
+//! A path stands for all tiles if its name has `<UDIM>` in place of the tile number.
 
 use super::FileError;
 use super::picture::{Picture, PictureHeader, Samples};
@@ -32,8 +32,8 @@ pub fn tile_names(name: &str) -> Option<impl Iterator<Item = String>> {
     Some(NUMBERS.map(move |number| name.replacen(spelling, &number.to_string(), 1)))
 }
 
-/// Path of all tiles, from the file `found` of one tile. The tile number is after `.`, `_` or `-`,
-/// and before `.`. `None` if it has no number.
+/// Path that stands for all tiles, from the path `found` of one tile. The tile number is between
+/// `.`, `_` or `-` and the next `.`. `None` if the name has no tile number.
 pub fn path_of_tiles(found: &Path) -> Option<PathBuf> {
     let name = found.file_name()?.to_str()?;
     let mut ends = name.match_indices('.').map(|(end, _)| end).filter(|&end| end >= 5);
@@ -93,7 +93,7 @@ impl Tiles {
         places.fold([1, 1], |[columns, rows], [i, j]| [columns.max(i + 1), rows.max(j + 1)])
     }
 
-    /// Header of the picture of all tiles, if each tile has the header `one`.
+    /// Header of the picture of all tiles, if each tile has the header of `one`.
     pub(super) fn header(&self, one: PictureHeader) -> PictureHeader {
         let [columns, rows] = self.size().map(u64::from);
         PictureHeader {
@@ -162,7 +162,7 @@ fn place(number: u32) -> [u32; 2] {
     [index % 10, index / 10]
 }
 
-/// Grid of tiles of the same size.
+/// Grid of tiles. All tiles have the same size.
 struct Grid {
     /// Number of columns and rows of tiles.
     size: [usize; 2],

@@ -53,7 +53,7 @@ impl Output {
     }
 }
 
-/// Writes the channels of `image`, and those of `state` if there is one.
+/// Writes the channels of `image`, and the channels of `state` if there is a state.
 fn write_exr(
     writer: impl Write + Seek,
     image: &Image,
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn formats_by_extension() {
+    fn format_follows_from_the_extension() {
         assert_eq!(
             Format::of_path(Path::new("a/b.EXR")),
             Ok(Format::Exr(ExrFormat::default()))

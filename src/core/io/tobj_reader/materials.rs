@@ -6,8 +6,8 @@ use super::super::{FileError, Findings, Position};
 use crate::math::excerpt_of_name;
 use std::path::Path;
 
-/// Materials of a library that tobj has read. The file is read again for data that tobj leaves out:
-/// line numbers, and comments, which name the program that wrote the file.
+/// Materials of a library that tobj has read. The file is read again for data that tobj does not
+/// return: line numbers, and comments, which name the program that wrote the file.
 pub(super) fn load(
     path: &Path,
     obj: &ObjContext,
@@ -23,7 +23,8 @@ pub(super) fn load(
     library.materials(path, sections, findings)
 }
 
-/// Statements of each material with usable values. Each section has the line of its `newmtl`.
+/// Sections of the materials, with the statements that have usable values. Each section has the
+/// line of its `newmtl`.
 fn sections(
     library: &Library,
     path: &Path,

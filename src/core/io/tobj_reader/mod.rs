@@ -29,7 +29,8 @@ const OPTIONS: tobj::LoadOptions = tobj::LoadOptions {
     ignore_lines: true,
 };
 
-/// Memory of tobj and its meshes in bytes, per byte of the file: 24 for lines of 8 bytes.
+/// Memory of tobj and its meshes, in bytes per byte of the file. Files with lines of 8 bytes need
+/// 24 bytes per byte.
 const BYTES_OF_A_BYTE: u64 = 12;
 
 /// Triangles that are consecutive in the file and share a material.
@@ -44,8 +45,8 @@ struct MaterialRun {
 /// Contents of a library as tobj reads them: materials, and their indices by name.
 type Materials = tobj::MTLLoadResult;
 
-/// Reads an OBJ file. `library` reads the library of a name. An error is the reason why tobj
-/// refuses the file.
+/// Reads an OBJ file. `library` reads the library with a given name. The error is the reason why
+/// tobj cannot read the file.
 fn read_parts(
     reader: &mut impl BufRead,
     library: &dyn Fn(&Path) -> Materials,
@@ -64,7 +65,7 @@ fn read_parts(
     Ok((parts, materials))
 }
 
-/// Reads a library. An error is the reason why tobj refuses it.
+/// Reads a library. The error is the reason why tobj cannot read it.
 fn read_library(reader: &mut impl BufRead) -> Result<Materials, String> {
     let read = guarded(|| tobj::load_mtl_buf(reader)).map_err(panicked)?;
     match read {
@@ -174,8 +175,7 @@ fn refused(path: &Path, refusal: &str) -> FileError {
     FileError::new(path, format!("tobj refuses this file: {refusal}")).help(HELP)
 }
 
-/// Reads the library `path` with tobj. `None` if it cannot be read, which is then among the
-/// findings.
+/// Reads the library `path` with tobj. If it cannot be read, adds a finding and returns `None`.
 fn open_library(path: PathBuf, options: &LoadOptions, findings: &mut Findings) -> Option<Materials> {
     if !path.metadata().is_ok_and(|metadata| !metadata.is_dir()) {
         let missing = FileError::new(&path, "this material library is missing");
@@ -207,8 +207,8 @@ fn into_groups(parts: Vec<MaterialRun>) -> Vec<Group> {
     members.into_iter().map(joined).collect()
 }
 
-/// Joins parts of one material to a group. If some parts have normals, the others get the normals
-/// of their triangles. Missing texture coordinates are 0.
+/// Joins parts of one material to a group. If some parts have normals, the other parts get the
+/// normals of their triangles. Missing texture coordinates are 0.
 fn joined(parts: Vec<MaterialRun>) -> Group {
     let material = parts.first().and_then(|part| part.material.clone());
     let has_uvs = parts.iter().any(|part| !part.mesh.uvs.is_empty());

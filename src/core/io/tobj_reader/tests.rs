@@ -9,7 +9,7 @@ fn options() -> LoadOptions {
     options
 }
 
-/// Reads a file with tobj, with all its findings.
+/// Reads an OBJ file and its library with tobj. Returns its contents and the texts of all findings.
 fn load(obj: &str, mtl: &str) -> Result<(ObjFile, Vec<String>), FileError> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.obj");
@@ -44,7 +44,7 @@ fn files_become_groups_by_material() {
 }
 
 #[test]
-fn what_tobj_refuses_or_panics_on_is_an_error() {
+fn failure_or_panic_of_tobj_is_an_error() {
     let refused = load(&format!("{SQUARE}f 1 2 3 # corner\n"), "").unwrap_err();
     assert!(
         refused.message.contains("tobj refuses this file: face parse error"),

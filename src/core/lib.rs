@@ -10,8 +10,8 @@
 //!
 //! - [`math`], [`color`], [`sampling`], [`sampler`]: numbers, colours, warps and random numbers
 //! - [`parameter`]: reading, writing, checking and describing a value that a user can set
-//! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: the parts
-//!   of an image
+//! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: the
+//!   elements of a scene, and the film that sums its pixels
 //! - [`scene`], [`denoise`], [`compare`]: the frozen scene, denoisers, and errors of an image
 //! - [`accel`]: ray queries over the scene
 //! - [`integrator`], [`guess`]: light transport of one pixel sample, or of one iteration; guesses
@@ -19,7 +19,7 @@
 //! - [`options`]: everything that a user can set
 //! - [`render`], [`io`]: passes and tiles, and file formats
 //! - [`lint`]: checks of a scene
-//! - [`method`]: a method over a backend, chosen once before the first ray
+//! - [`method`]: the method of a render, combined with a ray-tracing backend before the first ray
 
 pub mod accel;
 pub mod bsdf;

@@ -8,8 +8,8 @@ const MAGMA: [u32; 33] = [
     0xf5695c, 0xf9785d, 0xfb8761, 0xfd9668, 0xfea571, 0xfeb47b, 0xfec387, 0xfed194, 0xfde0a2, 0xfceeb0, 0xfcfdbf,
 ];
 
-/// Ends and middle of the map of Moreland 2009, "Diverging Color Maps for Scientific
-/// Visualization".
+/// Colours at both ends and in the middle of the map of Moreland 2009, "Diverging Color Maps for
+/// Scientific Visualization".
 const COOL_TO_WARM: [u32; 3] = [0x3b4cc0, 0xdddddd, 0xb40426];
 
 /// Colour of the map magma at the position `share`, 0 to 1.

@@ -3,10 +3,10 @@
 //!
 //! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild 2020, "FLIP: A Difference
 //! Evaluator for Alternating Images", and for images of high dynamic range Andersson, Nilsson,
-//! Shirley and Akenine-Möller 2021, "Visualizing Errors in Rendered High Dynamic Range Images".
-//! Parameters are those of the papers; the viewer sits 0.7 m before a screen of 3840 pixels on 0.7
-//! m. The code is written from the papers, because the authors' tool is C++;
-//! docs/guide/reference/compare.md has the agreement with it.
+//! Shirley and Akenine-Möller 2021, "Visualizing Errors in Rendered High Dynamic Range Images". The
+//! parameters are from the papers. The viewer sits 0.7 m in front of a screen that is 0.7 m wide
+//! and has 3840 columns. The code is written from the papers, because the authors' tool is in C++.
+//! docs/guide/reference/compare.md compares the results of both.
 
 use super::metrics::{SizeMismatch, same_size};
 use crate::color::tone::narkowicz;
@@ -26,7 +26,7 @@ const PRE_EXPOSURE: f32 = 0.6;
 pub struct Flip {
     /// Error of each pixel, 0 to 1, row by row from the top.
     pub map: Vec<f32>,
-    /// Mean over the pixels.
+    /// Mean error over the pixels.
     pub mean: f64,
     /// Exposures of the compared pictures; `None` if they were compared unchanged.
     pub exposures: Option<Exposures>,

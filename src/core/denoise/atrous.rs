@@ -81,7 +81,7 @@ struct Guide {
     divisor: Vec3,
 }
 
-/// Filtered signal.
+/// Light of a pixel, with its variance, between the passes of the filter.
 #[derive(Clone, Copy)]
 struct FilteredLight {
     /// Radiance over albedo.
@@ -203,7 +203,8 @@ fn without_outliers(guides: &[Guide], light: &[FilteredLight], size: [usize; 2])
         })
         .collect();
 
-    // Distribute the removed light. Each pixel decides which pixels get its light.
+    // Distribute the removed light. For each pixel, compute the share that its similar neighbours
+    // get.
     let share = |i: usize| match around(i).count() {
         n if n <= MIN_ALIKE => Vec3::ZERO,
         n => (light[i].value - limited[i].value) / n as f32,

@@ -124,18 +124,19 @@ impl Output {
         OutputLock::take(&self.path, &self.target, &self.is_locked)
     }
 
-    /// Writes with `content` to a temporary file beside the target, syncs it, renames it over the
-    /// target and syncs the folder. A panic of `content` is an error. A target that another process
-    /// has locked is an error, too.
+    /// Calls `content` to write a temporary file beside the target. Then syncs the temporary file,
+    /// renames it over the target, and syncs the folder. If `content` panics, or if another process
+    /// has locked the target, an error is returned.
     pub fn write(&self, content: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> Result<(), FileError> {
         self.write_if(|| Ok(true), content).map(drop)
     }
 
-    /// Writes as [`Output::write`] does if the file still consists of the bytes `old`. Returns the
-    /// metadata of the new file. Returns `None` and keeps the file if it has other contents.
+    /// Writes like [`Output::write`], but only if the file still consists of the bytes `old`.
+    /// Returns the metadata of the new file. Returns `None` and keeps the file if it has other
+    /// contents.
     ///
-    /// Comparison and rename are two steps: hold the [lock](Output::lock), so that no other process
-    /// that holds it replaces the file between the steps.
+    /// Comparison and rename are two steps. Hold the [lock](Output::lock), so that no other process
+    /// that uses the lock replaces the file between the steps.
     pub fn replace(
         &self,
         old: &[u8],

@@ -16,7 +16,7 @@ const CHANNELS: [&str; 12] = [
 /// A layer of mattes: of objects, of parts or of materials.
 struct Layer<'a> {
     name: &'static str,
-    /// Names, indexed by the ids of the coverage.
+    /// Names of the layer. The film's ids are indices of this list.
     names: Vec<&'a str>,
     coverage: fn(&FeatureSums) -> &Coverage,
 }

@@ -22,7 +22,7 @@ pub enum Severity {
     Error,
     /// A probable mistake. The statement was repaired, replaced or left out.
     Warning,
-    /// An assumption of the program.
+    /// An assumption that the program made about the scene.
     Note,
 }
 

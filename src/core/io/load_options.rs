@@ -92,11 +92,12 @@ named! {
 /// Displacements that are applied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DisplacementUse {
-    /// Displacements of the scene file, and displacements of a library if the object is subdivided.
+    /// Applies displacements of the scene file, and displacements of a library if the object is
+    /// subdivided.
     Auto,
-    /// All displacements.
+    /// Applies all displacements.
     On,
-    /// No displacements.
+    /// Applies no displacements.
     Off,
 }
 
@@ -175,7 +176,7 @@ impl Named for MtlDialect {
 pub struct LoadOptions {
     /// Parts of OBJ files that are read.
     pub parts: PartFilter,
-    /// Choices for which the formats leave several possibilities.
+    /// Choices that the file formats leave open.
     pub parameters: LoadParameters,
     /// Maximum memory of the render and of reading its files, in bytes. `None`: the free memory of
     /// the system.

@@ -14,7 +14,7 @@ const PREFIX: &str = "cryptomatte/";
 pub struct Mattes {
     /// Name of the layer, such as `CryptoObject`.
     pub layer: String,
-    /// Names, each with its id as it stands in the channels of the layer.
+    /// Names, each with its id. The id is a value of the layer's id channels.
     pub names: Vec<(String, f32)>,
 }
 

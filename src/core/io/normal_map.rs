@@ -165,7 +165,8 @@ mod tests {
         }
         let encoded = [EncodedNormals, EncodedNormals, Unknown];
         assert_eq!(content(|u, v| dome(u, v).map(srgb::encode)), encoded);
-        // Object-space normals point in all directions.
+        // Object-space normals point in all directions, so the picture is not a tangent-space
+        // normal map.
         assert_eq!(content(|u, v| dome(u, v).map(|c| 1.0 - c)), [Unknown; 3]);
     }
 

@@ -37,7 +37,7 @@ pub struct PartMovement {
     pub translate: Option<Vec3>,
     /// Rotation in degrees about the fixed x, y and z axes, in that order.
     pub rotate: Option<Vec3>,
-    /// Factors along x, y and z.
+    /// Scale factors along x, y and z.
     pub scale: Option<Vec3>,
 }
 

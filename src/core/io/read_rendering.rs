@@ -167,7 +167,8 @@ fn read_exr(path: &Path) -> Result<Rendering, FileError> {
         variance: rgb(&variance),
         samples: match channel(layer, "samples") {
             Some(samples) => place.pick(&samples),
-            // Without the channel of sample counts, variances are used unchanged.
+            // Without the channel of sample counts, the counts are infinite, so that variances are
+            // treated as exact.
             None => vec![f32::INFINITY; window.area() as usize],
         },
         common: common_errors(&layer.attributes),

@@ -146,10 +146,10 @@ pub fn uncommented(line: &str) -> &str {
     parts(line).0
 }
 
-/// Returns the line without surrounding blanks, first without its comment. The second value is the
-/// line with its comment, if there is a comment.
+/// Returns the line without its comment. Also returns the line with its comment, if there is a
+/// comment. Surrounding blanks are left out.
 fn parts(line: &str) -> (&str, Option<&str>) {
-    // Few lines have a comment, and this search is faster.
+    // Most lines have no comment, and a search for `#` is faster than the following search.
     if !line.as_bytes().contains(&b'#') {
         return (line.trim(), None);
     }

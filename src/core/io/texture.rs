@@ -27,9 +27,9 @@ pub enum TextureKind {
     Normal,
     /// A normal map whose numbers are sRGB-encoded, as some programs write it.
     EncodedNormal,
-    /// Heights, or a normal map if the picture is one.
+    /// Heights. A picture that is a normal map is used as a normal map.
     HeightsOrNormals,
-    /// A normal map, or heights if the picture is grey.
+    /// A normal map. A grey picture is used as heights.
     NormalsOrHeights,
 }
 

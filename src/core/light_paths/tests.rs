@@ -3,7 +3,7 @@ use super::*;
 use crate::math::hash::mix;
 use std::collections::BTreeSet;
 
-/// Generator of random numbers below `n`.
+/// Generator of pseudorandom numbers.
 struct Dice(u64);
 
 impl Dice {

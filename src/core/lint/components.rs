@@ -46,7 +46,7 @@ struct Component {
 
 struct Components {
     components: Vec<Component>,
-    /// Bounds and number of all faces of the file, including those in no component.
+    /// Bounds and number of all faces of the file, including faces that are in no component.
     whole: (Bounds3, u64),
 }
 

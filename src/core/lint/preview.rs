@@ -29,7 +29,8 @@ pub struct LobeAlbedo {
     /// to the normal, and in all directions for uniform light. Absorption by the layers above is
     /// included, so the albedos of all lobes add up to [`directional_albedo`].
     pub albedo: [Spectrum; 3],
-    /// Probability that the lobe is selected for the first two viewers.
+    /// Probability that the lobe is sampled: for a viewer along the normal, and for a viewer at 60°
+    /// to the normal.
     pub probability: [f32; 2],
 }
 

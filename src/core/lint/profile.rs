@@ -16,7 +16,7 @@ pub struct Profile {
     pub angles: Vec<f32>,
     /// Scattering of each lobe, attenuated by the layers above it.
     pub lobes: Vec<LobeProfile>,
-    /// All lobes together.
+    /// Scattering of all lobes together.
     pub total: LobeProfile,
 }
 

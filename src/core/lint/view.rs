@@ -25,7 +25,8 @@ pub fn inspect_extent(scene: &Scene, whole: SceneErrorMaker) -> Vec<Finding> {
     findings.into_iter().flatten().collect()
 }
 
-/// Finds coordinates that are so much larger than the scene that f32 rounds its shapes away.
+/// Finds coordinates that are so much larger than the scene that rounding to f32 changes its
+/// shapes.
 fn inspect_bounds(scene: &Scene, whole: SceneErrorMaker) -> Option<Finding> {
     let bounds = scene.bounds();
     let (size, largest) = (
@@ -147,8 +148,8 @@ pub fn inspect_view(
     None
 }
 
-/// Minimum share of the surfaces in the picture that show their backs, for a camera behind
-/// surfaces.
+/// Minimum share of the visible surfaces that show their backs, for a warning that the camera is
+/// behind surfaces.
 const BEHIND: f32 = 0.8;
 /// Number of camera rays along a side of the image, to find small things.
 const FINE_RAYS: u32 = 96;

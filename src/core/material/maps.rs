@@ -171,7 +171,7 @@ impl Maps {
     pub fn bumped_normal(&self, spot: &Spot) -> Vec3 {
         if let Some(map) = &self.normal {
             let n = map.normal(spot);
-            // Normals that point into the surface are invalid.
+            // A normal that points into the surface is invalid.
             return Vec3::new(n.x, n.y, n.z.max(1e-3));
         }
         let Some(map) = &self.bump else { return Vec3::Z };

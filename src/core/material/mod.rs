@@ -94,9 +94,9 @@ const COAT_F0: f32 = 0.04;
 /// Storage for the parts of a BSDF that belong to one vertex.
 #[derive(Default)]
 pub struct BsdfSlot<'v> {
-    /// BSDF of a material that varies.
+    /// BSDF at the vertex, if the material varies over the surface.
     pub bsdf: OnceCell<Bsdf>,
-    /// View of a BSDF of several lobes for the direction to the viewer.
+    /// View of a BSDF with several lobes, for the direction from the vertex to the viewer.
     pub view: OnceCell<BsdfView<'v>>,
 }
 
@@ -297,12 +297,13 @@ impl Material {
         })
     }
 
-    /// `α` of the facets (Burley 2012, "Physically Based Shading at Disney").
+    /// Width `α` of the facets' distribution: the square of the roughness (Burley 2012, "Physically
+    /// Based Shading at Disney").
     fn alpha(&self) -> f32 {
         self.roughness * self.roughness
     }
 
-    /// `α` of the facets along the tangent and across it.
+    /// Width `α` of the facets' distribution along the tangent, and across the tangent.
     fn slopes(&self) -> Vec2 {
         if !self.is_anisotropic() {
             return Vec2::splat(self.alpha());
@@ -311,7 +312,7 @@ impl Material {
         self.alpha() * Vec2::new(1.0 / aspect, aspect)
     }
 
-    /// Returns true if the orientation of the surface around its normal matters.
+    /// Returns true if the BSDF depends on the rotation of the surface around its normal.
     pub fn is_anisotropic(&self) -> bool {
         self.anisotropy > 0.0
     }
@@ -335,7 +336,8 @@ impl Material {
     fn transmission_lobe(&self) -> Lobe {
         let (reflectance, transmittance) = (Spectrum::splat(self.transmission.max_component()), self.transmission);
         let ior = self.ior;
-        // If the index changes little, refraction spreads light less than the slopes of the facets.
+        // If the index of refraction is close to 1, refraction spreads light less than the slopes
+        // of the facets suggest.
         let spread = self.alpha() * (ior - 1.0).abs().min(1.0);
         if self.thin {
             Lobe::ThinDielectric(ThinDielectric {

@@ -7,7 +7,7 @@ use crate::parameter::Range;
 
 /// Range of shares, such as the opacity.
 pub(super) const SHARE: Range<f32> = Range::FromTo(0.0, 1.0);
-/// Range of most factors.
+/// Range of factors and exponents: 0 or more.
 pub(super) const NOT_NEGATIVE: Range<f32> = Range::AtLeast(0.0);
 /// Range of indices of refraction.
 pub(super) const POSITIVE: Range<f32> = Range::Above(0.0);

@@ -74,7 +74,7 @@ impl Vec3Lanes {
         d
     }
 
-    /// Opposite vectors.
+    /// The vectors in opposite direction.
     #[inline(always)]
     pub fn reversed(mut self) -> Self {
         self.scale(&[-1.0; LANES]);

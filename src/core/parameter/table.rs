@@ -128,7 +128,7 @@ pub trait OptionGroup: Default {
     /// parameter.
     fn set(&mut self, key: &str, input: Input) -> Option<Result<(), InvalidOption>>;
 
-    /// Combines two groups: options that are not set here are taken from `other`.
+    /// Combines two groups: options that are not set in `self` are taken from `other`.
     fn or(self, other: Self) -> Self;
 
     /// Keys of the parameters that are set.

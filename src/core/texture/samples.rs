@@ -56,7 +56,7 @@ pub(super) const LARGEST: f32 = f32::MAX / 4.0;
 pub(super) struct StoredPicture {
     pub samples: Samples,
     pub levels: Vec<Level>,
-    /// Largest sample without alpha.
+    /// Maximum of all samples except alpha.
     pub max_value: f32,
     /// Number of texels with a sample that is NaN, infinite or negative.
     pub replaced: usize,
@@ -170,14 +170,14 @@ fn nearest(codes: &Codes, value: f32) -> u8 {
     if is_below { below as u8 } else { above as u8 }
 }
 
-/// Largest sample without alpha.
+/// Maximum of all samples except alpha.
 fn largest<T: Copy + Default + PartialOrd>(samples: &[T], channels: usize) -> T {
     let colors = if channels < 3 { 1 } else { 3 };
     let samples = samples.chunks_exact(channels).flat_map(|texel| &texel[..colors]);
     samples.fold(T::default(), |max, &sample| if sample > max { sample } else { max })
 }
 
-/// Replaces values that are not finite or negative by 0 and clamps alpha to 1. Returns the number
+/// Replaces values that are negative or not finite by 0, and clamps alpha to 1. Returns the number
 /// of texels with a replaced value.
 fn repair(values: &mut [f32], channels: usize) -> usize {
     let mut replaced = 0;

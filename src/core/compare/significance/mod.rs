@@ -52,7 +52,7 @@ pub struct ExtremeTest {
     pub scale: Scale,
     /// Number of tests of this scale: positions times channels.
     pub tests: usize,
-    /// Pixels of the test.
+    /// Pixels that the test compares.
     pub window: Rect,
     /// Channel: 0 red, 1 green, 2 blue.
     pub channel: usize,
@@ -194,14 +194,16 @@ fn normal_tails(score: f64) -> f64 {
 
 /// P(|t| ≥ `score`) of Student's t.
 fn student_tails(score: f64, freedom: f64) -> f64 {
-    // With more degrees of freedom, the tail at a score of 6 is normal to 3 %.
+    // With more degrees of freedom, the normal distribution approximates the tail at a score of 6
+    // with an error of 3 %.
     if freedom > 1e4 {
         return normal_tails(score);
     }
     student_tails_by_share(freedom / (freedom + score * score), freedom)
 }
 
-/// Probability of both tails beyond a score whose `ν / (ν + t²)` is `share`.
+/// Probability of both tails beyond a score t of Student's t. `share` is ν / (ν + t²), where ν is
+/// `freedom`, the degrees of freedom.
 fn student_tails_by_share(share: f64, freedom: f64) -> f64 {
     // P = I_share(ν / 2, 1 / 2), the regularised incomplete beta function
     checked_beta_reg(0.5 * freedom, 0.5, share.clamp(0.0, 1.0)).unwrap_or(1.0)
@@ -216,7 +218,7 @@ struct Test {
     p: f64,
 }
 
-/// The test with the smallest p, corrected for the number of tests.
+/// The test with the smallest p-value, corrected for the number of tests.
 fn extreme(scale: Scale, tests: impl Iterator<Item = Test>) -> Option<ExtremeTest> {
     let mut count = 0;
     let min = tests.inspect(|_| count += 1).min_by(|a, b| a.p.total_cmp(&b.p))?;
@@ -248,8 +250,8 @@ impl Pixels {
             for channel in 0..3 {
                 let Some(score) = pixel.score(channel) else { continue };
                 tests += 1;
-                // Skip the pixel if its score is smaller and has at least as many degrees of
-                // freedom: its p is at least as large.
+                // Skip the pixel if its score is smaller and it has at least as many degrees of
+                // freedom: its p-value is then at least as large.
                 let is_less =
                     |(test, freedom): &(Test, f64)| score.abs() <= test.score.abs() && pixel.freedom >= *freedom;
                 if worst.as_ref().is_some_and(is_less) {
@@ -347,9 +349,10 @@ fn sum_tests(tiles: &[&NoiseTile]) -> Vec<Test> {
     (0..3).filter_map(test).collect()
 }
 
-/// Share of `squares`, the sum of the squares of `n` terms, that `sum`, the sum of the terms, does
-/// not explain; 1 if all terms are 0. With S = sum / √squares, the share is 1 − S² / n, which is ν
-/// / (ν + t²) for Student's t = S √((n − 1) / (n − S²)).
+/// Share of the sum of squares that the mean of `n` terms does not explain. `sum` is the sum of the
+/// terms, and `squares` is the sum of their squares. With S = sum / √squares, the share is 1 − S² /
+/// n, which is ν / (ν + t²) for Student's t = S √((n − 1) / (n − S²)). The share is 1 if all terms
+/// are 0.
 fn within_share(sum: f64, squares: f64, n: f64) -> f64 {
     if squares > 0.0 {
         (1.0 - sum * sum / squares / n).clamp(0.0, 1.0)
@@ -358,7 +361,8 @@ fn within_share(sum: f64, squares: f64, n: f64) -> f64 {
     }
 }
 
-/// Student's t of terms with this `sum` and [`within_share`], with `freedom` degrees of freedom.
+/// Student's t, with `freedom` degrees of freedom, of terms with the sum `sum` for which
+/// [`within_share`] is `share`.
 fn student_score(sum: f64, share: f64, freedom: f64) -> f64 {
     sum.signum() * (freedom * (1.0 - share) / share).sqrt()
 }

@@ -4,7 +4,7 @@
 use crate::film::{Rect, RgbImage, TILE_SIZE};
 use crate::math::{UVec2, encode_variants};
 
-/// Noise of a picture.
+/// Noise of a picture: variances, numbers of samples, and kind of common errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Noise {
     /// Estimated variance of each pixel's mean, by channel; infinite if unknown.
@@ -69,8 +69,8 @@ pub(super) struct Pixels {
     pub(super) tiles: Vec<NoiseTile>,
     /// Kind of errors that pixels have in common: the worse kind of the two pictures.
     pub(super) common: CommonErrors,
-    /// Approximate number of rare samples that make most of the noise, if the pictures differ in
-    /// their sampling; else `None`.
+    /// Approximate number of rare bright samples that cause most of the noise, if the pictures
+    /// differ in their sampling; else `None`.
     pub(super) rare: Option<f64>,
 }
 
@@ -309,7 +309,7 @@ pub(super) struct NoiseTile {
     pub(super) pixels: f64,
     /// Sums of reference and image.
     pub(super) sums: [[f64; 3]; 2],
-    /// Variance of a pixel's difference, mean over the pixels.
+    /// Variance of a pixel's difference: the mean over the pixels of the tile.
     variance: [f64; 3],
     /// Variance of a pixel's difference; at least the mean over the tiles around.
     pub(super) wide_variance: [f64; 3],

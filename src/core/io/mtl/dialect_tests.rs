@@ -24,7 +24,7 @@ fn read(text: &str, dialect: MtlDialect) -> ReadMaterials {
     read_of(None, text, dialect)
 }
 
-/// [`read`] for a library of an OBJ file with the text `obj`.
+/// Reads a library as [`read`] does. `obj` is the text of the OBJ file that names the library.
 fn read_of(obj: Option<&str>, text: &str, dialect: MtlDialect) -> ReadMaterials {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("t.mtl");
@@ -67,8 +67,8 @@ const PYTHON: &str = "# Blender MTL File: 'a.blend'\n# Material Count: 1\n\n";
 #[test]
 fn blender_writes_a_principled_surface() {
     let base = Spectrum::rgb(0.8, 0.4, 0.2);
-    // Each case: header and statements; metallic, roughness, reflectance along the normal and
-    // opacity.
+    // Each case has a header and statements, and the expected metallic, roughness, reflectance
+    // along the normal and opacity.
     let ior_145 = 2.0 * (0.45f32 / 2.45).powi(2) * 0.5;
     for (header, text, expected) in [
         (NATIVE_3, blender(250.0, 1.0, 0.5, 1.45, 1.0, 2), [0.0, 0.5, 0.04, 1.0]),

@@ -92,7 +92,8 @@ impl MapStatement {
         let mut words = RemainingWords(rest);
         map.options(&mut words)?;
         let name = words.0.trim();
-        // A longer text is not a name, and would be parsed many times.
+        // A text that is longer than `MAX_NAME` is not a name. Without this limit, it would be
+        // parsed many times.
         let ends = name.match_indices(" -").filter(|_| name.len() <= MAX_NAME);
         let after = ends.map(|(end, _)| end).find_map(|end| {
             let (mut read, mut words) = (map.clone(), RemainingWords(&name[end..]));
@@ -164,7 +165,7 @@ impl<'a> RemainingWords<'a> {
         self.0.split_whitespace().next()
     }
 
-    /// The next word, if it is an option: a `-` and a letter. File names do not begin like that.
+    /// The next word, if it is an option: a `-` and a letter. File names do not begin in this way.
     fn option(&mut self) -> Option<&'a str> {
         let word = self.peek()?;
         let is_option = word

@@ -226,7 +226,7 @@ impl Default for LibraryOptions {
 }
 
 impl<'a> Library<'a> {
-    /// A library with this text. `obj` has the data of its OBJ file.
+    /// A library with the text `text`. `obj` has the data of its OBJ file.
     pub fn new(text: &str, obj: &'a ObjContext, options: LibraryOptions) -> Self {
         let signature = Signature::find(text);
         let is_blender = match options.dialect {
@@ -276,7 +276,7 @@ impl<'a> Library<'a> {
         let whole = whole.and_then(|whole| MapStatement::parse(slot, whole).ok());
         statement.whole_file = whole.map(|whole| whole.file);
         let ignored = statement.ignored.clone();
-        // The last statement of a slot wins.
+        // If a slot has several statements, the last statement is used.
         section.maps.retain(|m| m.statement.slot != slot);
         section.maps.push(MapRequest {
             statement,
@@ -417,7 +417,7 @@ impl<'a> Library<'a> {
     }
 }
 
-/// Wrong statements of a library. Equal errors are grouped.
+/// Wrong statements of a library. Statements with equal errors are grouped.
 #[derive(Default)]
 struct WrongStatements {
     kinds: Vec<WrongStatement>,
@@ -430,9 +430,9 @@ struct WrongStatement {
     /// Name of the first material.
     material: String,
     complaint: Complaint,
-    /// Number of statements.
+    /// Number of statements with the error.
     count: u64,
-    /// Positions of the first statements.
+    /// Positions of the first statements with the error.
     places: Vec<Position>,
 }
 
@@ -483,8 +483,9 @@ pub(super) enum Effect {
     None,
 }
 
-/// Word of a wrong statement that is probably the cause: the first that is not a number, or else
-/// its first word, or the keyword.
+/// Word of a wrong statement that is probably the cause of the error: the first word that is not a
+/// number. If there is no such word, the first word is returned, or the keyword if there are no
+/// words.
 fn suspect<'a>(key: &'a str, rest: &'a str) -> &'a str {
     let is_number = |word: &&str| word.parse().is_ok_and(|n: f32| n.is_finite() && n >= 0.0);
     let mut words = rest.split_whitespace();

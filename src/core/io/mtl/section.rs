@@ -489,7 +489,7 @@ fn color_and_alpha(rest: &str) -> Option<(Spectrum, f32)> {
     }
 }
 
-/// Parses three finite numbers, or one that is repeated.
+/// Parses three finite numbers, or one finite number, which is repeated.
 fn three_numbers(words: &str) -> Option<[f32; 3]> {
     let values: Option<Vec<f32>> = words.split_whitespace().map(|word| word.parse().ok()).collect();
     let numbers = match values?[..] {

@@ -191,8 +191,8 @@ impl Section {
         shines && self.exponent == Some(0.0) && !has_map && self.may_have_highlight()
     }
 
-    /// [`Section::make_highlight`] with the roughness of a Phong lobe. Its exponent is `default` if
-    /// there is no `Ns`.
+    /// Calls [`Section::make_highlight`] with the roughness of a Phong lobe. The exponent of the
+    /// lobe is `Ns`, or `default` if there is no `Ns`.
     fn make_phong_highlight(&mut self, default: f32) {
         let exponent = self.exponent.unwrap_or(default);
         self.make_highlight(roughness_of_phong(exponent));
@@ -236,10 +236,11 @@ impl Section {
     }
 }
 
-/// Roughness of facets with highlights as wide as the highlights of a Phong lobe. Its exponent n
-/// about the mirror direction is about 4 n about the normal (Lewis 1994, "Making Shaders More
-/// Physically Plausible"), and such a distribution has the width α² = 2/(4 n + 2) (Walter et al.
-/// 2007, "Microfacet Models for Refraction through Rough Surfaces", section 5.2).
+/// Roughness of facets whose highlights are as wide as the highlights of a Phong lobe. An exponent
+/// n around the mirror direction corresponds to an exponent of about 4 n around the normal (Lewis
+/// 1994, "Making Shaders More Physically Plausible"). A distribution with this exponent has the
+/// width α² = 2/(4 n + 2) (Walter et al. 2007, "Microfacet Models for Refraction through Rough
+/// Surfaces", section 5.2).
 fn roughness_of_phong(exponent: f32) -> f32 {
     (2.0 / (4.0 * exponent + 2.0)).powf(0.25)
 }

@@ -54,7 +54,7 @@ pub struct Signature {
 }
 
 impl Signature {
-    /// Finds the signature among the comments before the first statement.
+    /// Finds the program that is named in the comments before the first statement of `text`.
     pub fn find(text: &str) -> Option<Self> {
         let lines = text.lines().enumerate();
         let leading = lines.take_while(|(_, line)| {
@@ -65,7 +65,7 @@ impl Signature {
         found.next()
     }
 
-    /// Finds the signature in a comment in lower case.
+    /// Finds the program that is named in `comment`, which is in lower case.
     fn of_comment(comment: &str, line: usize) -> Option<Self> {
         let has = |words: &[&str]| words.iter().any(|word| comment.contains(word));
         let has_word = |wanted: &str| comment.split(|c: char| !c.is_alphanumeric()).any(|word| word == wanted);
@@ -163,7 +163,7 @@ pub(super) struct Signatures<'a> {
 }
 
 impl Reading {
-    /// The literal reading.
+    /// Interpretation of a library that is read literally.
     pub const LETTER: Self = Self {
         writer: Writer::Spec,
         tr: TrMeaning::Transparency,
@@ -333,7 +333,7 @@ impl BlenderExport {
     }
 }
 
-/// Dialect that all materials of a library show by their statements.
+/// Dialect of the program whose typical statements all materials of a library have.
 fn habit_of(sections: &[Section]) -> Option<MtlDialect> {
     let all = |is_so: fn(&Section) -> bool| !sections.is_empty() && sections.iter().all(is_so);
     if all(is_like_blender) && sections.iter().any(|s| s.specular == Some(Spectrum::splat(0.5))) {

@@ -25,7 +25,7 @@ pub struct ObjFaces {
 /// Name of the material of faces.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FaceMaterial {
-    /// Name in `usemtl`; `None` before the first one.
+    /// Name in `usemtl`; `None` before the first `usemtl`.
     pub name: Option<String>,
     /// Line of the first `usemtl` with that name; 0 if there is none.
     pub line: usize,
@@ -40,10 +40,11 @@ pub struct Face<'a> {
     pub material: usize,
     /// Index of each corner's position.
     pub positions: &'a [u32],
-    /// Index of each corner's normal, out of range if it has none. Empty if no corner has one.
+    /// Index of each corner's normal. It is out of range if the corner has no normal. Empty if no
+    /// corner has a normal.
     pub normals: &'a [u32],
-    /// Index of each corner's texture coordinates, out of range if it has none. Empty if no corner
-    /// has any.
+    /// Index of each corner's texture coordinates. It is out of range if the corner has no texture
+    /// coordinates. Empty if no corner has texture coordinates.
     pub uvs: &'a [u32],
     /// True if every corner has texture coordinates.
     pub has_uvs: bool,
@@ -138,8 +139,9 @@ impl ObjFaces {
         is_simple
     }
 
-    /// Lines of the `v` statements `indices` of a file, counted from 0 and sorted. The file is read
-    /// again. Empty if it cannot be read.
+    /// Line numbers of `v` statements in a file. `indices` are the indices of the statements,
+    /// counted from 0 and sorted. The file is read again. The result is empty if the file cannot be
+    /// read.
     pub fn lines_of_positions(path: &Path, indices: &[usize]) -> Vec<usize> {
         let Ok(text) = read_text(path) else {
             return Vec::new();

@@ -17,7 +17,7 @@ use std::collections::HashMap;
 
 /// Faces of one material and one list of rules.
 pub(super) struct Faces {
-    /// Name in `usemtl`; `None` before the first one.
+    /// Name in `usemtl`; `None` before the first `usemtl`.
     pub material: Option<String>,
     /// Line of the first `usemtl` with that name; 0 if there is none.
     pub line: usize,
@@ -31,7 +31,7 @@ pub(super) struct Faces {
 pub(super) struct Run {
     /// Index of the section with the faces.
     pub section: usize,
-    /// The faces.
+    /// Faces of the run.
     pub faces: FaceRange,
     /// Smoothing group of the faces; 0 for none.
     pub smoothing: u32,

@@ -74,7 +74,8 @@ pub(in crate::io) fn find_libraries(obj: &Path, named: &[LibraryName], may_use: 
     all
 }
 
-/// Names in a statement: one, or several separated by blanks. A name may contain blanks, too.
+/// Names of libraries in a statement: one name, or several names separated by blanks. A name may
+/// contain blanks, too.
 fn names(finder: &mut FileFinder, folder: &Path, statement: &LibraryName) -> Vec<String> {
     let mut is_there = |name: &str| finder.find(folder, name).is_some();
     let whole = statement.whole.iter().flat_map(|whole| possible_names(whole));

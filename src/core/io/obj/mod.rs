@@ -71,7 +71,7 @@ pub(super) struct Changes {
 /// Triangles of an OBJ file that share a material and the rules that change it.
 #[derive(Debug)]
 pub struct Group {
-    /// Name in `usemtl`; `None` before the first one.
+    /// Name in `usemtl`; `None` before the first `usemtl`.
     pub material: Option<String>,
     /// Line of the material's first `usemtl`; 0 if there is none.
     pub line: usize,
@@ -167,9 +167,9 @@ pub(super) struct FacelessFile {
     pub is_cut: bool,
     /// Description, for a message, of the elements that are not rendered.
     pub skipped: Option<String>,
-    /// Line of the first of these elements; 0 if there are none.
+    /// Line of the first element that is not rendered; 0 if there is none.
     pub skipped_line: usize,
-    /// True if lines or points are among these elements.
+    /// True if lines or points are among the elements that are not rendered.
     pub has_wires: bool,
 }
 

@@ -167,7 +167,8 @@ mod tests {
                 "v 512345.25 5412345.75 430\nv 512346.25 5412346.75 431\n",
                 [512_346.0, 5_412_346.0, 431.0],
             ),
-            // Vertices near the origin, a large model, near and far vertices, and no valid vertex
+            // Files whose origin stays: vertices near the file's origin, a large model, near and
+            // far vertices, and no valid vertex
             ("v 1 2 3\nv 4 5 6\n", [0.0; 3]),
             ("v 500000 0 0\nv -500000 0 0\n", [0.0; 3]),
             ("v 512345 5412345 430\nv 0 0 0\n", [0.0; 3]),

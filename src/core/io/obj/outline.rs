@@ -100,8 +100,8 @@ pub(super) struct VertexData {
     pub uvs: Vec<Vec2>,
     /// Unit normals; zero if the file's normal is invalid.
     pub normals: Vec<Vec3>,
-    /// Colours of positions as in the file; NaN if a position has none. Shorter than the list of
-    /// positions if the last ones have none.
+    /// Colours of positions as in the file. A position without a colour has NaN. If the last
+    /// positions have no colour, the list is shorter than the list of positions.
     pub colors: Vec<[f32; 4]>,
     /// Colours of `#MRGB` lines, in their order, from 0 to 1.
     pub mrgb: Vec<[f32; 4]>,
@@ -151,13 +151,14 @@ pub(super) struct Section {
     sizes: Vec<u32>,
     /// Index of each corner's position.
     v: Vec<u32>,
-    /// Index of each corner's texture coordinates, or [`NONE`]; empty if no corner has any.
+    /// Index of each corner's texture coordinates, or [`NONE`]. Empty if no corner has texture
+    /// coordinates.
     vt: Vec<u32>,
-    /// Index of each corner's normal, or [`NONE`]; empty if no corner has any.
+    /// Index of each corner's normal, or [`NONE`]. Empty if no corner has a normal.
     vn: Vec<u32>,
-    /// Changes of state, in order.
+    /// Changes of the material and of the smoothing group, in order.
     state_changes: Vec<StateChange>,
-    /// Changes of the part, in order: a file may have one for each face.
+    /// Changes of the part, in order. There may be one for each face.
     part_changes: Vec<PartChange>,
     /// Line of each face, if lines are kept.
     lines: Vec<u32>,
@@ -203,15 +204,15 @@ impl FaceRange {
 }
 
 impl Section {
-    /// Creates an empty section. Its first change of state changes nothing, because the state
-    /// before the section may continue.
+    /// Creates an empty section. Its first change of state has no effect, because the state before
+    /// the section may continue.
     pub fn of_unchanged_state() -> Self {
         let mut section = Self::default();
         section.state_change();
         section
     }
 
-    /// Each change of state, with the faces up to the next change. There may be no such faces.
+    /// Each change of state, with the faces up to the next change. The range of faces may be empty.
     pub fn states(&self) -> impl Iterator<Item = (&StateChange, FaceRange)> {
         let ends = self.state_changes.iter().skip(1).map(|next| next.face);
         let ends = ends.chain([self.sizes.len()]);
@@ -248,7 +249,7 @@ impl Section {
         })
     }
 
-    /// Cuts faces into ranges with the same value of `of_part`.
+    /// Cuts `range` into ranges of faces whose parts have equal values of `of_part`.
     pub fn split_by(&self, range: &FaceRange, of_part: impl Fn(u32) -> u32) -> Vec<(u32, FaceRange)> {
         let mut ranges: Vec<(u32, FaceRange)> = Vec::new();
         let faces = range.faces.clone().zip(self.faces(range)).zip(self.parts(range));

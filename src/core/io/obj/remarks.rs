@@ -98,7 +98,7 @@ pub(super) struct Remarks {
 #[derive(Default)]
 struct Tally {
     count: u64,
-    /// Lines of the first statements.
+    /// Lines of the first statements that were counted.
     lines: Vec<usize>,
 }
 

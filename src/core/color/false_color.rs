@@ -12,7 +12,7 @@ const MAGMA: [u32; 33] = [
 /// Scientific Visualization".
 const COOL_TO_WARM: [u32; 3] = [0x3b4cc0, 0xdddddd, 0xb40426];
 
-/// Colour of the map magma at the position `share`, 0 to 1.
+/// Colour of the map magma at the position `share`, from 0 (black) to 1 (pale yellow).
 pub fn magma(share: f32) -> [u8; 3] {
     between(&MAGMA, share)
 }

@@ -21,7 +21,7 @@ pub enum LimitSource {
     Flag,
     /// The available memory of the machine.
     Machine,
-    /// A control group, such as that of a container or a job.
+    /// A control group, such as the group of a container or a job.
     ControlGroup,
 }
 

@@ -31,7 +31,7 @@ pub(super) fn software() -> String {
 /// Writes `image` with the tone curve of `tone`. If `metadata` has a colour of lines, lines are
 /// drawn. An automatic exposure is metered in `image`.
 ///
-/// A crop becomes a picture of its own size, because PNG has no data window.
+/// A crop becomes a picture with the size of the crop, because PNG has no data window.
 pub(super) fn write(writer: impl Write, image: &Image, metadata: &Metadata, tone: &Tone) -> io::Result<()> {
     write_printed(
         writer,

@@ -9,8 +9,8 @@ use crate::geometry::{GeomId, Hit};
 use crate::math::{Ray, UVec2};
 use crate::scene::Scene;
 
-/// Minimum share of the lamps' triangles, or of the camera rays that hit lamps, on the wrong side:
-/// below it, there is no message.
+/// Minimum fraction of the triangles of lamps that face inwards, or of the camera rays that hit the
+/// backs of lamps. Below this fraction, there is no message.
 const MIN_SHARE: f32 = 0.9;
 /// Maximum number of triangles of a lamp that are checked.
 const MAX_TRIANGLES: usize = 256;

@@ -27,7 +27,7 @@ pub struct Maps {
     pub exponent: Option<Map>,
     /// Texture of the roughness.
     pub roughness: Option<Map>,
-    /// Texture of the share of metal in the metallic-roughness model.
+    /// Texture of the fraction of metal in the metallic-roughness model.
     pub metallic: Option<Map>,
     /// Texture of the opacity.
     pub opacity: Option<Map>,

@@ -119,7 +119,7 @@ pub enum Gloss {
     Blinn(f32, Fresnel),
     /// GGX microfacets with the material's roughness and a Fresnel term.
     Ggx(Fresnel),
-    /// Metallic-roughness model (glTF 2.0, appendix B) with this share of metal: GGX microfacets
+    /// Metallic-roughness model (glTF 2.0, appendix B) with this fraction of metal: GGX microfacets
     /// with the material's roughness. Metal reflects with the base colour; the dielectric rest
     /// reflects by the index of refraction, over a diffuse base.
     Metallic(f32),

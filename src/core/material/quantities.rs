@@ -5,7 +5,7 @@ use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::parameter::Range;
 
-/// Range of shares, such as the opacity.
+/// Range of fractions, such as the opacity.
 pub(super) const SHARE: Range<f32> = Range::FromTo(0.0, 1.0);
 /// Range of factors and exponents: 0 or more.
 pub(super) const NOT_NEGATIVE: Range<f32> = Range::AtLeast(0.0);

@@ -260,7 +260,8 @@ fn maya_writes_glass_for_everything() {
         );
         assert!(!read(statements, MtlDialect::Spec).0[0].transmission.is_black());
     }
-    // One program writes the whole library, so a material without Ni is opaque like the others.
+    // One program writes the whole library, so a material without Ni is opaque like the other
+    // materials.
     let mixed = lambert("1 1 1") + "newmtl auv\nillum 4\nKd 0 0 0\nTf 1 1 1\nmap_Kd a.png\n";
     assert!(
         read(&mixed, MtlDialect::Auto)

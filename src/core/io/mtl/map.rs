@@ -20,7 +20,7 @@ pub enum MapSlot {
     Exponent,
     /// Roughness.
     Roughness,
-    /// Metallic: share of metal, 0 to 1.
+    /// Metallic: fraction of metal, 0 to 1.
     Metallic,
     /// Opacity.
     Opacity,

@@ -223,7 +223,7 @@ fn emission_texture_makes_default_diffuse_black() {
 }
 
 /// Each number without effect has a warning at its line. Reasons are the illumination model, the
-/// opacity, and the sum of the shares.
+/// opacity, and a sum of the scattered light above 1.
 #[test]
 fn number_without_effect_is_a_warning() {
     let cases = [

@@ -349,9 +349,10 @@ fn habit_of(sections: &[Section]) -> Option<MtlDialect> {
     }
 }
 
-/// Maximum sum of the shares of a surface, with a margin for rounding of `f32`.
+/// Maximum scattered fraction of the light on a surface, with a margin for rounding of `f32`.
 const FULL: f32 = 1.0001;
-/// Maximum sum of the shares of a surface, with a margin for rounded numbers in the file.
+/// Maximum scattered fraction of the light on a surface, with a margin for numbers that the file
+/// has rounded.
 const MAX_ROUNDING: f32 = 1.01;
 /// Maximum reflectance of a dielectric along the normal; diamond has 0.17.
 const MAX_DIELECTRIC: f32 = 0.2;

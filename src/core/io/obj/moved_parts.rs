@@ -106,11 +106,11 @@ fn faces_of(section: &Section, group_of: &dyn Fn(u32) -> u32) -> Vec<(Range<usiz
     section.faces(&all).zip(groups).collect()
 }
 
-/// Values after copying, so that no value is used by several groups.
+/// Positions or normals after copying: each is used by one group only.
 struct Separated {
-    /// Group of each value, including copies.
+    /// Group of each position or normal, including copies.
     groups: Vec<u32>,
-    /// Index of the original value of each copy.
+    /// For each copy, the index of the original position or normal.
     copies: Vec<u32>,
 }
 

@@ -36,7 +36,7 @@ pub(super) struct Outline {
     pub wrong_count: usize,
     /// Indices of wrong positions, sorted; empty after their faces have been removed.
     pub wrong_positions: Vec<usize>,
-    /// Names of the parts of faces, hidden ones included.
+    /// Names of the parts of faces, including hidden parts.
     pub parts: PartNames,
 }
 

@@ -5,7 +5,7 @@ use crate::color::Spectrum;
 use crate::io::mtl::MapSlot;
 use crate::material::{Gloss, Material};
 
-/// Maximum sum of the shares of a mixture, with a margin for rounding.
+/// Maximum sum of the reflected and transmitted light of a mixture, with a margin for rounding.
 const FULL: f32 = 1.0001;
 
 /// Returns true if the surface transmits light with refraction.

@@ -361,8 +361,8 @@ fn within_share(sum: f64, squares: f64, n: f64) -> f64 {
     }
 }
 
-/// Student's t, with `freedom` degrees of freedom, of terms with the sum `sum` for which
-/// [`within_share`] is `share`.
+/// Student's t, with `freedom` degrees of freedom, of terms whose sum is `sum`. `share` is the
+/// result of [`within_share`] for the terms.
 fn student_score(sum: f64, share: f64, freedom: f64) -> f64 {
     sum.signum() * (freedom * (1.0 - share) / share).sqrt()
 }

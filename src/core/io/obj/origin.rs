@@ -60,7 +60,7 @@ pub fn origin_of(path: &Path) -> DVec3 {
 #[derive(Default)]
 struct Samples {
     all: Vec<DVec3>,
-    /// Number of vertices so far.
+    /// Number of vertices that were added.
     count: usize,
     /// Step between two sampled vertices, minus 1. The step is a power of two, so this number is a
     /// bit mask.

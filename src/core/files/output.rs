@@ -22,7 +22,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tempfile::NamedTempFile;
 
-/// Maximum number of rescued files of one name.
+/// Maximum number of rescue files of one output.
 const MAX_RESCUES: u32 = 100;
 
 /// An output file. It is checked before the render and replaced atomically at the end.

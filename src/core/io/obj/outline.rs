@@ -389,7 +389,7 @@ impl Section {
         self.part_changes.reserve_exact(count);
     }
 
-    /// Sets the part of the faces from number `face` on.
+    /// Assigns the part `part` to all faces from index `face` on.
     pub fn begin_part(&mut self, face: u32, part: u32) {
         // The previous part may have no visible face.
         if self.part_changes.last().is_some_and(|last| last.face == face) {

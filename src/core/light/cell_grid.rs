@@ -1,28 +1,28 @@
 use crate::math::{Bounds3, Vec3};
 
-/// Candidate numbers of cells along the longest side, tried from the largest.
+/// Candidate resolutions: cells along the longest side of the grid, tried from the finest.
 const RESOLUTIONS: [u32; 14] = [48, 40, 32, 28, 24, 20, 16, 13, 10, 8, 6, 4, 2, 1];
-/// Share of points, at each end of each axis, that may lie outside of the grid: few paths reach
-/// these points, and the points may be far away.
+/// Fraction of the points that the grid leaves out at each end of each axis. These points may be
+/// far away, and few paths reach them.
 const OUTSIDE: f64 = 0.005;
-/// Number of a cell without surfaces.
+/// Number that marks a cell without surfaces.
 const EMPTY: u32 = u32::MAX;
 
-/// Cells of a box. Cells with surfaces are numbered.
+/// Regular grid over a box. Only cells that contain surfaces have numbers.
 #[derive(Clone, Debug)]
 pub(super) struct CellGrid {
     min: Vec3,
     /// Cells per scene unit.
     scale: f32,
     counts: [u32; 3],
-    /// Number of each cell; [`EMPTY`] if it has no known surface.
+    /// Number of each cell of the box; [`EMPTY`] if the cell contains no known surface.
     numbers: Vec<u32>,
     /// Grid coordinates of each numbered cell.
     places: Vec<[u32; 3]>,
 }
 
 impl CellGrid {
-    /// The finest grid around nearly all of `points` with at most `max_cells` cells that hold
+    /// The finest grid around nearly all of `points` in which at most `max_cells` cells contain
     /// points.
     pub fn new(points: &[Vec3], max_cells: usize) -> Option<Self> {
         let bounds = bounds_of_most(points)?;
@@ -86,7 +86,8 @@ impl CellGrid {
         self.places.len()
     }
 
-    /// Numbers of the six neighbours of cell `cell`.
+    /// Numbers of the six cells that share a face with `cell`; `None` for a neighbour without
+    /// surfaces or outside of the grid.
     pub fn neighbours(&self, cell: usize) -> [Option<u32>; 6] {
         std::array::from_fn(|i| {
             let mut at = self.places[cell];
@@ -101,8 +102,8 @@ impl CellGrid {
         })
     }
 
-    /// Group of each cell: up to eight neighbouring cells. Groups are numbered in the order of
-    /// their first cells.
+    /// Group of each numbered cell. A group is a block of up to 2 × 2 × 2 cells. Groups are
+    /// numbered in the order of their first cells.
     pub fn groups(&self) -> Vec<usize> {
         let size = self.counts.map(|n| n.div_ceil(2) as usize);
         let mut numbers = vec![None; size.iter().product()];
@@ -117,7 +118,7 @@ impl CellGrid {
         self.places.iter().map(group).collect()
     }
 
-    /// Middle of cell `cell`, and the radius of a ball that encloses it.
+    /// Middle of cell `cell`, and the radius of a ball around the middle that encloses the cell.
     pub fn ball(&self, cell: usize) -> (Vec3, f32) {
         let size = 1.0 / self.scale;
         let place = Vec3::from_array(self.places[cell].map(|i| i as f32));
@@ -130,8 +131,9 @@ impl CellGrid {
     }
 }
 
-/// A box around all of `points` except the outermost. Its borders avoid round coordinates, which
-/// walls often have: on a border, rounding would choose a point's cell.
+/// Bounding box of `points` without the outermost points. Its margins are odd fractions of its
+/// size: walls often have round coordinates, and if a border between cells lay on a wall, rounding
+/// errors would decide the cell of a point.
 fn bounds_of_most(points: &[Vec3]) -> Option<Bounds3> {
     let outside = (points.len() as f64 * OUTSIDE) as usize;
     let mut bounds = Bounds3::EMPTY;

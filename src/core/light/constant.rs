@@ -25,12 +25,13 @@ impl ConstantLight {
         }
     }
 
-    /// Density per solid angle of every direction.
+    /// Density per solid angle, the same for every direction.
     pub fn pdf(&self) -> f32 {
         UNIFORM_SPHERE_PDF
     }
 
-    /// Samples light from a uniform direction that enters `world`.
+    /// Samples the start of a light path: a uniform direction from infinity into `world`, the ball
+    /// around the scene.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2, world: &Ball) -> Emission {
         let w = -uniform_sphere(u_direction);
         Emission::from_infinity(w, self.radiance, self.pdf(), u_position, world)

@@ -15,7 +15,7 @@ pub struct DirectionalLight {
 encode_fields!(DirectionalLight { direction, irradiance });
 
 impl DirectionalLight {
-    /// Returns the only direction of the light.
+    /// Returns the incident light. It comes from a single direction.
     pub(super) fn sample(&self) -> LightSample {
         LightSample {
             wi: -self.direction,
@@ -26,7 +26,7 @@ impl DirectionalLight {
         }
     }
 
-    /// Samples light that enters `world`.
+    /// Samples the start of a light path that enters `world`, the ball around the scene.
     pub(super) fn sample_emission(&self, u_position: Vec2, world: &Ball) -> Emission {
         Emission {
             is_delta_direction: true,

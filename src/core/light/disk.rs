@@ -1,15 +1,15 @@
 //! Disks that emit on one side.
 //!
-//! From nearer than the radius, directions are uniform over the solid angle of the square around
-//! the disk (`sampling/spherical_rectangle.rs`). Directions beside the disk are rejected: at most a
-//! share of 1 − π/4 on the axis, and up to a half near the rim. From farther away, points are
-//! uniform over the area, which has less variance there (docs/notebook/2026-11.md, "Disks"). The
-//! disk itself is a spherical ellipse on the sphere of directions. Its uniform sampling needs
-//! elliptic integrals or their inversion for each sample (Guillén et al. 2017, "Area-Preserving
-//! Parameterizations for Spherical Ellipses").
+//! For points nearer than the radius, directions are sampled uniformly over the solid angle of the
+//! square around the disk (`sampling/spherical_rectangle.rs`). Directions that miss the disk are
+//! rejected: a fraction of at most 1 − π/4 on the axis, and up to a half near the rim. For points
+//! farther away, the light is sampled uniformly by area, which has less variance there
+//! (docs/notebook/2026-11.md, "Disks"). Uniform sampling of the disk's own solid angle, a spherical
+//! ellipse, needs elliptic integrals or their inversion for each sample (Guillén et al. 2017,
+//! "Area-Preserving Parameterizations for Spherical Ellipses").
 //!
-//! In the scene geometry a disk is a square around it. Rays that miss the disk pass the square
-//! (`scene/lamp_hulls.rs`).
+//! The scene geometry contains the square around each disk. Rays that hit the square outside of the
+//! disk pass through it (`scene/lamp_hulls.rs`).
 
 use super::tree::LightBounds;
 use super::{Emission, LightSample, area_pdf};
@@ -76,13 +76,13 @@ impl DiskLight {
         self.center + Frame::from_z(self.normal).to_world(place.into())
     }
 
-    /// Ray offset of points on the disk.
+    /// Ray offset of points on the disk, scene units.
     fn ray_offset(&self) -> f32 {
         gamma(16) * (self.center.abs().max_element() + self.radius)
     }
 
-    /// The square around the disk on the sphere of directions at `p`; `None` if the disk is sampled
-    /// by area there.
+    /// Solid angle of the square around the disk at `p`; `None` if the disk is sampled by area at
+    /// `p`.
     fn seen(&self, p: Vec3) -> Option<SphericalRectangle> {
         if p.distance_squared(self.center) > self.radius * self.radius {
             return None;
@@ -93,8 +93,8 @@ impl DiskLight {
         SphericalRectangle::new(corner, edges, [2.0 * self.radius; 2], p).filter(SphericalRectangle::is_accurate)
     }
 
-    /// Samples a point on the disk, seen from `p`; `None` from behind, or if the point lies beside
-    /// the disk.
+    /// Samples incident light at `p` from a point of the disk. `None` if `p` is behind the disk, or
+    /// if the sampled direction misses the disk.
     pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let (q, wi, pdf) = match self.seen(p) {
             Some(seen) => {
@@ -150,8 +150,8 @@ impl DiskLight {
         Emission::of_surface(at, self.ray_offset(), (self.radiance, pdf_position), u_direction)
     }
 
-    /// Density of the points per area, and of the unit direction `w` per solid angle if the normal
-    /// is `ng`.
+    /// Densities of emission sampling: per area for the start point, and per solid angle for the
+    /// unit direction `w` if the normal is `ng`.
     pub(super) fn emission_pdfs(&self, ng: Vec3, w: Vec3) -> [f32; 2] {
         [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
     }

@@ -1,4 +1,4 @@
-//! Emission: sampling of light paths at each kind of light, and their densities.
+//! Emission sampling: starts of light paths on each kind of light, and their densities.
 
 use super::Light;
 use crate::color::Spectrum;
@@ -22,7 +22,7 @@ pub struct Emission {
     /// Radiance, W·sr⁻¹·m⁻²; intensity, W/sr, for lights at a point; irradiance, W·m⁻², for
     /// parallel light.
     pub radiance: Spectrum,
-    /// Opacity of the light's surface at `p`, which `radiance` includes.
+    /// Opacity of the light's surface at `p`. It is already a factor of `radiance`.
     pub opacity: f32,
     /// Density of `p` per area of the light, or of the disk for infinitely distant lights; 1 for
     /// lights at a point.
@@ -110,7 +110,7 @@ impl Emission {
 
     /// Flux of the path, W. The mean flux over all samples is the light's power.
     pub fn weight(&self) -> Spectrum {
-        // Divide one by one: for a tiny light the product of both densities may overflow.
+        // Divide by each density separately: for a tiny light their product may overflow.
         self.radiance * (self.cos() / self.pdf_direction / self.pdf_position)
     }
 

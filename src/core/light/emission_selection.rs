@@ -2,15 +2,16 @@
 
 use super::{Light, LightId};
 
-/// Number of values of random numbers in [0, 1): multiples of 2⁻²⁴.
+/// Number of possible random numbers in [0, 1): the multiples of 2⁻²⁴. Each multiple is a step.
 const STEPS: u32 = 1 << 24;
 
 /// Chooses the light that a path starts from, by power. A light without power is never chosen.
 ///
-/// Each light has a whole number of the steps of a random number, at least one, so that
-/// probabilities are exact for any number of lights. With a million lights, a bin of an alias table
-/// would be sixteen steps wide, and its parts wrong by some percent. If there are more lights than
-/// half of the steps, lights with less power than a step are left out.
+/// Random numbers are multiples of 2⁻²⁴, called steps. Each emitting light has an interval of a
+/// whole number of steps, at least one, so that probabilities are exact for any number of lights.
+/// An alias table for a million lights would have bins of sixteen steps, and its probabilities
+/// would be wrong by some percent. If the number of lights is more than half the number of steps,
+/// lights with a power below one step are never chosen.
 #[derive(Clone, Debug)]
 pub struct EmissionSelection {
     /// Step at which the interval of each light ends, by [`LightId`]; empty if there is no
@@ -19,7 +20,7 @@ pub struct EmissionSelection {
 }
 
 impl EmissionSelection {
-    /// Choice among `lights`, in a scene with the radius `scene_radius`.
+    /// Choice among `lights`, in a scene with the radius `scene_radius`, scene units.
     pub fn new(lights: &[Light], scene_radius: f32) -> Self {
         let power = |light: &Light| Some(light.power(scene_radius)).filter(|p| *p > 0.0 && p.is_finite());
         let (count, total) = lights
@@ -38,7 +39,7 @@ impl EmissionSelection {
                 steps += min;
                 so_far += power;
             }
-            // The sum ends exactly at the total, and the last interval at the last step.
+            // `so_far` ends exactly at `total`, so the last interval ends at the last step.
             steps + (rest * (so_far / total)) as u32
         });
         Self { ends: ends.collect() }
@@ -122,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn without_light_none_is_chosen() {
+    fn dark_scene_chooses_no_light() {
         for dark in [lights(std::iter::empty()), lights([0.0, 0.0].into_iter())] {
             let selection = EmissionSelection::new(&dark, 1.0);
             assert!(selection.sample(0.5).is_none());

@@ -21,7 +21,7 @@ pub struct LatLongImage {
     pub texels: Vec<Spectrum>,
 }
 
-/// Light from infinitely far away, by direction.
+/// Environment light: radiance from infinitely far away, given by a latitude-longitude image.
 #[derive(Clone, Debug)]
 pub struct EnvironmentLight {
     /// Image, shared by lights with the same image.
@@ -123,7 +123,7 @@ impl EnvironmentLight {
         }
     }
 
-    /// The environment with its image marked as `kind`.
+    /// Returns the light with the source of its image set to `kind`.
     pub fn of_kind(self, kind: EnvironmentKind) -> Self {
         Self { kind, ..self }
     }
@@ -138,7 +138,8 @@ impl EnvironmentLight {
         &self.image
     }
 
-    /// Factor of the image's colours, and rotation of the image.
+    /// Factor from the image's colours to radiance, and rotation from the image's frame to world
+    /// space.
     pub fn placement(&self) -> (f32, Quat) {
         (self.scale, self.rotation)
     }
@@ -189,7 +190,8 @@ impl EnvironmentLight {
         })
     }
 
-    /// Samples light that enters `world`. Its direction is sampled in proportion to the luminance.
+    /// Samples the start of a light path that enters `world`, the ball around the scene. The
+    /// direction is sampled in proportion to its luminance.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2, world: &Ball) -> Option<Emission> {
         let LightSample { wi, radiance, pdf, .. } = self.sample(u_direction)?;
         Some(Emission::from_infinity(-wi, radiance, pdf, u_position, world))
@@ -217,7 +219,7 @@ impl EnvironmentLight {
 
 /// Direction at `st` in [0, 1)² of the image.
 fn direction(st: Vec2) -> Vec3 {
-    // This azimuth is half a turn too small, which flips the signs of its sine and cosine.
+    // The azimuth from −z is `st.x` − ½ turns. The half turn flips the signs of sine and cosine.
     let (sin_phi, cos_phi) = sin_cos_turns(st.x);
     let (sin_theta, cos_theta) = sin_cos_turns(0.5 * st.y);
     Vec3::new(-sin_theta * sin_phi, cos_theta, sin_theta * cos_phi)
@@ -268,7 +270,8 @@ mod tests {
     use super::*;
     use std::f32::consts::TAU;
 
-    /// White in column 2 of 8, the left quarter of the front half, and black elsewhere.
+    /// An image of 8 × 4 texels: white in column 2, the left quarter of the front half, and black
+    /// elsewhere.
     fn stripe() -> LatLongImage {
         let (width, height) = (8, 4);
         let texels = (0..width * height).map(|i| if i % width == 2 { Spectrum::ONE } else { Spectrum::ZERO });
@@ -290,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn rotation_turns_what_is_seen() {
+    fn rotation_moves_the_image() {
         // Column 2 of 8 has its centre at s = 2.5 / 8: 67.5° left of −z.
         let angle = (0.5 - 2.5 / 8.0) * TAU;
         let seen = |rotation, towards: Vec3| {

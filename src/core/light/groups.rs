@@ -7,7 +7,8 @@ use crate::math::encode_fields;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightGroupId(pub u8);
 
-/// Names of groups, and the group of each light. Empty without light groups.
+/// Names of the light groups, and the group of each light. Both lists are empty if the scene
+/// defines no groups.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LightGroups {
     names: Vec<String>,
@@ -23,8 +24,8 @@ impl LightGroups {
     /// Name of the group of lights without a group.
     pub const DEFAULT: &str = "default";
 
-    /// Groups with these names, without lights. At most [`LightGroups::MAX_GROUPS`] − 1 names; no
-    /// name is [`LightGroups::DEFAULT`].
+    /// Groups named `names`, without lights. At most [`LightGroups::MAX_GROUPS`] − 1 names are
+    /// allowed, and [`LightGroups::DEFAULT`] is not allowed.
     pub fn new(names: Vec<String>) -> Self {
         Self {
             names,
@@ -32,7 +33,7 @@ impl LightGroups {
         }
     }
 
-    /// Adds the next `count` lights to `group`, or to the default group.
+    /// Assigns the next `count` lights to `group`, or to the default group if `group` is `None`.
     pub fn push(&mut self, group: Option<LightGroupId>, count: usize) {
         if self.names.is_empty() || count == 0 {
             return;
@@ -41,7 +42,7 @@ impl LightGroups {
         self.of_lights.resize(self.of_lights.len() + count, group);
     }
 
-    /// Index of the default group. It is the last group, added with its first light.
+    /// Returns the index of the default group, which is the last group. The first call adds it.
     fn default_group(&mut self) -> u8 {
         if self.names.last().is_some_and(|last| last != Self::DEFAULT) {
             self.names.push(Self::DEFAULT.into());
@@ -76,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_in_no_group_is_in_the_last() {
+    fn ungrouped_lights_are_in_the_default_group() {
         let mut groups = LightGroups::new(vec!["sky".into(), "lamps".into()]);
         groups.push(None, 0);
         groups.push(Some(LightGroupId(1)), 2);
@@ -89,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn without_names_nothing_is_kept() {
+    fn groups_without_names_store_no_lights() {
         let mut groups = LightGroups::default();
         groups.push(None, 1 << 20);
         assert!(groups.is_empty() && groups.bytes() == 0);

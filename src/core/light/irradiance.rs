@@ -54,7 +54,7 @@ impl Light {
 /// Sides of the polygon that approximates a disk.
 const DISK_SIDES: u32 = 128;
 
-/// Number of points along each side of the square that is mapped to the disc of a sun.
+/// Number of quadrature points along each side of the square that is mapped to the sun's disc.
 const DISC_PLACES: usize = 256;
 
 /// `∫ L (w · n)⁺ dw` over the disc of a sun: in closed form if the whole disc is above the surface,
@@ -109,15 +109,16 @@ fn of_environment(light: &EnvironmentLight, n: Vec3) -> Spectrum {
     Spectrum::from(sum.map(|v| v as f32))
 }
 
-/// Irradiance by a polygon of constant radiance: `E = L / 2 · Σ βᵢ n · (rᵢ × rᵢ₊₁) / |rᵢ × rᵢ₊₁|`,
-/// where βᵢ is the angle between two neighbouring corners as seen from the point (Lambert 1760;
-/// Arvo 1995, "Analytic Methods for Simulated Light Transport", §4.2). The corners are the corners
+/// Irradiance at `p` by a triangle of constant radiance: `E = L / 2 · Σ βᵢ n · (rᵢ × rᵢ₊₁) / |rᵢ ×
+/// rᵢ₊₁|`, where βᵢ is the angle between two neighbouring corners as seen from `p` (Lambert 1760;
+/// Arvo 1995, "Analytic Methods for Simulated Light Transport", §4.2). The sum is over the corners
 /// of the part above the horizon.
 fn of_triangle(light: &TriangleLight, p: Vec3, n: Vec3) -> Spectrum {
     light.radiance() * of_polygon(&light.corners(), light.normal(), p, n)
 }
 
-/// Irradiance over radiance of a convex polygon whose front has the unit normal `front`.
+/// Irradiance divided by radiance, at the point `p` with unit normal `n`, of a convex polygon whose
+/// front has the unit normal `front`.
 fn of_polygon(corners: &[Vec3], front: Vec3, p: Vec3, n: Vec3) -> f32 {
     let (p, n) = (p.as_dvec3(), n.as_dvec3());
     let corners: Vec<DVec3> = corners.iter().map(|corner| corner.as_dvec3() - p).collect();
@@ -184,7 +185,7 @@ mod tests {
         }
     }
 
-    /// Compared to the mean over cosine-weighted directions.
+    /// The irradiance by an environment is π times the mean radiance of cosine-weighted directions.
     #[test]
     fn environments_are_integrated() {
         let (width, height) = (16, 8);
@@ -209,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn triangles_send_what_their_samples_say() {
+    fn triangle_irradiance_is_the_mean_of_its_samples() {
         let corners = [
             Vec3::new(-1.0, 2.0, 0.5),
             Vec3::new(2.0, 1.0, -1.0),

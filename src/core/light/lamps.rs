@@ -1,8 +1,9 @@
-//! Lamps: groups of lights that are sampled as one light if all lights are sampled at every vertex.
+//! Lamps: groups of lights, such as the triangles of a mesh. If all lights are sampled at every
+//! vertex, each lamp is sampled as if it were one light.
 //!
-//! A lamp of a thousand triangles is sampled no more often than a lamp of two: each of its samples
-//! chooses a triangle by power. A light that is not part of a mesh, such as a point or a sky, is a
-//! lamp on its own.
+//! A lamp of a thousand triangles takes as many samples as a lamp of two: each sample chooses a
+//! triangle by power. A light that is not part of a mesh, such as a point light or a sky, is a lamp
+//! of one light.
 
 use super::{Light, LightId};
 use crate::sampling::AliasTable;
@@ -26,10 +27,10 @@ struct Lamp {
 }
 
 impl Lamps {
-    /// Lamps of the emitting lights of each of `groups`, in this order, in a scene with the radius
-    /// `scene_radius`. The widest lamp takes `samples` samples. Other lamps take a number
-    /// proportional to the root of their area, at least 1. A light at infinity from many directions
-    /// counts as the widest.
+    /// Makes one lamp of the emitting lights of each group in `groups`, in this order.
+    /// `scene_radius` is the radius of the scene. The lamp with the largest area takes `samples`
+    /// samples per vertex. Other lamps take a number proportional to the square root of their area,
+    /// at least 1. A light at infinity that shines from many directions counts as the largest.
     pub fn new(groups: impl Iterator<Item = Vec<LightId>>, lights: &[Light], scene_radius: f32, samples: u32) -> Self {
         let light = |id: &LightId| &lights[id.0 as usize];
         let power = |id: &LightId| light(id).power(scene_radius);
@@ -73,7 +74,7 @@ impl Lamps {
         self.lamps.len()
     }
 
-    /// Returns true if there is no emission.
+    /// Returns true if no light emits.
     pub fn is_empty(&self) -> bool {
         self.lamps.is_empty()
     }
@@ -155,8 +156,8 @@ mod tests {
 
     #[test]
     fn wide_lamps_take_more_samples() {
-        // The pair is √32 times as wide as the small triangle, the point has no width, and the sky
-        // is everywhere.
+        // The pair has 32 times the area of the small triangle, the point has no area, and the sky
+        // counts as the largest.
         for (samples, expected) in [(1, [1, 1, 1, 1]), (4, [4, 1, 1, 4]), (17, [17, 3, 1, 17])] {
             let lamps = lamps(samples);
             assert_eq!(lamps.len(), 4);

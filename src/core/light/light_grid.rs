@@ -1,17 +1,18 @@
-//! Choice of a light by place: tables over a grid of the scene.
+//! Choice of a light by place: tables of light probabilities over a grid of the scene.
 //!
-//! A table belongs to a cell of the grid and to the nearest of 26 directions to the point's normal.
-//! It has the irradiance that each light would cause there without occlusion. Grids of twice the
-//! size surround the first one, so that a wide plain does not coarsen it. A table is made from the
-//! cell only, at the first request, so that threads change no bit.
+//! Each cell of the grid has a table for each of 26 directions; the direction nearest to the
+//! point's normal is used. A table contains the irradiance that each light would cause there
+//! without occlusion. Grids of twice the size surround the first grid, so that a wide plain does
+//! not make the first grid coarser. A table depends on its cell only and is computed at the first
+//! request, so the order of threads changes no bit.
 //!
-//! A table distinguishes up to 64 clusters, a cut of a hierarchy of the lights (`tree`; Walter et
-//! al. 2005). Within a cluster, a light is chosen by power. Traversing the hierarchy at each vertex
-//! would evaluate two boxes per level; a table needs one search.
+//! A table has an entry for each of up to 64 clusters of lights: a cut of a hierarchy of the lights
+//! (`tree`; Walter et al. 2005). Within a cluster, a light is chosen by power. Traversing the
+//! hierarchy at each vertex would evaluate two boxes per level; a table needs one search.
 //!
-//! A fiftieth of the choices is made by power, whatever the estimates are, and no cluster has a
-//! probability below 2⁻²⁰: every light can be sampled. docs/notebook/2026-11.md, "By place", has
-//! the gain and the variants that were tried.
+//! 2 % of the choices are made by power, independent of the estimates, and each cluster has a
+//! probability of at least 2⁻²⁰. So every light can be sampled. docs/notebook/2026-11.md, "By
+//! place", has the gain and the variants that were tried.
 
 use super::tree::{LightTree, ReceiverRegion};
 use super::{Light, LightId, LightSampleContext};
@@ -24,22 +25,18 @@ const RESOLUTION: u32 = 24;
 const MAX_LEVELS: u32 = 16;
 /// Maximum number of light clusters per cell.
 const MAX_CLUSTERS: usize = 64;
-/// Number of representative normals: each coordinate is negative, near zero or positive.
+/// Number of representative normals: each coordinate is negative, near zero or positive. If all
+/// coordinates are near zero, the point has no normal.
 pub(super) const NORMALS: usize = 27;
-/// Share of the choices that are made by power at every place.
+/// Fraction of the choices that are made by power, in every cell.
 const BY_POWER: f64 = 0.02;
-/// Minimum probability of a cluster: some steps of a random number.
+/// Minimum probability of a cluster: 2⁻²⁰, 16 steps of a random number.
 const MIN_PROBABILITY: f64 = 1.0 / (1u32 << 20) as f64;
-/// Minimum share of all power that is assumed for a light, so that it does not vanish in sums.
+/// Minimum power that is assumed for a light, as a fraction of the total power, so that rounding
+/// does not remove the light from sums.
 const MIN_POWER: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// Choice of a light by the place that it lights, by unoccluded irradiance.
-///
-/// Space around the lights is a grid, surrounded by grids of twice the size each, as many as the
-/// scene needs. The irradiance of a cell, at points with similar normals, is estimated at the first
-/// request. It is estimated for clusters of lights from a cut of a [`LightTree`] (Walter et al.
-/// 2005). Within a cluster, a light is chosen by power. A cell is only a table, so a choice costs
-/// little and depends on the scene only.
+/// Choice of a light by the unoccluded irradiance at the lit point.
 #[derive(Clone, Debug)]
 pub(super) struct LightGrid {
     tree: LightTree,
@@ -57,7 +54,7 @@ pub(super) struct LightGrid {
 /// Distributions of a cell, one for each representative normal.
 type Cell = [OnceLock<Box<[Entry]>>; NORMALS];
 
-/// A cluster of lights in a cumulative distribution.
+/// A cluster of lights, as an interval of a cumulative distribution.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Entry {
     /// End of the cluster's interval in [0, 1].
@@ -104,8 +101,8 @@ impl LightGrid {
         })
     }
 
-    /// All lights except `except`: finite lights in at most `max` clusters, as seen from the middle
-    /// of the grids, and one cluster per light at infinity.
+    /// Splits all lights except `except` into clusters: at most `max` clusters of finite lights, as
+    /// seen from the middle of the grids, and one cluster per light at infinity.
     pub fn clusters(&self, lights: &[Light], except: Option<LightId>, max: usize) -> Vec<Vec<LightId>> {
         let half = self.grids.half * 2f32.powi(self.grids.levels as i32 - 1);
         let region = ReceiverRegion {
@@ -168,15 +165,15 @@ impl LightGrid {
         pmf().unwrap_or(0.0)
     }
 
-    /// Positions of a cluster's lights, cumulative power before each and after the last, and their
-    /// total power.
+    /// Range of a cluster's lights in the order of the lights, cumulative power before each of
+    /// these lights and after the last, and total power of the cluster.
     fn cluster(&self, entry: &Entry) -> Option<(std::ops::Range<usize>, &[f64], f64)> {
         let range = entry.first as usize..(entry.first + entry.count) as usize;
         let before = self.power_before.get(range.start..=range.end)?;
         Some((range.clone(), before, before[range.len()] - before[0]))
     }
 
-    /// Distribution at `context`.
+    /// Distribution of the lights in the cell of `context`. The first request computes it.
     #[inline(always)]
     fn entries(&self, lights: &[Light], context: &LightSampleContext) -> Option<&[Entry]> {
         let index = self.grids.cell(context.p);
@@ -201,15 +198,15 @@ impl LightGrid {
         })
     }
 
-    /// Distribution in `region`. `corrected` takes a light and the estimate of its irradiance
-    /// there, and returns a refined estimate.
+    /// Distribution of the lights for receiving points in `region`. `corrected` takes a light and
+    /// the estimate of its irradiance in `region`, and returns a refined estimate.
     pub fn distribution(
         &self,
         lights: &[Light],
         region: &ReceiverRegion,
         corrected: &dyn Fn(LightId, f64) -> f64,
     ) -> Box<[Entry]> {
-        // Collect the clusters, and a separate part for each light at infinity
+        // Collect the clusters, and a separate entry for each light at infinity
         let cut = self.tree.cut(lights, region, MAX_CLUSTERS).into_iter();
         let mut parts: Vec<(u32, u32, f64)> = cut
             .map(|c| {
@@ -268,7 +265,7 @@ impl LightGrid {
     }
 }
 
-/// Index of the representative direction near `n`, one of [`NORMALS`]; the middle index if `n` is
+/// Index of the representative normal nearest to `n`, below [`NORMALS`]; the middle index if `n` is
 /// zero.
 #[inline(always)]
 pub(super) fn normal_index(n: Vec3) -> usize {
@@ -278,7 +275,7 @@ pub(super) fn normal_index(n: Vec3) -> usize {
     digit(n.x) + 3 * digit(n.y) + 9 * digit(n.z)
 }
 
-/// Unit direction with the index `index`; zero for the middle index.
+/// Representative unit normal with the index `index`; zero for the middle index.
 pub(super) fn normal_direction(index: usize) -> Vec3 {
     let digit = |i: usize| (i % 3) as f32 - 1.0;
     Vec3::new(digit(index), digit(index / 3), digit(index / 9)).normalize_or_zero()
@@ -308,9 +305,9 @@ impl Grids {
         if inner.is_empty() {
             inner = bounds;
         }
-        // Walls often have round coordinates, or are the scene's bounds. On a border between cells,
-        // rounding would choose a point's cell. Margins that are odd shares of the size keep
-        // borders away from walls.
+        // Margins that are odd fractions of the size keep borders between cells away from walls,
+        // which often have round coordinates or are the scene's bounds. On a border, rounding
+        // errors would decide the cell of a point.
         let margins =
             [0.013, 0.029].map(|share| share * (inner.max - inner.min).max_element().max(scene_radius / 64.0));
         inner.min -= margins[0];
@@ -364,7 +361,7 @@ impl Grids {
     }
 }
 
-/// Number of doublings after which 1 is more than `x`.
+/// Smallest k ≥ 0 for which 2ᵏ is larger than `x`.
 #[inline(always)]
 fn level_of(x: f32) -> u32 {
     (x.to_bits() >> 23).saturating_sub(126)

@@ -5,12 +5,12 @@
 //! (incident light) and [`EmissionSelection`] (start of a light path) return this probability. No
 //! ray is traced here.
 //!
-//! With more than two lights, the light is chosen by place (`light_grid`), with fewer by power. If
-//! a room sees the sky through windows, directions of the sky are chosen by place too, by a
-//! visibility that rays learn before the first sample (`visibility_grid`). The density then depends
-//! on the light sampling context, which `PrevVertex` keeps for MIS. A context contains only data
-//! that both strategies have: the point and its normal. If a surface transmits light by other than
-//! delta lobes, the normal has no side.
+//! If the scene has more than two lights, a light is chosen by place (`light_grid`), otherwise by
+//! power. In a room with windows, directions of the sky are also chosen by place: rays measure the
+//! visibility of the sky before the first sample (`visibility_grid`). The density then depends on
+//! the light sampling context, which `PrevVertex` stores for MIS. A context contains only data that
+//! both strategies have: the point and its normal. If a surface transmits light by lobes other than
+//! delta lobes, the normal is zero.
 //!
 //! A new light needs a variant of [`Light`] with its module, its encoding for the scene hash
 //! (`encode_fields!`), an `add_…` function of `scene/builder.rs`, and a section in
@@ -75,7 +75,7 @@ use crate::texture::Texture;
 use std::f64::consts::PI;
 use tree::{LightBounds, ReceiverRegion};
 
-/// Receiving point, as far as the choice of a light depends on it.
+/// Receiving point: its data on which the choice of a light depends.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSampleContext {
     /// Position, world space.
@@ -128,7 +128,7 @@ impl LightSample {
 pub enum Light {
     /// An emitting triangle.
     Triangle(TriangleLight),
-    /// A moving triangle.
+    /// A moving triangle that emits.
     MovingTriangle(Box<MovingTriangle>),
     /// A triangle with an emission texture, or with opacity below 1.
     Textured(Box<TexturedTriangle>),
@@ -138,17 +138,17 @@ pub enum Light {
     Disk(DiskLight),
     /// A rectangle.
     Rectangle(RectangleLight),
-    /// An isotropic point.
+    /// A point that emits the same intensity in every direction.
     Point(PointLight),
-    /// Constant radiance from every direction.
+    /// An environment with the same radiance from every direction.
     Constant(ConstantLight),
     /// Parallel light.
     Directional(DirectionalLight),
-    /// Light from a disc at infinity.
+    /// Light from a disc at infinity, such as the sun.
     Sun(SunLight),
     /// A cone of light from a point.
     Spot(SpotLight),
-    /// Radiance by direction.
+    /// An environment image: radiance from infinity by direction.
     Environment(Box<EnvironmentLight>),
 }
 
@@ -332,7 +332,7 @@ impl Light {
         }
     }
 
-    /// Position and emission of the light; `None` at infinity.
+    /// Bounding sphere and emission of the light; `None` if the light is at infinity.
     fn bounds(&self) -> Option<LightBounds> {
         match self {
             Self::Triangle(light) => Some(light.bounds()),
@@ -367,8 +367,8 @@ impl Light {
 
     /// Irradiance by a light at infinity, in a scene with the radius `scene_radius`.
     fn irradiance_from_infinity(&self, region: &ReceiverRegion, scene_radius: f32) -> f64 {
-        // The power is measured through a disk of the scene's radius. Light from all directions has
-        // one disk for each direction, and the power is their sum.
+        // The power is the flux through a disk of the scene's radius. For light from all
+        // directions, it is the sum over the disks perpendicular to all directions.
         let disk = PI * (scene_radius as f64).powi(2);
         let irradiance = self.power(scene_radius) / disk;
         match self {

@@ -16,7 +16,8 @@ pub struct PointLight {
 encode_fields!(PointLight { position, intensity });
 
 impl PointLight {
-    /// The only direction to the light. The radiance is intensity over squared distance.
+    /// Incident light at `p`, from the only direction to the light. `radiance` is intensity over
+    /// squared distance.
     pub(super) fn sample(&self, p: Vec3) -> Option<LightSample> {
         let wi = (self.position - p).try_normalize()?;
         Some(LightSample {
@@ -28,12 +29,12 @@ impl PointLight {
         })
     }
 
-    /// Samples light in a uniform direction.
+    /// Samples the start of a light path, in a uniform direction.
     pub(super) fn sample_emission(&self, u: Vec2) -> Emission {
         Emission::of_point(self.position, uniform_sphere(u), self.intensity, self.emission_pdf())
     }
 
-    /// Density per solid angle of every direction.
+    /// Density per solid angle, the same for every direction.
     pub(super) fn emission_pdf(&self) -> f32 {
         UNIFORM_SPHERE_PDF
     }

@@ -85,9 +85,10 @@ impl RectangleLight {
         }
     }
 
-    /// The rectangle on the sphere of directions at `p`; `None` if it is sampled by area there. The
-    /// distance of `p` from the middle must be at most the diagonal: farther away, the lower error
-    /// is not worth the time (docs/notebook/2026-11.md, "Rectangles").
+    /// Solid angle of the rectangle at `p`; `None` if the rectangle is sampled by area at `p`. The
+    /// rectangle is sampled by solid angle only if the distance of `p` from its middle is at most
+    /// its diagonal. Farther away, the lower error is not worth the time (docs/notebook/2026-11.md,
+    /// "Rectangles").
     #[inline(always)]
     fn seen(&self, p: Vec3) -> Option<SphericalRectangle> {
         let [width, height] = self.lengths;
@@ -164,13 +165,13 @@ impl RectangleLight {
         Emission::of_surface(at, self.ray_offset, (self.radiance, pdf_position), u_direction)
     }
 
-    /// Density of the points per area, and of the unit direction `w` per solid angle if the normal
-    /// is `ng`.
+    /// Densities of emission sampling: per area for the start point, and per solid angle for the
+    /// unit direction `w` if the normal is `ng`.
     pub(super) fn emission_pdfs(&self, ng: Vec3, w: Vec3) -> [f32; 2] {
         [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
     }
 
-    /// Bounds of the light for points far away.
+    /// Bounding sphere and emission of the light, for distant points.
     pub(super) fn bounds(&self) -> LightBounds {
         let [a, b] = self.edges();
         LightBounds {
@@ -215,7 +216,7 @@ mod tests {
 
     /// Tests points near the rectangle (sampled by solid angle), far from it, and behind it.
     #[test]
-    fn four_points_have_the_bits_of_single_ones() {
+    fn four_samples_are_bit_identical_to_single_samples() {
         let edges = [Vec3::new(0.8, 0.6, 0.0), Vec3::new(-0.9, 1.2, 0.0)];
         let light = RectangleLight::new(Vec3::new(-0.4, 0.3, 1.5), edges, Spectrum::ONE);
         let u = [[0.1, 0.2], [0.9, 0.3], [0.0, 0.999], [0.5, 0.5]].map(Vec2::from);

@@ -9,8 +9,8 @@ use crate::sampling::AliasTable;
 use crate::texture::Texture;
 use std::sync::OnceLock;
 
-/// Maximum number of lights that are chosen by power: a lamp of two triangles looks the same from
-/// almost anywhere (docs/notebook/2026-11.md).
+/// [`SelectionMode::Auto`] chooses by power if the scene has at most this number of lights: from
+/// almost anywhere, both triangles of a lamp contribute about the same (docs/notebook/2026-11.md).
 const FEW: usize = 2;
 
 /// Choice of lights in next-event estimation.
@@ -25,7 +25,7 @@ pub enum SelectionMode {
     Power,
     /// By unoccluded irradiance at the point, approximately.
     Place,
-    /// As [`SelectionMode::Auto`], and visibility is learned even if no gain is expected.
+    /// Like [`SelectionMode::Auto`], but visibility is learned even if no gain is expected.
     Visibility,
     /// No choice: all lamps are sampled at every vertex.
     All,
@@ -64,13 +64,13 @@ pub struct LightSelection {
     table: Option<AliasTable>,
     /// All lamps, if all are sampled.
     all: Option<Lamps>,
-    /// Choice by place, also if only `visibility` uses it.
+    /// Choice by place; also present if only `visibility` uses it.
     grid: Option<LightGrid>,
-    /// True if the choice is by place for points without known visibility.
+    /// True if a light is chosen by place at points without known visibility.
     is_by_place: bool,
     mode: SelectionMode,
-    /// Visible directions of the sky by place, once learned. The inner value is `None` if
-    /// visibility gains nothing.
+    /// Visible directions of the sky by place; empty until they are learned. The inner value is
+    /// `None` if the visibility has no gain.
     visibility: OnceLock<Option<VisibilityGrid>>,
 }
 
@@ -192,8 +192,8 @@ impl LightSelection {
         }
     }
 
-    /// Density of [`LightSelection::sample_light`] over the density of the light's own sampling,
-    /// for the infinitely distant light `id` of `lights` and the unit direction `wi`.
+    /// Density of [`LightSelection::sample_light`] divided by the density of the light's own
+    /// sampling, for the infinitely distant light `id` of `lights` and the unit direction `wi`.
     #[inline]
     pub fn pdf_factor(&self, lights: &[Light], id: LightId, context: &LightSampleContext, wi: Vec3) -> f32 {
         match (&lights[id.0 as usize], self.visibility()) {
@@ -277,7 +277,7 @@ mod tests {
     };
 
     #[test]
-    fn the_mean_of_one_over_p_counts_the_lights() {
+    fn mean_inverse_probability_is_the_number_of_lights() {
         for mode in [
             SelectionMode::Uniform,
             SelectionMode::Power,
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn all_means_every_light_that_emits() {
+    fn mode_all_samples_each_emitting_light() {
         let lights = lights();
         let selection = choice(SelectionMode::All, &lights);
         let all = selection.all().unwrap();
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_chosen_where_nothing_emits() {
+    fn dark_scene_chooses_no_light() {
         let dark = &lights()[2..3];
         for mode in [SelectionMode::Power, SelectionMode::Place, SelectionMode::Auto] {
             let selection = choice(mode, dark);

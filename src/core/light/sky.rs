@@ -33,7 +33,7 @@ pub const SKY_SIZE: [usize; 2] = [512, 256];
 
 /// Elevation of the sun at which twilight ends, in degrees.
 const NIGHT: f64 = -18.0;
-/// Powers of ten by which the sky darkens per degree that the sun sinks.
+/// Darkening of the sky in twilight, in powers of ten per degree of the sun below the horizon.
 const TWILIGHT: f64 = 0.345;
 
 /// The sky for an elevation of the sun and a turbidity.

@@ -163,8 +163,8 @@ fn distributions(t: f64) -> [Perez; 3] {
     ]
 }
 
-/// Luminance of the zenith, kcd/m², and its chromaticity, with the sun `theta` radians from the
-/// zenith (Preetham et al., appendix A.2).
+/// Luminance of the zenith, kcd/m², and its chromaticity x, y, at the turbidity `t` with the sun
+/// `theta` radians from the zenith (Preetham et al., appendix A.2).
 fn zenith(theta: f64, t: f64) -> [f64; 3] {
     let chi = (4.0 / 9.0 - t / 120.0) * (PI - 2.0 * theta);
     let luminance = (4.0453 * t - 4.9710) * chi.tan() - 0.2155 * t + 2.4192;
@@ -264,7 +264,7 @@ mod tests {
     /// the sun, and on the side of the sun. Reference values are the paper's formulas, evaluated
     /// outside of this code.
     #[test]
-    fn values_are_those_of_the_paper() {
+    fn values_match_the_formulas_of_the_paper() {
         for (turbidity, elevation, zenith, opposite, near) in [
             (
                 2.0,
@@ -324,7 +324,8 @@ mod tests {
         }
     }
 
-    /// Linear Rec.709 of a luminance and chromaticity keeps the luminance, and D65 is grey.
+    /// Converting luminance and chromaticity to linear Rec.709 keeps the luminance, and D65 becomes
+    /// grey.
     #[test]
     fn colours_keep_their_luminance() {
         let white = rgb_of_xyz([0.95047, 1.0, 1.08883]);
@@ -343,7 +344,7 @@ mod tests {
     /// Irradiance of a horizontal surface, compared to an integral of the paper's formulas computed
     /// outside of this code.
     #[test]
-    fn the_picture_holds_the_irradiance_of_the_sky() {
+    fn image_has_the_irradiance_of_the_sky() {
         for (turbidity, elevation, kilolux) in [(2.0, 20.0, 22.15), (3.0, 45.0, 28.91), (6.0, 70.0, 60.67)] {
             let image = Sky::new(elevation, turbidity).image();
             let [width, height] = SKY_SIZE;
@@ -404,9 +405,9 @@ mod tests {
         assert!(sun_color(-10.0, 3.0).is_valid());
     }
 
-    /// The fit of Wyman et al. has its peaks at the peaks of the eye.
+    /// The fit of Wyman et al. has its maxima at the wavelengths of the CIE functions' maxima.
     #[test]
-    fn matching_functions_peak_as_the_eyes_do() {
+    fn matching_functions_have_the_maxima_of_cie() {
         let peak = |c: usize| {
             let values = (380..780).map(|nm| (nm, matching(f64::from(nm))[c]));
             values.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap().0

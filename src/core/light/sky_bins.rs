@@ -5,22 +5,21 @@ use std::f32::consts::FRAC_1_PI;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// Number of rows of bins from the top to the bottom of the sphere of directions. Rows have equal
-/// solid angles. A small image has fewer rows.
+/// Maximum number of rows of bins from the top to the bottom of the sphere of directions. Rows have
+/// equal solid angles. A small image has fewer rows.
 const ROWS: usize = 16;
-/// Number of bins around the vertical axis. A small image has fewer bins.
+/// Maximum number of bins around the vertical axis. A small image has fewer bins.
 const COLUMNS: usize = 24;
 
-/// Directions of an infinitely distant light in bins: rows of a range of latitude, cut into
+/// Partition of the directions of an infinitely distant light into bins: rows of latitude, cut into
 /// columns.
-///
-/// A bin of an environment is a rectangle of texels. So the sampling of a direction in a bin, and
-/// the probability of the bin, follow exactly from the light's own distribution.
+/// A bin of an environment is a rectangle of texels. So the light's own distribution gives the
+/// exact probability of a bin, and directions in a bin can be sampled exactly.
 #[derive(Clone, Debug)]
 pub(super) struct SkyBins {
     rows: usize,
     columns: usize,
-    /// Probability of each bin, row by row, by the light's own sampling.
+    /// Probability of each bin under the light's own sampling, row by row.
     masses: Vec<f32>,
     /// A direction in the middle of each bin.
     middles: Vec<Vec3>,
@@ -28,7 +27,7 @@ pub(super) struct SkyBins {
     texels: Option<TexelBins>,
 }
 
-/// Bins of an environment's texels.
+/// Bins of an environment, as rectangles of texels.
 #[derive(Clone, Debug)]
 struct TexelBins {
     /// First row of texels of each row of bins, then the number of rows of texels.
@@ -39,13 +38,13 @@ struct TexelBins {
     row_of: Vec<u8>,
     /// Column of bins of each column of texels.
     column_of: Vec<u8>,
-    /// For each column of bins: the probability of its texels above each row of texels, then of all
-    /// its texels.
+    /// For each column of bins: the probability of the column's texels above each row of texels,
+    /// then the probability of all its texels.
     above: Vec<Vec<f64>>,
 }
 
 impl SkyBins {
-    /// The bins of `light`; `None` if it is not an infinitely distant light from many directions.
+    /// The bins of `light`; `None` if `light` is finite or comes from a single direction.
     pub fn new(light: &Light) -> Option<Self> {
         match light {
             Light::Constant(_) => Some(Self::of_constant()),
@@ -128,7 +127,7 @@ impl SkyBins {
         self.masses.len()
     }
 
-    /// Probability of each bin, row by row, by the light's own sampling.
+    /// Probability of each bin under the light's own sampling, row by row.
     pub fn masses(&self) -> &[f32] {
         &self.masses
     }
@@ -156,8 +155,8 @@ impl SkyBins {
     }
 
     /// Samples a direction in the bin at `row` and `column`, by the own distribution of `light`,
-    /// which is the light of these bins. The density is the density of the light's own sampling
-    /// among all directions. `None` if the light never samples a direction in the bin.
+    /// the light of these bins. The density is the density of the light's own sampling over all
+    /// directions. `None` if the light never samples a direction in the bin.
     pub fn sample(&self, light: &Light, (row, column): (usize, usize), u: Vec2) -> Option<LightSample> {
         match (light, &self.texels) {
             (Light::Constant(ConstantLight { radiance }), None) => Some(LightSample {
@@ -228,14 +227,14 @@ impl TexelBins {
 /// Direction at `u` in [0, 1)² of a constant light's bin, uniform in solid angle.
 fn uniform_in(row: usize, column: usize, u: Vec2) -> Vec3 {
     let y = 1.0 - 2.0 * (row as f32 + u.y) / ROWS as f32;
-    // This azimuth is half a turn too small, which flips the signs of its sine and cosine.
+    // The azimuth from −z is half a turn less. The half turn flips the signs of sine and cosine.
     let (sin, cos) = sin_cos_turns((column as f32 + u.x) / COLUMNS as f32);
     let r = (1.0 - y * y).max(0.0).sqrt();
     Vec3::new(-r * sin, y, r * cos)
 }
 
-/// First texel of each bin, then `count`. The bins divide `count` texels at the fractions `shares`,
-/// from 0 to 1. Bins without texels are left out.
+/// Start of each bin, as the index of its first texel, then `count`. The bins divide `count` texels
+/// at the fractions `shares`, from 0 to 1. Bins without texels are left out.
 fn starts(count: usize, shares: impl Iterator<Item = f64>) -> Vec<usize> {
     let mut starts: Vec<usize> = shares.map(|share| (share * count as f64).round() as usize).collect();
     starts.dedup();

@@ -1,11 +1,11 @@
 //! Spheres that emit.
 //!
 //! Directions are uniform in the cone of the sphere (PBR4 §6.2.4; Shirley and Wang 1991). The cone
-//! is stored as its depth. The depth is accurate from far away, where the cosine is not, and next
-//! to the surface, where the cone is a half-space.
+//! is given by its depth, 1 − cos of its half-angle. The depth is accurate for distant points,
+//! unlike the cosine, and for points next to the surface, whose cone is a half-space.
 //!
-//! In the scene geometry a sphere is a polyhedron around it. Rays that miss the sphere pass the
-//! polyhedron's faces (`scene/lamp_hulls.rs`).
+//! The scene geometry contains a polyhedron around each sphere. Rays that hit the polyhedron but
+//! miss the sphere pass through it (`scene/lamp_hulls.rs`).
 
 use super::tree::LightBounds;
 use super::{Emission, LightSample};
@@ -59,7 +59,7 @@ impl SphereLight {
         self.radius
     }
 
-    /// Radiance that arrives at `p` from the sphere; zero inside.
+    /// Radiance that arrives at `p` from the sphere; zero if `p` is inside the sphere.
     pub fn radiance_at(&self, p: Vec3) -> Spectrum {
         match self.depth(p) {
             Some(_) => self.radiance,
@@ -68,7 +68,7 @@ impl SphereLight {
     }
 
     /// Depth of the cone of directions from `p` to the sphere, `1 − cos θ = sin² θ / (1 + cos θ)`;
-    /// `None` if `p` is not outside.
+    /// `None` if `p` is not outside the sphere.
     fn depth(&self, p: Vec3) -> Option<f64> {
         let squared = (self.center.as_dvec3() - p.as_dvec3()).length_squared();
         let sin_squared = f64::from(self.radius).powi(2) / squared;
@@ -81,8 +81,8 @@ impl SphereLight {
         let depth = self.depth(p)?;
         let (p, to) = (p.as_dvec3(), self.center.as_dvec3() - p.as_dvec3());
         let distance = to.length();
-        // Project a point of a disk to the cap: the square of the point's radius is its share of
-        // the cap's depth.
+        // Project a point of the unit disk to the cap: the squared radius of the point is the
+        // fraction of the cap's depth.
         let disk = uniform_disk(u);
         let fallen = depth * f64::from(disk.length_squared()).min(1.0);
         let scale = (depth * (2.0 - fallen)).sqrt();
@@ -106,14 +106,14 @@ impl SphereLight {
         })
     }
 
-    /// Density per solid angle at `p` of each direction to the sphere.
+    /// Density per solid angle at `p`, the same for all directions that hit the sphere.
     pub fn pdf(&self, p: Vec3) -> f32 {
         self.depth(p).map_or(0.0, |depth| (0.5 / (PI * depth)) as f32)
     }
 
-    /// Offset from the sphere of the ends of shadow rays and the starts of paths. `size` is the
-    /// largest coordinate of the other end of the ray. The offset bounds the rounding errors of
-    /// both ends and of the direction between them.
+    /// Offset from the sphere, scene units, for the ends of shadow rays and the starts of paths. It
+    /// bounds the rounding errors of both ends of the ray and of the direction between them. `size`
+    /// is the largest coordinate of the ray's other end.
     fn end_offset(&self, size: f32) -> f32 {
         gamma(16) * (self.center.abs().max_element() + self.radius + size)
     }
@@ -123,9 +123,9 @@ impl SphereLight {
         (q - self.center).normalize_or(Vec3::Z)
     }
 
-    /// Parameter along `ray`, in lengths of its direction, of the point nearest to the centre
-    /// between the ray's ends. Also returns the squared distance of this point from the centre,
-    /// over the squared radius.
+    /// Ray parameter, in lengths of the ray's direction, of the point of `ray` nearest to the
+    /// centre of the sphere. Also returns the squared distance of this point from the centre,
+    /// divided by the squared radius.
     fn approach(&self, ray: &Ray) -> (f64, f64) {
         let (to, d) = (self.center.as_dvec3() - ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let t = (to.dot(d) / d.length_squared()).clamp(f64::from(ray.t_min), f64::from(ray.t_max));
@@ -153,7 +153,7 @@ impl SphereLight {
         })
     }
 
-    /// Ray offset of points on the sphere.
+    /// Ray offset of points on the sphere, scene units.
     pub fn ray_offset(&self) -> f32 {
         self.end_offset(0.0)
     }
@@ -167,14 +167,14 @@ impl SphereLight {
         Emission::of_surface(at, self.ray_offset(), (self.radiance, pdf_position), u_direction)
     }
 
-    /// Density of the points per area, and of the unit direction `w` per solid angle if the normal
-    /// is `ng`.
+    /// Densities of emission sampling: per area for the start point, and per solid angle for the
+    /// unit direction `w` if the normal is `ng`.
     pub(super) fn emission_pdfs(&self, ng: Vec3, w: Vec3) -> [f32; 2] {
         [(1.0 / self.area()) as f32, cosine_hemisphere_pdf(w.dot(ng))]
     }
 
-    /// Position, size and emission of the light for the light tree, as for a disk with the
-    /// same radius.
+    /// Position, size and emission of the light for the light tree, as for a disk of the same
+    /// radius that always faces the receiver.
     pub(super) fn bounds(&self) -> LightBounds {
         let disk = 0.25 * self.area() as f32;
         LightBounds {

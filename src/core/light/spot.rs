@@ -14,9 +14,9 @@ pub struct SpotLight {
     pub direction: Vec3,
     /// Radiant intensity within the inner cone, W/sr.
     pub intensity: Spectrum,
-    /// Cosine of the inner cone's half-angle, where the falloff begins.
+    /// Cosine of the inner cone's half-angle, at which the falloff begins.
     pub cos_inner: f32,
-    /// Cosine of the outer cone's half-angle, where the light ends.
+    /// Cosine of the outer cone's half-angle, at which the intensity reaches zero.
     pub cos_outer: f32,
 }
 
@@ -29,7 +29,7 @@ encode_fields!(SpotLight {
 });
 
 impl SpotLight {
-    /// The only direction to the light.
+    /// Incident light at `p`, from the only direction to the light; `None` outside of the cone.
     pub(super) fn sample(&self, p: Vec3) -> Option<LightSample> {
         let wi = (self.position - p).try_normalize()?;
         let falloff = self.falloff(-wi.dot(self.direction));
@@ -42,7 +42,7 @@ impl SpotLight {
         })
     }
 
-    /// Samples light in a direction uniform in the outer cone.
+    /// Samples the start of a light path, in a direction uniform in the outer cone.
     pub(super) fn sample_emission(&self, u: Vec2) -> Emission {
         let w = Frame::from_z(self.direction).to_world(uniform_cone(u, self.cos_outer));
         let intensity = self.intensity * self.falloff(w.dot(self.direction));
@@ -57,7 +57,8 @@ impl SpotLight {
         }
     }
 
-    /// Share of the intensity at an angle to the axis: a smooth step in its cosine.
+    /// Fraction of the intensity at the angle with the cosine `cos` to the axis: a smooth step in
+    /// the cosine.
     fn falloff(&self, cos: f32) -> f32 {
         if cos >= self.cos_inner {
             return 1.0;
@@ -66,7 +67,7 @@ impl SpotLight {
         t * t * (3.0 - 2.0 * t)
     }
 
-    /// Bounds of the light for points far away: its mean intensity, isotropic.
+    /// Position and emission of the light for distant points: isotropic, with the mean intensity.
     pub(super) fn bounds(&self) -> LightBounds {
         LightBounds::isotropic(self.position, (self.power() / (4.0 * PI)) as f32)
     }

@@ -1,13 +1,13 @@
-//! A photographer's studio as an environment: three soft lamps around the subject in front of a dim
-//! wall.
+//! A photographer's studio as an environment image: three soft lamps around the subject in front of
+//! a dim wall.
 //!
-//! A large key lamp is high to the camera's left. A wider and weaker fill lamp is low to its right.
-//! A tall narrow rim lamp is high behind the subject, on the side of the fill, so that the shadow
-//! side has an edge. Each lamp is a rounded rectangle with a soft border, in the plane that touches
-//! the sphere of directions at the lamp's middle. Its brightness gives the stated irradiance on a
-//! surface that faces it. The wall grows brighter upwards. A grey Lambertian subject of albedo 0.5
-//! has a radiance of about 0.5 where it faces the key and 0.05 to 0.15 in its shadow: no exposure
-//! is needed.
+//! A large key lamp is high to the left of the camera. A wider and weaker fill lamp is low to the
+//! right. A tall narrow rim lamp is high behind the subject, on the side of the fill, so that the
+//! edge of the shadow side is lit. Each lamp is a rounded rectangle with a soft border, in the
+//! plane that touches the sphere of directions at the lamp's middle. Its brightness gives the
+//! stated irradiance on a surface that faces the lamp. The wall grows brighter upwards. A grey
+//! Lambertian subject of albedo 0.5 has a radiance of about 0.5 where it faces the key and 0.05 to
+//! 0.15 in its shadow: no exposure is needed.
 
 use super::LatLongImage;
 use crate::color::Spectrum;
@@ -24,7 +24,7 @@ pub const STUDIO_IRRADIANCE: [f64; 3] = [3.2, 0.3, 4.0];
 const WALL: [f64; 3] = [0.02, 0.05, 0.10];
 
 /// A lamp: azimuth in degrees from the camera's azimuth, elevation in degrees above the horizon,
-/// and half its width and height at distance 1.
+/// and half of its width and height at distance 1.
 struct Lamp {
     azimuth: f32,
     elevation: f32,
@@ -49,11 +49,11 @@ const LAMPS: [Lamp; 3] = [
     },
 ];
 
-/// Width of a lamp's soft border, as a share of its half sides.
+/// Width of a lamp's soft border, as a fraction of half its width and height.
 const BORDER: f64 = 0.3;
 
 impl Lamp {
-    /// Brightness from the unit direction `w`, as a share of the lamp's brightness, 0 to 1.
+    /// Brightness of the lamp in the unit direction `w`, from 0 to 1. `frame` is [`Lamp::frame`].
     fn shape(&self, frame: &[[f64; 3]; 3], w: [f64; 3]) -> f64 {
         let [right, up, towards] = frame.map(|axis| axis.iter().zip(w).map(|(a, b)| a * b).sum::<f64>());
         if towards <= 0.0 {
@@ -66,8 +66,8 @@ impl Lamp {
         inside(right, self.half[0]) * inside(up, self.half[1])
     }
 
-    /// Unit vectors to the right, up along the lamp and to its middle, with +y up and the camera at
-    /// azimuth 0.
+    /// Unit vectors of the lamp: right, up and towards its middle. The frame has +y up and the
+    /// camera at azimuth 0.
     fn frame(&self) -> [[f64; 3]; 3] {
         let horizon = Horizon::new(Vec3::Y);
         let [right, up, towards] = [
@@ -112,8 +112,8 @@ pub fn studio_image() -> LatLongImage {
     }
 }
 
-/// Radiance of the wall at the sine of an elevation, linear from nadir to horizon and from horizon
-/// to zenith.
+/// Radiance of the wall at an elevation with the sine `sin`, linear from nadir to horizon and from
+/// horizon to zenith.
 fn wall(sin: f64) -> f64 {
     let [nadir, horizon, zenith] = WALL;
     match sin < 0.0 {
@@ -144,7 +144,8 @@ mod tests {
         sum * (PI / rows as f64) * (TAU / columns as f64)
     }
 
-    /// Each lamp has the stated irradiance. The wall and the other lamps add a little.
+    /// A surface that faces a lamp receives the stated irradiance, and a little light of the wall
+    /// and the other lamps.
     #[test]
     fn lamps_are_as_bright_as_stated() {
         let image = studio_image();
@@ -162,7 +163,7 @@ mod tests {
     /// The bright side, front, shadow side and top of a grey sphere are within the display's range,
     /// in this order.
     #[test]
-    fn a_grey_subject_is_well_exposed() {
+    fn grey_subject_is_well_exposed() {
         let image = studio_image();
         let horizon = Horizon::new(Vec3::Y);
         let radiance = |n: Vec3| 0.5 * irradiance(&image, n) / PI;

@@ -26,7 +26,8 @@ encode_fields!(SunLight {
 
 impl SunLight {
     /// Light that travels along the unit vector `direction`, with `irradiance`, W·m⁻², on a surface
-    /// that faces it. `angle` is the diameter of the disc in degrees, above 0 and at most 180.
+    /// that faces the light. `angle` is the diameter of the disc in degrees, above 0 and at most
+    /// 180.
     pub fn new(direction: Vec3, irradiance: Spectrum, angle: f32) -> Self {
         let half = (0.5 * f64::from(angle)).to_radians();
         // E = ∫ L cos dω over the cone = π L sin² α
@@ -38,7 +39,7 @@ impl SunLight {
         }
     }
 
-    /// Radiance from the unit direction `wi`; zero beside the disc.
+    /// Radiance from the unit direction `wi`; zero outside of the disc.
     pub fn radiance(&self, wi: Vec3) -> Spectrum {
         match self.covers(wi) {
             true => self.radiance,
@@ -55,7 +56,7 @@ impl SunLight {
     }
 
     /// Returns true if the disc lies in the direction `wi`. For unit vectors, half the squared
-    /// distance is one minus the cosine, without its cancellation.
+    /// distance is one minus the cosine, but has no cancellation error.
     fn covers(&self, wi: Vec3) -> bool {
         0.5 * (wi + self.direction).length_squared() <= self.depth
     }
@@ -71,7 +72,7 @@ impl SunLight {
         }
     }
 
-    /// Samples light that enters `world`.
+    /// Samples the start of a light path that enters `world`, the ball around the scene.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2, world: &Ball) -> Emission {
         let LightSample { wi, radiance, pdf, .. } = self.sample(u_direction);
         Emission::from_infinity(-wi, radiance, pdf, u_position, world)
@@ -100,7 +101,7 @@ mod tests {
 
     /// ∫ L cos dω over a grid of samples is the given irradiance for any size.
     #[test]
-    fn irradiance_is_kept() {
+    fn irradiance_is_the_same_for_all_disc_sizes() {
         let direction = Vec3::new(0.3, -0.9, 0.2).normalize();
         for angle in [0.01, 0.53, 10.0, 90.0, 180.0] {
             let sun = SunLight::new(direction, Spectrum::rgb(3.0, 1.0, 0.5), angle);
@@ -120,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_beside_the_disc_is_black() {
+    fn radiance_outside_of_the_disc_is_zero() {
         let sun = SunLight::new(Vec3::NEG_Y, Spectrum::ONE, 10.0);
         let at = |degrees: f32| sun.radiance(Vec3::new(degrees.to_radians().sin(), degrees.to_radians().cos(), 0.0));
         let expected = 1.0 / (PI * 5f64.to_radians().sin().powi(2));

@@ -1,10 +1,10 @@
 //! Emitting triangles with an emission texture, or with opacity below 1.
 //!
-//! A point is sampled as on a triangle with constant emission. The emission is looked up at the
-//! sampled point in the finest level, as at a ray hit. The triangle is chosen by the mean of the
-//! texture over it. A coarse level of the texture may be 0 around a texel that emits. If direct
-//! light is only sampled, the light of the texel would be missing, so these triangles keep a small
-//! minimum weight. Triangles without emission are never chosen.
+//! A point is sampled as on a triangle with constant emission. The emission at the point is looked
+//! up in the finest level of the texture, as at a ray hit. In the choice of a light, the weight of
+//! the triangle is the mean of the texture over the triangle. A coarse level of the texture may be
+//! 0 around a texel that emits. Light sampling alone would miss the light of this texel, so such
+//! triangles keep a small minimum weight. Triangles without emission are never chosen.
 //!
 //! A surface of opacity α emits α Le on average. A ray stops there with probability α and finds Le
 //! (`TexturedTriangle::color`). A sampled point has α Le (`TexturedTriangle::mean_color`). Both
@@ -17,10 +17,10 @@ use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::uniform_triangle;
 use crate::texture::{Mapping, Texture, TextureId};
 
-/// Maximum number of parts along a side of a triangle for the mean of its texture.
+/// Maximum number of parts along a side of the triangle, for the mean of the texture.
 const PARTS: f32 = 8.0;
-/// Minimum weight, in the choice of a light, of a triangle that may emit. It is a share of the
-/// weight of the triangle's brightest texel.
+/// Minimum weight, in the choice of a light, of a triangle that may emit, as a fraction of the
+/// weight by the triangle's brightest texel.
 const MIN_SHARE: f32 = 1.0 / 1024.0;
 
 /// Variation of emission and opacity over a triangle.
@@ -44,10 +44,11 @@ pub struct Variation {
 /// Every lookup uses the finest level, so that sampled light and hit light are the same.
 #[derive(Clone, Debug)]
 pub struct TexturedTriangle {
-    /// Triangle with constant emission, the factor of the textures.
+    /// Triangle with constant emission. The textures multiply its radiance.
     even: UniformTriangle,
     variation: Variation,
-    /// Mean factor of the radiance, including opacity, by which the light is chosen.
+    /// Mean factor of the radiance, including opacity. The weight of the light in the choice of a
+    /// light is proportional to it.
     mean: Spectrum,
 }
 
@@ -59,8 +60,8 @@ enum UniformTriangle {
 }
 
 impl Light {
-    /// If this light is a triangle, varies its emission and opacity by `textures`. A triangle
-    /// without emission gets radiance 0.
+    /// If this light is a triangle, multiplies its emission by the textures and the opacity of
+    /// `variation`. A triangle that emits nowhere gets radiance 0.
     pub fn varied(self, variation: Variation, textures: &[Texture]) -> Self {
         let even = match self {
             Self::Triangle(light) => UniformTriangle::Still(light),
@@ -167,7 +168,7 @@ impl TexturedTriangle {
         }
     }
 
-    /// Bounds of a light with constant emission of the mean radiance.
+    /// Position, size and emission of a triangle with the mean radiance, for the light tree.
     pub(super) fn bounds(&self) -> LightBounds {
         match &self.even {
             UniformTriangle::Still(light) => light.emitting(light.radiance() * self.mean).bounds(),
@@ -205,12 +206,13 @@ impl TexturedTriangle {
         (self.variation.opacity * share * alpha).clamp(0.0, 1.0)
     }
 
-    /// Mean factor of the radiance over the triangle, including opacity. Parts are as large as
-    /// texels, or at most 64 larger ones; each part is one lookup at its middle.
+    /// Mean factor of the radiance over the triangle, including opacity. The triangle is divided
+    /// into parts of the size of a texel, but at most 64 parts. Each part has one lookup at its
+    /// middle.
     ///
     /// The mean is 0 only if no point of the triangle emits. If all lookups are 0, the texels
     /// around the triangle are searched, unless there are too many. If a texel emits or may emit,
-    /// the mean is a small share of the brightest texel.
+    /// the mean is a small fraction of the brightest texel.
     fn mean_factor(&self, textures: &[Texture]) -> Spectrum {
         let [t0, t1, t2] = self.variation.uvs;
         let area = 0.5 * (t1 - t0).perp_dot(t2 - t0).abs();
@@ -269,7 +271,8 @@ mod tests {
     use crate::light::TriangleSampling;
     use crate::texture::{Curve, Texels, Wrap};
 
-    /// Texels of which one, in column `x` and row `y` of 256, emits 1.
+    /// A texture of 256 × 256 black texels, except the texel in column `x` and row `y`, which emits
+    /// 1.
     fn lone_texel(x: usize, y: usize, wrap: Wrap) -> Texture {
         let mut codes = vec![0; 256 * 256];
         codes[y * 256 + x] = 255;
@@ -292,7 +295,7 @@ mod tests {
     const LOWER: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
 
     #[test]
-    fn power_is_that_of_the_mean() {
+    fn power_is_proportional_to_the_mean_texel() {
         // A ramp in u: its mean over the lower left half is a third.
         let ramp = (0..64 * 64).map(|i| (i % 64) as f32 / 63.0).collect();
         let texture = Texture::new(64, 64, 1, Texels::Floats(ramp), Wrap::Clamp).unwrap();
@@ -337,7 +340,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_emits_nowhere_has_no_power() {
+    fn power_is_zero_only_without_emission() {
         let plain = Mapping::default();
         // The texel is too small a part of the texture to appear in the coarse level of the
         // lookups.

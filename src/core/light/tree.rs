@@ -1,22 +1,23 @@
-//! Hierarchy of lights with estimates of their irradiance, from which `light_grid` cuts clusters.
-//! Visibility is left out.
+//! Hierarchy of lights with estimates of their irradiance, without visibility. `light_grid` uses
+//! cuts of the hierarchy as clusters of lights.
 
 use super::Light;
 use crate::math::{Bounds3, Vec3};
 
-/// Finite lights as one source: position and emission.
+/// One finite light, or several finite lights treated as one: position, size and emission.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightBounds {
     /// Middle of the bounding sphere, world space.
     pub center: Vec3,
     /// Radius of the bounding sphere.
     pub radius: f32,
-    /// Luminance of the largest possible radiant intensity in one direction, W/sr.
+    /// Luminance of the maximum radiant intensity over all directions, W/sr.
     pub intensity: f32,
     /// Mean of the directions of maximum emission, weighted by intensity. The mean is shorter if
     /// the directions differ.
     pub axis: Vec3,
-    /// Bound on the error of the cosine with `axis`, because the directions differ.
+    /// Bound on the error of a cosine with `axis`, caused by the differences between the
+    /// directions.
     pub spread: f32,
 }
 
@@ -32,7 +33,7 @@ impl LightBounds {
         }
     }
 
-    /// Union of both sources.
+    /// Bounds of both sources together.
     fn and(&self, other: &Self) -> Self {
         let intensity = self.intensity + other.intensity;
         let t = if intensity > 0.0 {
@@ -44,8 +45,8 @@ impl LightBounds {
         let center = mean(self.center, other.center);
         let reach = |s: &Self| s.center.distance(center) + s.radius;
         let axis = mean(self.axis, other.axis);
-        // Different directions shorten the mean; the cosine with one of the directions may be wrong
-        // by its distance from the mean.
+        // Different directions make the mean shorter. The cosine with one of the directions may be
+        // wrong by the distance of this direction from the mean.
         let spread = |s: &Self| s.spread + s.axis.distance(axis);
         Self {
             center,
@@ -57,7 +58,7 @@ impl LightBounds {
     }
 }
 
-/// A ball of receiving points whose normals are near one direction.
+/// Receiving points in a ball, with normals near one direction.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ReceiverRegion {
     /// Centre of the bounding sphere of the points, in world space.
@@ -72,7 +73,8 @@ pub(super) struct ReceiverRegion {
 const NORMAL_SPREAD: f32 = 0.25;
 
 impl ReceiverRegion {
-    /// Cosine of the normals with directions that differ from `wi` by up to `spread`.
+    /// Mean clamped cosine between the normals and directions that differ from `wi` by up to
+    /// `spread`.
     pub fn cosine(&self, wi: Vec3, spread: f32) -> f32 {
         if self.normal == Vec3::ZERO {
             return 0.5;
@@ -87,8 +89,8 @@ impl ReceiverRegion {
         })
     }
 
-    /// Estimate of the mean irradiance from a ball of light. `intensity` takes the direction to the
-    /// ball and the spread of this direction, and returns the intensity from there.
+    /// Estimate of the mean irradiance from a spherical source. `intensity` takes the direction to
+    /// the source and the spread of this direction, and returns the intensity towards the region.
     pub fn irradiance_by(&self, center: Vec3, radius: f32, intensity: impl FnOnce(Vec3, f32) -> f32) -> f32 {
         // The mean squared distance between points of two balls is larger than the squared distance
         // of their centres. The direction is divided by the same distance, so it is shorter than 1,
@@ -100,7 +102,8 @@ impl ReceiverRegion {
         intensity(wi, spread) * self.cosine(wi, spread) / squared
     }
 
-    /// Radius of `source` over the distance from the region to `source`.
+    /// Angular radius of `source` as seen from the region, approximately: radius divided by
+    /// distance.
     fn angle(&self, source: &LightBounds) -> f32 {
         let distance = self.center.distance(source.center).max(self.radius);
         if source.radius > 0.0 {
@@ -135,8 +138,8 @@ pub(super) struct Cluster {
     pub irradiance: f32,
 }
 
-/// A binary hierarchy of the finite lights (Walter et al. 2005, "Lightcuts"): near lights are
-/// distinguished, far lights are merged.
+/// A binary hierarchy of the finite lights (Walter et al. 2005, "Lightcuts"). A cut of the
+/// hierarchy has single lights near the receiver, and groups of lights far away.
 #[derive(Clone, Debug)]
 pub(super) struct LightTree {
     /// Nodes, each before its children. The first child is the next node.
@@ -155,8 +158,8 @@ struct Node {
 }
 
 impl LightTree {
-    /// Tree over `sources`, each with the index of its light. Both children have equally many
-    /// lights, so the depth is log₂ n.
+    /// Tree over `sources`; each source has the index of its light. Both children of a node have
+    /// the same number of lights, up to one, so the depth is log₂ n.
     pub fn new(mut sources: Vec<(usize, LightBounds)>) -> Self {
         let mut nodes = Vec::with_capacity(2 * sources.len());
         if !sources.is_empty() {
@@ -287,7 +290,7 @@ mod tests {
     /// Every light is in one cluster of a cut, and few clusters estimate nearly the same irradiance
     /// as all lights.
     #[test]
-    fn a_cut_holds_all_lights() {
+    fn cut_contains_each_light_once() {
         let lights: Vec<Light> = (0..1000u32)
             .map(|i| {
                 let digits = [i % 10, i / 10 % 10, i / 100].map(|d| d as f32);

@@ -24,9 +24,9 @@ pub enum TriangleSampling {
     SolidAngle,
 }
 
-/// Solid angles, sr, for which sampling by solid angle pays. A smaller triangle looks the same
-/// everywhere, so area sampling is as good. A triangle that fills nearly the half sphere is seen
-/// from so near the triangle's plane that the arcs of the edges are inaccurate.
+/// Range of solid angles, sr, in which sampling by solid angle reduces noise. For a smaller
+/// triangle, area sampling is as good. If a triangle fills nearly the whole hemisphere, the
+/// receiver is so close to its plane that the arcs of its edges are inaccurate.
 const SOLID_ANGLES: std::ops::Range<f64> = 3e-4..6.2;
 
 /// A triangle that emits the same radiance in every direction of its front side.
@@ -40,7 +40,7 @@ pub struct TriangleLight {
     area: f32,
     radiance: Spectrum,
     sampling: TriangleSampling,
-    /// True if the mesh has the second and the third corner in the opposite order.
+    /// True if the order of the second and the third corner is opposite to the order in the mesh.
     is_mirrored: bool,
 }
 
@@ -61,7 +61,7 @@ impl TriangleLight {
         }
     }
 
-    /// The light of a triangle that is placed in the scene.
+    /// Light of a mesh triangle after its placement in the scene.
     pub fn placed(triangle: &PlacedTriangle, radiance: Spectrum, sampling: TriangleSampling) -> Self {
         let mut light = Self::new(triangle.corners, radiance, sampling);
         light.ray_offset += triangle.rounding();
@@ -69,7 +69,7 @@ impl TriangleLight {
         light
     }
 
-    /// This triangle with the radiance `radiance`.
+    /// Copy of the triangle with the radiance `radiance`.
     pub(super) fn emitting(self, radiance: Spectrum) -> Self {
         Self { radiance, ..self }
     }
@@ -98,7 +98,8 @@ impl TriangleLight {
         }
     }
 
-    /// Samples a point on the triangle, seen from `p`.
+    /// Samples incident light at `p` from a point of the triangle. `None` if `p` is behind the
+    /// triangle.
     #[inline(always)]
     pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         // There is no light behind the triangle. Check this first, since it is the most common
@@ -127,13 +128,13 @@ impl TriangleLight {
         )
     }
 
-    /// Density of the points per area, `1 / A`, and of the unit direction `w` per solid angle if
-    /// the normal is `ng`, `cos θ / π`.
+    /// Densities of emission sampling: `1 / A` per area for the start point, and `cos θ / π` per
+    /// solid angle for the unit direction `w` if the normal is `ng`.
     pub(super) fn emission_pdfs(&self, ng: Vec3, w: Vec3) -> [f32; 2] {
         [1.0 / self.area, cosine_hemisphere_pdf(w.dot(ng))]
     }
 
-    /// Barycentric coordinates of a random point, as [`TriangleLight::sample`] samples it.
+    /// Barycentric coordinates of the point that [`TriangleLight::sample`] samples for `p` and `u`.
     #[inline(always)]
     pub(super) fn barycentrics(&self, p: Vec3, u: Vec2) -> (f32, f32) {
         match self.sampling {
@@ -142,12 +143,13 @@ impl TriangleLight {
         }
     }
 
-    /// Barycentric coordinates of the same point for the mesh's second and third corner.
+    /// Converts barycentric coordinates of this light to barycentric coordinates of the mesh's
+    /// second and third corner.
     pub(super) fn of_mesh(&self, (b1, b2): (f32, f32)) -> (f32, f32) {
         if self.is_mirrored { (b2, b1) } else { (b1, b2) }
     }
 
-    /// The sample of the point with barycentric coordinates `b1` and `b2`.
+    /// Incident light at `p` from the point with barycentric coordinates `b1` and `b2`.
     #[inline(always)]
     pub(super) fn sample_at(&self, p: Vec3, (b1, b2): (f32, f32)) -> Option<LightSample> {
         let [p0, p1, p2] = self.corners;
@@ -158,7 +160,7 @@ impl TriangleLight {
             TriangleSampling::Area => self.pdf_by_area(squared, -wi.dot(self.normal)),
             TriangleSampling::SolidAngle => self.pdf(p, q, wi),
         };
-        // The density is NaN if both points coincide.
+        // The density is NaN if `p` and the point on the light coincide.
         if !(pdf > 0.0 && pdf < f32::INFINITY) {
             return None;
         }
@@ -189,13 +191,14 @@ impl TriangleLight {
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
-    /// `r² / (A cos θ)`, for the squared distance `squared`.
+    /// Density per solid angle of a point sampled by area, `r² / (A cos θ)`, at the squared
+    /// distance `squared`.
     #[inline(always)]
     fn pdf_by_area(&self, squared: f32, cos_light: f32) -> f32 {
         squared / (cos_light * self.area)
     }
 
-    /// The triangle on the sphere of directions at `p`; `None` if it is sampled by area there.
+    /// Solid angle of the triangle at `p`; `None` if the triangle is sampled by area at `p`.
     fn seen(&self, p: Vec3) -> Option<SphericalTriangle> {
         if self.sampling == TriangleSampling::Area {
             return None;
@@ -203,8 +206,8 @@ impl TriangleLight {
         SphericalTriangle::new(self.corners, p).filter(|seen| SOLID_ANGLES.contains(&seen.solid_angle()))
     }
 
-    /// Hit point of a direction uniform over the solid angle at `p`, as barycentric coordinates; by
-    /// area if the solid angle is not sampled.
+    /// Barycentric coordinates of a point sampled uniformly over the solid angle at `p`; sampled by
+    /// area if [`TriangleLight::seen`] returns `None`.
     #[inline(never)]
     fn barycentrics_by_solid_angle(&self, p: Vec3, u: Vec2) -> (f32, f32) {
         let hit = self
@@ -214,8 +217,8 @@ impl TriangleLight {
         hit.unwrap_or_else(|| uniform_triangle(u))
     }
 
-    /// Barycentric coordinates of the intersection of the plane with the line from `p` along `w`,
-    /// clamped to the triangle against rounding.
+    /// Barycentric coordinates of the point at which the line from `p` along `w` crosses the
+    /// triangle's plane. They are clamped to the triangle because of rounding.
     fn intersect_line(&self, p: DVec3, w: DVec3) -> Option<(f32, f32)> {
         let [p0, p1, p2] = self.corners.map(Vec3::as_dvec3);
         let (e1, e2, s) = (p1 - p0, p2 - p0, p - p0);
@@ -244,7 +247,7 @@ impl TriangleLight {
     }
 
     /// Estimate of the mean irradiance at `region`: the mean over points of the triangle. A
-    /// triangle that looks larger has more points.
+    /// triangle with a larger solid angle uses more points.
     pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         let whole = self.bounds();
         let distance = whole.center.distance(region.center);
@@ -279,13 +282,13 @@ impl TriangleLight {
     }
 }
 
-/// Times whose mean represents the shutter interval.
+/// Times whose mean approximates the mean over the shutter interval.
 const TIMES: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
 /// A moving triangle that emits.
 #[derive(Clone, Debug)]
 pub struct MovingTriangle {
-    /// Corners at the times 0 and 1, in the mesh's frame.
+    /// Corners at the times 0 and 1, before placement.
     ends: [[Vec3; 3]; 2],
     placement: Placement,
     radiance: Spectrum,
@@ -304,7 +307,7 @@ impl MovingTriangle {
         }
     }
 
-    /// This triangle with the radiance `radiance`.
+    /// Copy of the triangle with the radiance `radiance`.
     pub(super) fn emitting(&self, radiance: Spectrum) -> Self {
         Self {
             radiance,
@@ -325,13 +328,13 @@ impl MovingTriangle {
         TriangleLight::placed(&placed, self.radiance, self.sampling)
     }
 
-    /// Mean of [`TriangleLight::irradiance`] over `TIMES`.
+    /// Mean of [`TriangleLight::irradiance`] over the times of `TIMES`.
     pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         TIMES.iter().map(|&time| self.at(time).irradiance(region)).sum::<f32>() / TIMES.len() as f32
     }
 
-    /// Power in watts: mean of `π A L` over a few times, so that a triangle with an area at only
-    /// some of these times still has power.
+    /// Power in watts: mean of `π A L` over a few times. So a triangle has power even if its area
+    /// is 0 at some of these times.
     pub(super) fn power(&self) -> f64 {
         TIMES.iter().map(|&time| self.at(time).power()).sum::<f64>() / TIMES.len() as f64
     }

@@ -1,26 +1,28 @@
-//! Lights by place: visibility of the sky, and of lamps, from each cell of a grid.
+//! Visibility of the sky, and of lamps, from each cell of a grid, for the choice of lights and sky
+//! directions by place.
 //!
-//! A room sees the sky only through its windows, and nearly all directions sampled by radiance are
-//! occluded. Each cell of this grid has the visible share of every bin of directions (`sky_bins`)
-//! and of clusters of other lights. Rays in the scene learn the shares before the first sample
-//! (`integrator/visibility.rs`); this module has only their result. It replaces portals that are
-//! placed by hand.
+//! In a room with windows, nearly all sky directions that are sampled by radiance are occluded.
+//! This grid stores, for each cell, the visible fraction of every bin of sky directions
+//! (`sky_bins`) and of clusters of other lights. Rays measure the fractions before the first sample
+//! (`integrator/visibility.rs`); this module only stores and uses the result. With it, users need
+//! not place portals by hand.
 //!
-//! A table belongs to a cell and to the nearest of 27 directions to the receiver's normal
-//! (`light_grid`). In a table, the probability of a bin is proportional to its radiance, the cosine
-//! with the normal and the square root of its visible share. The root minimises the variance if a
-//! bin is visible from a part of the cell: its second moment is proportional to the share, and the
-//! best probability to the root of the second moment. A tenth of all directions is sampled by the
-//! light's own distribution, so that every direction can be sampled. Within a bin, directions
-//! follow the light's own distribution, so the density is the light's own times one factor.
+//! Each cell has a table for each of 27 normals; the normal nearest to the receiver's normal is
+//! used (`light_grid`). In a table, the probability of a bin is proportional to its radiance, the
+//! cosine with the normal and the square root of its visible fraction. The root minimises the
+//! variance if a bin is visible from a part of the cell: the bin's second moment is proportional to
+//! the fraction, and the optimal probability to the root of the second moment. A tenth of all
+//! directions is sampled by the light's own distribution, so that every direction can be sampled.
+//! Within a bin, directions follow the light's own distribution, so the density is the light's own
+//! density times one factor.
 //!
-//! Lights are chosen as in `light_grid`, with the irradiance of each light multiplied by
-//! its visibility in the same way. If the sky is the only light, it is sampled less often in cells
-//! that see little of it.
+//! Lights are chosen as in `light_grid`, with the irradiance of each light multiplied by a function
+//! of its visibility. If the sky is the only light, it is sampled less often in cells from which
+//! little of the sky is visible.
 //!
-//! A table is made from the cell only, at the first request, so that threads change no bit.
-//! Probabilities of bins are whole multiples of 2⁻¹⁶. docs/notebook/2026-11.md, "Sky through
-//! windows", has the gain.
+//! A table depends on its cell only and is computed at the first request, so the order of threads
+//! changes no bit. Probabilities of bins are multiples of 2⁻¹⁶. docs/notebook/2026-11.md, "Sky
+//! through windows", has the gain.
 
 use super::cell_grid::CellGrid;
 use super::light_grid::{Entry, LightGrid, NORMALS, normal_direction, normal_index};
@@ -35,60 +37,61 @@ use std::sync::OnceLock;
 const MAX_CELLS: usize = 4096;
 /// Maximum number of clusters of finite lights.
 const MAX_CLUSTERS: usize = 48;
-/// Maximum number of lights at infinity; with more, visibility is learned for the sky only.
+/// Maximum number of lights at infinity. With more lights, visibility is learned for the sky only.
 const MAX_INFINITE: usize = 16;
-/// Approximate share of the sky's bins to which a cell traces rays.
+/// Approximate fraction of the sky's bins to which a cell traces rays.
 const TRACED_BINS: f64 = 0.33;
-/// Rays of a cell to each cluster of lights.
+/// Number of rays from a cell to each cluster of lights.
 pub const RAYS_A_CLUSTER: u32 = 2;
-/// Share of directions that follow the light's own distribution for any visibility.
+/// Fraction of sky directions that are sampled by the light's own distribution, independent of
+/// visibility.
 const BY_RADIANCE: f64 = 0.1;
 /// Bound on the error of the cosine if the representative direction replaces the true normal.
 const NORMAL_SPREAD: f32 = 0.35;
-/// Minimum visible share that is assumed for every light, since there are few rays.
+/// Minimum visible fraction that is assumed for every light, because few rays are traced.
 const MIN_SHARE: f64 = 0.01;
 /// Minimum probability that the sky is sampled if it is the only light.
 const MIN_RATE: f64 = 0.25;
-/// Units of probability in a table.
+/// Probabilities in a table are multiples of 1 / `UNITS`.
 const UNITS: u32 = 1 << 16;
-/// Stored value of the visible share 1.
+/// Stored value of the visible fraction 1.
 const VISIBLE: f32 = 255.0;
 
-/// Visible shares of lights by place.
+/// Visible fractions of lights, for each cell of a grid.
 #[derive(Clone, Debug)]
 pub struct VisibilityGrid {
     cells: CellGrid,
     sky: Option<SkyTable>,
-    /// Clusters of other lights.
+    /// Clusters of lights other than the sky.
     clusters: Vec<Vec<LightId>>,
-    /// The cluster of each light.
+    /// Index of the cluster of each light.
     cluster_of: Vec<Option<u16>>,
-    /// Visible share of each of `clusters`, cell by cell, in 255ths.
+    /// Visible fraction of each of `clusters`, cell by cell, in 255ths.
     visible_clusters: Vec<u8>,
     /// Tables of each cell, one for each representative normal.
     tables: Vec<[OnceLock<Box<Table>>; NORMALS]>,
 }
 
-/// An infinitely distant light from many directions.
+/// Data of the sky: an infinitely distant light from many directions.
 #[derive(Clone, Debug)]
 struct SkyTable {
     id: LightId,
     bins: SkyBins,
-    /// Visible share of each bin, cell by cell, in 255ths.
+    /// Visible fraction of each bin, cell by cell, in 255ths.
     visible: Vec<u8>,
-    /// Mean visible share of the sky's light over all cells, weighted by the number of points in
+    /// Mean visible fraction of the sky's light over all cells, weighted by the number of points in
     /// each cell.
     mean_share: f64,
 }
 
-/// Distribution in a cell, for normals near one direction.
+/// Probabilities of sky bins and of lights in a cell, for normals near one direction.
 #[derive(Clone, Debug)]
 struct Table {
     /// Starts of the intervals of the rows of bins, then of each bin in its row, in [`UNITS`]ths.
     starts: Box<[u16]>,
     /// Distribution over the lights; empty if the sky is the only light.
     entries: Box<[Entry]>,
-    /// Probability that the sky is sampled, if it is the only light.
+    /// Probability that the sky is sampled at a point, if the sky is the only light.
     rate: f32,
 }
 
@@ -153,13 +156,13 @@ impl VisibilityGrid {
         self.cells.len()
     }
 
-    /// Index of the cell of the point `p`, if it has a known surface.
+    /// Index of the cell of the point `p`; `None` if this cell contains no known surface.
     pub fn cell(&self, p: Vec3) -> Option<usize> {
         self.cells.number(p)
     }
 
-    /// Group of each cell: up to eight neighbouring cells. Groups are numbered in the order of
-    /// their first cells.
+    /// Group of each cell. A group is a block of up to 2 × 2 × 2 cells. Groups are numbered in the
+    /// order of their first cells.
     pub fn groups(&self) -> Vec<usize> {
         self.cells.groups()
     }
@@ -169,7 +172,7 @@ impl VisibilityGrid {
         self.sky.as_ref().map_or(0, |sky| sky.bins.len())
     }
 
-    /// The bin `bin` and all bins beside it, including bins at its corners.
+    /// Indices of the bin `bin` and of all bins that share an edge or a corner with it.
     pub fn bins_around(&self, bin: usize) -> impl Iterator<Item = usize> + use<> {
         let (rows, columns) = self
             .sky
@@ -180,13 +183,13 @@ impl VisibilityGrid {
         rows.flat_map(move |r| [columns - 1, 0, 1].map(|c| r * columns + (column + c) % columns))
     }
 
-    /// The targets of rays: each bin of the sky, then each cluster of other lights.
+    /// The targets of visibility rays: each bin of the sky, then each cluster of other lights.
     pub fn targets(&self) -> impl Iterator<Item = VisibilityTarget> + use<> {
         let clusters = (0..self.clusters.len()).map(VisibilityTarget::Cluster);
         (0..self.bins()).map(VisibilityTarget::Bin).chain(clusters)
     }
 
-    /// Light from `target` that may arrive at `p` at `time`; `None` if no light arrives.
+    /// Samples unoccluded light from `target` at `p` and `time`; `None` if no light arrives.
     pub fn sample_target(
         &self,
         lights: &[Light],
@@ -213,9 +216,10 @@ impl VisibilityGrid {
         }
     }
 
-    /// The grid with the visible shares `found` of all targets ([`VisibilityGrid::targets`]), cell
-    /// by cell, from few rays. The shares are smoothed over neighbouring bins and cells, which are
-    /// probably similar. `counts` has the number of points of each cell.
+    /// The grid with the visible fractions `found` of all targets ([`VisibilityGrid::targets`]),
+    /// cell by cell. They come from few rays, so they are averaged with the fractions of
+    /// neighbouring bins and cells, which are probably similar. `counts` has the number of points
+    /// of each cell.
     pub fn with_visibility(mut self, found: &[f32], counts: &[usize]) -> Self {
         let (bins, stride) = (self.bins(), self.bins() + self.clusters.len());
         let at = |cell: usize, target: usize| found.get(cell * stride + target).copied().unwrap_or(0.0);
@@ -258,9 +262,9 @@ impl VisibilityGrid {
         self
     }
 
-    /// Samples a light of the scene's `lights`. `grid` chooses if there are several. The inner
-    /// value is `None` if no light is sampled, and the outer value is `None` if this grid has no
-    /// data for the place.
+    /// Samples a light of the scene's `lights`; `grid` is their light grid, if there are several
+    /// lights. The outer value is `None` if the position of `context` has no data in this grid. The
+    /// inner value is `None` if no light is sampled.
     #[inline]
     pub(super) fn choose(
         &self,
@@ -276,8 +280,8 @@ impl VisibilityGrid {
         }
     }
 
-    /// Probability that [`VisibilityGrid::choose`] samples `light`; `None` if this grid has no data
-    /// for the place.
+    /// Probability that [`VisibilityGrid::choose`] samples `light`; `None` if the position of
+    /// `context` has no data in this grid.
     #[inline]
     pub(super) fn pmf(
         &self,
@@ -293,8 +297,8 @@ impl VisibilityGrid {
         }
     }
 
-    /// Samples light of the sky that arrives at `context`, if the light `id` is the sky. The outer
-    /// value is `None` if this grid has no data for the light or the place.
+    /// Samples light of the sky that arrives at `context`. The outer value is `None` if the light
+    /// `id` is not the sky, or if the position of `context` has no data in this grid.
     pub(super) fn sample(
         &self,
         id: LightId,
@@ -317,8 +321,8 @@ impl VisibilityGrid {
         }))
     }
 
-    /// Density of [`VisibilityGrid::sample`] over the density of the light's own sampling, for the
-    /// light `id`, the direction `wi` and the context `context`.
+    /// Density of [`VisibilityGrid::sample`] divided by the density of the light's own sampling,
+    /// for the light `id`, the direction `wi` and the context `context`.
     pub(super) fn pdf_factor(
         &self,
         id: LightId,
@@ -339,7 +343,8 @@ impl VisibilityGrid {
         factor().unwrap_or(1.0)
     }
 
-    /// Table for `context`.
+    /// Table for `context`; the first request computes it. `None` if there are no data at its
+    /// position.
     #[inline]
     fn table(&self, lights: (&[Light], Option<&LightGrid>), context: &LightSampleContext) -> Option<&Table> {
         let cell = self.cells.number(context.p)?;
@@ -354,7 +359,7 @@ impl VisibilityGrid {
     #[cold]
     #[inline(never)]
     fn make(&self, (lights, grid): (&[Light], Option<&LightGrid>), cell: usize, normal: Vec3) -> Box<Table> {
-        // Compute the starts of the bins, and the share of the sky's light that arrives
+        // Compute the starts of the bins, and the fraction of the sky's light that arrives
         let (starts, share) = self
             .sky
             .as_ref()
@@ -387,7 +392,7 @@ impl VisibilityGrid {
         })
     }
 
-    /// Bytes of the arrays and of the tables made so far.
+    /// Bytes of the arrays and of all tables computed so far.
     pub fn bytes(&self) -> usize {
         let table = |table: &Table| size_of::<Table>() + size_of_val(&*table.starts) + size_of_val(&*table.entries);
         let made = self.tables.iter().flatten().filter_map(OnceLock::get);
@@ -398,7 +403,7 @@ impl VisibilityGrid {
 }
 
 impl SkyTable {
-    /// Probability of a bin by the table of a cell, over the probability of the bin by the light's
+    /// Probability of a bin in the table of a cell, divided by its probability under the light's
     /// own distribution.
     fn factor(&self, bin: usize, row_units: u32, column_units: u32) -> f32 {
         let mass = self.bins.masses()[bin];
@@ -408,8 +413,8 @@ impl SkyTable {
         }
     }
 
-    /// [`Table::starts`] of a cell for normals near `normal`, and the share of the sky's light that
-    /// arrives there, times the cosine with the normal.
+    /// [`Table::starts`] of a cell for normals near `normal`. Also returns the fraction of the
+    /// sky's light that arrives at the cell, weighted by the cosine with the normal.
     fn starts(&self, cell: usize, normal: Vec3) -> (Box<[u16]>, f64) {
         let (rows, columns, bins) = (self.bins.rows(), self.bins.columns(), self.bins.len());
         let visible = &self.visible[cell * bins..][..bins];
@@ -445,8 +450,8 @@ impl SkyTable {
     }
 }
 
-/// Appends the start of each interval, in units, of a distribution by `weights`. Each weight above
-/// 0 gets at least one unit.
+/// Appends to `table` the start of each interval of a distribution with the weights `weights`, in
+/// units of 1 / [`UNITS`]. Each weight above 0 gets at least one unit.
 fn push_units(table: &mut Vec<u16>, weights: &[f64]) {
     let total: f64 = weights.iter().sum();
     let positive = weights.iter().filter(|w| **w > 0.0).count() as u32;
@@ -462,13 +467,14 @@ fn push_units(table: &mut Vec<u16>, weights: &[f64]) {
     }
 }
 
-/// Units of interval `i`, for intervals with the starts `starts`.
+/// Length in units of interval `i`, for intervals with the starts `starts`.
 fn units(starts: &[u16], i: usize) -> u32 {
     starts.get(i + 1).map_or(UNITS, |&end| u32::from(end)) - u32::from(starts[i])
 }
 
-/// The interval that contains `u`, for intervals with the starts `starts`; the position of `u` in
-/// the interval, from 0 to 1; and the units of the interval.
+/// Interval that contains `u`, for intervals with the starts `starts`. Returns the index of the
+/// interval, the position of `u` in the interval, from 0 to 1, and the length of the interval in
+/// units.
 #[inline]
 fn draw(starts: &[u16], u: f32) -> (usize, f32, u32) {
     let x = u * UNITS as f32;

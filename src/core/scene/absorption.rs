@@ -2,12 +2,12 @@
 //! coefficient σ is multiplied by exp(−σ d) (Bouguer 1729, Lambert 1760, Beer 1852), channel by
 //! channel.
 //!
-//! A body is the space behind a surface that transmits light. A segment of a path lies in a body if
-//! it leaves such a surface backwards or hits one from behind. A ray stores the body at its origin
-//! ([`Ray::body`]), and the hit determines the body at the other end. If both ends are surfaces of
-//! bodies, the mean of both coefficients is used, so that a path carries the same light in both
-//! directions. A segment between two opaque surfaces within a body has no known body and is treated
-//! as clear.
+//! A body is the space behind a surface that transmits light. A path segment lies in a body if it
+//! starts on the back of such a surface, or hits such a surface from behind. A ray stores the body
+//! at its origin ([`Ray::body`]), and the hit determines the body at the other end. If both ends
+//! are surfaces of bodies, the mean of both coefficients is used, so that a path has the same
+//! transmittance in both directions. The body of a segment between two opaque surfaces is unknown,
+//! so the segment does not absorb light.
 
 use super::Scene;
 use crate::color::Spectrum;
@@ -58,8 +58,8 @@ impl Scene {
         }
     }
 
-    /// Transmittance of a segment of the length `length`. `ends` are the numbers of the bodies at
-    /// both ends.
+    /// Transmittance of a segment of the length `length`, scene units. `ends` are the numbers of
+    /// the bodies at both ends.
     fn transmittance_within(&self, ends: [u32; 2], length: f32) -> Spectrum {
         let known = || ends.into_iter().filter(|&body| body > 0);
         let sum = known().fold(Spectrum::ZERO, |sum, body| sum + self.absorptions[body as usize - 1]);

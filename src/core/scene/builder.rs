@@ -18,16 +18,17 @@ use std::collections::HashMap;
 pub struct SceneReport {
     /// Number of triangles without area, which are left out.
     pub degenerate_triangles: u64,
-    /// Materials whose lobes summed to more than 1 in some channel, so that they were scaled down.
-    /// Each has its name, and the sum of the lobes in the largest channel.
+    /// Materials that were scaled down because their lobes summed to more than 1 in some channel.
+    /// Each entry has the material's name, and the largest sum over all channels.
     pub scaled_materials: Vec<(String, f32)>,
     /// True if nothing emitted light, so that a constant environment of radiance 1 was added.
     pub default_light: bool,
-    /// Number of triangles that repeat another triangle of their mesh. They are left out.
+    /// Number of triangles that are bit-identical to another triangle of their mesh. They are left
+    /// out.
     pub repeated_triangles: u64,
-    /// Number of instances that repeat another instance. They are left out.
+    /// Number of instances that are bit-identical to another instance. They are left out.
     pub repeated_instances: u64,
-    /// Emitting triangles that coincide with others.
+    /// Emitting triangles that coincide with other emitting triangles.
     pub coincident_emitters: CoincidentEmitters,
     /// Largest number of triangles of different meshes at one place; 0 if the number is below
     /// [`MANY_COINCIDENT`](super::MANY_COINCIDENT).
@@ -67,18 +68,17 @@ pub struct SceneBuilder {
     pub(super) hidden: HashMap<MaterialId, MaterialId>,
     pub(super) textures: Vec<Texture>,
     pub(super) texture_filter: TextureFilter,
-    /// Lights with their groups, if any.
+    /// Lights, each with its group if it has one.
     pub(super) lights: Vec<(Light, Option<LightGroupId>)>,
-    /// Environment light of each sky. The key has the bits of the sun's elevation and of the
-    /// turbidity.
+    /// Environment light of each sky. The key is the sun's elevation and the turbidity, as bits.
     pub(super) skies: HashMap<[u32; 2], EnvironmentLight>,
-    /// Names of light groups. New lights belong to the group `light_group`.
+    /// Names of light groups.
     pub(super) light_groups: Vec<String>,
     pub(super) light_group: Option<LightGroupId>,
     /// Light group of each emitting material that has a group.
     pub(super) material_groups: HashMap<MaterialId, LightGroupId>,
-    /// Lights that have a whole mesh as their surface, such as sphere lights. The key is the
-    /// material of the mesh.
+    /// Lights whose surface is a whole mesh, such as sphere lights. The key is the material of the
+    /// mesh.
     pub(super) lamps: HashMap<MaterialId, Light>,
     pub(super) triangle_sampling: TriangleSampling,
     pub(super) ground: Option<GroundPlane>,
@@ -123,9 +123,9 @@ impl SceneBuilder {
         Self::default()
     }
 
-    /// Adds a material. If the lobes sum to more than 1 in some channel, they are scaled down, and
-    /// the material is reported. If textures vary the lobes, they are scaled at each lookup
-    /// instead.
+    /// Adds a material. If its lobes sum to more than 1 in some channel, they are scaled down, and
+    /// the report lists the material. If textures vary the lobes, the scaling is done at each
+    /// lookup instead.
     pub fn add_material(&mut self, mut material: Material) -> Result<MaterialId, BuildError> {
         check_material(&material)?;
         let scattered = material.scattered();
@@ -141,8 +141,8 @@ impl SceneBuilder {
         Ok(MaterialId(self.materials.len() as u32 - 1))
     }
 
-    /// Adds triangles of one material to the world. Triangles without area, and triangles that
-    /// repeat another one, are omitted and reported.
+    /// Adds triangles of one material to the world. Triangles without area and repeated triangles
+    /// are left out and reported.
     pub fn add_mesh(&mut self, mesh: Mesh, material: MaterialId) -> Result<(), BuildError> {
         let mesh = self.checked(mesh, material)?;
         self.add_checked_mesh(mesh, material);
@@ -157,11 +157,11 @@ impl SceneBuilder {
         }
     }
 
-    /// Starts an object: parts that are added from now on, until the next call, belong to this
-    /// object. If the name is in use, a number is appended.
+    /// Starts an object. All parts that are added before the next call belong to this object. If
+    /// the name is in use, a number is appended.
     pub fn begin_object(&mut self, name: &str) {
-        // Continue after the last number of this name, so that thousands of equal names do not take
-        // longer than different names.
+        // Continue after the last number of this name, so that thousands of equal names take no
+        // longer than different names
         let mut number = self.object_names.get(name).copied().unwrap_or(0);
         let unique = loop {
             number += 1;
@@ -178,8 +178,8 @@ impl SceneBuilder {
         self.objects.push(unique);
     }
 
-    /// Adds names of parts to the scene. The parts of `meshes` have indices into `names`: they are
-    /// replaced by indices into the names of the scene. Equal names become the same part.
+    /// Adds names of parts to the scene. The parts of `meshes` are indices into `names`, and become
+    /// indices into the names of the scene. Equal names become the same part.
     pub fn add_parts<'m>(&mut self, names: PartNames, meshes: impl Iterator<Item = &'m mut Mesh>) {
         if self.parts.is_empty() {
             self.parts = names;
@@ -201,8 +201,8 @@ impl SceneBuilder {
         self.objects.len().saturating_sub(1) as u32
     }
 
-    /// Adds a prototype: meshes that are stored once. [`SceneBuilder::add_instance`] places them in
-    /// the world any number of times.
+    /// Adds a prototype: meshes that are stored once. [`SceneBuilder::add_instance`] can place the
+    /// prototype in the world any number of times.
     pub fn add_prototype(&mut self, meshes: Vec<(Mesh, MaterialId)>) -> Result<PrototypeId, BuildError> {
         let mut checked = Vec::with_capacity(meshes.len());
         for (mesh, material) in meshes {
@@ -259,7 +259,8 @@ impl SceneBuilder {
         self.materials.len()
     }
 
-    /// Sets the treatment of thin glass. By default, light passes it straight on.
+    /// Sets the treatment of thin glass. By default, light passes thin glass without a change of
+    /// direction.
     pub fn panes(&mut self, panes: Panes) {
         self.panes = panes;
     }
@@ -269,8 +270,8 @@ impl SceneBuilder {
         self.texture_filter = filter;
     }
 
-    /// Returns a material like `id` that is hidden from the camera: a copy of `id`, or `id` if the
-    /// material is already hidden.
+    /// Returns a copy of the material `id` that is hidden from the camera, or `id` if the material
+    /// is already hidden.
     pub fn hidden_material(&mut self, id: MaterialId) -> MaterialId {
         if let Some(&hidden) = self.hidden.get(&id) {
             return hidden;
@@ -292,8 +293,8 @@ impl SceneBuilder {
         hidden
     }
 
-    /// The material of which `hidden` is a copy that is hidden from the camera; `None` if it is not
-    /// a copy.
+    /// The material from which [`SceneBuilder::hidden_material`] made `hidden`; `None` if `hidden`
+    /// is not such a copy.
     pub fn copied_material(&self, hidden: MaterialId) -> Option<MaterialId> {
         let mut copies = self.hidden.iter();
         copies.find(|(_, copy)| **copy == hidden).map(|(id, _)| *id)
@@ -308,8 +309,8 @@ impl SceneBuilder {
         }
     }
 
-    /// Exchanges the textures of a material's bump map and normal map, if each texture was taken
-    /// for the other. The maps keep their mappings.
+    /// Exchanges the textures of a material's bump map and normal map, for files that confuse both.
+    /// The maps keep their mappings.
     pub fn exchange_bumps(&mut self, id: MaterialId) {
         for id in [Some(id), self.hidden.get(&id).copied()].into_iter().flatten() {
             if let Some(material) = self.materials.get_mut(id.0 as usize) {
@@ -319,8 +320,8 @@ impl SceneBuilder {
         }
     }
 
-    /// Sets the scene's textures. Before this call, the maps of materials have indices into `ids`.
-    /// `ids` has the id of each texture, or `None`: then the map is removed.
+    /// Sets the scene's textures. Before this call, each map of a material has an index into `ids`
+    /// as its texture. `ids` has the new id of each texture; if it is `None`, the map is removed.
     pub fn set_textures(&mut self, textures: Vec<Texture>, ids: &[Option<TextureId>]) {
         place_textures(&mut self.materials, |id| ids.get(id.0 as usize).copied().flatten());
         self.textures = textures;
@@ -371,7 +372,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn bad_input_is_named() {
+    fn invalid_input_is_an_error() {
         let mut b = SceneBuilder::new();
         let m = b.add_material(material(0.5, 0.0)).unwrap();
         let error = b.add_mesh(mesh(vec![[0, 1, 2], [0, 1, 4]]), m).unwrap_err();
@@ -401,7 +402,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn mixtures_keep_their_energy() {
+    fn lobes_above_one_are_scaled_down() {
         let mut b = SceneBuilder::new();
         let glossy = Material {
             specular: Spectrum::splat(0.6),
@@ -417,7 +418,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn a_coat_and_its_base_share_the_light() {
+    fn coat_and_base_are_scaled_with_transmission_only() {
         let mut b = SceneBuilder::new();
         let white = Material::metallic_roughness(Spectrum::ONE, 0.5, 0.3);
         b.add_material(white.clone()).unwrap();
@@ -472,7 +473,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn objects_have_names_of_their_own() {
+    fn equal_object_names_get_numbers() {
         let mut b = SceneBuilder::new();
         for name in ["a", "a.3", "a", "b", "a", "a.3"] {
             b.begin_object(name);

@@ -1,16 +1,16 @@
-//! Triangles and instances that repeat others: their corners or placements are bit-identical.
+//! Repeated triangles and instances: their corners or placements are bit-identical.
 //!
-//! A ray that hits one of n equal triangles is tested with all of them, so a render of n rays takes
-//! n² tests. Light sampling samples each of n equal emitters, but a ray hits only one of them. The
-//! builder therefore keeps the first of equal triangles of a mesh, with its texture coordinates and
-//! normals, and of equal instances. Triangles that differ in winding are different.
+//! A ray that hits one of n equal triangles is tested with all of them, so n rays need n² tests.
+//! Light sampling samples each of n equal emitters, but a ray hits only one of them. So the builder
+//! keeps only the first of equal triangles of a mesh, with its texture coordinates and normals, and
+//! only the first of equal instances. Triangles that differ in winding are different.
 //!
-//! To save memory, hashes are first entered in a set of bits with 2 to 4 bytes per item. Only items
+//! To save memory, each hash first sets a bit in a bit set of 2 to 4 bytes per item. Only items
 //! whose bit was already set are compared.
 //!
-//! Equal triangles of different meshes are kept, because their materials differ. If there are many
-//! at one place, they are reported. To find such places, the hash of every eighth triangle is
-//! stored ([`TriangleSamples`]). Only places with several equal hashes are counted.
+//! Equal triangles of different meshes are kept, because their materials differ. They are reported
+//! if many of them coincide. To find them, the hash of every eighth triangle is stored
+//! ([`TriangleSamples`]). Triangles are counted only if several of these hashes are equal.
 
 use super::{LightNumbering, Scene};
 use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, retain_triangles};
@@ -23,22 +23,22 @@ use std::collections::{HashMap, HashSet};
 /// first.
 type TriangleKey = [[u32; 9]; 2];
 
-/// Minimum number of coincident triangles of different meshes that is reported. A ray at this place
-/// is tested with all of them.
+/// Minimum number of coincident triangles of different meshes that is reported. A ray that hits one
+/// of them is tested with all of them.
 pub const MANY_COINCIDENT: u64 = 32;
 
 /// Hashes of every [`TriangleSamples::STRIDE`]th triangle of all meshes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TriangleSamples {
-    /// Number of triangles that were added, with or without a hash.
+    /// Number of triangles that were added, including triangles whose hash is not stored.
     seen: usize,
     hashes: Vec<u64>,
 }
 
 impl TriangleSamples {
     const STRIDE: usize = 8;
-    /// Minimum number of equal hashes at which a place is counted. If [`MANY_COINCIDENT`] equal
-    /// meshes are added in succession, some place has this number.
+    /// Minimum number of equal stored hashes at which triangles are counted. If [`MANY_COINCIDENT`]
+    /// equal meshes are added in succession, some hash occurs this number of times.
     const MIN: usize = MANY_COINCIDENT as usize / Self::STRIDE;
 
     fn add(&mut self, hash: u64) {
@@ -48,7 +48,7 @@ impl TriangleSamples {
         self.seen += 1;
     }
 
-    /// Hashes that occur at least [`Self::MIN`] times.
+    /// Stored hashes that occur at least [`Self::MIN`] times.
     fn frequent(&self) -> HashSet<u64> {
         let mut hashes = self.hashes.clone();
         hashes.sort_unstable();
@@ -56,8 +56,8 @@ impl TriangleSamples {
         runs.filter(|run| run.len() >= Self::MIN).map(|run| run[0]).collect()
     }
 
-    /// Largest number of equal triangles at one place. Triangles are compared only within each of
-    /// the `groups` of meshes. 0 if the number is below [`MANY_COINCIDENT`].
+    /// Maximum number of equal triangles, over all triangles; 0 if it is below [`MANY_COINCIDENT`].
+    /// Triangles are compared within each of the `groups` of meshes, but not between groups.
     pub fn largest_coincidence<'m>(&self, groups: impl Iterator<Item = &'m [(Mesh, MaterialId)]>) -> u64 {
         let frequent = self.frequent();
         if frequent.is_empty() {
@@ -96,7 +96,7 @@ fn hash_of_key(key: &TriangleKey) -> u64 {
 }
 
 /// Removes triangles that repeat another triangle of the mesh, and returns the number of removed
-/// triangles. Adds every eighth triangle of the mesh to `samples`.
+/// triangles. Adds the hash of every eighth triangle to `samples`.
 pub(super) fn remove_repeated_triangles(mesh: &mut Mesh, samples: &mut TriangleSamples) -> u64 {
     let before = mesh.triangles.len();
     let Mesh {
@@ -154,7 +154,7 @@ pub(super) fn remove_repeated_instances<P>(
 pub struct CoincidentEmitters {
     /// Number of triangles.
     pub triangles: u64,
-    /// Largest number of coincident triangles at one place.
+    /// Maximum number of triangles that coincide.
     pub max_at_one_place: u64,
 }
 
@@ -211,7 +211,7 @@ impl Scene {
     }
 }
 
-/// Bits of a number. The bits of +0 and −0 are the same.
+/// Bits of `value`. The bits of +0 and −0 are the same.
 fn bits(value: f32) -> u32 {
     (value + 0.0).to_bits()
 }
@@ -236,8 +236,8 @@ fn hash_of(words: &[u32]) -> u64 {
     })
 }
 
-/// Hashes that occur more than once, and a few hashes that occur once. `count` is the number of all
-/// hashes.
+/// Hashes that occur more than once, and a few hashes that occur once but share a bit with another
+/// hash. `count` is the number of all hashes.
 fn repeated(hashes: impl Iterator<Item = u64>, count: usize) -> HashSet<u64> {
     let mut repeated = HashSet::new();
     let bits = (16 * count as u64).next_power_of_two();
@@ -303,7 +303,7 @@ mod tests {
         );
     }
 
-    /// One equal quad in each of `copies` materials, each with a separate triangle behind it.
+    /// `copies` equal quads in separate meshes. Each has a separate triangle behind it.
     fn quads_of_materials(copies: usize) -> Vec<(Mesh, MaterialId)> {
         let mut meshes = Vec::new();
         for i in 0..copies {

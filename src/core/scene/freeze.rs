@@ -21,17 +21,17 @@ use std::sync::{Arc, OnceLock};
 /// Name of the only object of a scene in which no object was begun.
 const ONLY_OBJECT: &str = "scene";
 
-/// Bytes of memory for an emitting triangle, including its entry in the selection of lights and the
+/// Bytes of memory for an emitting triangle, including its entry in the light selection and the
 /// unused capacity of growing lists.
 const BYTES_OF_A_LIGHT: u64 = 3 * size_of::<Light>() as u64 + 100;
 
-/// Maps from a material to the light group of its surfaces, and to the light whose whole mesh has
-/// this material.
+/// Two maps from a material: to the light group of its surfaces, and to the light whose surface is
+/// a whole mesh of this material.
 type LightsOfMaterials<'a> = (&'a HashMap<MaterialId, LightGroupId>, &'a HashMap<MaterialId, Light>);
 
 impl SceneBuilder {
-    /// Freezes the scene. A scene without lights and without emitting surfaces gets a constant
-    /// environment of radiance 1. A scene whose lights emit nothing stays dark.
+    /// Freezes the scene. If a scene has no lights and no emitting surfaces, a constant environment
+    /// of radiance 1 is added. A scene whose lights emit nothing stays dark.
     pub fn build(mut self) -> Result<(Scene, SceneReport), BuildError> {
         // Remove maps of missing textures.
         let count = self.textures.len() as u32;
@@ -124,7 +124,7 @@ impl SceneBuilder {
                 (&self.lamps, self.triangle_sampling, &mut emitting),
             );
         }
-        // The ground is the last mesh that is not part of a prototype.
+        // The ground is the last mesh in the world, before the meshes of prototypes.
         let ground_geom = GeomId(scene.meshes.len() as u32);
         if let Some((plane, (material, object))) = ground {
             scene.add_shape(
@@ -199,7 +199,8 @@ impl SceneBuilder {
         Ok((scene, self.report))
     }
 
-    /// Replaces panes by thin dielectrics, in a scene with these bounds.
+    /// Replaces panes of glass by thin dielectrics. `bounds` is the box of the scene, which limits
+    /// the thickness of a pane.
     pub(super) fn flatten_panes(&mut self, bounds: Bounds3) {
         let max_thickness = max_thickness(bounds);
         let mut flat_panes = FlatPanes::default();
@@ -211,7 +212,7 @@ impl SceneBuilder {
                 self.mesh_objects.push(object);
             }
         }
-        // The largest copy of a prototype decides if a slab is thin enough
+        // Find the largest scale of each prototype, which decides if its slabs are thin enough
         let mut scales = vec![0.0f64; self.prototypes.len()];
         for (prototype, placement) in &self.instances {
             let lengths = placement.steps().iter().flat_map(|step| {
@@ -277,9 +278,9 @@ impl SceneBuilder {
 }
 
 impl Scene {
-    /// Adds a mesh: as part of `object`, or of a prototype if `object` is `None`. `emitting` counts
-    /// the lights of meshes: emitting triangles, and the lights in `lamps`, whose surface is a
-    /// whole mesh.
+    /// Adds a mesh as part of `object`, or of a prototype if `object` is `None`. Adds the mesh's
+    /// lights to the count `emitting`: one light per emitting triangle, or one light per mesh for
+    /// the lights in `lamps`.
     fn add_shape(
         &mut self,
         mesh: Mesh,
@@ -320,8 +321,8 @@ impl Scene {
         });
     }
 
-    /// Returns the number of lights of an emitting mesh, and the light of each triangle. If the
-    /// mesh emits evenly and does not move, each rectangle is one light.
+    /// Returns the number of lights of an emitting mesh, and the map from triangles to lights. If
+    /// the mesh emits evenly and does not move, each rectangle of two triangles is one light.
     fn number_lights(&mut self, mesh: &Mesh, is_plain: bool, sampling: TriangleSampling) -> (u32, LightNumbering) {
         let count = mesh.triangles.len() as u32;
         if is_plain && sampling == TriangleSampling::Area {
@@ -451,7 +452,7 @@ impl Scene {
     }
 }
 
-/// Returns true if light sampling on a surface of `material` needs its textures or its opacity.
+/// Returns true if textures or opacity vary the emission of a surface of `material`.
 fn varies_emission(material: &Material) -> bool {
     material.maps.emission.is_some() || material.maps.varies_opacity() || material.opacity < 1.0
 }

@@ -1,28 +1,28 @@
 //! The ground: a plane that catches the shadows of the scene.
 //!
-//! A camera ray that hits the ground returns the background times `E / E₀`, the share of light that
-//! arrives at the hit point. `E` is the irradiance with the scene, and `E₀` the irradiance without
-//! the scene. Integrators estimate the light that the ground reflects, `ρ E / π` for an albedo ρ;
-//! `Ground::shadow` has the factor from reflected light to the share. Far from all objects, the
-//! mean share is 1 and the ground looks like the background.
+//! A camera ray that hits the ground returns the background times `E / E₀`, the fraction of the
+//! light that arrives at the hit point. `E` is the irradiance with the scene, and `E₀` the
+//! irradiance without the scene. Integrators estimate the light that the ground reflects, `ρ E / π`
+//! for an albedo ρ; `Ground::shadow` returns the factor from reflected light to the fraction. Far
+//! from all objects, the mean fraction is 1 and the ground looks like the background.
 //!
 //! - The path tracer accumulates the missing direct light, `E − E₀`, instead of the arriving light.
 //!   At a point with no object near it the missing light is 0, so that the background has no noise.
-//!   Samples may be negative, but their mean is negative only by noise. In a scene with lamps of
-//!   finite size the path tracer accumulates the arriving light: if a ray hits a surface, the light
-//!   of a lamp behind this surface is unknown.
-//! - If there are infinitely distant lights, E₀ does not include finite lights with an emission
-//!   texture, nor finite lights that are too many to be summed at each point. The ground around
-//!   such lights becomes brighter than the background.
+//!   Samples may be negative, but their mean is negative only by noise. If the scene has lamps of
+//!   finite size, the path tracer accumulates the arriving light: if a ray hits a surface, the
+//!   light of a lamp behind this surface is unknown.
+//! - If there are infinitely distant lights, E₀ includes no finite light if one of them has an
+//!   emission texture, or if there are too many to be summed at each point. The ground around
+//!   finite lights is then brighter than the background.
 //! - E₀ of infinitely distant lights is the same everywhere and is computed once. E₀ of finite
 //!   lights is computed for each point, without visibility: a lamp in the scene lights the ground
 //!   near the lamp, and does not darken the ground far away. Both have closed forms
 //!   (`light/irradiance.rs`).
-//! - Towards the rim the share fades to 1, so that no edge shows.
+//! - Towards the rim of the ground the fraction approaches 1, so that no edge is visible.
 //! - For all other rays the ground is a diffuse surface: it stops light from below, and lights the
 //!   undersides of objects on it. Without the ground, the environment would light an object from
 //!   below, and the object would seem to float. The albedo lies between asphalt and paper.
-//! - Camera rays from below pass the ground.
+//! - Camera rays from below pass through the ground.
 //! - The scene's bounds do not include the ground, because the bounds are used to frame the image,
 //!   and to aim light paths from distant lights.
 
@@ -42,7 +42,7 @@ const DEFAULT_RADIUS: f32 = 50.0;
 const GAP: f32 = 1e-4;
 /// Distance from the middle at which shadows begin to fade, as a fraction of the ground's radius.
 const FADE: f32 = 0.5;
-/// Minimum albedo of the ground. The estimated share of arriving light is the reflected light
+/// Minimum albedo of the ground. The fraction of arriving light is estimated as the reflected light
 /// divided by the albedo.
 const MIN_ALBEDO: f32 = 0.01;
 /// Minimum radius of the ground: the radius of the smallest valid scene.
@@ -80,7 +80,7 @@ impl Default for GroundPlane {
     }
 }
 
-/// Ground plane with values for a given scene.
+/// Ground plane whose point, normal and radius are known for a given scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PlacedPlane {
     point: Vec3,
@@ -89,12 +89,13 @@ pub(super) struct PlacedPlane {
     albedo: Spectrum,
 }
 
-/// Radius of `bounds`; 1 if it is 0.
+/// Radius of `bounds`; 1 if the radius is 0.
 fn size_of(bounds: Bounds3) -> f32 {
     Some(bounds.radius()).filter(|&r| r > 0.0).unwrap_or(1.0)
 }
 
-/// Point at the height of the lowest corner of the scene's box, below the middle of the box.
+/// Point below the middle of `bounds`, just below the lowest corner. `up` is the upward unit
+/// vector.
 fn point_below(bounds: Bounds3, up: Vec3) -> Vec3 {
     let center = bounds.center();
     let half = (0.5 * (bounds.max - bounds.min)).max(Vec3::ZERO);
@@ -130,7 +131,7 @@ impl GroundPlane {
         Ok(())
     }
 
-    /// Settings of the plane below a part of a scene. `bounds` is the box of the part.
+    /// Settings of a plane below a part of a scene. `bounds` is the box of the part.
     pub fn below(bounds: Bounds3, up: Vec3) -> Self {
         let up = up.normalize_or(Vec3::Y);
         Self {
@@ -141,8 +142,8 @@ impl GroundPlane {
         }
     }
 
-    /// The plane with values for a scene with these bounds. A missing point or radius follows from
-    /// the bounds.
+    /// Returns the plane for a scene with the box `bounds`. A missing point or radius follows from
+    /// `bounds`.
     pub(super) fn place(&self, bounds: Bounds3) -> Result<PlacedPlane, BuildError> {
         self.check()?;
         let up = self.up.normalize_or(Vec3::Y);
@@ -203,9 +204,9 @@ pub struct Ground {
     plane: PlacedPlane,
     /// Irradiance of the plane by infinitely distant lights, as if the scene were absent, W·m⁻².
     irradiance: Spectrum,
-    /// Finite lights, whose irradiance is different at each point.
+    /// Finite lights that are part of E₀. Their irradiance is different at each point.
     finite: Vec<LightId>,
-    /// True if no ray can hit a light of finite size.
+    /// True if rays cannot hit any finite light.
     has_missing_light: bool,
 }
 
@@ -296,8 +297,8 @@ impl Ground {
         self.plane.radius
     }
 
-    /// Returns true if a ray hit determines the light that would arrive from its direction without
-    /// the scene. This is false with lamps of finite size: their light from behind the surface is
+    /// Returns true if the direct light that a ray does not find because of its hit is known. This
+    /// is false if there are lamps of finite size: the light of a lamp behind the hit surface is
     /// unknown.
     pub fn has_missing_light(&self) -> bool {
         self.has_missing_light
@@ -308,10 +309,9 @@ impl Ground {
         self.irradiance
     }
 
-    /// Factor and offset to compute the shadow at the point `p` at `time`: the share of arriving
-    /// light is the reflected light times the factor, plus the offset. `lights` are all lights of
-    /// the scene. The share of a channel is 1 if no light would arrive in this channel without the
-    /// scene.
+    /// Factor and offset of the shadow at the point `p` at `time`: the fraction of arriving light
+    /// is the reflected light times the factor, plus the offset. `lights` are all lights of the
+    /// scene. In a channel in which no light would arrive without the scene, the fraction is 1.
     pub fn shadow(&self, p: Vec3, time: f32, lights: &[Light]) -> (Spectrum, Spectrum) {
         let finite = self.finite.iter().filter_map(|id| lights.get(id.0 as usize));
         let unshadowed = finite.fold(self.irradiance, |sum, light| {
@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_planes_are_refused() {
+    fn invalid_planes_are_errors() {
         let usual = GroundPlane::default;
         let wrong = [
             GroundPlane {

@@ -1,4 +1,4 @@
-//! Light that a ray hits: emitted by a surface, or infinitely distant.
+//! Light that a ray finds: emitted by the surface that it hits, or by infinitely distant lights.
 
 use super::{LightNumbering, Scene, Shape};
 use crate::color::Spectrum;
@@ -6,7 +6,7 @@ use crate::geometry::{Hit, PrimId};
 use crate::light::{Light, LightId, LightSampleContext, LightSelection, TriangleLight};
 use crate::math::Vec3;
 
-/// Light that a traced ray hits.
+/// Light that a traced ray finds.
 #[derive(Clone, Copy, Debug)]
 pub struct Incident {
     /// Id of the light.
@@ -18,8 +18,8 @@ pub struct Incident {
 }
 
 impl Scene {
-    /// Number within `shape` of the light to which the triangle `prim` belongs. The shape must
-    /// emit.
+    /// Index, among the lights of `shape`, of the light to which the triangle `prim` belongs. The
+    /// shape must emit.
     #[inline(always)]
     pub(super) fn number_of_light(&self, shape: &Shape, prim: PrimId) -> u32 {
         match shape.numbering {
@@ -29,11 +29,10 @@ impl Scene {
         }
     }
 
-    /// Light that the surface at `hit`, with the point `q`, sends to `context` along −`wi`. The
-    /// unit direction `wi` points from the context to `q`. All points are at `time`.
-    ///
-    /// The density is the probability density with which light sampling samples this direction,
-    /// including the choice of the light by `selection`.
+    /// Light that the point `q` of the surface at `hit` sends to `context` along −`wi`; `None` if
+    /// the surface is not a light. The unit direction `wi` points from the context to `q`. All
+    /// points are at `time`. The density includes the probability that `selection` chooses the
+    /// light.
     pub fn emitted(
         &self,
         selection: &LightSelection,
@@ -76,7 +75,7 @@ impl Scene {
             Light::Sphere(light) => (light.radiance_at(context.p), light.pdf(context.p)),
             Light::Disk(light) => (light.emitted(-wi), light.pdf(context.p, q, wi)),
             Light::Rectangle(light) => (light.emitted(-wi), light.pdf(context.p, q, wi)),
-            // These lights have no surface that a ray can hit, or are handled by the caller
+            // These lights have no surface that a ray can hit, or the caller handles them
             Light::Triangle(_)
             | Light::Point(_)
             | Light::Constant(_)
@@ -92,7 +91,7 @@ impl Scene {
         })
     }
 
-    /// Returns true if a ray that leaves the scene can hit a light.
+    /// Returns true if a ray that leaves the scene can find a light.
     pub fn has_infinite_lights(&self) -> bool {
         !self.infinite_lights.is_empty()
     }
@@ -109,7 +108,7 @@ impl Scene {
             let (radiance, pdf) = match &self.lights[id.0 as usize] {
                 Light::Constant(light) => (light.radiance, light.pdf()),
                 Light::Environment(light) => (light.radiance(wi), light.pdf(wi)),
-                // Return the sun even if the ray misses its disc: the radiance is then 0
+                // Return the sun even if the ray misses its disc; the radiance is then 0
                 Light::Sun(light) => (light.radiance(wi), light.pdf(wi)),
                 // Rays cannot hit these lights, or the lights are not at infinity.
                 Light::Directional(_)

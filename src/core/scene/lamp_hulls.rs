@@ -6,19 +6,19 @@
 //! the sphere, in f64. Surfaces between the hull and the sphere are nearer than this hit
 //! (`World::first_opaque`).
 //!
-//! Hulls are wider than their lights by bounds on rounding errors, so that lights of every size and
-//! place have a hull with area. The width depends on the unit roundoff u, the largest coordinate c
-//! of the light, and the largest coordinate s of the scene ([`margin`]):
+//! Hulls are wider than their lights by bounds on rounding errors, so that the hull of every light
+//! has an area, for any size and position. The margin depends on the unit roundoff u, the largest
+//! coordinate c of the light, and the largest coordinate s of the scene ([`margin`]):
 //!
 //! - γ₃₂ (c + s): an intersector subtracts the origin of the ray, and then rounds the result
-//!   several times. It finds the edges of a hull displaced by γ₁₆ (c + s) or less. Vertices have
+//!   several times. These errors displace the edges of a hull by at most γ₁₆ (c + s). Vertices have
 //!   one rounding per coordinate, √3 u c. Neighbouring vertices of a polyhedron are 8 u c apart or
-//!   more, so roundings do not turn its faces over.
-//! - 2⁻¹³ c for disks: roundings of the corners tilt a square by 10⁻³ or less. Rays that hit the
+//!   more, so rounding does not turn a face over.
+//! - 2⁻¹³ c for disks: rounding of the corners tilts a square by at most 10⁻³. Rays that hit the
 //!   disk at a larger angle to its plane hit the square.
 //!
 //! For a camera far outside the scene the errors are larger. They matter only if the light covers
-//! an angle of a few roundings, which ray directions in f32 do not resolve.
+//! an angle of a few roundings, which ray directions in f32 cannot resolve.
 //!
 //! Rays that start between the hull and a sphere hit the hull behind the sphere. A surface in this
 //! gap therefore hides the sphere. The gap is 2 % of the radius, plus the margin.
@@ -34,8 +34,8 @@ use std::collections::HashMap;
 /// Margin of a disk's square, as a fraction of the disk's largest coordinate.
 const TILT_MARGIN: f64 = 1.0 / 8192.0;
 
-/// Margin between a light with coordinates up to `size` and its hull, in a scene with coordinates
-/// up to `reach`.
+/// Margin between a light and its hull, scene units. `size` is the largest coordinate of the light,
+/// and `reach` the largest coordinate of the scene.
 fn margin(size: f64, reach: f32) -> f64 {
     f64::from(gamma(32)) * (size + f64::from(reach))
 }
@@ -58,7 +58,7 @@ impl SceneBuilder {
     }
 }
 
-/// Result of testing a hit for a hull.
+/// Result of testing if a hit is on a hull.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum HullHit {
     /// The surface is not the hull of a light.
@@ -76,7 +76,8 @@ impl Scene {
         self.has_lamp_hulls && self.at_hull(hit, ray) == HullHit::Misses
     }
 
-    /// Tests if the surface at `hit` is a hull, and if `ray` hits the light inside the hull.
+    /// Returns [`HullHit`] for the surface at `hit`: if it is a hull, and if `ray` hits the light
+    /// inside.
     #[inline(always)]
     pub(crate) fn hull_hit(&self, hit: &Hit, ray: &Ray) -> HullHit {
         match self.has_lamp_hulls {
@@ -104,8 +105,8 @@ impl Scene {
         self.lights.get(id as usize)
     }
 
-    /// The point at which `ray` hits the surface at `hit`. For sphere and disk lights, it is on the
-    /// light, not on its hull.
+    /// The point at which `ray` hits the surface at `hit`. If the surface is a hull, the point is
+    /// on the light, not on the hull.
     pub fn surface_point_along(&self, hit: &Hit, ray: &Ray) -> SurfacePoint {
         let point = self.surface_point(hit, ray.time);
         if !self.has_lamp_hulls {
@@ -263,7 +264,7 @@ mod tests {
         }
     }
 
-    /// Rays from the scene to points inside a light hit its hull, and hit the light.
+    /// Rays from the scene to points inside a light hit the light's hull, and hit the light.
     #[test]
     fn rays_towards_lamps_hit_their_hulls() {
         let u = |i: u64| 2.0 * unit_f32(mix(i)) - 1.0;

@@ -1,4 +1,4 @@
-//! Checks of lights. If a value is invalid, the error has the name of its key.
+//! Checks of lights. The error contains the key of the invalid value.
 
 use super::validate::{BuildError, MAX_REACH};
 use crate::color::Spectrum;
@@ -8,7 +8,7 @@ use crate::math::{Quat, Vec3, list};
 /// Minimum angular diameter of a directional light's disc, in degrees.
 const MIN_ANGLE: f32 = 0.01;
 
-/// Error about the value of `key` of a light. `light` is the type of the light.
+/// Error for an invalid value of the key `key` of a light. `light` is the type of the light.
 pub(super) fn bad_light(light: &'static str, key: &'static str, value: String, rule: &'static str) -> BuildError {
     BuildError::BadLight {
         light,

@@ -1,5 +1,5 @@
-//! Lights without a mesh, and groups of lights, of a scene builder. `made_lights` adds the lights
-//! with a surface, and skies.
+//! Functions of the scene builder that add lights without a mesh, and groups of lights.
+//! `made_lights` adds skies and lights with a surface.
 
 use super::builder::SceneBuilder;
 use super::light_checks::{check_environment, check_light, check_position, check_spot, unit};
@@ -23,7 +23,7 @@ impl SceneBuilder {
         check_group_name(name)?;
         let found = self.light_groups.iter().position(|known| known == name);
         let index = found.unwrap_or(self.light_groups.len());
-        // The last group is for lights without a group.
+        // Leave an index for the group of lights without a group
         if index >= LightGroups::MAX_GROUPS - 1 {
             return Err(BuildError::TooManyLightGroups);
         }
@@ -33,8 +33,7 @@ impl SceneBuilder {
         Ok(LightGroupId(index as u8))
     }
 
-    /// Lights that are added from now on, until the next call, belong to `group`, or to no group if
-    /// it is `None`.
+    /// Sets the group of all lights that are added before the next call; `None` means no group.
     pub fn begin_light_group(&mut self, group: Option<LightGroupId>) {
         self.light_group = group;
     }

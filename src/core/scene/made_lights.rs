@@ -98,9 +98,9 @@ fn environment_of(
 }
 
 impl SceneBuilder {
-    /// Adds light from a disc at infinity, which travels in `direction` with `irradiance`, W·m⁻²,
-    /// on a surface that faces it. The angular diameter `angle` of the disc is 0.01 to 180 degrees.
-    /// If it is 0, the light is the parallel light of [`SceneBuilder::add_directional_light`].
+    /// Adds light from a disc at infinity that travels in `direction`. `irradiance`, W·m⁻², is the
+    /// irradiance of a surface that faces the light. `angle`, the angular diameter of the disc, is
+    /// 0.01 to 180 degrees, or 0 for the parallel light of [`SceneBuilder::add_directional_light`].
     pub fn add_sun(&mut self, direction: Vec3, irradiance: Spectrum, angle: f32) -> Result<(), BuildError> {
         check_angle(angle)?;
         if angle == 0.0 {
@@ -157,8 +157,8 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds a rectangle that emits on one side, as a separate object of a black material, in the
-    /// current light group.
+    /// Adds a rectangle that emits on one side, to the current light group. It is a separate object
+    /// of a black material.
     pub fn add_rectangle(&mut self, rectangle: &RectangleParameters) -> Result<(), BuildError> {
         const NAME: &str = "rectangle";
         let direction = unit(NAME, rectangle.direction)?;
@@ -210,8 +210,8 @@ impl SceneBuilder {
         self.add_lamp(RECTANGLE_NAME, Light::Rectangle(light), rectangle.radiance, mesh)
     }
 
-    /// Adds a sphere that emits from its outer side, as a separate object of a black material, in
-    /// the current light group.
+    /// Adds a sphere that emits from its outer side, to the current light group. It is a separate
+    /// object of a black material.
     pub fn add_sphere(&mut self, sphere: &SphereParameters) -> Result<(), BuildError> {
         const NAME: &str = "sphere";
         check_radius(NAME, sphere.radius)?;
@@ -222,8 +222,8 @@ impl SceneBuilder {
         self.add_lamp(SPHERE_NAME, Light::Sphere(light), sphere.radiance, hull)
     }
 
-    /// Adds a disk that emits on one side, as a separate object of a black material, in the current
-    /// light group.
+    /// Adds a disk that emits on one side, to the current light group. It is a separate object of a
+    /// black material.
     pub fn add_disk(&mut self, disk: &DiskParameters) -> Result<(), BuildError> {
         const NAME: &str = "disk";
         let normal = unit(NAME, disk.direction)?;
@@ -266,7 +266,7 @@ fn check_radius(light: &'static str, radius: f32) -> Result<(), BuildError> {
 }
 
 /// Returns an error if a light around `position` is too far away. `reach` is the largest distance
-/// of its points from `position`.
+/// of the light's points from `position`.
 fn check_place(light: &'static str, position: Vec3, reach: f32) -> Result<(), BuildError> {
     let farthest = position.abs().max_element() + 2.0 * reach;
     match position.is_finite() && farthest <= MAX_COORDINATE {

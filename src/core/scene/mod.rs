@@ -64,8 +64,8 @@ pub struct Shape {
     pub is_plain: bool,
     /// Index of the mesh's object in [`Scene::objects`], if the mesh is not part of a prototype.
     pub object: u32,
-    /// First light of the mesh, if the mesh emits. Its other lights have the next ids. In a
-    /// prototype the id is relative to [`Instance::first_light`].
+    /// First light of the mesh, if the mesh emits. Other lights of the mesh have the following ids.
+    /// In a prototype the id is relative to [`Instance::first_light`].
     pub first_light: Option<LightId>,
     /// Number of lights of the mesh.
     pub light_count: u32,
@@ -80,8 +80,8 @@ pub enum LightNumbering {
     Triangles,
     /// All triangles are the same light.
     One,
-    /// Some triangles share a light. [`Scene`] has lists with the light number of each triangle;
-    /// this is the index of the list.
+    /// Some triangles belong to the same light. This is the index of a list in [`Scene`] with the
+    /// light number of each triangle.
     Listed(u32),
 }
 
@@ -92,23 +92,23 @@ pub struct Instance {
     pub prototype: u32,
     /// Placement of the instance.
     pub placement: Placement,
-    /// Index of its object in [`Scene::objects`].
+    /// Index of the instance's object in [`Scene::objects`].
     pub object: u32,
-    /// First light of the instance's triangles, if any of them emit.
+    /// First light of the instance's triangles, if any triangle emits.
     pub first_light: LightId,
 }
 
 /// Geometry, materials and lights; immutable once built.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// Meshes that are not part of a prototype, then the meshes of the prototypes. They are shared
-    /// with acceleration structures that read them in place and may outlive the scene.
+    /// Meshes that are not part of a prototype, then the meshes of the prototypes. Acceleration
+    /// structures read the same arrays and may outlive the scene.
     meshes: Arc<Vec<Mesh>>,
     /// Range of the mesh ids of each prototype.
     prototypes: Vec<Range<u32>>,
     instances: Vec<Instance>,
-    /// Precomputed data of each triangle for its hit points. Empty for meshes that move or belong
-    /// to prototypes, and in compact scenes.
+    /// Precomputed triangle data for hit points, by mesh. Empty for meshes that move or belong to
+    /// prototypes, and in compact scenes.
     facets: Vec<Vec<Facet>>,
     shapes: Vec<Shape>,
     objects: Vec<String>,
@@ -118,12 +118,12 @@ pub struct Scene {
     /// BSDF of each material without its textures, for rays that do not pass the surface straight
     /// on.
     bsdfs: Vec<Bsdf>,
-    /// For each material, the thin surface that rays pass straight on instead of scattering, if
-    /// any.
+    /// For each material: the thin surface that some rays pass in a straight line, without
+    /// scattering, if the material has one.
     thin_surfaces: Vec<Option<ThinSurface>>,
     is_compact: bool,
     has_alpha: bool,
-    /// True if there is a surface that camera rays pass and other rays hit.
+    /// True if there is a surface that is hidden from camera rays but not from other rays.
     hides_from_camera: bool,
     /// True if there is a surface that only camera rays hit.
     hides_from_light: bool,
@@ -142,7 +142,7 @@ pub struct Scene {
     /// shape.
     light_numbers: Vec<Vec<u32>>,
     infinite_lights: Vec<LightId>,
-    /// Selection of the light from which a path starts, made at the first call.
+    /// Selection of the light from which a path starts, computed at the first request.
     emission_selection: OnceLock<EmissionSelection>,
     light_groups: LightGroups,
     bounds: Bounds3,
@@ -161,8 +161,8 @@ impl Scene {
         Arc::clone(&self.meshes)
     }
 
-    /// Replaces the meshes by the meshes of `other`, if both scenes have the same meshes in the
-    /// same places. Returns true if the meshes were replaced.
+    /// Replaces the meshes by the meshes of `other`, if both scenes have equal meshes and
+    /// placements. Returns true if the meshes were replaced.
     pub fn share_meshes(&mut self, other: &Self) -> bool {
         let places = |scene: &Self| -> Vec<(u32, Placement)> {
             let instances = scene.instances.iter();
@@ -210,7 +210,7 @@ impl Scene {
         })
     }
 
-    /// Selection of the light from which a path starts. It is made at the first call.
+    /// Selection of the light from which a path starts, computed at the first request.
     pub fn emission_selection(&self) -> &EmissionSelection {
         self.emission_selection
             .get_or_init(|| EmissionSelection::new(&self.lights, self.ball().radius))
@@ -221,7 +221,7 @@ impl Scene {
         &self.light_groups
     }
 
-    /// The plane that catches shadows, if any. The scene's bounds do not include it.
+    /// The plane that catches shadows, if any. The scene's bounds do not include the plane.
     #[inline(always)]
     pub fn ground(&self) -> Option<&Ground> {
         self.ground.as_ref()
@@ -238,15 +238,15 @@ impl Scene {
         Ball::around(self.bounds)
     }
 
-    /// Converts the scene to a compact scene, which needs less memory. Derived data is then
-    /// computed at each hit, also by acceleration structures.
+    /// Converts the scene to a compact scene, which needs less memory. Derived data of triangles is
+    /// then computed at each hit, also by acceleration structures.
     pub fn into_compact(mut self) -> Self {
         self.facets.iter_mut().for_each(|facets| *facets = Vec::new());
         self.is_compact = true;
         self
     }
 
-    /// True if the scene is compact: it needs less memory and more time.
+    /// Returns true if the scene is compact, which needs less memory and more time.
     pub fn is_compact(&self) -> bool {
         self.is_compact
     }
@@ -267,7 +267,7 @@ impl Scene {
         count(&self.world_meshes()) + of_instances.sum::<u64>()
     }
 
-    /// Ids of the meshes that stand in the world themselves.
+    /// Ids of the meshes that are not part of a prototype.
     pub fn world_meshes(&self) -> Range<u32> {
         0..self.prototypes.first().map_or(self.meshes.len() as u32, |p| p.start)
     }

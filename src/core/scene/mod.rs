@@ -419,8 +419,7 @@ impl Scene {
         &self.materials[self.shape(hit.geom).material.0 as usize]
     }
 
-    /// The hit point at `time` and its BSDF; `None` if normals or the material vary over the
-    /// triangle.
+    /// The hit point at `time` and its BSDF; `None` if [`Shape::is_plain`] is false for the mesh.
     #[inline(always)]
     pub fn plain_surface(&self, hit: &Hit, time: f32) -> Option<(SurfacePoint, &Bsdf)> {
         let shape = self.shape(hit.geom);
@@ -464,8 +463,8 @@ impl Scene {
         }
     }
 
-    /// Unfiltered values at a hit of all textures of the material. Each has its key in scene files,
-    /// and one or three values.
+    /// Unfiltered values of all textures of the material at `hit`. Each entry has the texture's key
+    /// in scene files, and one or three values.
     pub fn texels_at(&self, hit: &Hit) -> Vec<(&'static str, Vec<f32>)> {
         self.material(hit).maps.texels(&self.spot(hit, 0.0, 0.0))
     }

@@ -1,4 +1,4 @@
-//! Sizes of the parts of a scene. Users compare them to find important parts.
+//! Sizes of the named parts of a scene. With them, users find the important parts.
 
 use super::Scene;
 use crate::geometry::{GeomId, Mesh, PrimId, UNNAMED, triangle_area};
@@ -25,8 +25,8 @@ impl PartSize {
 
 impl Scene {
     /// Sizes of the parts of meshes, in the order in which their first faces appear. Triangles
-    /// without a part name are last. Meshes with several copies count once, with their size in the
-    /// file. The result is empty if no part has a name.
+    /// without a part name are last. A mesh of a prototype counts once, with its size before
+    /// placement. The result is empty if no part has a name.
     pub fn part_sizes(&self) -> Vec<PartSize> {
         let names = self.part_names();
         if names.is_empty() {

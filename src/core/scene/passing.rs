@@ -16,7 +16,7 @@ impl Scene {
         self.has_alpha || self.has_thin_surfaces || self.has_lamp_hulls || self.hides_from_light
     }
 
-    /// Returns true if there is a surface that camera rays pass and other rays hit.
+    /// Returns true if a surface is hidden from camera rays but not from other rays.
     #[inline(always)]
     pub fn hides_from_camera(&self) -> bool {
         self.hides_from_camera

@@ -1,19 +1,19 @@
-//! Builders of scenes that are built again with other lights. Triangles, parts and textures of the
-//! first scene are moved to the second scene, so that no file is read twice.
+//! Rebuilding of a scene with other lights. Triangles, parts and textures of the first scene are
+//! moved to the second scene, so that no file is read twice.
 
 use super::{Scene, SceneBuilder};
 use crate::material::MaterialId;
 use std::sync::Arc;
 
-/// State of a builder before its lights were added. It has no triangles and textures: the scene
-/// that was built has them.
+/// State of a builder before lights were added, without triangles and textures, which the built
+/// scene contains.
 #[derive(Debug)]
 pub struct UnlitBuilder {
     builder: SceneBuilder,
-    /// Number of meshes that stand in the world, and of all meshes of each prototype.
+    /// Number of meshes that are not part of a prototype, and number of meshes of each prototype.
     world_mesh_count: usize,
     prototypes: Vec<usize>,
-    /// Number of meshes that stand in the scene, including lamps.
+    /// Number of meshes in the scene that are not part of a prototype, including meshes of lamps.
     world_meshes_in_scene: usize,
 }
 
@@ -28,9 +28,9 @@ impl UnlitBuilder {
         self.world_meshes_in_scene = lit.meshes.len();
     }
 
-    /// The builder with the triangles and textures of `scene`, which was built from it. `None` if
-    /// the scene changed or shares its triangles: a compact scene, a scene with panes, or a scene
-    /// that shares its meshes.
+    /// Moves the triangles and textures of `scene` to this builder and returns the builder. `scene`
+    /// was built from a copy of this builder. `None` if its triangles cannot be moved: the scene is
+    /// compact, has panes, has other meshes than this builder, or shares its meshes.
     pub fn with_parts_of(self, scene: Scene) -> Option<SceneBuilder> {
         let Self {
             mut builder,

@@ -123,7 +123,8 @@ pub enum BuildError {
         /// Rule that the value breaks.
         rule: &'static str,
     },
-    /// The irradiance of the ground is unknown, so the share of arriving light cannot be computed.
+    /// The irradiance of the ground is unknown, so the fraction of arriving light cannot be
+    /// computed.
     #[error("the ground cannot catch the shadows of a lamp whose emission is a texture")]
     UnknownIrradiance,
     /// The ground has too many lights to sum at each point.
@@ -344,7 +345,7 @@ mod tests {
     use crate::material::Gloss;
 
     #[test]
-    fn materials_that_cannot_be_are_refused() {
+    fn invalid_materials_are_errors() {
         let mut b = SceneBuilder::new();
         let base = Material::default;
         let metal = |eta, k| {

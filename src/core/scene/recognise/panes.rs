@@ -111,8 +111,8 @@ pub(in crate::scene) struct FlatPanes {
 }
 
 impl FlatPanes {
-    /// Separates the panes of `mesh`. Returns the mesh without panes, and a mesh of the flattened
-    /// panes. Each is `None` if it would have no triangles.
+    /// Separates the panes from `mesh`. Returns the mesh without panes and a mesh of the flattened
+    /// panes. A mesh without triangles is left out.
     pub fn split(
         &mut self,
         mut mesh: Mesh,
@@ -207,8 +207,8 @@ fn panes_of(mesh: &Mesh, max_thickness: f64) -> Vec<Pane> {
     panes
 }
 
-/// Shape of the connected component with the triangles `triangles`. `welded` has the merged index
-/// of each vertex.
+/// Shape of the connected component with the triangles `triangles`. `welded` maps each vertex to
+/// the first vertex at the same position.
 fn component(mesh: &Mesh, (triangles, welded): (&[u32], &[u32]), max_thickness: f64) -> Component {
     let areas: Vec<DVec3> = triangles.iter().map(|&t| area_vector(mesh, t)).collect();
     let largest = areas.iter().fold(DVec3::ZERO, |largest, &area| {
@@ -265,9 +265,9 @@ fn component(mesh: &Mesh, (triangles, welded): (&[u32], &[u32]), max_thickness: 
 
 /// Pairs of faces that are the two sides of a slab without a rim.
 fn pairs(mut faces: Vec<Face>, max_thickness: f64) -> Vec<Pane> {
-    // Sort the faces along the axis with the largest spread of centroids: only few faces are then
-    // near each other along this axis. Both faces of a pane are about a thickness apart along any
-    // axis.
+    // Sort the faces by centroid along the axis with the largest spread, so that few faces have
+    // similar coordinates. On any axis, the centroids of both faces of a pane are at most about a
+    // thickness apart.
     let spread: Bounds3 = faces.iter().map(|face| face.centroid.as_vec3a()).collect();
     let axis = (spread.max - spread.min).max_position();
     faces.sort_by(|a, b| a.centroid[axis].total_cmp(&b.centroid[axis]));
@@ -293,8 +293,8 @@ fn pairs(mut faces: Vec<Face>, max_thickness: f64) -> Vec<Pane> {
     panes
 }
 
-/// Thickness of the slab between two faces that point away from each other; `None` if they are not
-/// the sides of a pane.
+/// Thickness of the slab between two faces that point away from each other; `None` if the faces are
+/// not the two sides of a pane.
 fn thickness(a: &Face, b: &Face, max_thickness: f64) -> Option<f64> {
     let apart = a.centroid - b.centroid;
     let thickness = apart.dot(a.n);
@@ -363,12 +363,12 @@ impl Face {
         }
     }
 
-    /// Width of the face, as if it were a strip with the face's area and greatest length.
+    /// Width of a strip that has the area of the face and its maximum length.
     fn width(&self) -> f64 {
         self.area / (2.0 * self.radius).max(f64::MIN_POSITIVE)
     }
 
-    /// Returns true if all vertex normals of the face are near its normal, or if there are none.
+    /// Returns true if the vertex normals are near the normal of the face, or if there are none.
     fn has_its_normals(&self, mesh: &Mesh) -> bool {
         let mut vertices = self.triangles.iter().flat_map(|&t| mesh.triangles[t as usize]);
         mesh.normals.is_empty()

@@ -21,7 +21,8 @@ pub(in crate::scene) enum EmitterShape {
     Rectangle(Vec3, [Vec3; 2]),
 }
 
-/// Rectangles and other triangles of `mesh`, in order, and the index of the part of each triangle.
+/// Lights of the emitting mesh `mesh`, in order: rectangles and other triangles. Also returns the
+/// index of the light of each triangle.
 pub(in crate::scene) fn parts(mesh: &Mesh) -> (Vec<EmitterShape>, Vec<u32>) {
     let count = mesh.triangles.len() as u32;
     let (mut parts, mut numbers) = (Vec::new(), Vec::new());
@@ -107,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_rectangle_stays_triangles() {
+    fn other_quads_stay_triangles() {
         let quads: [(&str, [[f32; 3]; 4]); 4] = [
             (
                 "slanted",
@@ -139,7 +140,7 @@ mod tests {
 
     /// In a mesh with rectangles between triangles, each triangle has the index of its part.
     #[test]
-    fn numbers_count_parts() {
+    fn triangles_have_the_index_of_their_part() {
         let triangles = [
             [0, 1, 3],
             [0, 1, 2],

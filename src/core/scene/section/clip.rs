@@ -1,5 +1,5 @@
-//! Clipping of a mesh by a plane into a kept and a removed half. A vertex in the plane counts as in
-//! front of it.
+//! Clipping of a mesh by a plane into a kept and a removed half. A vertex in the plane belongs to
+//! the removed half.
 
 use super::plane::SectionPlane;
 use crate::geometry::{Mesh, UNNAMED};
@@ -24,7 +24,7 @@ pub(super) struct Halves {
     pub edges: Vec<CutEdge>,
 }
 
-/// Triangles of one half, with the part of each.
+/// Triangles of one half, and the part of each triangle.
 #[derive(Default)]
 struct Half {
     triangles: Vec<[u32; 3]>,

@@ -84,8 +84,8 @@ fn sort_at(sides: &[Side], active: &mut [usize], y: f64) {
     active.sort_by(|&a, &b| sides[a].x(y).total_cmp(&sides[b].x(y)));
 }
 
-/// Heights that divide a slab into slabs within which active sides do not cross. The first is the
-/// lower end of the slab, and the last its upper end.
+/// Heights that divide a slab into slabs within which active sides do not cross, from the lower to
+/// the upper end of the slab.
 fn crossings(sides: &[Side], active: &mut [usize], [low, high]: [f64; 2]) -> Vec<f64> {
     sort_at(sides, active, 0.5 * (low + high));
     let gap = |a: usize, b: usize, y: f64| sides[b].x(y) - sides[a].x(y);
@@ -108,7 +108,7 @@ fn crossings(sides: &[Side], active: &mut [usize], [low, high]: [f64; 2]) -> Vec
     ys
 }
 
-/// Pairs of sides between which the slab is inside.
+/// Pairs of sides that bound the inside of the outlines within a slab: left side, then right side.
 fn inside(sides: &[Side], active: &[usize]) -> Vec<[usize; 2]> {
     let (mut winding, mut unoriented) = (0, BTreeSet::new());
     let (mut spans, mut left) = (Vec::new(), None);

@@ -1,5 +1,5 @@
-//! Sections: planes that cut the scene when it is loaded. For backends and methods, the result is
-//! bit-identical to a scene that was modelled with the cut.
+//! Sections: planes that cut the scene when it is loaded. Backends and methods get the cut scene,
+//! as if it had been modelled with the cut.
 //!
 //! Triangles are clipped (`clip`), and the edges that the plane cuts out of the surfaces of an
 //! object (`outline`) are filled with caps (`fill`). Instances that a plane crosses become meshes
@@ -43,7 +43,7 @@ impl CutLight {
     pub const NAMES: &[(&str, Self)] = &[("cut", Self::Cut), ("whole", Self::Whole)];
 }
 
-/// Findings of cutting by a section.
+/// Report of a cut by a section plane.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SectionReport {
     /// Open surfaces that the plane cuts. They get no cap.
@@ -100,7 +100,7 @@ impl SectionPlane {
     }
 }
 
-/// Meshes that are not part of a prototype after a section, and the index of the object of each.
+/// Meshes after a section that are not part of a prototype, and the object index of each mesh.
 #[derive(Default)]
 struct RemainingMeshes {
     meshes: Vec<(Mesh, MaterialId)>,
@@ -122,7 +122,7 @@ struct CutObject {
     edges: Vec<CutEdge>,
 }
 
-/// Treatment by a section of all meshes with a material.
+/// Rules of a section for all meshes with a material.
 #[derive(Clone, Copy)]
 struct Treatment {
     /// True if the removed parts are kept for light.
@@ -297,8 +297,8 @@ impl SceneBuilder {
         PrototypeId(self.prototypes.len() as u32 - 1)
     }
 
-    /// Material for caps that only camera rays hit. It is black, because light does not reach the
-    /// inside of a solid that is whole for light.
+    /// Material for caps that only camera rays hit. It is black: light interacts with the whole
+    /// solid, so no light reaches the inside.
     fn black_cap(&mut self, cap: MaterialId) -> MaterialId {
         let name = self.materials[cap.0 as usize].name.clone();
         let is_cap = |material: &Material| !material.light_visible && material.name == name;
@@ -327,7 +327,7 @@ impl SectionReport {
         self.removes_all &= place == Place::Removed;
     }
 
-    /// Reports the open surfaces of an object that the plane cuts, each part once.
+    /// Adds the open surfaces of `object` that the plane cuts to the report, one entry per part.
     fn add_open(&mut self, object: &str, names: &PartNames, edges: &[CutEdge]) {
         let mut parts: Vec<u32> = Vec::new();
         for edge in edges {

@@ -28,7 +28,7 @@ pub(super) struct OutlineEdge {
     pub unoriented: Option<u32>,
 }
 
-/// Edges of closed outlines, and edges of open ones.
+/// Edges of closed outlines, and edges of open outlines.
 #[derive(Debug, Default)]
 pub(super) struct Outlines {
     pub closed: Vec<OutlineEdge>,
@@ -164,7 +164,7 @@ pub(super) fn outlines(edges: &[CutEdge], plane: &SectionPlane) -> Outlines {
     outlines
 }
 
-/// Area within an outline; negative if the outline faces inwards.
+/// Area within an outline; negative if its triangles face inwards.
 fn area(outline: &[OutlineEdge]) -> f64 {
     outline.iter().map(|edge| 0.5 * edge.from.perp_dot(edge.to)).sum()
 }

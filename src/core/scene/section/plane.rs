@@ -39,8 +39,9 @@ impl SectionPlane {
         self.normal.dot(p.as_dvec3()) - self.offset
     }
 
-    /// The point in which the plane crosses the edge from `kept` to `removed`, and its fraction of
-    /// the edge. Both ends have their distance from the plane.
+    /// The point at which the plane crosses the edge from `kept` to `removed`, and its position on
+    /// the edge, from 0 to 1. Each end of the edge is given with its signed distance from the
+    /// plane.
     pub(super) fn crossing(&self, kept: (Vec3, f64), removed: (Vec3, f64)) -> (Vec3, f32) {
         let share = kept.1 / (kept.1 - removed.1);
         let [a, b] = [kept.0, removed.0].map(Vec3::as_dvec3);

@@ -99,12 +99,13 @@ fn measures(scene: &Scene) -> (f64, f64) {
 }
 
 #[test]
-fn caps_of_spheres_have_the_area_of_their_circle_and_halves_add_up() {
+fn sphere_caps_are_circles_and_halves_sum_to_the_whole() {
     let center = Vec3::new(0.3, -0.2, 0.7);
     let (whole, _) = cut(vec![sphere(center, 2.0)], &plane([0.0, 0.0, 1.0], 100.0));
     let (volume, no_cap) = measures(&whole);
     assert_eq!(no_cap, 0.0);
-    // The meshes are inscribed in the circle, and have the fraction sin(2π/n) / (2π/n) of its area.
+    // A section of the mesh is a polygon inscribed in the circle, with the fraction sin(2π/n) /
+    // (2π/n) of the circle's area.
     for (normal, h) in [([0.0, 0.0, 1.0], 0.5), ([0.0, 1.0, 0.0], 1.1), ([1.0, 2.0, -0.5], -0.8)] {
         let through = DVec3::from(normal).normalize().dot(center.as_dvec3());
         let [below, above] = [1.0, -1.0].map(|side| {
@@ -130,7 +131,7 @@ fn caps_of_spheres_have_the_area_of_their_circle_and_halves_add_up() {
 }
 
 #[test]
-fn clipped_triangles_keep_what_varies_over_them() {
+fn clipped_vertices_have_interpolated_attributes() {
     let (scene, _) = cut(vec![sphere(Vec3::ZERO, 1.0)], &plane([1.0, 0.3, 0.2], 0.4));
     let mut checked = 0;
     for geom in scene
@@ -149,9 +150,9 @@ fn clipped_triangles_keep_what_varies_over_them() {
     assert!(checked > 1000);
 }
 
-/// A room of two surfaces with walls of thickness 0.5, overlapping solids, and a solid in a hollow.
+/// Cuts of a room with walls of thickness 0.5, of overlapping solids, and of a solid in a hollow.
 #[test]
-fn hollows_stay_and_overlapping_solids_are_one() {
+fn hollows_have_no_cap_and_overlapping_solids_have_one() {
     let v = |x: f32| Vec3::splat(x);
     for (meshes, area) in [
         (
@@ -192,7 +193,7 @@ fn hollows_stay_and_overlapping_solids_are_one() {
 
 /// If faces have random windings, the even-odd rule fills the outline.
 #[test]
-fn shells_with_turned_faces_have_caps() {
+fn surfaces_with_mixed_windings_have_caps() {
     let mut mesh = cuboid(Vec3::splat(-1.0), Vec3::splat(1.0), false);
     for i in [4, 5, 9] {
         mesh.triangles[i].swap(0, 1);
@@ -203,7 +204,7 @@ fn shells_with_turned_faces_have_caps() {
 }
 
 #[test]
-fn open_shells_are_named_and_have_no_cap() {
+fn open_surfaces_are_reported_and_have_no_cap() {
     let mut mesh = cuboid(Vec3::splat(-1.0), Vec3::splat(1.0), false);
     // Leave out the side x = 1
     mesh.triangles.truncate(10);
@@ -224,7 +225,7 @@ fn open_shells_are_named_and_have_no_cap() {
 
 /// Two planes cut a box one after the other. The remaining quarter is closed.
 #[test]
-fn several_sections_leave_closed_shells() {
+fn several_sections_leave_closed_surfaces() {
     let mut builder = SceneBuilder::new();
     let material = builder.add_material(Material::default()).unwrap();
     builder.add_mesh(sphere(Vec3::ZERO, 1.0), material).unwrap();
@@ -263,7 +264,7 @@ fn faces_in_the_plane_are_replaced_by_the_cap() {
 
 /// Instances that the plane crosses are cut in place. Moving instances are an error.
 #[test]
-fn instances_are_cut_where_they_stand() {
+fn crossed_instances_are_cut_unless_they_move() {
     let mut builder = SceneBuilder::new();
     let [body, cap] = [0, 1].map(|_| builder.add_material(Material::default()).unwrap());
     builder.begin_object("box");
@@ -287,10 +288,10 @@ fn instances_are_cut_where_they_stand() {
     builder.instance_objects.pop();
 }
 
-/// With the whole scene for light, light hits every triangle of the whole scene, and camera rays
-/// hit only the remaining triangles and the caps.
+/// With [`CutLight::Whole`], light hits every triangle of the whole scene. Camera rays hit only the
+/// remaining triangles and the caps.
 #[test]
-fn whole_light_meets_both_halves_and_the_camera_one() {
+fn light_hits_both_halves_and_camera_rays_one_half() {
     let mut builder = SceneBuilder::new();
     let [body, cap] = [0, 1].map(|_| builder.add_material(Material::default()).unwrap());
     let center = Vec3::new(0.3, -0.2, 0.7);

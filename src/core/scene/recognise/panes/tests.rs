@@ -134,7 +134,7 @@ fn flat_slabs_are_panes() {
 }
 
 #[test]
-fn bodies_are_not() {
+fn solid_bodies_are_not_panes() {
     let window = window();
     let front = only(window.clone(), |i| matches!(i, 0 | 2));
     let behind = Affine3A::from_translation((Vec3::Z * -0.006).into());
@@ -202,7 +202,7 @@ fn only_clear_glass_makes_panes() {
 }
 
 #[test]
-fn a_pane_is_one_sheet_in_the_middle() {
+fn pane_becomes_one_face_in_its_middle() {
     let ball = moved(prism(&rectangle(0.3, 0.3), 0.3), turned());
     let (scene, panes) = frozen(joined(&[window(), ball]), glass(), Panes::Straight);
     assert!(panes == 1 && scene.has_thin_surfaces());
@@ -227,7 +227,7 @@ fn a_pane_is_one_sheet_in_the_middle() {
 
 /// The thickness of panes in instances is measured in world space.
 #[test]
-fn copies_are_panes() {
+fn panes_of_instances_are_measured_in_world_space() {
     let window = prism(&rectangle(1.0, 1.5), 0.03);
     for (scale, expected) in [(1.0, 1), (2.0, 1), (10.0, 0)] {
         let mut b = SceneBuilder::new();

@@ -1,4 +1,4 @@
-//! Guess of the parts of a camera that are not given.
+//! Guess of the camera, except for the parts that are given.
 
 mod inside;
 
@@ -22,15 +22,16 @@ use crate::scene::Scene;
 
 /// Vertical field of view for objects, in degrees.
 const OBJECT_FOV: f32 = 35.0;
-/// Share of the width or height of the image that an object fills.
+/// Fraction of the width or height of the image that an object fills.
 const FILL: f32 = 0.84;
-/// Maximum number of triangles that frame a scene, evenly spread over its triangles.
+/// Maximum number of triangles that are used to frame a scene. They are spread evenly over all
+/// triangles.
 const MAX_TRIANGLES: u64 = 1 << 23;
 /// Maximum number of candidate cameras.
 const MAX_CANDIDATES: usize = 12;
 
-/// Lead of the best upright axis over the second best (natural logarithm of odds) below which the
-/// message calls the axis probable.
+/// Margin of the best upright axis over the second best, as a natural logarithm of odds. If the
+/// margin is smaller, the message calls the axis probable.
 const UNSURE: f32 = 2.0;
 
 /// Parts of a camera that are given by flags or a scene file.
@@ -58,7 +59,8 @@ pub struct CameraRequest {
     pub axes: FileAxes,
     /// Evidence for the upright axis from other files of the folder.
     pub siblings: SiblingFiles,
-    /// Origin of the scene, in the file's coordinates; used for flags.
+    /// Origin of the scene, in the file's coordinates. The flags of a guess are in file
+    /// coordinates.
     pub origin: DVec3,
 }
 
@@ -114,9 +116,9 @@ impl CameraGuess {
 pub struct CameraFinder<'a> {
     tracer: SceneTracer<'a>,
     survey: Survey,
-    /// True if the evidence of other files changed the upright axis.
+    /// True if other files of the folder changed the upright axis.
     is_up_of_siblings: bool,
-    /// Kind of the places that are inside.
+    /// Kind of the places that count as inside, for views from inside.
     inside: PlaceKind,
     request: CameraRequest,
     /// Width of the image over its height.
@@ -124,7 +126,8 @@ pub struct CameraFinder<'a> {
 }
 
 impl<'a> CameraFinder<'a> {
-    /// Surveys the scene.
+    /// Makes a finder for `scene` and determines the kind and the upright axis of the scene.
+    /// `aspect` is the width of the image divided by its height.
     pub fn new(scene: &'a Scene, accel: &'a dyn Accel, request: CameraRequest, aspect: f32) -> Self {
         let mut tracer = SceneTracer {
             scene,
@@ -163,7 +166,7 @@ impl<'a> CameraFinder<'a> {
         self.survey.is_unsure_of_up()
     }
 
-    /// The finder with the evidence of `siblings`, replacing the evidence of `request`.
+    /// Replaces the evidence of other files by `siblings`.
     #[must_use]
     pub fn with(mut self, siblings: SiblingFiles) -> Self {
         self.request.siblings = siblings;
@@ -190,7 +193,7 @@ impl<'a> CameraFinder<'a> {
     ///
     /// # Errors
     ///
-    /// A requested place inside does not exist.
+    /// There is no place inside the scene for the requested camera.
     pub fn camera(&self) -> Result<CameraGuess, CameraError> {
         let CameraRequest { view, orbit, stand, .. } = self.request;
         if let Some(stand) = stand {
@@ -220,7 +223,7 @@ impl<'a> CameraFinder<'a> {
         let (mut eye, mut target) = self.frame().place(&self.tracer, MAX_TRIANGLES, self.horizon(), back);
         if let Some(distance) = orbit.and_then(|orbit| orbit.distance) {
             // The target is the same for all azimuths and is rounded for the size of the scene, so
-            // that the frames of a turntable do not jump.
+            // that the images of a turntable do not jump.
             target = short(self.tracer.region.bounds.center(), self.size());
             eye = target + distance * back;
         }
@@ -235,9 +238,9 @@ impl<'a> CameraFinder<'a> {
         self.guess(eye, target, self.frame().fov, words)
     }
 
-    /// Light to add to the scene for a camera at `position` that looks at `target`. `None` if the
-    /// scene's emitting surfaces light the view; the scene has no other lights. A room of a house
-    /// gets the light of an interior.
+    /// Guesses the light to add to the scene for a camera at `position` that looks at `target`.
+    /// `None` if the emitting surfaces light the view. The scene must have no other lights. In a
+    /// room of a house, the light is the light of an interior.
     pub fn light(&self, position: Vec3, target: Vec3) -> Option<LightGuess> {
         let mut survey = self.survey;
         if self.inside != PlaceKind::Anywhere {
@@ -299,7 +302,7 @@ impl<'a> CameraFinder<'a> {
             ));
         }
         if inside > 0 && self.survey.is_closed() {
-            // Light inside a closed room does not leave it: from outside, all is black.
+            // Light inside a closed room does not leave the room, so all is black from outside.
             candidates.truncate(inside);
         }
         if inside > 0 {
@@ -323,8 +326,8 @@ impl<'a> CameraFinder<'a> {
         }
     }
 
-    /// Azimuth and elevation of the view of an object, and words for users before and behind the
-    /// distance.
+    /// Azimuth and elevation of the view of an object, and the parts of the message before and
+    /// after the distance.
     fn angles(&self) -> (f32, f32, [String; 2]) {
         let CameraRequest {
             view, orbit, position, ..
@@ -459,8 +462,8 @@ fn height_axis(origin: DVec3) -> Option<Vec3> {
     (origin != DVec3::ZERO).then(|| Vec3::AXES[axis])
 }
 
-/// File coordinates of the scene point `p`, with the digits of `p`. `origin` is the point of the
-/// file that is the scene's origin.
+/// File coordinates of the scene point `p`, with the number of decimals of `p`. `origin` is the
+/// point of the file that is the scene's origin.
 pub fn position_text(p: Vec3, origin: DVec3) -> [String; 3] {
     [0, 1, 2].map(|axis| {
         let short = p[axis].to_string();
@@ -474,7 +477,7 @@ pub fn position_text(p: Vec3, origin: DVec3) -> [String; 3] {
     })
 }
 
-/// `v` rounded to decimals. The last decimal is about a thousandth of `scale`.
+/// `v`, rounded so that the last decimal is about a thousandth of `scale`.
 fn short(v: Vec3, scale: f32) -> Vec3 {
     let digits = 3.0 - scale.log10().floor();
     let decimals = digits.clamp(0.0, 45.0) as usize;
@@ -491,7 +494,7 @@ fn short(v: Vec3, scale: f32) -> Vec3 {
     Vec3::from(v.to_array().map(round)) + Vec3::ZERO
 }
 
-/// `azimuth` plus a multiple of 360 degrees, between -180 and 180.
+/// `azimuth` in degrees, wrapped to the range from -180 to 180.
 fn wrapped(azimuth: f32) -> f32 {
     (azimuth + 180.0).rem_euclid(360.0) - 180.0
 }

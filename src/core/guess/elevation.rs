@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn drawings_show_their_side() {
+    fn axes_of_drawings_match_their_sides() {
         let none = FileAxes::default();
         let upright = drawing_axes(None, &none);
         assert_eq!(upright, [Vec3::Y, Vec3::Z]);

@@ -30,16 +30,16 @@ const DARK: f32 = 1.0 / 256.0;
 /// Distance of a ray's origin from its surface, in radii of the scene.
 const OFFSET: f32 = 1e-4;
 
-/// Minimum share of lit surfaces among the visible ones, and minimum irradiance of a lit surface as
-/// a share of the median irradiance.
+/// Requirement for a lit view: minimum fraction of lit surfaces among the visible surfaces, and
+/// minimum irradiance of a lit surface, as a fraction of the median irradiance.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Requirement {
     pub share: f32,
     pub irradiance: f32,
 }
 
-/// Returns true if the scene's lights light the visible surfaces as `requirement` demands: surfaces
-/// seen from `eye` in the cone around `direction` with the half angle `half_angle`, in radians.
+/// Returns true if the scene's lights fulfil `requirement` for the surfaces that are visible from
+/// `eye` in the cone around `direction` with the half angle `half_angle`, in radians.
 pub(super) fn light(
     tracer: &SceneTracer,
     eye: Vec3,
@@ -62,8 +62,8 @@ pub(super) fn light(
     median >= DARK * PI && points[darkest_lit] >= requirement.irradiance * median
 }
 
-/// Estimate of the irradiance at the point `p`, which a ray in the direction `w` hits; `i` is its
-/// index among the points.
+/// Estimate of the irradiance at the point `p` of the hit `seen` of a ray in the direction `w`. `i`
+/// is the index of the point.
 fn irradiance(
     (tracer, selection): (&SceneTracer, &LightSelection),
     p: Vec3,

@@ -11,7 +11,7 @@ use std::ops::RangeInclusive;
 
 /// Azimuths of the sides, in degrees.
 const SIDES: [f32; 4] = [0.0, 90.0, 180.0, 270.0];
-/// Share of points left out at each end of a range.
+/// Fraction of the values that are left out at each end of a range.
 const TAIL: f32 = 0.02;
 /// Minimum ratio of a seat's height to its larger width.
 const HIGH: f32 = 0.25;
@@ -34,7 +34,7 @@ const LEVEL: f32 = 0.8;
 /// which the share is measured.
 const SEAT_AREA: f32 = 0.35;
 const CELLS: f32 = 16.0;
-/// Maximum share of the points that lie above the middle of the seat.
+/// Maximum fraction of the points that lie above the middle of the seat.
 const CLUTTER: f32 = 0.06;
 
 /// Height ranges of feet and of ankles, as shares of the height.
@@ -42,7 +42,8 @@ const FEET: RangeInclusive<f32> = 0.0..=0.04;
 const ANKLES: RangeInclusive<f32> = 0.07..=0.14;
 /// Minimum ratio of a person's height to the length from front to back.
 const UPRIGHT: f32 = 1.25;
-/// Width between the ankles as a share of the width, and minimum share of the points in each leg.
+/// Distance between the ankles, as a fraction of the person's width; and minimum fraction of the
+/// ankle points in each leg.
 const APART: RangeInclusive<f32> = 0.03..=0.7;
 const LEG: f32 = 0.25;
 /// Length of a foot, and length by which the toes stick out farther than the heel, as shares of the
@@ -58,12 +59,12 @@ const LONG_BODY: f32 = 1.5;
 /// share of the points above this height that lie in front of the middle.
 const HEAD: f32 = 0.65;
 const IN_FRONT: f32 = 0.9;
-/// Width of the head as a share of the width: fins are narrower.
+/// Width of the head, as a fraction of the animal's width: fins are narrower.
 const HEAD_WIDTH: RangeInclusive<f32> = 0.2..=1.05;
-/// Minimum length of the head as a share of the length: head boards of beds are thin.
+/// Minimum length of the head, as a fraction of the animal's length: head boards of beds are thin.
 const HEAD_LENGTH: f32 = 0.12;
-/// Maximum height of feet, and minimum distance between front and hind feet, as a share of the
-/// length.
+/// Maximum height of feet, as a fraction of the animal's height; and minimum distance between front
+/// and hind feet, as a fraction of the animal's length.
 const HOOVES: f32 = 0.08;
 const STRIDE: f32 = 0.35;
 /// Half the length of the part in the middle that is free of legs, as a share of the animal's
@@ -73,8 +74,8 @@ const UNDER_BELLY: f32 = 0.08;
 
 /// Number of grid cells along an axis, for comparing the halves of an object.
 const HALF_CELLS: f32 = 12.0;
-/// Minimum similarity of left and right, and its minimum difference from the similarity of front
-/// and back.
+/// Minimum similarity of the left and right halves, and minimum difference of this similarity from
+/// the similarity of the front and back halves.
 const ALIKE: f32 = 0.8;
 const LESS_ALIKE: f32 = 0.12;
 /// Ranges of the ratios of length to width and of height to width, and maximum ratio of height to
@@ -110,7 +111,8 @@ pub(super) fn facing(points: &[Point], bounds: Bounds3, horizon: &Horizon) -> Op
     head.or_else(seat).or_else(|| SIDES.into_iter().find(has_toes))
 }
 
-/// Returns true if the object is an animal on four legs with its head at this side.
+/// Returns true if the object is an animal on four legs with its head at the front. `points` are in
+/// coordinates of the side that is taken as the front.
 fn head_is_high(points: &[SidePoint], height: f32) -> bool {
     let of = |from: f32, to: f32| points.iter().filter(move |p| p.height >= from && p.height <= to);
     let (Some((back, front)), Some((left, right))) = (
@@ -148,7 +150,8 @@ fn head_is_high(points: &[SidePoint], height: f32) -> bool {
     fore - hind >= STRIDE * length && between <= UNDER_BELLY * feet
 }
 
-/// Points in coordinates of a side around the middle of the box; heights from 0 to 1.
+/// Converts points to coordinates of the side at `azimuth`, relative to the middle of the box.
+/// Heights are from 0 to 1.
 fn placed(points: &[Point], bounds: Bounds3, horizon: &Horizon, azimuth: f32) -> Vec<SidePoint> {
     let [front, right] = [azimuth, azimuth + 90.0].map(|azimuth| {
         let way = horizon.coordinates(horizon.direction(azimuth, 0.0));
@@ -175,7 +178,8 @@ fn range(values: impl Iterator<Item = f32>, min: usize) -> Option<(f32, f32)> {
     (values.len() >= min.max(1)).then(|| (values[tail], values[values.len() - 1 - tail]))
 }
 
-/// Area to sit on in front of a back-rest, as a share of the outline; 0 without a back-rest.
+/// Area to sit on in front of a back-rest, as a fraction of the outline; 0 if there is no
+/// back-rest. `points` are in coordinates of one side.
 fn seat_area(points: &[SidePoint], size: Vec3) -> f32 {
     let extent = |of: fn(&SidePoint) -> f32| {
         let values = || points.iter().map(of);
@@ -232,7 +236,8 @@ fn seat_area(points: &[SidePoint], size: Vec3) -> f32 {
     areas.into_iter().fold(0.0, f32::max)
 }
 
-/// Returns true if the object stands on two feet whose toes point to this side.
+/// Returns true if the object stands on two feet whose toes point to the front. `points` are in
+/// coordinates of the side that is taken as the front.
 fn toes_stick_out(points: &[SidePoint], height: f32) -> bool {
     let of_band = |band: RangeInclusive<f32>| points.iter().filter(move |p| band.contains(&p.height));
     let mut legs: Vec<f32> = of_band(ANKLES).map(|p| p.right).collect();

@@ -1,5 +1,6 @@
-//! Ground that reaches far beyond the objects on it: a river of a city map, or a plate under a
-//! house. A few low triangles around all others do not decide the framing of an object.
+//! Ground that reaches far beyond the objects on it, such as a river of a city map or a plate under
+//! a house. If it consists of a few low triangles around all others, the framing of an object
+//! ignores it.
 //!
 //! Unlike a separate sheet (`groups`), such a ground may share corners with the rest, and may
 //! consist of triangles of several parts.
@@ -28,7 +29,7 @@ const WIDER: f32 = 4.0;
 const WIDE: f32 = 2.0;
 const MIN_REST: usize = 30;
 
-/// The looker's region without a ground that reaches far beyond the rest.
+/// Region of `tracer` without a ground that reaches far beyond the rest.
 pub(super) fn without_far_ground(tracer: &SceneTracer, horizon: &Horizon) -> Region {
     let whole = tracer.region;
     let visit = |max, visit: &mut dyn FnMut(&Triangle)| {

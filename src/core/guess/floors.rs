@@ -91,7 +91,7 @@ impl<'a> Floors<'a> {
         (0..count * count).map(place).collect()
     }
 
-    /// Surfaces at a place, from the top.
+    /// Surfaces on the vertical line through `x` and `z`, from the top down.
     pub fn at(&self, x: f32, z: f32) -> Vec<Surface> {
         let top = self.bounds.max.y;
         let mut surfaces: Vec<Surface> = Vec::new();
@@ -120,7 +120,7 @@ impl<'a> Floors<'a> {
         self.at(p.x, p.z).iter().any(Surface::is_flat)
     }
 
-    /// Height of the nearest surface below a point; `None` if there is none.
+    /// Height of the nearest surface below the point `p`; `None` if there is no surface.
     pub fn below(&self, p: Vec3) -> Option<f32> {
         let seen = self.tracer.trace(self.horizon.point(p), -self.horizon.up())?;
         Some(p.y - seen.distance)

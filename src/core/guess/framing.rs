@@ -4,8 +4,8 @@ use super::scene_tracer::SceneTracer;
 use super::triangles::for_each_triangle;
 use crate::math::{Horizon, Vec2, Vec3};
 
-/// The smallest view pyramid with given directions that contains all points: half-spaces that the
-/// points push outwards.
+/// The smallest view pyramid, for given directions and angles, that contains all points. It is
+/// stored as half-spaces, which each new point may move outwards.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frustum {
     right: Vec3,
@@ -14,9 +14,9 @@ pub(super) struct Frustum {
     back: Vec3,
     /// Tangents of half the horizontal and the vertical angle that the points may fill.
     slope: Vec2,
-    /// Largest `±x + slope · z` and `±y + slope · z` of the points.
+    /// Maximum of `±x + slope · z` and `±y + slope · z` over the points.
     sides: [f32; 4],
-    /// Nearest and farthest `z`.
+    /// Nearest and farthest `z` of the points.
     depth: [f32; 2],
 }
 
@@ -81,7 +81,7 @@ impl Frame {
             }
         });
         let (eye, target) = frustum.camera();
-        // A single point, or an empty scene, is seen from some distance.
+        // Use a default distance for a single point and for an empty scene
         match eye.distance(target) > 0.0 && eye.is_finite() {
             true => (eye, target),
             false => {

@@ -12,20 +12,21 @@ const WIDE_GROUND: f32 = 3.0;
 const AT_BOTTOM: f32 = 0.05;
 /// Maximum thickness of a sheet, such as a ground, as a share of its extent.
 const SHEET: f32 = 0.02;
-/// Maximum share of a sheet's extents that the rest of the scene covers, if the sheet is around the
-/// rest.
+/// Maximum fraction of a sheet's extents that the rest of the scene covers. If the rest covers
+/// more, the sheet is not around the rest.
 const COVERED: f32 = 0.8;
 /// Maximum distance of parts of one group, as a share of the smaller part's extent.
 const NEAR: f32 = 0.1;
-/// Maximum share of the region's volume that a group fills, so that it differs from the region.
+/// Maximum fraction of the region's volume that a group fills. A larger group is about the region
+/// itself.
 const SMALLER: f32 = 0.7;
-/// Maximum number of grouped parts (the largest ones), and maximum number of groups.
+/// Maximum number of parts that are grouped (the largest parts), and maximum number of groups.
 const MAX_PARTS: usize = 2048;
 const MAX_GROUPS: usize = 3;
 
-/// Groups of connected parts of the looker's region, the largest first. For example, a room stands
-/// on a separate ground, with lamps and trees around it. Sheets around all other parts belong to no
-/// group.
+/// Groups of connected parts of the region of `tracer`, the largest group first. For example, a
+/// room is a group if it stands on a separate ground, with lamps and trees around it. Sheets around
+/// all other parts belong to no group.
 pub(super) fn groups(tracer: &SceneTracer) -> Vec<Region> {
     let whole = tracer.region;
     let mut boxes = Parts::of(tracer).boxes();
@@ -54,7 +55,7 @@ pub(super) fn groups(tracer: &SceneTracer) -> Vec<Region> {
     groups.into_iter().map(region).collect()
 }
 
-/// The looker's region without a ground that is much wider than the objects on it.
+/// Region of `tracer` without a ground that is much wider than the objects on it.
 pub(super) fn without_sheet(tracer: &SceneTracer, horizon: &Horizon) -> Region {
     let whole = tracer.region;
     let mut boxes = Parts::of(tracer).boxes();

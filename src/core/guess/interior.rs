@@ -13,13 +13,14 @@ use std::f32::consts::TAU;
 const COLUMNS: usize = 72;
 const ROWS: usize = 16;
 const PITCH: f32 = 32.0_f32;
-/// Width of the image in columns: 60°.
+/// Width of the image in columns of the panorama: 60°.
 const WINDOW: usize = 12;
-/// Minimum share of the directions above the horizon with a surface, in a room with a ceiling.
+/// Minimum fraction of the directions above the horizon that hit a surface, in a room with a
+/// ceiling.
 const ROOFED: f32 = 0.75;
 /// Minimum distance of two storeys, in heights of the room.
 const STOREY: f32 = 0.8;
-/// Minimum share of all directions with a surface, in a closed place.
+/// Minimum fraction of all directions that hit a surface, in a closed place.
 const CLOSED: f32 = 0.62;
 /// Eye height as a share of the room's height, and its maximum as a share of the scene's width.
 const EYE: [f32; 2] = [0.5, 0.2];
@@ -130,8 +131,9 @@ fn is_inside(tracer: &SceneTracer, horizon: &Horizon, eye: Vec3, inside: PlaceKi
     }
 }
 
-/// Share of the rays from around a place in a room with a ceiling that reach daylight; `None` for
-/// other places. Windows may be invisible from the place itself.
+/// Openness of a room with a ceiling: fraction of the rays from points around `position` that reach
+/// daylight. `None` if `position` is not in such a room. The rays start around `position` because
+/// windows may be invisible from `position` itself.
 pub(super) fn openness_of_room(tracer: &SceneTracer, horizon: &Horizon, position: Vec3) -> Option<f32> {
     if !is_inside(tracer, horizon, position, PlaceKind::RoofedRooms) {
         return None;
@@ -182,16 +184,17 @@ pub(super) fn reason_for_none(tracer: &SceneTracer, horizon: &Horizon) -> &'stat
 
 /// Number of rays along each edge of a side of the scene's box, for finding openings.
 const SIDE_RAYS: u32 = 12;
-/// Minimum share of the rays that pass the side, and the distance they must travel, as a share of
-/// the box.
+/// Minimum fraction of the rays that pass the side, and minimum length of their paths, as a
+/// fraction of the box's depth.
 const OPEN: (f32, f32) = (0.75, 0.15);
 /// Minimum share of the side's width and height that the image shows. If the aspect ratios of side
 /// and image differ, the image crops the side.
 const SHOWN: f32 = 0.7;
 
 /// The view from outside through a side of the scene's box without a wall: some rooms are modelled
-/// to be seen like this. If several sides have no wall, the first from azimuth 0 on is used. `fov`
-/// is vertical, in degrees. `aspect` is the aspect ratio of the image, which the side fills.
+/// to be seen like this. If several sides have no wall, the first of the azimuths 0, 90, 270 and
+/// 180 is used. `fov` is vertical, in degrees. `aspect` is the aspect ratio of the image, which the
+/// side fills.
 pub(super) fn through_open_side(
     tracer: &SceneTracer,
     horizon: &Horizon,
@@ -217,7 +220,7 @@ pub(super) fn through_open_side(
             return None;
         }
         let slope = (0.5 * fov.clamp(1.0, 179.0)).to_radians().tan();
-        // The side fills the image, with little of it cut off.
+        // The side fills the image, and little of the side is cut off.
         let (by_height, by_width) = (half.y / slope, width / (slope * aspect));
         let away = by_height.min(by_width).max(SHOWN * by_height.max(by_width));
         Some(InteriorView {
@@ -245,7 +248,7 @@ pub(super) fn best_direction(
     has_place.then(|| panorama.best_view(horizon, position, height, width))
 }
 
-/// The best level view at `position`, for any distance of surfaces.
+/// The best level view at `position`, even if a surface is near the eye.
 pub(super) fn best_view(
     tracer: &SceneTracer,
     horizon: &Horizon,
@@ -311,9 +314,9 @@ impl Panorama {
         others.fold(view(0), |best, view| if best.score >= view.score { best } else { view })
     }
 
-    /// The view whose middle is between `column` and the column before. Its score is the visible
-    /// information in bits plus a term for the distance. Surfaces that block the view lower the
-    /// score, and so do backs of surfaces, which are not meant to be seen.
+    /// The view whose middle is between `column` and the column before it. The score is the visible
+    /// information in bits plus a term for the distance. Near surfaces that block the view lower
+    /// the score. Backs of surfaces lower it too, because they are not meant to be seen.
     fn view(&self, horizon: &Horizon, position: Vec3, column: usize, height: f32, width: f32) -> InteriorView {
         let mut tally = HitStatistics::default();
         let (mut distances, mut near) = (Vec::with_capacity(WINDOW * ROWS), 0);

@@ -1,5 +1,5 @@
-//! Bodies of revolution: bottles, vases, mugs and lamps stand on their axis, and the opening of a
-//! vessel is above.
+//! Bodies of revolution as evidence for the upright axis. Bottles, vases, mugs and lamps stand on
+//! their axis, and the opening of a vessel is at the top.
 
 use super::scene_tracer::SceneTracer;
 use super::spread::radical_inverse;
@@ -8,7 +8,7 @@ use crate::sampling::warp::uniform_disk;
 
 /// Minimum squared length of a normal's component across the axis, on the sides of a body.
 const SIDE: f32 = 0.1;
-/// Minimum share of sides among the surfaces for full evidence.
+/// Minimum fraction of points that lie on sides of the body, for full evidence.
 const ENOUGH_SIDES: f32 = 0.2;
 /// Number of iterations that find the axis.
 const STEPS: u32 = 8;
@@ -32,8 +32,8 @@ pub(super) struct Lathe {
 }
 
 impl Lathe {
-    /// The body whose axis is closest to the lines along the normals. The axis is parallel to the
-    /// coordinate axis `axis`. `points` are pairs of position and normal.
+    /// The body with an axis parallel to the coordinate axis `axis`, at the position where the axis
+    /// is closest to the lines along the normals. `points` are pairs of position and normal.
     pub fn new(points: &[(Vec3, Vec3)], bounds: Bounds3, axis: usize) -> Self {
         let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
         let across = |v: Vec3| Vec2::new(v[a], v[b]);
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn cylinders_revolve_around_their_axis() {
+    fn likeness_of_cylinders_is_high_around_their_axis() {
         let handle = Vec3::new(6.5, 1.0, 3.0);
         for more in [None, Some(handle)] {
             let [x, y, z] = likenesses(&cylinder(Vec3::new(4.0, 0.0, 3.0)), more);
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn cubes_revolve_around_no_axis_and_spheres_around_all() {
+    fn likeness_is_low_for_cubes_and_high_for_spheres() {
         let (mut cube, mut sphere) = (Vec::new(), Vec::new());
         for i in 0..600 {
             let [u, v, side] = [2, 3, 5].map(|base| radical_inverse(base, i));

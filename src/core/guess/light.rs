@@ -1,4 +1,4 @@
-//! The light of a scene with too few lit surfaces, by the kind of scene.
+//! Guess of the light of a scene whose own emitters do not light it, by the kind of scene.
 
 use super::emitters::{self, Requirement};
 use super::rooms::Surroundings;
@@ -12,14 +12,16 @@ use crate::math::{Horizon, Vec3};
 /// if all are equal.
 const AZIMUTHS: u32 = 24;
 const ELEVATIONS: [f32; 3] = [40.0, 28.0, 55.0];
-/// If the share of the points that are in rooms is lower, only the points in rooms are used.
+/// Minimum fraction of the points that are in rooms. If the fraction is lower, only the points in
+/// rooms decide on the sun.
 const FEW: f32 = 0.2;
 /// Edge of the lamp of a closed room, and its distance from the ceiling, as shares of the room's
 /// height.
 const LAMP: (f32, f32) = (0.4, 0.03);
 
-/// Minimum lighting by the emitting surfaces of an object or an interior; below it a light is
-/// guessed. A staged scene with a lamp has this lighting; an object that emits somewhere does not.
+/// Minimum lighting by the emitting surfaces of an object or an interior. If there is less, a light
+/// is guessed. A staged scene with a lamp has this lighting; an object with some emitting parts
+/// does not.
 const OBJECT: Requirement = Requirement {
     share: 0.8,
     irradiance: 1.0 / 32.0,
@@ -87,7 +89,8 @@ fn is_lit(tracer: &SceneTracer, survey: &Survey, position: Vec3, target: Vec3) -
 }
 
 /// Azimuth and elevation in degrees of the sun that lights the most points. If few points are in
-/// rooms, only these are used: points beyond the walls are in the sun anyway.
+/// rooms, only the points in rooms are used, because points outside of the walls are in the sun
+/// anyway.
 fn sun_through_openings(tracer: &SceneTracer, horizon: &Horizon) -> [f32; 2] {
     let points: Vec<Vec3> = points_inside(tracer.region.bounds).collect();
     let is_room = |&(i, p): &(u32, Vec3)| Surroundings::of(tracer, p, horizon.up(), i).is_room();
@@ -100,7 +103,7 @@ fn sun_through_openings(tracer: &SceneTracer, horizon: &Horizon) -> [f32; 2] {
         .unwrap_or([-45.0, ELEVATIONS[0]])
 }
 
-/// The sun that lights the most of `points`; `None` if no sun lights any.
+/// The sun that lights the most of `points`; `None` if no sun lights any point.
 fn best_sun(tracer: &SceneTracer, horizon: &Horizon, points: &[Vec3]) -> Option<[f32; 2]> {
     let mut best = (None, 0);
     for elevation in ELEVATIONS {
@@ -109,7 +112,7 @@ fn best_sun(tracer: &SceneTracer, horizon: &Horizon, points: &[Vec3]) -> Option<
             let azimuth = -150.0 + 360.0 * (i as f32) / AZIMUTHS as f32 + 7.0;
             let direction = horizon.direction(azimuth, elevation);
             let lit = points.iter().filter(|&&p| tracer.escapes(p, direction)).count();
-            // Another sun must light a tenth more points, so that rounding does not decide.
+            // Another sun must light a tenth more points, so that rounding does not decide
             if lit * 10 > best.1 * 11 {
                 best = (Some([azimuth, elevation]), lit);
             }

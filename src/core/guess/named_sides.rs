@@ -37,15 +37,16 @@ const FRONT: [&str; 23] = [
 ];
 /// Words in names of things at the back.
 const BACK: [&str; 6] = ["backpack", "exhaust", "rear", "tail", "taillamp", "taillight"];
-/// Margin of the band of heights in which the object is compared with the named things, as a share
-/// of the object's height.
+/// Margin of the band of heights in which named parts and the object are compared, as a fraction of
+/// the object's height.
 const BAND: f32 = 0.02;
 /// Minimum number of points in the band.
 const MIN_POINTS: usize = 40;
-/// Minimum distance of the named things from the middle of the band, as a share of the band's
+/// Minimum distance of the named parts from the middle of the band, as a fraction of the band's
 /// extent.
 const OFF_MIDDLE: f32 = 0.12;
-/// Minimum ratio of the distance to the front to the distance to the side.
+/// Minimum ratio of the larger to the smaller horizontal coordinate of the vector to the named
+/// parts. A vector to a corner shows no front.
 const STRAIGHT: f32 = 2.0;
 
 /// Direction of the front by names, of any length; `None` if names do not show it. `points` are
@@ -78,7 +79,7 @@ pub(super) fn named_front(tracer: &SceneTracer, points: &[Point], horizon: &Hori
     Some(horizon.point(offset))
 }
 
-/// Triangles with names of one side, in the frame of the horizon.
+/// Sums over the triangles whose names belong to one side, in the frame of the horizon.
 struct Named {
     /// Sum of the triangles' centroids, weighted by area, and total area.
     sum: Vec3,
@@ -106,8 +107,8 @@ impl Named {
         }
     }
 
-    /// Horizontal vector to the named things, from the middle of the object at their height; `None`
-    /// if it is short, or points to a corner.
+    /// Horizontal vector to the named parts, from the middle of the object at their height; `None`
+    /// if the vector is short or points to a corner.
     fn offset(&self, points: &[Vec3]) -> Option<Vec3> {
         let middle = self.sum / self.area;
         let ends = |values: &mut dyn Iterator<Item = f32>| {
@@ -131,8 +132,8 @@ impl Named {
     }
 }
 
-/// True if the name is of a thing at the front, false if it is of a thing at the back, `None` for
-/// other names.
+/// Returns `Some(true)` if the name belongs to a thing at the front, `Some(false)` if it belongs to
+/// a thing at the back, and `None` otherwise.
 fn is_front(name: &str) -> Option<bool> {
     side_of(name, &FRONT, &BACK)
 }
@@ -142,7 +143,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_are_of_the_front_or_the_back() {
+    fn words_in_names_show_front_or_back() {
         for (name, expected) in [
             ("Eyes", Some(true)),
             ("Head_Teeth.001", Some(true)),

@@ -16,10 +16,10 @@ use rayon::prelude::*;
 const RAYS: u32 = 64;
 /// Share of the square's width or height that the object fills in a candidate.
 const FILL: f32 = 0.8;
-/// Maximum number of triangles that frame candidates.
+/// Maximum number of triangles that are used to frame a candidate.
 const FEW: u64 = 1 << 15;
-/// Azimuths from the front, and elevations, of candidates, in degrees; the first wins if all are
-/// equal.
+/// Azimuths from the front, and elevations, of candidates, in degrees. If all scores are equal, the
+/// first candidate is used.
 const TURNS: [f32; 6] = [30.0, -30.0, 40.0, -40.0, 20.0, -20.0];
 const ELEVATIONS: [f32; 2] = [18.0, 25.0];
 /// Ratios of an object's length, towards its front, to its width. Between the first and the second
@@ -65,7 +65,8 @@ pub(super) struct Front {
     pub azimuth: f32,
     /// True if the file declares the front.
     pub is_declared: bool,
-    /// True if detail, shapes or the program show the front, and not only the habit of most files.
+    /// True if detail, shapes or the program show the front. False if it is only the front of most
+    /// files.
     pub is_clear: bool,
 }
 
@@ -159,8 +160,8 @@ impl Side {
     }
 }
 
-/// Azimuth and elevation, in degrees, of the three-quarter view with the most information, for an
-/// object with its front at `front`.
+/// Azimuth and elevation, in degrees, of the three-quarter view with the most information. `front`
+/// is the azimuth of the object's front.
 pub(super) fn three_quarter(tracer: &SceneTracer, horizon: &Horizon, frame: &Frame, front: f32) -> (f32, f32) {
     if let Some(azimuth) = open_house::azimuth(tracer, horizon, front) {
         return (azimuth, open_house::ELEVATION);
@@ -233,8 +234,9 @@ impl Picture {
         normals + materials + 0.5 * triangles
     }
 
-    /// Curvature of the surfaces: the sum over neighbouring pixels of `1 − cos` of the angle
-    /// between their normals, without steps in depth, which are outlines; at least 1.
+    /// Curvature of the surfaces, plus 1: the sum over neighbouring pixels of `1 − cos` of the
+    /// angle between their normals. Pairs with a step in depth are left out, because they are
+    /// outlines.
     fn detail(&self) -> f32 {
         let n = RAYS as usize;
         let at = |x: usize, y: usize| self.0.get(y * n + x).copied().flatten();

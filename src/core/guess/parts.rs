@@ -10,7 +10,7 @@ use std::collections::HashMap;
 const MAX_TRIANGLES: u64 = 1 << 18;
 /// Maximum number of parts whose contact with other parts is tested, evenly spread over all parts.
 const MAX_PARTS: usize = 512;
-/// Maximum number of vertices of a part, the lowest ones, whose contact is tested.
+/// Maximum number of vertices of a part whose contact is tested. They are the lowest vertices.
 const MAX_FEET: usize = 8;
 /// Minimum share of the scene's extent along two axes for a part that is the hull of the scene: its
 /// walls, or its ground.
@@ -19,21 +19,20 @@ const HULL: f32 = 0.8;
 const TOUCH: f32 = 1.5e-3;
 /// Minimum cosine between up and the normal of a surface that faces up.
 const FACES_UP: f32 = 0.9;
-/// Maximum number of surfaces of the part itself that a ray may hit before another part.
+/// Maximum number of surfaces of the tested part that a ray may hit before it hits another part.
 const MAX_OWN: u32 = 3;
 
-/// Connected components of a scene, without its hull.
+/// Connected components of a scene.
 pub(super) struct Parts<'a> {
     tracer: &'a SceneTracer<'a>,
     bounds: Bounds3,
     parts: Vec<Vec<Vec3>>,
-    /// Part of each triangle, by the number that identifies the triangle. Triangles of the hull
-    /// belong to no entry of `parts`.
+    /// Index of the part of each triangle. The key is the number that identifies the triangle.
     of_triangles: HashMap<u64, u32>,
 }
 
 impl<'a> Parts<'a> {
-    /// Parts of the looker's scene; empty for a scene with many triangles.
+    /// Parts of the scene of `tracer`; empty for a scene with many triangles.
     pub fn of(tracer: &'a SceneTracer) -> Self {
         let bounds = tracer.region.bounds;
         let mut parts = Self {
@@ -89,17 +88,17 @@ impl<'a> Parts<'a> {
         boxes.collect()
     }
 
-    /// Returns true if a part is a wall, a floor or similar.
+    /// Returns true if a part belongs to the hull of the scene, such as its walls or its ground.
     fn is_hull(&self, part: &[Vec3]) -> bool {
         let bounds: Bounds3 = part.iter().copied().collect();
         let (size, whole) = (bounds.max - bounds.min, self.bounds.max - self.bounds.min);
         (0..3).filter(|&axis| size[axis] >= HULL * whole[axis]).count() >= 2
     }
 
-    /// Stability of the parts for each direction of `ups`, each followed by its opposite: the
-    /// weighted number of parts that rest on something below and touch nothing above, divided by
-    /// the number of parts. The weight depends on the shape of a part. Zeros if there are few
-    /// parts.
+    /// Stability of the parts for each direction of `ups`, in which each direction is followed by
+    /// its opposite: weighted number of parts that rest on something below and touch nothing above,
+    /// divided by the number of parts. The weight depends on the shape of a part. Zeros if there
+    /// are few parts.
     pub fn standing(&self, ups: &[Vec3; 6]) -> [f32; 6] {
         const FEW: usize = 3;
         let parts: Vec<(u32, &[Vec3])> = (0..)
@@ -126,7 +125,8 @@ impl<'a> Parts<'a> {
         })
     }
 
-    /// Returns true if any of the lowest vertices of a part touches something below.
+    /// Returns true if any of the lowest vertices of a part touches the ground or another part
+    /// below.
     fn rests(&self, number: u32, part: &[Vec3], up: Vec3) -> bool {
         let touch = TOUCH * 2.0 * self.bounds.radius();
         let height = |p: &Vec3| p.dot(up);
@@ -142,7 +142,7 @@ impl<'a> Parts<'a> {
             .any(|&foot| self.touches(number, foot, up, touch))
     }
 
-    /// Returns true if another part lies within `touch` of the point and faces up.
+    /// Returns true if another part lies within `touch` of the point `foot` and faces up.
     fn touches(&self, number: u32, foot: Vec3, up: Vec3, touch: f32) -> bool {
         let mut way = 0.0;
         for _ in 0..=MAX_OWN {

@@ -20,15 +20,15 @@ const OTHERS: &str = "--view iso shows it from outside, `embrasure views SCENE -
 /// Maximum distance, as a share of the scene's width, and minimum cosine between the directions, of
 /// two similar views of an interior. Only one of several similar views is a candidate.
 const ALIKE: (f32, f32) = (0.2, 0.5);
-/// Minimum height of the eye of an interior's view, as a share of the height of the best view: eyes
-/// under a table or a stair are lower.
+/// Minimum eye height of a view of an interior, as a fraction of the eye height of the best view.
+/// Lower eyes are under a table or a stair.
 const MIN_HEIGHT: f32 = 0.35;
-/// Maximum share of the rays of an interior's view that leave the scene, unless the best view has
-/// more.
+/// Maximum fraction of the rays of an interior view that leave the scene, unless the fraction of
+/// the best view is larger.
 const MAX_MISSING: f32 = 0.5;
-/// Maximum number of candidates inside of an interior; a view from outside is added.
+/// Maximum number of candidates inside an interior. One more candidate is outside.
 const INSIDE_CANDIDATES: usize = MAX_CANDIDATES - 1;
-/// Number of places along each side of the floor in the search for small rooms of a large scene.
+/// Number of places along each side of the floor, in the search for small rooms of a large scene.
 const MANY_PLACES: u32 = 4 * PLACES;
 
 impl CameraFinder<'_> {
@@ -73,7 +73,7 @@ impl CameraFinder<'_> {
     }
 
     /// Views from inside, the best first. If the scene is not an interior, these are views of its
-    /// rooms. If any of the rooms have a ceiling, only views of rooms with a ceiling are returned.
+    /// rooms. If any room has a ceiling, only views of rooms with a ceiling are returned.
     fn views_inside(&self) -> Vec<InteriorView> {
         let views = |inside, count| interior::views(&self.tracer, self.horizon(), inside, count);
         if self.inside == PlaceKind::Anywhere {
@@ -141,7 +141,7 @@ impl CameraFinder<'_> {
         Ok(self.guess(eye, target, self.inside_fov(), words))
     }
 
-    /// Unit of the file, from the file itself or from the height of its rooms.
+    /// Unit of the file, from the file itself or from the height of the rooms.
     fn scale(&self, floors: &Floors) -> Scale {
         Scale::new(self.request.unit, floors.room_height(), floors.height())
     }
@@ -233,7 +233,7 @@ impl CameraFinder<'_> {
     }
 }
 
-/// `x` with four digits.
+/// `x` with four significant digits.
 fn short_number(x: f32) -> String {
     short(Vec3::splat(x), x).x.to_string()
 }

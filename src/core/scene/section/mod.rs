@@ -48,7 +48,7 @@ impl CutLight {
 pub struct SectionReport {
     /// Open surfaces that the plane cuts. They get no cap.
     pub open: Vec<OpenShell>,
-    /// Number of closed surfaces that the plane cuts, that face inwards, and that are not within a
+    /// Number of closed surfaces that the plane cuts, that face inwards, and that do not lie in a
     /// solid. They get no cap.
     pub inward: u64,
     /// True if the plane removes the whole scene.

@@ -19,7 +19,7 @@ pub struct CoatedLambert {
     /// Reflectance of the coat along the normal.
     f0: f32,
     roughness: f32,
-    /// Share of the energy loss of single reflections in the coat that multiple reflections return.
+    /// Fraction of the coat's energy loss by single reflections that multiple reflections return.
     several: f32,
     /// Mean transmittance of the coat.
     passed: f32,
@@ -36,9 +36,9 @@ impl CoatedLambert {
         self.roughness
     }
 
-    /// Parameters for [`super::BsdfLanes`]: albedo; mean transmittance of the coat; 1, because
-    /// there is a coat; reflectance of the coat along the normal, and share that multiple
-    /// reflections return.
+    /// Parameters for [`super::BsdfLanes`]: albedo; mean transmittance of the coat; weight of the
+    /// coat, 1; reflectance of the coat along the normal and fraction of the energy loss that
+    /// multiple reflections return.
     pub(super) fn lane_parameters(&self) -> (Spectrum, f32, f32, [f32; 2]) {
         (self.albedo, self.passed, 1.0, [self.f0, self.several])
     }
@@ -60,7 +60,7 @@ impl CoatedLambert {
         }
     }
 
-    /// Terms of a direction: the transmittance of the coat.
+    /// Terms of the lobe that depend on one direction: the transmittance of the coat.
     #[inline(always)]
     pub(super) fn terms(&self, energy: &mut EnergyLookup) -> DirectionTerms {
         let ConductorEnergy { loss, grazing, .. } = energy.of(self.roughness);
@@ -94,8 +94,8 @@ impl CoatedLambert {
 }
 
 /// Transmittance of a coat with reflectance `f0` along the normal. Single reflections lose the
-/// share `missing` of the light, and multiple reflections return the share `several` of this loss.
-/// `grazing` is the albedo of single reflections, each weighted by `(1 − cos)⁵`.
+/// fraction `missing` of the light, and multiple reflections return the fraction `several` of this
+/// loss. `grazing` is the albedo of single reflections, each weighted by `(1 − cos)⁵`.
 #[inline(always)]
 fn passed(f0: f32, several: f32, missing: f32, grazing: f32) -> f32 {
     1.0 - (f0 * (1.0 - missing - grazing) + grazing + several * missing)

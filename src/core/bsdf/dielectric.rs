@@ -26,7 +26,8 @@ impl Dielectric {
         self.reflectance * r + self.transmittance * (1.0 - r)
     }
 
-    /// Reflected and refracted direction, each with its share of the flux as density.
+    /// Samples of the reflected and the refracted direction. The density of each sample is its
+    /// fraction of the flux. `None` if a direction gets no light.
     pub fn directions(&self, wo: Vec3, mode: TransportMode) -> [Option<BsdfSample>; 2] {
         let cos_o = wo.z.abs();
         if cos_o == 0.0 {
@@ -41,7 +42,7 @@ impl Dielectric {
             return [Some(reflected), None];
         }
 
-        // Refraction changes the solid angle of radiance. Importance does not change.
+        // Refraction changes the solid angle, and so the radiance. It does not change importance.
         let scale = match mode {
             TransportMode::Radiance => 1.0 / (eta * eta),
             TransportMode::Importance => 1.0,

@@ -1,9 +1,10 @@
 //! Multiple-scattering compensation of rough lobes.
 //!
 //! Microfacet models with single scattering lose the light that other facets block: 69 % at
-//! roughness 1, along the normal. Lobes return it in the reciprocal form of Kulla and Conty (2017,
-//! "Revisiting Physically Based Shading at Imageworks"). A division by the albedo would not be
-//! reciprocal. The form needs the energy loss towards each direction, and its cosine-weighted mean.
+//! roughness 1, along the normal. Rough lobes add the lost light in the reciprocal form of Kulla
+//! and Conty (2017, "Revisiting Physically Based Shading at Imageworks"). A division by the albedo
+//! would not be reciprocal. The form needs the energy loss towards each direction, and its
+//! cosine-weighted mean.
 //!
 //! Both are tabulated by quadrature over the visible facets of the lobes themselves. The axes are
 //! `√cos θ`, the roughness `√α` and, for dielectrics, `(η − 1) / (η + 1)`: the values are nearly
@@ -99,8 +100,7 @@ impl ConductorTables {
         loss
     }
 
-    /// All quantities towards a direction with the cosine `cos`. All use the same position in the
-    /// tables.
+    /// All quantities towards a direction with the cosine `cos`, from one position in the tables.
     #[inline(always)]
     pub fn towards(&self, cos: f32) -> ConductorEnergy {
         let rows = ConductorRows::of(*self);
@@ -284,7 +284,7 @@ impl<const N: usize> EnergyTable<N> {
     }
 
     /// Density of [`EnergyTable::sample`] per solid angle: the cosine density times the mean of the
-    /// cell over the mean of all cells.
+    /// cell, divided by the mean of all cells.
     #[inline(always)]
     pub fn pdf(&self, cos: f32) -> f32 {
         let (cell, _) = cell(place(cos.sqrt(), NODES), NODES);
@@ -409,7 +409,7 @@ fn missing(share: f64) -> f32 {
     ((1.0 - share) as f32).max(f32::EPSILON)
 }
 
-/// Weight of a reflection on the facet `h`: the share of the light that is not shadowed.
+/// Weight of a reflection on the facet `h`: the fraction of the light that is not shadowed.
 fn reflected(wo: Vec3, facets: Ggx, h: Vec3, cos: f32) -> f32 {
     let wi = 2.0 * cos * h - wo;
     if wi.z > 0.0 {

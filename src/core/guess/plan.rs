@@ -104,8 +104,8 @@ impl Sheet {
     }
 }
 
-/// The plan of the looker's region at `cut`, `size` pixels along its larger edge. `cameras` are
-/// positions and targets.
+/// Draws the plan of the region of `floors` at `cut`, `size` pixels along its larger edge.
+/// `cameras` are positions and targets.
 pub(super) fn plan(floors: &Floors, cut: Cut, cameras: &[(Vec3, Vec3)], size: usize) -> Plan {
     let (tracer, horizon) = (floors.tracer, floors.horizon);
     let mut bounds = floors.bounds();
@@ -147,7 +147,7 @@ pub(super) fn plan(floors: &Floors, cut: Cut, cameras: &[(Vec3, Vec3)], size: us
     }
 }
 
-/// The colour below a point of the cut.
+/// Colour of the surface below the point `p` of the cut.
 fn shade(tracer: &SceneTracer, horizon: &Horizon, cut: Cut, p: Vec3) -> [f32; 3] {
     let Some(seen) = tracer.trace(horizon.point(p), -horizon.up()) else {
         return EMPTY;

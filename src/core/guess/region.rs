@@ -1,5 +1,5 @@
-//! The region that contains most of a scene: a few strays far away do not shrink the rest to a
-//! point.
+//! The region that contains most of a scene. Without it, a few triangles far away would shrink the
+//! rest of the scene to a point in the image.
 //!
 //! Some files mix places: a part in the metres of a national grid and a part at the origin, or a
 //! stray vertex from an exporter. The coordinates of the triangles' corners are compared along each
@@ -20,17 +20,17 @@ const MAX_TRIANGLES: u64 = 1 << 23;
 const MIN_CORNERS: usize = 30;
 /// Maximum number of places that are left out.
 const MAX_PLACES: usize = 8;
-/// Share of the corners left out at each end for the extent.
+/// Fraction of the corners that are left out at each end when an extent is measured.
 const TAIL: f32 = 0.05;
 /// Minimum gap between two places, as a multiple of the extent of the larger place.
 const PLACE_GAP: f32 = 50.0;
 /// Minimum gap between two places, as a share of the scene.
 const MIN_GAP: f32 = 0.05;
-/// Minimum gap before strays, as a multiple of the extent of the corners before the gap. The share
-/// of strays is at most [`TAIL`].
+/// Minimum gap before strays, as a multiple of the extent of the corners before the gap. At most
+/// the fraction [`TAIL`] of the corners are strays.
 const STRAY_GAP: f32 = 8.0;
-/// Minimum gap on both sides of a region with corners beyond both sides: a region within a ground
-/// or a dome.
+/// Minimum gap on each side of a region, if corners lie beyond both sides: these corners may belong
+/// to a ground or a dome around the region.
 const SURROUNDING_GAP: f32 = 100.0;
 /// The part of a scene that guesses use.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,8 +45,8 @@ pub(super) struct Region {
     pub left_out_at: Vec3,
     /// True if a ground reaches far beyond the bounds.
     pub has_wide_ground: bool,
-    /// Share of the corners of all groups that lie in this region, if it is one of several groups
-    /// of parts.
+    /// Fraction of the corners of all groups that lie in this region, if the region is one of
+    /// several groups of parts.
     pub group: Option<f32>,
 }
 
@@ -75,7 +75,8 @@ impl Region {
         region
     }
 
-    /// A group of parts in `bounds` with the share `share` of the corners.
+    /// Region of a group of parts in `bounds`. The group has the fraction `share` of the corners of
+    /// all groups.
     pub fn with_group(self, bounds: Bounds3, share: f32) -> Self {
         Self {
             bounds,
@@ -84,7 +85,8 @@ impl Region {
         }
     }
 
-    /// The part in `bounds`, which stands on a ground that reaches beyond.
+    /// Region of an object with the box `bounds`, which stands on a ground that reaches beyond the
+    /// box.
     pub fn on_ground(self, bounds: Bounds3) -> Self {
         let margin = Vec3::splat(1e-4 * extent(&bounds));
         let limits = Bounds3 {

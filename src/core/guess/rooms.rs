@@ -10,8 +10,8 @@ const ENCLOSED: f32 = 0.62;
 /// more detail inside than outside.
 const MIN_ROOM: f32 = 0.2;
 const MIN_DETAILED_ROOM: f32 = 0.12;
-/// Share of front hits from outside below which the scene is a hull that is not made to be seen
-/// from outside.
+/// Fraction of the hits from outside that are on fronts. If it is lower, the scene is a hull that
+/// is not made to be seen from outside.
 const HULL: f32 = 0.75;
 /// Minimum additional information inside compared to outside, in bits: for a hull; for a hull with
 /// little room; and for a body, which is closed on the outside. Hollow bricks and cupboards are
@@ -72,7 +72,7 @@ impl Surroundings {
     }
 }
 
-/// Rooms in the looker's region, and the information inside and outside.
+/// Rooms in a region, and the information inside and outside of the region.
 pub(super) struct Rooms {
     /// Points in rooms.
     pub points: Vec<Vec3>,
@@ -89,7 +89,7 @@ pub(super) struct Rooms {
 impl Rooms {
     pub fn of(tracer: &SceneTracer) -> Self {
         let bounds = tracer.region.bounds;
-        // From inside
+        // Trace rays from points inside
         let (mut within, mut points, mut escaped) = (HitStatistics::default(), Vec::new(), 0);
         for (i, p) in (0..).zip(points_inside(bounds)) {
             let mut around = HitStatistics::default();
@@ -102,7 +102,7 @@ impl Rooms {
             }
         }
 
-        // From outside, towards points of the region
+        // Trace rays from outside towards points of the region
         let mut without = HitStatistics::default();
         let reach = 2.0 * bounds.radius().max(f32::MIN_POSITIVE);
         for (i, p) in (0..).zip(points_inside(bounds)) {

@@ -4,7 +4,7 @@
 use crate::accel::Accel;
 use crate::math::{Ray, Vec3};
 
-/// Distance at which a surface is too near for a camera, in metres.
+/// Distance below which a surface is too near for a camera, in metres.
 const NEAR: f32 = 0.05;
 /// Height of the eyes of a standing person, in metres.
 const EYES: f32 = 1.6;
@@ -21,7 +21,7 @@ const UNITS: [(f32, &str); 4] = [
     (0.01, "centimetre"),
     (0.001, "millimetre"),
 ];
-/// Additional unit that files may have.
+/// Additional unit that files may name. It is not guessed.
 const FOOT: (f32, &str) = (0.3048, "foot");
 
 /// 5 cm in the file's units, for a camera at `position` with the up direction `up`. The unit is
@@ -77,8 +77,8 @@ impl Scale {
         }
     }
 
-    /// Length of `metres` in the file's units. Without a unit, it is proportional to the eye
-    /// height.
+    /// Length of `metres` in the file's units. If the unit is unknown, the length is proportional
+    /// to the eye height.
     pub fn length(&self, metres: f32) -> f32 {
         metres * self.eyes / EYES
     }

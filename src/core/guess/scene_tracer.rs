@@ -38,7 +38,7 @@ pub(super) struct SurfaceHit {
 }
 
 impl SceneTracer<'_> {
-    /// The first surface that is not cut out and not the ground.
+    /// The first surface along a ray that is not cut out (opacity below 0.5) and is not the ground.
     pub fn trace(&self, origin: Vec3, direction: Vec3) -> Option<SurfaceHit> {
         let mut ray = Ray::new(origin, direction);
         for _ in 0..MAX_CUTOUTS {

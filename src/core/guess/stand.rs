@@ -11,7 +11,7 @@ const STEP: f32 = 0.4;
 const FREE: [f32; 2] = [0.05, 0.3];
 /// Half the width of a floor to stand on, and the maximum difference of its heights, in metres.
 const FEET: (f32, f32) = (0.3, 0.25);
-/// Factor by which the distance to a storey above is multiplied, compared to a storey below.
+/// Factor by which the distance to a storey above is multiplied when the nearest floor is chosen.
 const UPSTAIRS: f32 = 3.0;
 
 /// A place on the floor.
@@ -119,14 +119,14 @@ fn has_ceiling(floors: &Floors, place: Vec3, y: f32) -> bool {
     floors.tracer.trace(eye, floors.horizon.up()).is_some()
 }
 
-/// Returns true if surfaces show their backs around the eyes.
+/// Returns true if most surfaces around the eyes show their backs.
 fn is_in_body(floors: &Floors, place: Vec3, y: f32) -> bool {
     let eye = floors.horizon.point(Vec3::new(place.x, y, place.z));
     let around = Surroundings::of(floors.tracer, eye, floors.horizon.up(), 0);
     around.backs > 0.5 && around.fronts < 0.1
 }
 
-/// Returns true if the floor at a height is wide enough for feet, or is a stair.
+/// Returns true if the floor at the height `y` is wide enough for feet, or is a stair.
 fn is_wide(floors: &Floors, scale: &Scale, place: Vec3, y: f32) -> bool {
     let (half, even) = (scale.length(FEET.0), scale.length(FEET.1));
     let knee = Vec3::new(place.x, y + 1.5 * even, place.z);

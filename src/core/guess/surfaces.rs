@@ -24,10 +24,11 @@ const CELLS: i32 = 20;
 const CONTACT: f32 = 0.015;
 /// Minimum cosine between up and the normal of a surface that faces up.
 const MIN_UP_COSINE: f32 = 0.2;
-/// Share of the extent along an axis within which a coordinate is 0.
+/// Maximum distance from 0, as a fraction of the extent along an axis, of a coordinate that counts
+/// as 0.
 const AT_ORIGIN: f32 = 0.02;
-/// Share of standing parts that is treated as few. It is added to a divisor, so that a few standing
-/// parts are weak evidence.
+/// Added to the divisor of the fraction of standing parts, so that a few standing parts are weak
+/// evidence.
 const FEW_STAND: f32 = 0.02;
 
 /// Words in names of materials that belong to high things in an object or a room.
@@ -129,10 +130,11 @@ pub(super) struct Surfaces {
     measures: [UprightMeasures; 6],
 }
 
-/// Measures of a direction, as if it were up.
+/// Measures of a scene for one direction that may be up.
 #[derive(Clone, Copy)]
 pub(super) struct UprightMeasures {
-    /// Share of the parts that stand in this direction, of the parts that stand in any direction.
+    /// Fraction of the parts that stand if this direction is up, among the parts that stand in any
+    /// direction.
     pub standing: f32,
     /// Area of the box around the lowest points, as a share of the scene's outline.
     pub contact: f32,
@@ -201,7 +203,7 @@ pub(super) struct Point {
     material: u32,
 }
 
-/// Points all over the scene's surfaces; none if the surfaces have no area.
+/// Points all over the scene's surfaces; empty if the surfaces have no area.
 pub(super) fn points(tracer: &SceneTracer) -> Vec<Point> {
     let mut area = 0.0;
     for_each_triangle(tracer.scene, MAX_TRIANGLES, |triangle| area += triangle.area);
@@ -244,7 +246,7 @@ fn share(points: &[Point], is: impl Fn(&Point) -> bool) -> f32 {
     points.iter().filter(|point| is(point)).count() as f32 / (points.len() as f32).max(1.0)
 }
 
-/// Coordinate of the lowest points.
+/// Coordinate of the lowest points along the axis of `up`.
 fn lowest(bounds: Bounds3, up: Direction) -> f32 {
     match up.is_negative {
         true => bounds.max[up.axis],
@@ -264,7 +266,7 @@ fn contact(points: &[Point], bounds: Bounds3, up: Direction) -> f32 {
     }
 }
 
-/// Share of the points above which there is no surface.
+/// Fraction of the points that have no surface above them.
 fn open(tracer: &SceneTracer, points: &[Point], up: Vec3) -> f32 {
     let offset = OFF_SURFACE * tracer.region.bounds.radius() * up;
     let is_open = |point: &&Point| tracer.trace(point.p + offset, up).is_none();
@@ -311,7 +313,8 @@ impl Cells {
     }
 }
 
-/// Similarity of the scene and the scene turned by a right angle around its middle, 0 to 1.
+/// Similarity of the scene and the scene turned by a right angle around the axis `axis` through its
+/// middle, 0 to 1.
 fn turn(points: &[Point], bounds: Bounds3, axis: usize) -> f32 {
     let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
     let (extent, center) = (bounds.max - bounds.min, bounds.center());
@@ -328,7 +331,7 @@ fn turn(points: &[Point], bounds: Bounds3, axis: usize) -> f32 {
 }
 
 /// Vector from the middle of materials with names of low things to the middle of materials with
-/// names of high things. The middle of all materials replaces a missing one.
+/// names of high things. If there are no such materials, the middle of all materials is used.
 fn named(materials: &[Material], points: &[Point]) -> Vec3 {
     let levels: Vec<Option<bool>> = materials.iter().map(|material| is_high(&material.name)).collect();
     let middle = |is_in: &dyn Fn(&Point) -> bool| {
@@ -341,13 +344,14 @@ fn named(materials: &[Material], points: &[Point]) -> Vec3 {
     of_level(true) - of_level(false)
 }
 
-/// True for the name of a high thing, false for a low thing, `None` for all others.
+/// Returns `Some(true)` for the name of a high thing, `Some(false)` for the name of a low thing,
+/// and `None` for all other names.
 fn is_high(name: &str) -> Option<bool> {
     side_of(name, &HIGH, &LOW)
 }
 
-/// True if the name has a word of the first list and none of the second, false if it has a word of
-/// the second list and none of the first. Words count in singular and in plural.
+/// Returns `Some(true)` if the name has words of the list `first` only, `Some(false)` if it has
+/// words of the list `second` only, and `None` otherwise. Words may be in singular or in plural.
 pub(super) fn side_of(name: &str, first: &[&str], second: &[&str]) -> Option<bool> {
     let is_in = |list: &[&str], word: &str| {
         let singular = word.trim_end_matches('s');
@@ -361,8 +365,8 @@ pub(super) fn side_of(name: &str, first: &[&str], second: &[&str]) -> Option<boo
     (has_first != has_second).then_some(has_first)
 }
 
-/// Calls `visit` with the words of a name in lower case. A word ends at a capital letter and at
-/// other characters.
+/// Calls `visit` with the words of a name in lower case. A word ends at a capital letter after a
+/// small letter, and at characters that are not letters.
 fn for_each_word(name: &str, mut visit: impl FnMut(&str)) {
     let mut word = String::new();
     let mut was_lower = false;

@@ -1,4 +1,4 @@
-//! Survey of a scene: it is an object, seen from outside, or an interior, seen from inside.
+//! Survey of a scene: is it an object, seen from outside, or an interior, seen from inside?
 
 use super::file_axes::FileAxes;
 use super::floors::Floors;
@@ -27,7 +27,8 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Minimum share of the rays from inside that leave an interior with daylight.
+    /// Minimum fraction of the rays from inside that leave an interior, if the interior has
+    /// daylight.
     const MIN_OPENNESS: f32 = 0.003;
 
     /// Returns true if too little daylight enters an interior.
@@ -35,10 +36,10 @@ impl Survey {
         self.openness < Self::MIN_OPENNESS
     }
 
-    /// Surveys the scene. Returns the survey, the region that guesses use (the looker's, or the
-    /// part of it that is an interior), and the kind of places inside. If `up` is given, it is not
-    /// guessed. `axes` are from comments of the file. If `needs_inside`, the camera is inside for
-    /// any kind of scene.
+    /// Surveys the scene. Returns the survey, the region that guesses use, and the kind of places
+    /// that count as inside. The region is the region of `tracer`, or the part of it that is an
+    /// interior. If `up` is given, the upright axis is not guessed. `axes` are from comments of the
+    /// file. If `needs_inside`, the camera is inside for any kind of scene.
     pub(super) fn new(
         tracer: &SceneTracer,
         up: Option<Vec3>,

@@ -17,13 +17,13 @@ pub(super) struct Triangle {
     pub part: u32,
 }
 
-/// Number that identifies a triangle of a scene.
+/// Number that identifies a triangle of a scene. Triangles of instances have different numbers.
 pub(super) fn name(geom: GeomId, prim: PrimId, inst: InstanceId) -> u64 {
     (u64::from(geom.0) << 32 | u64::from(prim.0)) ^ u64::from(inst.0).rotate_right(20)
 }
 
-/// Calls `visit` with at most `max` triangles of the world, including copies, without the ground:
-/// all of them, or evenly spread ones in the scene's order.
+/// Calls `visit` with at most `max` triangles of the world, including instances, without the
+/// ground. If the world has more triangles, they are evenly spread in the scene's order.
 pub(super) fn for_each_triangle(scene: &Scene, max: u64, mut visit: impl FnMut(&Triangle)) {
     let stride = scene.placed_triangle_count().div_ceil(max).max(1);
     let mut next = 0;

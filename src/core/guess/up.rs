@@ -78,7 +78,7 @@ fn rests(surfaces: &Surfaces, up: Direction) -> f32 {
     contact(up) - contact(up.opposite())
 }
 
-/// Parts stand on others; few hang.
+/// Most parts stand on other parts, and few hang from them.
 fn stands_on_parts(surfaces: &Surfaces, up: Direction) -> f32 {
     surfaces.measures(up).standing
 }
@@ -114,18 +114,19 @@ fn is_turned(surfaces: &Surfaces, up: Direction) -> f32 {
     over_others(surfaces.turn, up)
 }
 
-/// Left and right are similar, front and back often; top and bottom are not.
+/// The left and right halves are similar, and often the front and back halves. The top and bottom
+/// halves are not.
 fn is_mirrored(surfaces: &Surfaces, up: Direction) -> f32 {
     over_others(surfaces.mirror, up)
 }
 
-/// Bottles, lamps and pawns stand on their axis of revolution. Wheels and coins stand and lie.
+/// Bottles, lamps and pawns stand on their axis of revolution. Wheels and coins also lie.
 fn is_lathe(surfaces: &Surfaces, up: Direction) -> f32 {
     const FLAT: f32 = 0.5;
     revolves(surfaces, up) * (surfaces.slimness[up.axis] / FLAT).min(1.0)
 }
 
-/// Vessels are open above.
+/// Vessels are open at the top.
 fn is_vessel(surfaces: &Surfaces, up: Direction) -> f32 {
     let depth = |up| surfaces.measures(up).depth;
     revolves(surfaces, up) * (depth(up) - depth(up.opposite()))

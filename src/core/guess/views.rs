@@ -1,8 +1,8 @@
-//! Views by names and by angles.
+//! Camera views that are selected by names and by angles.
 
 use crate::math::{encode_fields, encode_variants};
 
-/// Elevation of an isometric view, in degrees: its three axes are equally short.
+/// Elevation of an isometric view, in degrees: the three axes have the same length in the image.
 const ISOMETRIC: f32 = 35.264_39;
 
 /// A named view.

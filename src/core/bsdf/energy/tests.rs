@@ -26,7 +26,7 @@ fn shares(cos_o: f64, alpha: f64) -> [f64; 2] {
 }
 
 #[test]
-fn tables_hold_what_quadrature_says() {
+fn tables_match_quadrature() {
     for roughness in [0.33f32, 0.5, 0.77, 0.98] {
         let [missing, grazing] = ConductorTables::new(roughness).loss_and_grazing();
         for cos in [0.09f32, 0.22, 0.5, 0.81, 0.99] {
@@ -58,7 +58,7 @@ fn check_density<const N: usize>(shares: &EnergyTable<N>) {
 }
 
 #[test]
-fn means_are_those_of_the_interpolated_values() {
+fn means_match_the_interpolated_values() {
     for roughness in [0.2, 0.71, 1.0] {
         let [missing, grazing] = ConductorTables::new(roughness).loss_and_grazing();
         check_mean(&grazing);
@@ -70,7 +70,7 @@ fn means_are_those_of_the_interpolated_values() {
 }
 
 #[test]
-fn smooth_surfaces_lose_nothing() {
+fn smooth_surfaces_have_no_energy_loss() {
     let [missing, grazing] = ConductorTables::new(0.0).loss_and_grazing();
     for cos in [0.01, 0.3, 1.0] {
         assert!((grazing.towards(cos) - (1.0 - cos).powi(5)).abs() < 0.01);
@@ -82,7 +82,7 @@ fn smooth_surfaces_lose_nothing() {
 }
 
 #[test]
-fn any_number_has_a_share() {
+fn invalid_arguments_have_a_valid_energy() {
     fn check<const N: usize>(missing: &EnergyTable<N>, x: f32) {
         for share in [missing.towards(x), missing.towards(0.5), missing.mean()] {
             assert!((0.0..=1.0).contains(&share), "{x}: {share}");

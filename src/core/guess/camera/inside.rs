@@ -17,8 +17,9 @@ const INTERIOR_FOV: f32 = 62.0;
 const OPEN_SIDE_FOV: f32 = 40.0;
 /// Hint for users: flags for other cameras of an interior.
 const OTHERS: &str = "--view iso shows it from outside, `embrasure views SCENE -o views.png` other cameras";
-/// Maximum distance, as a share of the scene's width, and minimum cosine between the directions, of
-/// two similar views of an interior. Only one of several similar views is a candidate.
+/// Limits for two similar views of an interior: maximum distance, as a fraction of the scene's
+/// width, and minimum cosine between the directions. Only one of several similar views is a
+/// candidate.
 const ALIKE: (f32, f32) = (0.2, 0.5);
 /// Minimum eye height of a view of an interior, as a fraction of the eye height of the best view.
 /// Lower eyes are under a table or a stair.

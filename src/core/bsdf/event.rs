@@ -1,7 +1,7 @@
 //! Scattering events, as separated by light path expressions (`light_paths`).
 //!
-//! Smooth lobes overlap, so a direction does not belong to one lobe. An event is therefore split
-//! among the lobes, in proportion to their shares of the BSDF's value.
+//! Smooth lobes overlap, so a direction does not belong to a single lobe. An event is therefore
+//! split among the lobes, in proportion to their values.
 
 use super::{Bsdf, Lobe, Scattering, same_hemisphere};
 use crate::color::Spectrum;

@@ -17,8 +17,8 @@ const POINTS: u32 = 48;
 /// Directional albedo of Phong's lobe, by exponent.
 static PHONG: [OnceLock<Row>; NODES] = [const { OnceLock::new() }; NODES];
 
-/// Blinn's lobe of mirrors, by exponent: the directional albedo, and the directional albedo
-/// weighted by `(1 − cos)⁵` of the angle with the facet.
+/// Directional albedo of Blinn's grooves of mirrors, by exponent: unweighted, and weighted by `(1 −
+/// cos)⁵` of the angle with the facet.
 static BLINN: [OnceLock<[Row; 2]>; NODES] = [const { OnceLock::new() }; NODES];
 
 /// Directional albedo of Phong's lobe with reflectance 1, towards a direction with the cosine

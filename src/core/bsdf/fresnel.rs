@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_share_is_reflected_from_both_sides() {
+    fn reflectance_is_equal_from_both_sides() {
         for cos_i in [0.05, 0.3, 0.7, 0.99] {
             let (r, cos_t) = dielectric(cos_i, 1.7);
             let (back, cos_back) = dielectric(cos_t, 1.0 / 1.7);
@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn refraction_keeps_to_the_plane_and_to_snell() {
+    fn refraction_obeys_snells_law() {
         let h = Vec3::new(0.3, -0.2, 0.9).normalize();
         let w = Vec3::new(-0.2, 0.1, 0.7).normalize();
         for eta in [1.5, 1.0 / 1.5, 1.0] {
@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn fast_conductors_are_conductors() {
+    fn fast_conductor_matches_conductor() {
         for (eta, k) in [
             (0.05, 9.0),
             (0.14, 3.98),

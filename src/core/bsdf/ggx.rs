@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn facets_cover_the_surface_and_what_is_seen_of_it() {
+    fn projected_area_of_facets_is_the_area_of_the_surface() {
         for slopes in SLOPES {
             let facets = Ggx::new(slopes.into());
             // The projected area of all facets is the area of the surface.
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn visible_facets_are_drawn_by_their_density() {
+    fn visible_facets_are_sampled_by_their_density() {
         const GRID: u32 = 512;
         for slopes in SLOPES {
             let facets = Ggx::new(slopes.into());
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn any_number_makes_facets() {
+    fn invalid_slopes_are_clamped() {
         for alpha in [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e-30] {
             let facets = Ggx::new(Vec2::splat(alpha));
             assert!(facets.alpha.x >= MIN_ALPHA && facets.alpha.x <= 1.0);

@@ -1,11 +1,12 @@
 //! BSDFs of sixteen vertices at once, as arrays whose loops the compiler vectorises.
 //!
-//! Path reuse evaluates a BSDF twice for each pair of a first vertex and an end. The usual
-//! materials of exporters have a diffuse base under a coat of GGX facets, or a metal. These BSDFs
-//! are evaluated here for all pairs of a group in one pass. A loop over lanes has no branch and no
-//! call; only the energy lookups run lane by lane. The loops are also compiled for AVX2, but
-//! without FMA, so that all processors return the same bits. Other BSDFs and single vertices are
-//! evaluated by [`super::BsdfView`]. Lanes and views return equal values up to rounding.
+//! Path reuse evaluates a BSDF twice for each pair of a pixel's first vertex and the end of a
+//! shared path. The usual materials of exporters have a diffuse base under a coat of GGX facets, or
+//! a metal. These BSDFs are evaluated here for all pairs of a group in one pass. A loop over lanes
+//! has no branch and no call; only the energy lookups run lane by lane. The loops are also compiled
+//! for AVX2, but without FMA, so that all processors return the same bits. Other BSDFs and single
+//! vertices are evaluated by [`super::BsdfView`]. Lanes and views return equal values up to
+//! rounding.
 
 // Loops use one index for all arrays, so that the compiler can vectorise them.
 #![allow(clippy::needless_range_loop)]
@@ -409,7 +410,7 @@ mod tests {
 
     /// Lanes and views return the same values, for directions on both sides of the surface.
     #[test]
-    fn lanes_are_views() {
+    fn lanes_match_views() {
         let bsdfs = materials().map(|material| material.bsdf());
         let mut lanes = BsdfLanes::empty();
         for round in 0..40 {
@@ -442,7 +443,7 @@ mod tests {
 
     /// BSDFs with other lobes are not supported.
     #[test]
-    fn other_lobes_are_refused() {
+    fn other_lobes_are_not_supported() {
         let glass = Material {
             transmission: Spectrum::ONE,
             roughness: 0.5,

@@ -1,13 +1,14 @@
 //! A base under a sheen, under a clear coat: the lobes of the base are multiplied by the
 //! transmittances of the layers.
 //!
-//! The lobes of the base do not depend on the layers. The factor must be symmetric, and must not
-//! exceed the transmittance of the layer in any direction. `T(wi) T(wo)` over the mean is exact for
-//! diffuse lobes, and the minimum of `T(wi)` and `T(wo)` is exact for mirrors. Wide glossy lobes
-//! between the two lose light (docs/notebook/2026-11.md, "Energy of lobes").
+//! The lobes of the base do not depend on the layers. The factor of a lobe must be symmetric in
+//! `wo` and `wi`, and must not exceed the transmittance of the layer in any direction. `T(wi)
+//! T(wo)` divided by the mean of `T` is exact for diffuse lobes, and the minimum of `T(wi)` and
+//! `T(wo)` is exact for mirrors. Wide glossy lobes between the two lose light
+//! (docs/notebook/2026-11.md, "Energy of lobes").
 //!
 //! A real coat also darkens and saturates its base, because it reflects light of the base inwards.
-//! This coat does not. Surfaces without layers have no cost.
+//! This coat does not. Layers add no cost to surfaces without layers.
 
 use super::{BsdfSample, Lobe, Sheen, TransportMode};
 use crate::color::Spectrum;
@@ -16,8 +17,8 @@ use crate::math::Vec3;
 /// Sum of up to three base lobes, under a sheen, under a clear coat.
 ///
 /// A layer with albedo `E` has the transmittance `T = 1 − E`, on the way in and on the way out. For
-/// diffuse lobes the factor is `T(wo) T(wi)` over the mean of `T`, because light that does not
-/// leave is scattered again (Kelemen and Szirmay-Kalos 2001, "A Microfacet Based Coupled
+/// diffuse lobes the factor is `T(wo) T(wi)` divided by the mean of `T`, because light that does
+/// not leave is scattered again (Kelemen and Szirmay-Kalos 2001, "A Microfacet Based Coupled
 /// Specular-Matte BRDF Model with Importance Sampling"). Other lobes scatter around the mirror
 /// direction, where `T(wo)` and `T(wi)` are equal. Their factor is the minimum of both (as the
 /// sheen of glTF's `KHR_materials_sheen`), which loses light only if the lobe is wide. Both forms

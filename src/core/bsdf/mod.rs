@@ -22,7 +22,7 @@
 //!   terminate paths at the first vertex.
 //! - A rough lobe chooses between single and multiple scattering, and between reflection and
 //!   refraction. The choice needs an additional random number, `u_lobe`, which a mixture rescales
-//!   and passes on. Rough lobes are therefore always in a `Mix`, even a single one.
+//!   and passes on. Rough lobes are therefore always in a `Mix`, even if it has a single lobe.
 //! - Delta lobes have one function, `directions`, that returns their one or two directions with
 //!   shares of the flux. Sampling chooses one of them; `whitted` follows all of them.
 
@@ -285,8 +285,8 @@ impl Bsdf {
         }
     }
 
-    /// Probability that [`Bsdf::sample`] chooses a smooth lobe: it does if `u_lobe` is below this
-    /// value.
+    /// Probability that [`Bsdf::sample`] chooses a smooth lobe. A smooth lobe is chosen if `u_lobe`
+    /// is below this value.
     pub fn smooth_probability(&self, wo: Vec3) -> f32 {
         match self {
             Self::Single(lobe) => f32::from(u8::from(!lobe.is_delta())),

@@ -110,7 +110,7 @@ impl RoughConductor {
     }
 
     /// Samples a visible facet and reflects `wo` on it, or samples a direction of multiple
-    /// reflections; `u_lobe` chooses. `None` if the direction lies below the horizon.
+    /// reflections. `u_lobe` chooses between both. `None` if the direction lies below the horizon.
     pub(super) fn sample_direction(&self, terms: &DirectionTerms, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
         let wi = if u_lobe < terms.share {
             let wi = ConductorTables::new(self.facets.roughness()).loss().sample(u);

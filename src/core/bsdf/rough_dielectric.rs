@@ -125,8 +125,8 @@ impl RoughDielectric {
         (f, (1.0 - missing_o) * single_pdf + several_pdf)
     }
 
-    /// Samples a visible facet, which reflects or refracts, or a direction of multiple scattering;
-    /// `u_lobe` chooses.
+    /// Samples a visible facet, which reflects or refracts, or samples a direction of multiple
+    /// scattering. `u_lobe` makes both choices.
     pub(super) fn sample_direction(&self, terms: &DirectionTerms, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
         if wo.z == 0.0 {
             return None;

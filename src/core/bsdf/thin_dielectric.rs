@@ -31,7 +31,8 @@ impl ThinDielectric {
         self.reflectance * r + self.transmittance * (1.0 - r)
     }
 
-    /// Reflected and transmitted direction, each with its share of the flux as density.
+    /// Samples of the reflected and the transmitted direction. The density of each sample is its
+    /// fraction of the flux.
     pub fn directions(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
         let cos = wo.z.abs();
         if cos == 0.0 {

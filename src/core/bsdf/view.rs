@@ -1,11 +1,11 @@
 //! BSDFs for one direction `wo`.
 //!
 //! A path vertex evaluates its BSDF for several `wi` with the same `wo`: for its light samples, for
-//! the sampled direction, and for shared ends of other pixels. A shared end evaluates its BSDF for
-//! several `wo` with the same `wi`. Terms that depend on one direction only are computed once. For
-//! `wo` these include the probability of each lobe. For both directions they are the energy loss of
-//! single scattering and the transmittances of layers. Value and density are computed together,
-//! because they share the half vector and `D`.
+//! the sampled direction, and for the ends of shared paths. The vertex at the end of a shared path
+//! evaluates its BSDF for several `wo` with the same `wi`. Terms that depend on one direction only
+//! are computed once. For `wo` these include the probability of each lobe. For both directions they
+//! are the energy loss of single scattering and the transmittances of layers. Value and density are
+//! computed together, because they share the half vector and `D`.
 
 use super::energy::{DirectionTerms, EnergyLookup};
 use super::{Bsdf, BsdfSample, Lobe, TransportMode, same_hemisphere};
@@ -166,8 +166,8 @@ impl<'a> BsdfView<'a> {
         lobe.smooth_sample(f, wo, wi, pdf)
     }
 
-    /// Lobe whose share of [0, 1) contains `u`, and the position of `u` in this share, a uniform
-    /// number for the lobe's choices. Smooth lobes come first.
+    /// Lobe whose interval of [0, 1) contains `u`, and the position of `u` in this interval, from 0
+    /// to 1: a uniform number for the choices of the lobe. Smooth lobes come first.
     #[inline(always)]
     fn choose(&self, u: f32) -> Option<((usize, &'a Lobe), f32)> {
         let of_kind = |is_delta| self.lobes().filter(move |(_, lobe)| lobe.is_delta() == is_delta);

@@ -81,9 +81,10 @@ impl Block {
 
 /// Sums over all samples of one pixel.
 ///
-/// The terms are sums of blocks of samples. The first block may come in parts; each part is then a
-/// term. The sample indices fix the terms, and the totals are exact. A pixel's bits therefore do
-/// not depend on threads, on interruptions, or on the machine that took a sample.
+/// A total is the exact sum of its terms. Each term is the sum of a block of samples. The first
+/// block may be added in parts; each part is then a term. The sample indices determine the terms.
+/// So the bits of a pixel do not depend on threads, on interruptions, or on the machine that took a
+/// sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Accumulator {
     pub(super) sum: [Fixed; 3],
@@ -118,7 +119,7 @@ impl Accumulator {
     }
 
     /// Adds one sample as a separate term, outside of all blocks. The spread of blocks becomes NaN:
-    /// samples then count as independent.
+    /// errors are then estimated as if samples were independent.
     pub fn add_alone(&mut self, sample: &Block) {
         *self = Self {
             block_spread: [f64::NAN; 3],
@@ -250,12 +251,12 @@ impl Accumulator {
         [0, 1, 2].map(channel).iter().sum::<f64>() / 3.0
     }
 
-    /// Mean albedo in channel `c`; background counts as black.
+    /// Mean albedo in channel `c`. The background is black.
     pub fn albedo(&self, c: usize) -> f32 {
         (self.albedo[c].to_f64() / self.samples.max(1) as f64) as f32
     }
 
-    /// Coordinate `c` of the mean normal; background counts as zero.
+    /// Coordinate `c` of the mean normal. The normal of the background is zero.
     pub fn normal(&self, c: usize) -> f32 {
         (self.normal[c].to_f64() / self.samples.max(1) as f64) as f32
     }
@@ -319,9 +320,9 @@ mod tests {
         );
     }
 
-    /// Merging does not depend on how blocks are divided, nor on the order.
+    /// The merged sums do not depend on the division into parts, nor on the order of the parts.
     #[test]
-    fn merging_gives_the_bits_of_one_render() {
+    fn merged_sums_are_bit_identical_to_one_render() {
         let value = |i: u32| (i as f32 * 0.7).sin().abs() * 10f32.powi(i as i32 % 13 - 6);
         let of = |blocks: std::ops::Range<u32>| {
             let mut a = Accumulator::default();
@@ -345,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_taken_back_was_never_there() {
+    fn subtracting_a_block_restores_the_sums() {
         let mut a = Accumulator::default();
         a.add(&block(&[0.3; 64]));
         let before = a;

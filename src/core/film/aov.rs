@@ -113,10 +113,11 @@ impl Aov {
     }
 }
 
-/// Name of a channel of ids, and the coverage whose largest id it shows.
+/// Name of a channel of ids, and the coverage from which the channel takes the id with the largest
+/// count.
 type IdChannel = (&'static str, fn(&FeatureSums) -> &Coverage);
 
-/// Channels of the first surface, developed from the film's sums.
+/// Channels of the first surface, computed from the film's sums.
 pub(super) fn develop_features(film: &Film, aovs: &[Aov]) -> Vec<Channel> {
     let channel = |name: &'static str, value: &dyn Fn(&FeatureSums) -> f32| Channel {
         name: name.into(),

@@ -4,7 +4,7 @@ use super::accumulator::BLOCK;
 use super::{DARK, Fixed};
 use crate::color::Spectrum;
 
-/// Backgrounds that pictures for display show without exposure and tone curve.
+/// Backgrounds to which pictures for display do not apply exposure and tone curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Backing {
     /// No background: the picture has an alpha channel.
@@ -41,7 +41,7 @@ impl Backing {
     }
 }
 
-/// Share of background that a sample of a pixel sees, summed over the samples.
+/// Fraction of the background's light in a sample of a pixel, summed over the samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BackgroundSum {
     /// Exact sum of each channel.
@@ -52,7 +52,7 @@ pub struct BackgroundSum {
 }
 
 impl BackgroundSum {
-    /// Adds the sum `share` of `samples` samples, which follow `before` earlier samples.
+    /// Adds the sum `share` over `samples` samples, which follow `before` earlier samples.
     pub fn add(&mut self, share: [f64; 3], samples: u32, before: u32) {
         if before >= BLOCK && before % BLOCK == 0 && samples == BLOCK {
             let blocks = f64::from(before / BLOCK);
@@ -103,7 +103,8 @@ impl BackgroundSum {
     pub fn squared_error(&self, samples: u32) -> f64 {
         let mean = luminance(self.mean(samples));
         let (count, spread) = if self.block_spread.is_nan() {
-            // Samples are independent. Shares in [0, 1] with this mean have at most this variance.
+            // Samples are independent. The variance of fractions in [0, 1] with this mean is at
+            // most mean × (1 − mean)
             (f64::from(samples), f64::from(samples) * (mean * (1.0 - mean)).max(0.0))
         } else {
             (f64::from(samples / BLOCK), self.block_spread)

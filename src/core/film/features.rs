@@ -30,12 +30,12 @@ pub struct Features {
 /// Photons or irradiance records at a point, between which a method interpolates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Points {
-    /// 1 within half a pixel's width of a photon or record, else 0.
+    /// 1 if the point is within half a pixel's width of a photon or record, else 0.
     pub dot: f32,
     /// Search radius in scene units: distance of the farthest photon, or mean radius of the
     /// records.
     pub radius: f32,
-    /// Number of photons or records that are used.
+    /// Number of photons or records that the interpolation uses.
     pub count: f32,
     /// Luminance of the light from the caustic photon map; 0 for records.
     pub caustics: f32,
@@ -86,7 +86,8 @@ impl FeatureBlock {
         self.materials.add(features.material, 1);
     }
 
-    /// Adds a sample on a line of a drawing, on a surface or beside it.
+    /// Adds a sample that lies on a line of a drawing. The sample may have hit a surface or the
+    /// background.
     pub fn add_line(&mut self) {
         self.lines += 1;
     }

@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn order_does_not_matter_and_what_is_taken_back_was_never_there() {
+    fn sums_do_not_depend_on_order_and_subtraction_is_exact() {
         let block = |range: std::ops::Range<u32>| {
             let mut block = FeatureBlock::default();
             range.for_each(|i| {

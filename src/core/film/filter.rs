@@ -91,8 +91,8 @@ pub struct Filter {
     kind: FilterKind,
     /// Radius in pixels.
     radius: f32,
-    /// Distribution by the function's absolute value, in steps over [-radius, radius]. `None` if
-    /// samples are uniform.
+    /// Distribution of the sample positions, proportional to the function's absolute value, in
+    /// steps over [-radius, radius]. `None` if samples are uniform.
     steps: Option<Distribution1D>,
     /// Integral of the function over [-1, 1].
     integral: f64,
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn weights_and_moments_are_those_of_the_function() {
+    fn moments_of_samples_match_the_function() {
         for &(name, kind) in FilterKind::NAMES {
             let filter = Filter::new(kind, kind.usual_radius());
             // Compute ∫ xⁿ f / ∫ f by the midpoint rule
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_those_of_the_literature() {
+    fn values_match_the_papers() {
         let at = |kind: FilterKind, x: f64| kind.eval(x);
         // Mitchell and Netravali: 16/18 in the middle, 1/18 at 1, 0 at 2 (times 6 here); at 1.5
         // −0.0347
@@ -253,11 +253,11 @@ mod tests {
     }
 
     #[test]
-    fn values_integrate_to_one_and_are_what_samples_say() {
+    fn values_integrate_to_one_and_match_samples() {
         for &(name, kind) in FilterKind::NAMES {
             for radius in [0.5, 0.7, kind.usual_radius()] {
                 let filter = Filter::new(kind, radius);
-                // Midpoint rule, which also covers some space beyond the radius
+                // Use the midpoint rule, also over some space beyond the radius
                 const CELLS: usize = 400;
                 let reach = 1.25 * radius;
                 let step = 2.0 * reach as f64 / CELLS as f64;
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn the_box_is_the_pixel() {
+    fn box_samples_lie_in_the_pixel() {
         assert_eq!(Filter::new(FilterKind::Box, 0.5), Filter::BOX);
         for u in [Vec2::ZERO, Vec2::new(0.25, 0.75), Vec2::splat(0.999_999_94)] {
             let (p, weight) = Filter::BOX.sample(u);

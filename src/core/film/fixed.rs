@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn order_does_not_matter() {
+    fn sums_do_not_depend_on_order() {
         // As floats, the small terms would vanish beside the large one.
         let values = [1e9, 1e-9, -1e9, 3e-9, 0.1, -1e-19];
         let sum = |values: &[f64]| values.iter().fold(Fixed::default(), |sum, &v| sum.plus(Fixed::new(v)));
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_large_stays_at_the_end() {
+    fn overflow_saturates() {
         let max = Fixed::new(1e30);
         assert_eq!(max, Fixed::new(f64::INFINITY));
         assert_eq!(max.plus(Fixed::new(1.0)), max);
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn words_hold_it() {
+    fn words_represent_the_value() {
         for value in [0.0, 1.0, -1.0, 0.1, -1e-18, 1e18, -3e12] {
             let narrow = Narrow::new(value);
             assert_eq!(Narrow::from_words(narrow.to_words()), narrow);

@@ -145,7 +145,8 @@ impl Image {
             .collect()
     }
 
-    /// The pixels of `crop`, a rectangle inside of the crop of this image, as an image of one view.
+    /// The pixels of `crop`, which must be inside of the crop of this image, as an image of one
+    /// view.
     pub fn part(&self, crop: Rect) -> Self {
         let pick = |values: &[f32]| crop.pixels().map(|pixel| values[index(self.crop, pixel)]).collect();
         let channels = self.channels.iter().map(|channel| Channel {
@@ -161,8 +162,8 @@ impl Image {
         }
     }
 
-    /// Replaces the pixels of `part` in all its channels. Channels that this image does not have
-    /// are added, with the value 1 in all other pixels.
+    /// Copies all channels of `part` to its pixels of this image. If this image lacks a channel,
+    /// the channel is added, with the value 1 in all other pixels.
     pub fn put_part(&mut self, part: &Self) {
         for channel in &part.channels {
             let place = self.channels.iter().position(|own| own.name == channel.name);
@@ -214,7 +215,7 @@ impl Image {
 }
 
 impl From<&Image> for RgbImage {
-    /// Picture of the crop's size, without the other channels.
+    /// Red, green and blue of the pixels of the crop, without the other channels.
     fn from(image: &Image) -> Self {
         let size = image.crop.size();
         Self {
@@ -232,7 +233,7 @@ mod tests {
     use crate::film::Block;
 
     #[test]
-    fn pixels_of_a_crop_land_where_they_belong() {
+    fn pixels_of_a_crop_keep_their_positions() {
         let crop = Rect {
             min: UVec2::new(3, 5),
             max: UVec2::new(40, 27),

@@ -15,7 +15,7 @@ pub struct Iteration {
     /// holds their sums, pixel by pixel.
     parts: usize,
     part_sums: Vec<[f64; 3]>,
-    /// Share of background in each pixel; empty if the film does not sum it.
+    /// Fraction of the background's light in each pixel; empty if the film does not sum it.
     background: Vec<[f64; 3]>,
 }
 
@@ -49,8 +49,8 @@ impl Iteration {
         self.crop
     }
 
-    /// Adds radiance to `pixel`; no effect outside the crop. Callers that add in a fixed order get
-    /// the same bits.
+    /// Adds radiance to `pixel`; no effect outside the crop. If callers add in a fixed order, the
+    /// sums are bit-identical.
     pub fn add(&mut self, pixel: UVec2, radiance: Spectrum) {
         let Some(index) = self.index(pixel) else { return };
         add(&mut self.pixels[index].radiance, radiance);
@@ -64,21 +64,21 @@ impl Iteration {
         }
     }
 
-    /// Sets the first surface of `pixel`.
+    /// Sets the first surface of the sample of `pixel`.
     pub fn see(&mut self, pixel: UVec2, surface: FirstSurface) {
         if let Some(index) = self.index(pixel) {
             self.pixels[index].surface = Some(surface);
         }
     }
 
-    /// Notes that the sample of `pixel` lies on a line of a drawing.
+    /// Marks the sample of `pixel` as a sample on a line of a drawing.
     pub fn draw(&mut self, pixel: UVec2) {
         if let Some(index) = self.index(pixel) {
             self.pixels[index].is_on_line = true;
         }
     }
 
-    /// Sets the share of background in the sample of `pixel`.
+    /// Sets the fraction of the background's light in the sample of `pixel`.
     pub fn see_background(&mut self, pixel: UVec2, share: [f64; 3]) {
         let index = self.index(pixel);
         if let Some(value) = index.and_then(|index| self.background.get_mut(index)) {

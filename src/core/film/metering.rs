@@ -366,7 +366,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_to_meter_is_no_error() {
+    fn pictures_without_light_have_an_exposure() {
         for light in [0.0, -1.0, f32::NAN, f32::INFINITY] {
             assert_eq!(stops(&picture([8, 8], |_, _| Some(light)), Curve::Agx), 0.0, "{light}");
         }
@@ -380,7 +380,7 @@ mod tests {
     /// Dark rooms with bright windows, gradients, half-black pictures: the median is in its range,
     /// and few pixels are white.
     #[test]
-    fn medians_and_highlights_are_where_they_should_be() {
+    fn medians_and_highlights_are_in_their_ranges() {
         let window = |x: u32, y: u32| {
             Some(if x < 14 && y < 14 {
                 400.0

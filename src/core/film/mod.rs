@@ -1,4 +1,5 @@
-//! Sums of samples per pixel, and the image developed from them. No files.
+//! Sums of samples per pixel, and the image that is computed ("developed") from the sums. This
+//! module reads and writes no files.
 //!
 //! An integrator passes its results to a `Sink`. The sums of a pass are added exactly (`fixed`) to
 //! the tile of the film, so order, threads and interruptions do not change the result. `develop`
@@ -167,8 +168,9 @@ impl Film {
         self.view
     }
 
-    /// Calls `work` with the film of the view with index `index`, as if the view was a picture, and
-    /// takes its samples over. `None` if the crop does not contain a pixel of the view.
+    /// Calls `work` with a film of the view with the index `index`, as if the view were the whole
+    /// picture. The samples of this film then become samples of `self`. `None` if the crop contains
+    /// no pixel of the view.
     pub fn with_view<T>(&mut self, index: usize, work: impl FnOnce(&mut Self) -> T) -> Option<T> {
         let ViewTiles { corner, crop, first } = *self.views.get(index)?;
         if crop.area() == 0 {
@@ -245,8 +247,8 @@ impl Film {
         self.tiles.first().map_or(0, Tile::parts)
     }
 
-    /// Separates the light of samples by `paths`. The last parts of [`Film::with_parts`] are its
-    /// layers.
+    /// Separates the light of samples by the light path expressions `paths`. Their layers are the
+    /// last parts of [`Film::with_parts`].
     pub fn separate_paths(&mut self, paths: &Arc<LightPaths>) {
         self.tiles
             .iter_mut()
@@ -263,14 +265,14 @@ impl Film {
         self.tiles.first().map_or(0, Tile::parts_before_paths)
     }
 
-    /// Adds the sum of the share in which each pixel sees the background `backing`. The developed
-    /// image then has a coverage channel.
+    /// Adds a sum per pixel: the fraction of the light of the background `backing` in the pixel.
+    /// The developed image then has a coverage channel.
     pub fn with_backing(mut self, backing: Backing) -> Self {
         self.tiles.iter_mut().for_each(|tile| tile.sum_background(backing));
         self
     }
 
-    /// Background whose share is summed, if any.
+    /// Background whose fraction is summed, if any.
     pub fn backing(&self) -> Option<Backing> {
         self.tiles.first().and_then(Tile::backing)
     }
@@ -278,9 +280,9 @@ impl Film {
     /// Coverage of `pixel` by surfaces, 0 to 1, for red, green and blue; `None` if it is not
     /// summed.
     ///
-    /// The film sums the share of the background, not the share of surfaces. Over a background of
-    /// constant radiance, the pixel then equals an opaque render even if the weights of a filter
-    /// with negative lobes do not sum to 1.
+    /// The film sums the fraction of the background, not the fraction of surfaces. Over a
+    /// background of constant radiance, the pixel then equals an opaque render even if the weights
+    /// of a filter with negative lobes do not sum to 1.
     pub fn coverage(&self, pixel: UVec2) -> Option<[f32; 3]> {
         let tile = self.tile_at(pixel)?;
         let (background, samples) = (tile.background(pixel)?, tile.sums(pixel)?.samples());
@@ -358,7 +360,7 @@ impl Film {
         }
     }
 
-    /// Adds a sample to every pixel, as a separate term.
+    /// Adds `iteration` as one sample of every pixel, in no block.
     pub fn add_iteration(&mut self, iteration: &Iteration) {
         self.tiles.par_iter_mut().for_each(|tile| {
             let mut sample = tile.block();
@@ -405,7 +407,7 @@ impl Film {
         squared.is_finite().then(|| squared.sqrt())
     }
 
-    /// Channel that has in each pixel the square root of the error of its tile.
+    /// Channel in which each pixel has the square root of the error of its tile.
     pub fn error_map(&self) -> Channel {
         Image::error_map(self)
     }

@@ -72,7 +72,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_block_that_is_cleared_is_a_new_one() {
+    fn cleared_block_equals_a_new_block() {
         let mut block = PartBlock::new(3);
         block.add(&[Spectrum::ONE; 16]);
         assert_ne!(block, PartBlock::new(3));

@@ -1,10 +1,11 @@
-//! Exact sums of parts: the term that a block of samples adds to each part.
+//! Exact sums of the layers of light path expressions: the term that a block of samples adds to
+//! each layer.
 //!
-//! Each sample and each of its classes is rounded. In f32 the sum of the classes therefore differs
-//! from the sample by some units in the last place. The difference is added to the brightest class
-//! of a block, on the grid of the exact sums. The sums of all classes are then bit-identical to the
-//! picture, and remain so over blocks, parts of a render and merging, unless a sum leaves the range
-//! of [`Fixed`].
+//! The radiance of each sample, and of each class of light paths in the sample, is rounded to f32.
+//! The sum of the classes therefore differs from the sample by some units in the last place. The
+//! difference is added to the brightest class of a block, on the grid of the exact sums. The sums
+//! of all classes are then bit-identical to the picture, and remain so over blocks, parts of a
+//! render and merging, unless a sum leaves the range of [`Fixed`].
 
 use super::fixed::Fixed;
 use super::part_sums::PartSum;
@@ -43,7 +44,7 @@ mod tests {
     use crate::light_paths::PathPart;
     use crate::math::hash::{GOLDEN_GAMMA, mix};
 
-    /// Terms of the parts add up to the block's sum exactly, for any rounding.
+    /// The terms of all layers add up to the block's sum exactly, for any rounding.
     #[test]
     fn terms_add_up_to_the_bit() {
         let mut parts = Vec::new();

@@ -3,7 +3,7 @@
 use super::{Block, FeatureBlock, FirstSurface, PartBlock};
 use crate::color::Spectrum;
 
-/// A sample of a pixel, as added to the film.
+/// One sample of a pixel, as it is added to the film.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FilmSample<'a> {
     /// Weighted radiance.
@@ -12,7 +12,7 @@ pub struct FilmSample<'a> {
     pub surface: Option<&'a FirstSurface>,
     /// True if the sample lies on a line of a drawing.
     pub is_on_line: bool,
-    /// Weighted share in which the sample sees the background.
+    /// Weighted fraction of the background's light in the sample.
     pub background: Spectrum,
     /// Weighted radiance by part of the light, without light path expressions. Empty if the film
     /// sums no parts.
@@ -29,7 +29,7 @@ pub struct PixelBlock {
     pub(super) parts: PartBlock,
     /// Radiance by class of light paths.
     pub(super) classes: PartBlock,
-    /// Sum of the share of background that the samples see.
+    /// Sum of the fraction of the background's light over the samples.
     pub(super) background: [f64; 3],
 }
 

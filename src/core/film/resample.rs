@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn constants_and_sizes_stay() {
+    fn constant_pictures_stay_constant() {
         for size in [[1, 1], [3, 9], [40, 2], [4, 3]] {
             let larger = resample(&[0.3; 12], [4, 3], size);
             assert!(larger.len() == size[0] * size[1] && larger.iter().all(|v| (v - 0.3).abs() < 1e-6));
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn nearest_values_are_those_that_are_there() {
+    fn nearest_values_are_copied() {
         assert_eq!(
             resample_nearest(&[1.0, 2.0, 3.0, 4.0], [2, 2], [4, 2]),
             [1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 4.0, 4.0]

@@ -103,7 +103,7 @@ const LINES: &str = "lines";
 /// Names of the coverages of [`FeatureSums`].
 const COVERAGES: [&str; 3] = ["objects", "parts", "materials"];
 
-/// Name of the sum of the share of the background.
+/// Name of the sum of the background's fraction.
 const BACKGROUND: &str = "background";
 
 /// Number of words of one part of the light.
@@ -115,14 +115,14 @@ const LIGHT_WORDS: usize = 3 * Fixed::WORDS;
 pub struct StateLayout {
     /// Number of separately summed parts of the light.
     parts: usize,
-    /// True if the share of the background is summed.
+    /// True if the fraction of the background is summed.
     has_background: bool,
     /// Maximum numbers of objects, parts and materials in a pixel; `None` without features.
     levels: Option<[usize; 3]>,
 }
 
 impl StateLayout {
-    /// Layout with room for every pixel of `film`.
+    /// Layout that has enough words for every pixel of `film`.
     pub fn of_film(film: &Film) -> Self {
         let features = || film.crop().pixels().filter_map(|pixel| film.features(pixel));
         let max = |of: fn(&FeatureSums) -> &Coverage| features().map(|f| of(f).len()).max().unwrap_or(0);
@@ -157,7 +157,7 @@ impl StateLayout {
         self.parts
     }
 
-    /// Returns true if the share of the background is summed.
+    /// Returns true if the fraction of the background is summed.
     pub fn has_background(&self) -> bool {
         self.has_background
     }
@@ -275,7 +275,7 @@ mod tests {
     use std::collections::HashSet;
 
     #[test]
-    fn words_hold_all_of_a_pixel() {
+    fn words_represent_a_pixel() {
         let mut a = Accumulator::default();
         for i in 0..4 {
             let mut block = Block::default();
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn words_hold_parts_and_features() {
+    fn words_represent_parts_and_features() {
         let size = UVec2::new(3, 2);
         let empty = || {
             let film = Film::new(size, Rect::full(size));

@@ -54,7 +54,7 @@ impl Rect {
         }
     }
 
-    /// The rectangle moved right and down.
+    /// The rectangle moved right and down by `by` pixels.
     pub(crate) fn moved(self, by: UVec2) -> Self {
         Self {
             min: self.min.saturating_add(by),
@@ -62,7 +62,7 @@ impl Rect {
         }
     }
 
-    /// The rectangle moved left and up.
+    /// The rectangle moved left and up by `by` pixels.
     pub(crate) fn moved_back(self, by: UVec2) -> Self {
         Self {
             min: self.min.saturating_sub(by),
@@ -105,9 +105,9 @@ pub struct Tile {
     part_sums: Vec<PartSum>,
     /// Classifier of light paths, if the last parts are light path expressions.
     light_paths: Option<Arc<LightPaths>>,
-    /// Sums of the share of background that samples see: one per pixel; empty if not summed.
+    /// Sum of the background's fraction for each pixel; empty if the fraction is not summed.
     background: Vec<BackgroundSum>,
-    /// Background that the samples see.
+    /// Background whose fraction is summed.
     backing: Option<Backing>,
 }
 
@@ -130,7 +130,7 @@ impl Tile {
         }
     }
 
-    /// The tile moved right and down.
+    /// The tile moved right and down by `by` pixels.
     pub(super) fn moved(self, by: UVec2) -> Self {
         Self {
             cell: self.cell.moved(by),
@@ -139,7 +139,7 @@ impl Tile {
         }
     }
 
-    /// The tile moved left and up.
+    /// The tile moved left and up by `by` pixels.
     pub(super) fn moved_back(self, by: UVec2) -> Self {
         Self {
             cell: self.cell.moved_back(by),
@@ -195,7 +195,7 @@ impl Tile {
         self.parts
     }
 
-    /// Starts to separate light by paths. Their parts are the last parts.
+    /// Starts to separate light by light path expressions. Their layers are the last parts.
     pub(super) fn separate_paths(&mut self, paths: Arc<LightPaths>) {
         self.light_paths = Some(paths);
     }
@@ -291,19 +291,19 @@ impl Tile {
         self.index(pixel).map_or(0..0, |index| index * n..(index + 1) * n)
     }
 
-    /// Starts to sum the share of the background `backing`.
+    /// Starts to sum the fraction of the background `backing`.
     pub(super) fn sum_background(&mut self, backing: Backing) {
         self.background = vec![BackgroundSum::default(); self.pixels.len()];
         self.backing = Some(backing);
     }
 
-    /// Background whose share is summed, if any.
+    /// Background whose fraction is summed, if any.
     pub fn backing(&self) -> Option<Backing> {
         self.backing
     }
 
-    /// Share of background that a sample of `pixel` sees, summed over the samples, if the film sums
-    /// it.
+    /// Fraction of the background's light in the samples of `pixel`, summed over the samples;
+    /// `None` if the film does not sum the fraction.
     pub fn background(&self, pixel: UVec2) -> Option<BackgroundSum> {
         self.background.get(self.index(pixel)?).copied()
     }

@@ -470,7 +470,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn normals_hold_at_every_scale() {
+    fn normals_are_accurate_at_every_scale() {
         let n = Vec3::new(1.0, 2.0, 3.0).normalize();
         let frame = crate::math::Frame::from_z(n);
         for exponent in -18..=18 {

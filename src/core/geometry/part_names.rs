@@ -7,8 +7,8 @@ use std::borrow::Cow;
 /// Part of triangles without a name.
 pub const UNNAMED: u32 = 0;
 
-/// Names of parts, one after the other: the name of an object, and the names of its groups. A file
-/// may have as many parts as triangles, so all names are in one text.
+/// List of part names. The name of a part consists of the name of an object and the names of its
+/// groups. A file may have as many parts as triangles, so all names are in one text.
 ///
 /// Parts are numbered from 1.
 #[derive(Clone, Debug, Default)]
@@ -42,7 +42,7 @@ impl PartList {
         self.ends.len() as u32
     }
 
-    /// Name of the object of a part; empty if it has none.
+    /// Name of the object of a part; empty if the part has no object name.
     pub fn object(&self, part: u32) -> &str {
         let end = self.end(part);
         self.text(self.end(part.saturating_sub(1)).groups, end.object)
@@ -80,8 +80,8 @@ impl PartList {
     }
 }
 
-/// Unique names of parts: the name of an object, and the names of its groups. The hash table has
-/// indices only, and exists only while parts are added.
+/// Unique names of parts. The name of a part consists of the name of an object and the names of its
+/// groups. The hash table has indices only, and exists only while parts are added.
 ///
 /// Parts are numbered from 1. [`UNNAMED`] is the part without names.
 #[derive(Clone, Debug, Default)]
@@ -100,8 +100,8 @@ struct Slot {
 }
 
 impl PartNames {
-    /// Part with these names, which is added if it is new. [`UNNAMED`] if the text would be longer
-    /// than 4 GiB.
+    /// Returns the part with these names, and adds the part if it is new. Returns [`UNNAMED`] if
+    /// the text would be longer than 4 GiB.
     pub fn find_or_add(&mut self, object: &str, groups: &str) -> u32 {
         if object.is_empty() && groups.is_empty() {
             return UNNAMED;

@@ -195,7 +195,7 @@ impl PartNames {
         1..=self.len() as u32
     }
 
-    /// Name of the object of a part; empty if it has none.
+    /// Name of the object of a part; empty if the part has no object name.
     pub fn object(&self, part: u32) -> &str {
         self.list.object(part)
     }
@@ -247,8 +247,8 @@ impl PartNames {
     }
 }
 
-/// Part of `list` with these names, whose hash is `hash`. If `table` has no such part, it is added
-/// to both.
+/// Part of `list` with these names, whose hash is `hash`. If there is no such part, it is added to
+/// `list` and to `table`.
 fn find_or_push(list: &mut PartList, table: &mut HashTable<Slot>, hash: u32, object: &str, groups: &str) -> u32 {
     let is_same =
         |slot: &Slot| slot.hash == hash && list.object(slot.part) == object && list.groups(slot.part) == groups;
@@ -264,7 +264,8 @@ fn find_or_push(list: &mut PartList, table: &mut HashTable<Slot>, hash: u32, obj
     }
 }
 
-/// Copies the bits of `hash` to all positions that the table uses.
+/// Copies the bits of `hash` to both halves of a 64-bit hash, because the table uses the low and
+/// the high bits.
 fn spread(hash: u32) -> u64 {
     u64::from(hash) << 32 | u64::from(hash)
 }
@@ -318,7 +319,7 @@ mod tests {
         assert_eq!(names.name(numbers[known as usize]), "o1/g1 x");
     }
 
-    /// Names that are joined have the numbers that they get one by one.
+    /// [`PartNames::join`] gives names the numbers that they get if they are added one by one.
     #[test]
     fn lists_are_joined_in_order() {
         for distinct in [1, 3, 1000, 5000] {
@@ -342,9 +343,9 @@ mod tests {
         assert!(PartNames::join(std::iter::empty()).1.is_empty());
     }
 
-    /// The border between both names is significant.
+    /// Pairs of names are different parts, even if their concatenations are equal.
     #[test]
-    fn names_are_not_joined() {
+    fn pairs_of_names_with_equal_concatenation_are_different_parts() {
         let mut names = PartNames::default();
         let parts = [("ab", "c"), ("a", "bc"), ("abc", ""), ("", "abc")].map(|(o, g)| names.find_or_add(o, g));
         assert_eq!(parts, [1, 2, 3, 4]);

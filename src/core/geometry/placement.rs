@@ -217,7 +217,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn points_keep_off_the_edges() {
+    fn points_keep_a_distance_from_edges() {
         let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
         let away = [0.2, 0.3, 0.5];
         assert_eq!(inside(corners, away, 0.01), away);

@@ -151,7 +151,7 @@ impl PoseMatrix {
         let axis = |column: usize| DVec3::from(self.rows.map(|row| row[column]));
         let (axes, offset) = (DMat3::from_cols(axis(0), axis(1), axis(2)), axis(3));
         let determinant = axes.determinant();
-        // Divide by the common length of the axes, which has no meaning
+        // Divide by the common length of the axes: the scale of a pose has no meaning
         let scale = determinant.cbrt();
         let size = axes
             .to_cols_array()
@@ -232,7 +232,7 @@ mod tests {
 
     /// One camera in three conventions. It is at (1, 2, 3) and views towards −x, with z up.
     #[test]
-    fn conventions_name_one_pose() {
+    fn conventions_give_the_same_pose() {
         for text in [
             "opencv: 0,1,0,-2, 0,0,-1,3, -1,0,0,1",
             "opengl:0,1,0,-2,0,0,1,-3,1,0,0,-1",
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn matrices_that_are_no_pose_are_errors() {
+    fn invalid_matrices_are_errors() {
         for (text, words) in [
             ("opencv:1,0,0,0,0,1,0,0,1,1,0,0", "singular"),
             ("opencv:0,0,0,0,0,0,0,0,0,0,0,0", "singular"),

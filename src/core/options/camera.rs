@@ -191,7 +191,7 @@ impl CameraOptions {
         }
     }
 
-    /// All options of the view of a camera with this description.
+    /// All options that describe the view of the camera `description`.
     pub fn of(description: &CameraDescription) -> Self {
         let (parameters, motion) = (&description.parameters, description.motion);
         let (aperture, close) = (description.aperture, motion.and_then(|motion| motion.close));

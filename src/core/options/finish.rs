@@ -68,7 +68,7 @@ mod tests {
     use crate::color::Spectrum;
 
     #[test]
-    fn texts_hold_all_of_it() {
+    fn text_round_trip_keeps_all_values() {
         let finish = Finish {
             tone: Tone {
                 exposure: Exposure::Studio,

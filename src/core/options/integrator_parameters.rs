@@ -189,7 +189,8 @@ impl Value for Clamp {
         json!({ "anyOf": [{ "type": "number", "exclusiveMinimum": 0 }, { "enum": ["off"] }] })
     }
 
-    /// Returns true if the limit is valid: positive and finite. A program may set other values.
+    /// Returns true if the limit is valid: positive and finite. Programs that use the library can
+    /// set invalid limits.
     fn is_finite(&self) -> bool {
         self.0.is_none_or(|limit| limit > 0.0 && limit.is_finite())
     }
@@ -227,7 +228,8 @@ impl Value for Survival {
         json!({ "type": "string", "pattern": format!("^(throughput|luminance|(constant|threshold):{number})$") })
     }
 
-    /// Returns true if the numbers are in their ranges. A program may set other values.
+    /// Returns true if the numbers are in their ranges. Programs that use the library can set other
+    /// numbers.
     fn is_finite(&self) -> bool {
         match *self {
             Self::LargestChannel | Self::Luminance => true,
@@ -287,7 +289,8 @@ impl Value for MaxDepth {
         json!({ "anyOf": [{ "type": "integer", "minimum": 0, "maximum": MAX_SCATTERINGS }, { "enum": ["none"] }] })
     }
 
-    /// Returns true if the depth is in its range. A program may set other values.
+    /// Returns true if the depth is in its range. Programs that use the library can set other
+    /// depths.
     fn is_finite(&self) -> bool {
         self.0.is_none_or(|n| n <= MAX_SCATTERINGS)
     }

@@ -24,8 +24,8 @@ parameters! {
 }
 
 impl SizeOptions {
-    /// The size with the default of `projection` if none is set: a panorama is twice as wide as
-    /// high, and a cube map has two rows of three faces.
+    /// The size, or the default size of `projection` if neither width nor height is set: a panorama
+    /// is twice as wide as high, and a cube map has two rows of three faces.
     pub fn of_projection(self, projection: ProjectionKind) -> Self {
         let default = match projection {
             ProjectionKind::Panorama => UVec2::new(1024, 512),
@@ -103,7 +103,7 @@ impl ToneOptions {
         }
     }
 
-    /// Copy of `tone` in which the values that are set here are replaced.
+    /// Copy of `tone`, with the values that these options set.
     pub fn over(&self, tone: Tone) -> Tone {
         Tone {
             exposure: self.exposure.unwrap_or(tone.exposure),

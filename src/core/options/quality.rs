@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_said_of_samples_beats_the_quality() {
+    fn samples_option_overrides_quality() {
         let quality = QualityOptions {
             quality: Some(Quality::Final),
         };

@@ -17,7 +17,7 @@ fn values_are_read_and_checked() {
 }
 
 #[test]
-fn what_is_wrong_is_told_with_what_would_be_right() {
+fn invalid_values_are_errors_with_help() {
     for (key, input, value, help) in [
         (
             "cache_rays",
@@ -102,7 +102,7 @@ fn values_set_by_code_are_checked() {
 /// The description of a method contains a parameter exactly if the method reads it. Its defaults
 /// may depend on other values.
 #[test]
-fn methods_describe_what_they_read() {
+fn methods_describe_the_parameters_they_read() {
     for &(name, kind) in IntegratorKind::NAMES {
         let usual = IntegratorOptions {
             integrator: Some(kind),

@@ -1,4 +1,5 @@
-//! Size of a view as a setting in files: a picture of several views is a grid of them.
+//! Size of a view as a setting in files. A picture of several views is a grid of views of equal
+//! size.
 
 use crate::math::UVec2;
 

@@ -9,7 +9,7 @@ use crate::math::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
-/// Vertices on the limit surface. Faces are quads or triangles.
+/// Positions of the vertices on the limit surface. Faces are quads or triangles.
 pub(super) fn positions(topology: &Topology, scheme: Scheme, positions: &[DVec3], around: &[Valence]) -> Vec<DVec3> {
     let [sums, sharp_sums] = sums_of_neighbours(topology, positions);
     let mut of_diagonals = Vec::new();
@@ -131,7 +131,7 @@ impl Fan {
             [DVec3::ZERO; 2]
         };
         let normal = t1.normalize_or_zero().cross(t2.normalize_or_zero());
-        // Collinear tangents have no normal
+        // Collinear tangents define no normal
         if normal.length_squared() > 1e-16 {
             normal.normalize_or_zero()
         } else {

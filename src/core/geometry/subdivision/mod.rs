@@ -71,7 +71,7 @@ pub struct SubdividedMesh {
     pub uv_triangles: Vec<[u32; 3]>,
     /// Indices of the normals of each triangle.
     pub normal_triangles: Vec<[u32; 3]>,
-    /// Edges without a smooth surface.
+    /// Numbers of edges at which the surface is not smooth.
     pub irregular: IrregularEdges,
 }
 
@@ -300,8 +300,8 @@ impl UvMesh {
     }
 }
 
-/// Triangles of the faces whose corners have these indices. Quads are cut from the vertex of the
-/// control mesh, identically in every mesh with these faces.
+/// Triangles of the faces whose corners have the indices `corners`. Each quad is divided by the
+/// diagonal from its first corner, identically in every mesh with these faces.
 fn triangles(corners: &[u32], scheme: Scheme) -> Vec<[u32; 3]> {
     match scheme {
         Scheme::CatmullClark => (corners.chunks_exact(4))

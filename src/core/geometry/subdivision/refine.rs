@@ -38,7 +38,7 @@ pub(super) struct Valence {
     pub corners: u32,
     /// Number of sharp edges.
     pub sharp: u32,
-    /// Sum of the sharpness of these edges.
+    /// Sum of the sharpness of the sharp edges.
     pub sharpness: f32,
     /// True if the vertex keeps its position because of the crease angle.
     pub is_pinned: bool,

@@ -61,7 +61,7 @@ fn icosahedron() -> (Vec<Vec3>, Vec<u32>) {
     (positions, corners)
 }
 
-/// Vertices, minus edges, plus faces.
+/// Euler characteristic: number of vertices, minus edges, plus faces.
 fn euler_characteristic(triangles: &[[u32; 3]]) -> i64 {
     let mut vertices: Vec<u32> = triangles.iter().flatten().copied().collect();
     vertices.sort_unstable();
@@ -86,7 +86,7 @@ fn is_closed(triangles: &[[u32; 3]]) -> bool {
 /// The limit of a cube at its corners, edges and faces, by hand: a step, then the masks of the
 /// limit (Halstead et al. 1993). Further steps must not move it.
 #[test]
-fn cube_goes_to_its_closed_forms() {
+fn cube_matches_closed_forms() {
     let positions = cube_corners();
     let corners = CUBE.as_flattened();
     let mesh = ControlMesh {
@@ -125,7 +125,7 @@ fn cube_goes_to_its_closed_forms() {
 
 /// With Loop's scheme, the vertices of an icosahedron converge to a sphere of known radius.
 #[test]
-fn icosahedron_goes_to_its_closed_form() {
+fn icosahedron_matches_closed_form() {
     let (positions, corners) = icosahedron();
     assert_eq!(corners.len(), 60);
     let mesh = ControlMesh {
@@ -216,7 +216,7 @@ fn polygons_of_any_size_become_quads() {
 
 /// With sharp edges, a cube stays a cube, with three normals at each corner.
 #[test]
-fn creases_by_angle_stay() {
+fn creases_by_angle_stay_sharp() {
     let positions = cube_corners();
     let mesh = ControlMesh {
         positions: &positions,
@@ -280,7 +280,7 @@ fn edges_that_are_not_manifold_stay_sharp() {
 
 /// Seams of texture coordinates do not move positions, and islands keep their boundaries.
 #[test]
-fn seams_of_uvs_move_nothing() {
+fn uv_seams_do_not_move_positions() {
     let positions = cube_corners();
     let plain = ControlMesh {
         positions: &positions,
@@ -385,7 +385,7 @@ fn colors_are_means() {
 }
 
 #[test]
-fn hostile_faces_do_no_harm() {
+fn invalid_faces_do_not_panic() {
     let positions = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE];
     let mut state = 1u64;
     let mut random = |n: u64| {

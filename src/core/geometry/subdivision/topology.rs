@@ -46,13 +46,14 @@ pub(super) struct Topology {
     pub vertices: Vec<u32>,
     /// Edge from each corner to the next corner of its face.
     pub edges: Vec<u32>,
-    /// Corners from which each edge starts, in both directions. The second is [`NONE`] at a
+    /// Corners from which each edge starts, in both directions. The second corner is [`NONE`] at a
     /// boundary, or if the edge is not manifold.
     pub edge_corners: Vec<[u32; 2]>,
-    /// Sharpness of each edge: 0 is smooth; an infinite value stays sharp.
+    /// Sharpness of each edge: 0 is smooth. An edge with an infinite sharpness stays sharp in all
+    /// steps.
     pub sharpness: Vec<f32>,
     pub vertex_count: u32,
-    /// True for vertices of the control mesh that keep their position; empty if there are none.
+    /// True for vertices of the control mesh that keep their position; empty if no vertex does.
     pub pinned: Vec<bool>,
 }
 

@@ -42,8 +42,8 @@ impl Aperture {
         Ok(())
     }
 
-    /// Samples a point of the unit polygon, uniformly over its area: `u` chooses a triangle of the
-    /// centre and two corners, and a point in it.
+    /// Samples a point of the polygon with circumradius 1, uniformly over its area. `u` chooses a
+    /// triangle of the centre and two corners, and a point in this triangle.
     pub(super) fn sample(&self, u: Vec2) -> Vec2 {
         let side = u.x * self.blades as f32;
         let first = (side as u32).min(self.blades - 1);
@@ -53,7 +53,7 @@ impl Aperture {
         (side - first as f32).clamp(0.0, 1.0).sqrt() * a.lerp(b, u.y)
     }
 
-    /// Area of the unit polygon.
+    /// Area of the polygon with circumradius 1.
     pub(super) fn area(&self) -> f32 {
         let blades = self.blades as f32;
         0.5 * blades * (TAU / blades).sin()
@@ -91,14 +91,15 @@ mod tests {
             let expected = (2.0 + (TAU as f64 / blades as f64).cos()) / 6.0;
             assert!(mean[0].hypot(mean[1]) / n < 1e-4, "{blades}");
             assert!((squared / n / expected - 1.0).abs() < 1e-3, "{blades}: {squared}");
-            // The share of the points in a disk around the centre is the disk's share of the area.
+            // The fraction of the points in a disk around the centre is the disk's fraction of the
+            // area.
             let share = std::f64::consts::PI * (0.5 * apothem as f64).powi(2) / aperture.area() as f64;
             assert!((f64::from(inside) / n / share - 1.0).abs() < 5e-3, "{blades}: {inside}");
         }
     }
 
     #[test]
-    fn impossible_apertures_are_refused() {
+    fn invalid_apertures_are_errors() {
         for (blades, rotation) in [(0, 0.0), (2, 0.0), (33, 0.0), (6, f32::NAN), (6, f32::INFINITY)] {
             assert!(Aperture { blades, rotation }.check().is_err(), "{blades} {rotation}");
         }

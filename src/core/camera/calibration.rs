@@ -105,7 +105,7 @@ impl CalibratedLens {
         matches!(self.distortion, Distortion::Fisheye(_))
     }
 
-    /// Focal lengths and principal point of a pinhole without distortion.
+    /// Focal lengths and principal point of a pinhole without distortion; `None` for other lenses.
     pub fn undistorted(&self) -> Option<(DVec2, DVec2)> {
         let is_plain = matches!(self.distortion, Distortion::Pinhole(k) if k == [0.0; 5]);
         is_plain.then_some((self.focal, self.center))
@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn film_points_lead_back_to_themselves() {
+    fn film_points_survive_a_round_trip() {
         for k in [
             [0.0; 5],
             [-0.25, 0.1, 0.003, -0.002, 0.01],
@@ -360,7 +360,7 @@ mod tests {
     /// The distortion r (1 − r² / 2) has its maximum 0.544 at r = √(2/3). A narrow picture does not
     /// reach it.
     #[test]
-    fn distortion_that_folds_over_is_refused() {
+    fn folding_distortion_is_an_error() {
         let folding = Distortion::Pinhole([-0.5, 0.0, 0.0, 0.0, 0.0]);
         let error = lens(folding).unwrap_err();
         assert_eq!(error.parameter, "distortion");

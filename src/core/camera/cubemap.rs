@@ -40,7 +40,7 @@ impl Face {
             Self::Front => return axes,
             Self::Back => [-right, up, -forward],
         };
-        // Zeros become positive, as in a camera that looks in this direction
+        // Turn −0 into +0, as in a camera that looks in this direction
         turned.map(|axis| axis + Vec3::ZERO)
     }
 
@@ -104,7 +104,7 @@ impl CubeLayout {
         (face, (film - side * cell) * (2.0 / side) - 1.0)
     }
 
-    /// Film point of the direction `to`, in coordinates along right, up and forward; `None` if it
+    /// Film point of the direction `to`, in coordinates along right, up and forward; `None` if `to`
     /// is zero.
     pub fn place(&self, to: Vec3) -> Option<Vec2> {
         let face = Face::of(to);

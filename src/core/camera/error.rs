@@ -9,7 +9,7 @@ pub struct CameraError {
     /// Name of the wrong parameter: a field of [`CameraParameters`](super::CameraParameters).
     pub parameter: &'static str,
     pub(super) message: String,
-    /// Help for the user; `None` if it is only to correct the parameter.
+    /// Hint for the user; `None` if the only hint is to correct the parameter.
     pub help: Option<String>,
 }
 

@@ -63,8 +63,8 @@ impl Camera {
         LensPoint { p, normal, is_far }
     }
 
-    /// `lens` as the point from which `seen` is visible at `time`. For parallel rays, it is moved
-    /// to the ray through `seen`. `None` if `seen` is behind the camera.
+    /// The lens point from which `seen` is visible at `time`: `lens`, or, for parallel rays, `lens`
+    /// moved to the ray through `seen`. `None` if `seen` is behind the camera.
     pub fn lens_facing(&self, lens: LensPoint, seen: Vec3, time: f32) -> Option<LensPoint> {
         if !lens.is_far {
             return Some(lens);
@@ -211,7 +211,7 @@ mod tests {
         all.into_iter().map(camera).collect()
     }
 
-    /// Four pairs of numbers.
+    /// Four pairs of random numbers.
     fn numbers(index: u32) -> [Vec2; 4] {
         let mut sampler = Independent::new(5);
         sampler.start(SampleKey::new(0, 0, index));
@@ -296,7 +296,7 @@ mod tests {
     /// Over lens and directions, the integral of a pixel's importance is 1. An image of few pixels
     /// has large angles to the axis.
     #[test]
-    fn a_pixel_sees_one() {
+    fn importance_of_a_pixel_integrates_to_one() {
         const N: u32 = 200_000;
         let size = UVec2::new(4, 3);
         for camera in cameras(size) {

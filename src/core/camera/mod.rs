@@ -403,7 +403,7 @@ mod tests {
 
     /// At each time, a moving camera equals the still camera with its pose.
     #[test]
-    fn a_moving_camera_is_a_still_one_at_each_time() {
+    fn moving_camera_equals_a_still_camera_at_each_time() {
         let p = CameraParameters {
             lens_radius: 0.2,
             ..parameters()
@@ -465,7 +465,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_cameras_are_refused() {
+    fn invalid_cameras_are_errors() {
         let bad = [
             CameraParameters {
                 look_at: parameters().position,

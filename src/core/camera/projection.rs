@@ -30,7 +30,7 @@ pub enum Projection {
     Panorama,
     /// A circle around the view axis. Pixels outside are black.
     Fisheye {
-        /// Mapping from the angle to the axis to the distance from the middle.
+        /// Mapping from the angle with the axis, to the distance from the middle of the circle.
         mapping: FisheyeMapping,
         /// Angle across the circle in degrees; the circle's diameter is the height of the picture.
         fov: f32,
@@ -89,8 +89,8 @@ impl ProjectionKind {
     ];
 }
 
-/// Mapping of a fisheye from the angle θ to the axis, to the distance r from the middle in focal
-/// lengths.
+/// Mapping of a fisheye: from the angle θ with the axis, to the distance r from the middle of the
+/// circle, in focal lengths.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FisheyeMapping {
     /// r = θ.
@@ -474,7 +474,7 @@ mod tests {
 
     /// Points on the film equal the film positions of their rays.
     #[test]
-    fn places_are_those_of_rays() {
+    fn film_positions_match_rays() {
         for film in all() {
             for point in [[0.5, 0.5], [31.0, 17.0], [32.0, 24.0], [63.5, 47.5], [20.0, 40.0]].map(Vec2::from) {
                 if !film.sees(point) {

@@ -164,8 +164,8 @@ impl FeatureSums {
         self.objects.iter().map(|(_, n)| n).sum()
     }
 
-    /// Mean value of the channel `name`, such as `P.X`, over the samples that hit a surface; 0 if no
-    /// sample hit a surface.
+    /// Mean value of the channel `name`, such as `P.X`, over the samples that hit a surface; 0 if
+    /// no sample hit a surface.
     pub fn mean(&self, name: &str) -> f32 {
         let index = SUMS.iter().position(|(known, _)| *known == name);
         let sum = index.map_or(0.0, |i| self.sums[i].to_f64());

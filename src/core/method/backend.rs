@@ -25,8 +25,8 @@ impl Backend {
     }
 
     /// Builds the acceleration structure of `scene` like [`Backend::build`], but without a borrow
-    /// of the scene. It stays valid until the meshes of the scene change. Lights, materials and the
-    /// camera may change. Returns `None` for a backend without a structure.
+    /// of the scene. The structure stays valid until the meshes of the scene change. Lights,
+    /// materials and the camera may change. Returns `None` for a backend without a structure.
     pub fn build_kept(self, scene: &Scene, pool: &rayon::ThreadPool) -> Result<Option<AnyAccel<'static>>, Error> {
         match self {
             #[cfg(feature = "embree")]

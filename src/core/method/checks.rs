@@ -45,8 +45,8 @@ fn shows_background(kind: IntegratorKind) -> bool {
 }
 
 /// Returns true if the integrator supports a shadow-catching ground. `ao` and `debug` show the
-/// ground as an ordinary surface. Methods with photons or records of irradiance do not support it:
-/// these do not reach far beyond the scene.
+/// ground as an ordinary surface. Methods with photons or records of irradiance do not support the
+/// ground, because photons and records do not reach far beyond the scene.
 fn catches_shadows(kind: IntegratorKind) -> bool {
     use IntegratorKind::{IrradianceCache, PhotonMap, ProgressivePhotons};
     shows_background(kind) && !matches!(kind, IrradianceCache | PhotonMap | ProgressivePhotons)

@@ -90,8 +90,8 @@ impl Preparation {
         }
     }
 
-    /// Share of doubtful records of the irradiance cache: most of their light comes from few of
-    /// their rays. `None` without records.
+    /// Fraction of the irradiance cache's records that are doubtful: most of their light comes from
+    /// few of their rays. `None` if there are no records.
     pub fn doubtful_records(&self) -> Option<f64> {
         let cache = self.irradiance.cache().filter(|cache| !cache.is_empty())?;
         Some(cache.doubtful_share())

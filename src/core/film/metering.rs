@@ -39,9 +39,11 @@ const MIDDLE_GREY: f32 = 0.18;
 const BEFORE_BACKGROUND: f32 = 0.28;
 /// Share of background in the picture at which [`BEFORE_BACKGROUND`] is reached.
 const BACKGROUND_SHARE: f32 = 0.25;
-/// Mean albedo above which the target rises. Then the exponent of the rise, and its maximum factor.
+/// Mean albedo above which the target rises.
 const BRIGHT_ALBEDO: f32 = 0.4;
+/// Exponent with which the target rises above [`BRIGHT_ALBEDO`].
 const BRIGHT_POWER: f32 = 0.85;
+/// Maximum factor by which the target rises.
 const MAX_BRIGHTER: f32 = 1.8;
 /// Share of the blocks that the log-average leaves out at either end.
 const TRIMMED: f64 = 0.05;
@@ -49,7 +51,7 @@ const TRIMMED: f64 = 0.05;
 const RANGE: f32 = 8.0;
 /// Range to which the code of the median block is limited. Codes are from 0 to 1.
 const MEDIAN: [f32; 2] = [0.35, 0.6];
-/// Minimum code of the median block after the protection of highlights.
+/// Minimum code of the median block, from 0 to 1, if highlights lower the exposure.
 const MIN_MEDIAN: f32 = 0.25;
 /// Maximum share of white blocks.
 const CLIPPED: f64 = 0.02;
@@ -57,8 +59,9 @@ const CLIPPED: f64 = 0.02;
 const WHITE: f32 = 254.5 / 255.0;
 /// Exposure for the light of the studio, in stops.
 const STUDIO: f32 = 0.15;
-/// Share of the way from [`STUDIO`] to the metered value. Then the maximum of this shift, in stops.
+/// Fraction of the way from [`STUDIO`] to the metered value by which the exposure is shifted.
 const SUBJECT: f32 = 0.2;
+/// Maximum shift from [`STUDIO`], in stops.
 const MAX_SHIFT: f32 = 1.0;
 /// Edge of a block in pixels.
 const BLOCK_EDGE: u32 = 4;

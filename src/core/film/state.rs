@@ -5,8 +5,7 @@ use super::fixed::Narrow;
 use super::{Accumulator, BackgroundSum, Coverage, FeatureSums, Film, Fixed, PartSum, Tile};
 use crate::math::UVec2;
 
-/// Names of the sums of type [`Fixed`]. Then the names of the sums of type [`Narrow`], and of the
-/// floats.
+/// Names of the sums of type [`Fixed`].
 const FIXED: [&str; 8] = [
     "sum.R",
     "sum.G",
@@ -17,7 +16,9 @@ const FIXED: [&str; 8] = [
     "Z",
     "emitted",
 ];
+/// Names of the sums of type [`Narrow`].
 const NARROW: [&str; 6] = ["albedo.R", "albedo.G", "albedo.B", "N.X", "N.Y", "N.Z"];
+/// Names of the floats.
 const FLOATS: [&str; 3] = ["spread.R", "spread.G", "spread.B"];
 /// Names of counts.
 const COUNTS: [&str; 2] = ["surfaces", "samples"];

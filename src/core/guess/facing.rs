@@ -15,73 +15,78 @@ const SIDES: [f32; 4] = [0.0, 90.0, 180.0, 270.0];
 const TAIL: f32 = 0.02;
 /// Minimum ratio of a seat's height to its larger width.
 const HIGH: f32 = 0.25;
-/// Heights above which there is only the back-rest, as shares of the object's height; and minimum
-/// number of points of the back-rest.
+/// Heights above which there is only the back-rest, as fractions of the object's height.
 const RESTS: [f32; 4] = [0.6, 0.7, 0.8, 0.9];
+/// Minimum number of points of a back-rest, and of other parts that are compared.
 const MIN_POINTS: usize = 40;
 /// Maximum positions of the back end and of the front end of a back-rest, from −1/2 at the back of
 /// the object to 1/2 at its front.
 const REST: (f32, f32) = (-0.2, -0.1);
 /// Minimum width of a back-rest, as a share of the width.
 const REST_WIDTH: f32 = 0.45;
-/// Range of heights of the surface to sit on, and thickness of the band in which it is searched, as
-/// shares of the object's height.
+/// Range of heights of the surface to sit on, as fractions of the object's height.
 const SEAT: RangeInclusive<f32> = 0.2..=0.5;
+/// Thickness of the band in which the surface to sit on is searched, as a fraction of the object's
+/// height.
 const SEAT_BAND: f32 = 0.15;
 /// Minimum |cos| between up and the normals of a seat.
 const LEVEL: f32 = 0.8;
-/// Minimum share of the outline that a seat covers, and number of grid cells along a side with
-/// which the share is measured.
+/// Minimum fraction of the outline that a seat covers.
 const SEAT_AREA: f32 = 0.35;
+/// Number of grid cells along a side of the outline, to measure the covered fraction.
 const CELLS: f32 = 16.0;
 /// Maximum fraction of the points that lie above the middle of the seat.
 const CLUTTER: f32 = 0.06;
 
-/// Height ranges of feet and of ankles, as shares of the height.
+/// Range of heights of feet, as fractions of the person's height.
 const FEET: RangeInclusive<f32> = 0.0..=0.04;
+/// Range of heights of ankles, as fractions of the person's height.
 const ANKLES: RangeInclusive<f32> = 0.07..=0.14;
 /// Minimum ratio of a person's height to the length from front to back.
 const UPRIGHT: f32 = 1.25;
-/// Distance between the ankles, as a fraction of the person's width; and minimum fraction of the
-/// ankle points in each leg.
+/// Distance between the ankles, as a fraction of the person's width.
 const APART: RangeInclusive<f32> = 0.03..=0.7;
+/// Minimum fraction of the ankle points in each leg.
 const LEG: f32 = 0.25;
-/// Length of a foot, and length by which the toes stick out farther than the heel, as shares of the
-/// person's height.
+/// Length of a foot, as a fraction of the person's height.
 const FOOT: RangeInclusive<f32> = 0.05..=0.35;
+/// Length by which the toes stick out farther than the heel, as a fraction of the person's height.
 const TOES: RangeInclusive<f32> = 0.03..=0.25;
 
-/// Range of the ratio of height to length of an animal on four legs, and minimum ratio of its
-/// length to its width.
+/// Range of the ratio of height to length of an animal on four legs.
 const ON_LEGS: RangeInclusive<f32> = 0.4..=1.6;
+/// Minimum ratio of length to width of an animal on four legs.
 const LONG_BODY: f32 = 1.5;
-/// Height above which there are only head and neck, as a share of the animal's height; and minimum
-/// share of the points above this height that lie in front of the middle.
+/// Height above which there are only head and neck, as a fraction of the animal's height.
 const HEAD: f32 = 0.65;
+/// Minimum fraction of the points of head and neck that lie in front of the animal's middle.
 const IN_FRONT: f32 = 0.9;
 /// Width of the head, as a fraction of the animal's width: fins are narrower.
 const HEAD_WIDTH: RangeInclusive<f32> = 0.2..=1.05;
 /// Minimum length of the head, as a fraction of the animal's length: head boards of beds are thin.
 const HEAD_LENGTH: f32 = 0.12;
-/// Maximum height of feet, as a fraction of the animal's height; and minimum distance between front
-/// and hind feet, as a fraction of the animal's length.
+/// Maximum height of feet, as a fraction of the animal's height.
 const HOOVES: f32 = 0.08;
+/// Minimum distance between front and hind feet, as a fraction of the animal's length.
 const STRIDE: f32 = 0.35;
-/// Half the length of the part in the middle that is free of legs, as a share of the animal's
-/// length; and maximum share of the feet's points in this part.
+/// Half the length of the part in the middle that is free of legs, as a fraction of the animal's
+/// length.
 const BELLY: f32 = 0.1;
+/// Maximum fraction of the feet's points that lie in the part free of legs.
 const UNDER_BELLY: f32 = 0.08;
 
 /// Number of grid cells along an axis, for comparing the halves of an object.
 const HALF_CELLS: f32 = 12.0;
-/// Minimum similarity of the left and right halves, and minimum difference of this similarity from
-/// the similarity of the front and back halves.
+/// Minimum similarity of the left and right halves.
 const ALIKE: f32 = 0.8;
+/// Minimum difference between the similarity of the left and right halves and the similarity of the
+/// front and back halves.
 const LESS_ALIKE: f32 = 0.12;
-/// Ranges of the ratios of length to width and of height to width, and maximum ratio of height to
-/// length, of vehicles and animals.
+/// Range of the ratio of length to width of vehicles and animals.
 const LENGTH: RangeInclusive<f32> = 1.6..=4.0;
+/// Range of the ratio of height to width of vehicles and animals.
 const VEHICLE: RangeInclusive<f32> = 0.45..=1.6;
+/// Maximum ratio of height to length of vehicles and animals.
 const LOW: f32 = 0.8;
 
 /// A point in coordinates of one side: to the right, up and to the front.

@@ -11,9 +11,9 @@ use super::scene_tracer::SceneTracer;
 use super::triangles::{Triangle, for_each_triangle};
 use crate::math::{Bounds3, Horizon, Vec3};
 
-/// Maximum number of triangles that are tested, evenly spread over the scene's triangles; and
-/// maximum number of triangles whose corners define the middle.
+/// Maximum number of triangles that are tested, evenly spread over the scene's triangles.
 const MAX_TRIANGLES: u64 = 1 << 20;
+/// Maximum number of triangles whose corners define the middle of the scene.
 const SAMPLES: u64 = 1 << 15;
 /// Margin around the middle 90 % of the corners, as a multiple of their extent. Triangles within
 /// the margin do not belong to the ground.
@@ -24,9 +24,10 @@ const LOW: f32 = 0.2;
 const FEW: f32 = 0.05;
 /// Minimum ratio of the outline area of the scene to the outline area without the ground.
 const WIDER: f32 = 4.0;
-/// Minimum ratio of the scene's width to its height, because fins of rockets and feet of towers are
-/// not a ground; and minimum number of triangles that do not belong to the ground.
+/// Minimum ratio of the scene's width to its height: fins of rockets and feet of towers are not a
+/// ground.
 const WIDE: f32 = 2.0;
+/// Minimum number of triangles that do not belong to the ground.
 const MIN_REST: usize = 30;
 
 /// Region of `tracer` without a ground that reaches far beyond the rest.

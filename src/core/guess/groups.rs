@@ -6,9 +6,11 @@ use super::region::{Region, extent};
 use super::scene_tracer::SceneTracer;
 use crate::math::{Bounds3, Horizon, Vec3};
 
-/// Minimum extents of a ground that does not decide the framing of an object, in extents of the
-/// object; and maximum height of the ground, as a share of the object's height.
+/// Minimum ratio of a ground's extents to the object's width, if the framing of the object ignores
+/// the ground.
 const WIDE_GROUND: f32 = 3.0;
+/// Maximum height of a wide ground above the bottom of the object, as a fraction of the object's
+/// height.
 const AT_BOTTOM: f32 = 0.05;
 /// Maximum thickness of a sheet, such as a ground, as a share of its extent.
 const SHEET: f32 = 0.02;
@@ -20,8 +22,9 @@ const NEAR: f32 = 0.1;
 /// Maximum fraction of the region's volume that a group fills. A larger group is about the region
 /// itself.
 const SMALLER: f32 = 0.7;
-/// Maximum number of parts that are grouped (the largest parts), and maximum number of groups.
+/// Maximum number of parts that are grouped: the largest parts.
 const MAX_PARTS: usize = 2048;
+/// Maximum number of groups.
 const MAX_GROUPS: usize = 3;
 
 /// Groups of connected parts of the region of `tracer`, the largest group first. For example, a

@@ -9,9 +9,11 @@ use crate::math::{Horizon, Vec3};
 use rayon::prelude::*;
 use std::f32::consts::TAU;
 
-/// Directions of a panorama: all around, with elevations from `-PITCH` to `PITCH`, in degrees.
+/// Number of azimuths in a panorama, all around.
 const COLUMNS: usize = 72;
+/// Number of elevations in a panorama.
 const ROWS: usize = 16;
+/// Elevations of a panorama are between `-PITCH` and `PITCH`, in degrees.
 const PITCH: f32 = 32.0_f32;
 /// Width of the image in columns of the panorama: 60°.
 const WINDOW: usize = 12;

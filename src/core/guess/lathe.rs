@@ -17,8 +17,9 @@ const NEAR: f32 = 0.1;
 /// Sine of the angle between a normal and the direction away from the axis, for which the likeness
 /// is 0. Octagons have a mean of 0.19.
 const NOT_ROUND: f32 = 0.4;
-/// Number of rays along the axis, and radius of their disk in radii of the body.
+/// Number of rays along the axis.
 const RAYS: u32 = 64;
+/// Radius of the disk that contains the rays, in radii of the body.
 const CORE: f32 = 0.3;
 
 /// The body of revolution most similar to the scene.

@@ -8,9 +8,9 @@ use super::survey::Survey;
 use crate::light::Light;
 use crate::math::{Horizon, Vec3};
 
-/// Number of azimuths at which the sun is tried, and its elevations in degrees. The first sun wins
-/// if all are equal.
+/// Number of azimuths at which the sun is tried.
 const AZIMUTHS: u32 = 24;
+/// Elevations at which the sun is tried, in degrees. If all suns are equal, the first is used.
 const ELEVATIONS: [f32; 3] = [40.0, 28.0, 55.0];
 /// Minimum fraction of the points that are in rooms. If the fraction is lower, only the points in
 /// rooms decide on the sun.

@@ -18,44 +18,46 @@ const RAYS: u32 = 64;
 const FILL: f32 = 0.8;
 /// Maximum number of triangles that are used to frame a candidate.
 const FEW: u64 = 1 << 15;
-/// Azimuths from the front, and elevations, of candidates, in degrees. If all scores are equal, the
-/// first candidate is used.
+/// Azimuths of candidates from the front, in degrees. If all scores are equal, the first candidate
+/// is used.
 const TURNS: [f32; 6] = [30.0, -30.0, 40.0, -40.0, 20.0, -20.0];
+/// Elevations of candidates, in degrees.
 const ELEVATIONS: [f32; 2] = [18.0, 25.0];
 /// Ratios of an object's length, towards its front, to its width. Between the first and the second
-/// ratio, the additional turn grows from 0 to `LONG_TURN`, in degrees: cars show their sides, and a
-/// rifle is not seen into its muzzle. Objects that are higher than long, such as people, are not
-/// turned further.
+/// ratio, the additional turn of the view grows from 0 to [`LONG_TURN`]. Objects that are higher
+/// than long, such as people, are not turned further.
 const LONG: [f32; 2] = [1.5, 2.5];
+/// Maximum additional turn of the view of a long object, in degrees: cars show their sides, and a
+/// rifle is not seen into its muzzle.
 const LONG_TURN: f32 = 30.0;
-/// Maximum ratio of a flat object's height to its width, and the elevation of its candidates in
-/// degrees.
+/// Maximum ratio of a flat object's height to its width.
 const FLAT: f32 = 0.1;
+/// Elevation of the candidates for a flat object, in degrees.
 const FLAT_ELEVATION: [f32; 1] = [40.0];
-/// A plate is seen at its edge if its ratio of width to depth is at most `EDGE` and its ratio of
-/// height to depth at least `PLATE`: phones, screens and pictures are not seen from their edges.
+/// Maximum ratio of width to depth of a plate that is seen at its edge. Phones, screens and
+/// pictures are not shown from their edges.
 const EDGE: f32 = 0.25;
+/// Minimum ratio of height to depth of a plate that is seen at its edge.
 const PLATE: f32 = 0.5;
 /// Minimum change of a surface's depth at a step, as a share of its distance.
 const STEP: f32 = 0.03;
 /// Score, in bits of information, by which a later candidate must exceed an earlier candidate.
 /// Rounding errors are smaller, so they do not decide.
 const MARGIN: f32 = 0.02;
-/// Bonus of azimuth 0, in doublings of detail: it is the front of many models.
+/// Bonus of azimuth 0, which is the front of many models. It is added to the binary logarithm of
+/// the detail of a side, as are all bonuses.
 const USUAL_FRONT: f32 = 1.2;
-/// Bonus of a side with left-right symmetry, in doublings of detail: faces, animals, vehicles and
-/// furniture are symmetric.
+/// Bonus of a side with left-right symmetry: faces, animals, vehicles and furniture are symmetric.
 const SYMMETRY: f32 = 0.6;
 
-/// Bonus of the usual front of the program that wrote the file, in doublings of detail. It replaces
-/// the bonus of azimuth 0.
+/// Bonus of the usual front of the program that wrote the file. It replaces the bonus of azimuth 0.
 const FRONT_OF_PROGRAM: f32 = 2.5;
-/// Bonus of a side that is the front according to the shapes of the object, in doublings of detail.
+/// Bonus of a side that is the front according to the shapes or the names of the object.
 const FACING: f32 = 4.0;
-/// Penalty of the long sides of a vehicle or an animal, in doublings of detail.
+/// Penalty of the long sides of a vehicle or an animal.
 const LONG_SIDE: f32 = 3.0;
-/// Minimum lead of a clear front over all other sides, in doublings of detail, without the bonus of
-/// azimuth 0.
+/// Minimum margin of a clear front over all other sides, without the bonus of azimuth 0, in the
+/// unit of the bonuses.
 const CLEAR: f32 = 1.0;
 
 /// Front side of an object.

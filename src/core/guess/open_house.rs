@@ -13,17 +13,17 @@ const LOW: f32 = 0.6;
 const INSIDE: f32 = 0.6;
 /// Height above the ground at which walls are searched, as a share of the scene's height.
 const WALL: f32 = 0.5;
-/// Minimum number of walls around a place inside, of 8 directions; and minimum share of the places
-/// that are inside.
+/// Minimum number of walls around a place inside, of 8 directions.
 const WALLS: usize = 5;
+/// Minimum fraction of the places that are inside.
 const ROOMS: f32 = 0.3;
 /// Height of test points above the highest surface of a place, as a share of the scene's height.
 const OFF_SURFACE: f32 = 0.02;
-/// Azimuths from the front that are tried, in degrees, the nearest first. A later azimuth is used
-/// if its share of visible places is larger by more than `MORE`.
+/// Azimuths from the front that are tried, in degrees, the nearest first.
 const TURNS: [f32; 12] = [
     30.0, -30.0, 60.0, -60.0, 0.0, 90.0, -90.0, 120.0, -120.0, 150.0, -150.0, 180.0,
 ];
+/// A later azimuth is used if its fraction of visible places is larger by more than `MORE`.
 const MORE: f32 = 0.04;
 
 /// Azimuth from which most of the rooms is visible, in degrees; `None` if the scene has no rooms

@@ -14,10 +14,11 @@ const CUT: f32 = 1.2;
 const MARGIN: f32 = 0.04;
 /// Maximum number of triangles whose section is drawn.
 const MAX_TRIANGLES: u64 = 1 << 23;
-/// Linear colours of places without a floor, of the inside of cut bodies, and of the lines in which
-/// the cut intersects surfaces.
+/// Linear colour of places without a floor.
 const EMPTY: [f32; 3] = [0.75, 0.77, 0.8];
+/// Linear colour of the inside of cut bodies.
 const BODY: [f32; 3] = [0.035, 0.035, 0.04];
+/// Linear colour of the lines in which the cut intersects surfaces.
 const SECTION: [f32; 3] = [0.0, 0.0, 0.0];
 /// Brightness of a surface at the height of the floor; it rises to 1 at the cut.
 const LOWEST: f32 = 0.65;

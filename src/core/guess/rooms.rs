@@ -6,9 +6,10 @@ use crate::math::Vec3;
 
 /// A point is in a room if at least this share of its rays hits the front side of a surface.
 const ENCLOSED: f32 = 0.62;
-/// Minimum share of the points that are in rooms: for an interior, and for an interior with much
-/// more detail inside than outside.
+/// Minimum fraction of the points that are in rooms, for an interior.
 const MIN_ROOM: f32 = 0.2;
+/// Minimum fraction of the points that are in rooms, for an interior with much more detail inside
+/// than outside.
 const MIN_DETAILED_ROOM: f32 = 0.12;
 /// Fraction of the hits from outside that are on fronts. If it is lower, the scene is a hull that
 /// is not made to be seen from outside.
@@ -18,11 +19,12 @@ const HULL: f32 = 0.75;
 /// bodies.
 const MORE_INSIDE: [f32; 3] = [-0.3, 1.0, 2.5];
 
-/// Limits for a group of parts that is a room among others: minimum share of the scene's corners,
-/// minimum share of its points in rooms, and maximum openness. Courtyards of buildings are open,
-/// and smaller than the buildings.
+/// Minimum fraction of the scene's corners in a group of parts that is a room among other groups.
 const MIN_GROUP: f32 = 0.5;
+/// Minimum fraction of a group's points that are in rooms, if the group is a room among other
+/// groups. Courtyards of buildings are smaller.
 const MIN_ROOM_OF_GROUP: f32 = 0.4;
+/// Maximum openness of a group that is a room among other groups. Courtyards of buildings are open.
 const MAX_OPENNESS: f32 = 0.1;
 
 /// Surroundings of a point.

@@ -25,9 +25,10 @@ use crate::math::Vec3;
 const USUAL: [f32; 6] = [-1.5, -1.5, 2.5, -0.6, 1.0, -0.6];
 /// Scores of the directions in interiors, whose evidence is clearer.
 const USUAL_INSIDE: [f32; 6] = [-0.3, -0.3, 0.3, 0.0, 0.2, 0.0];
-/// Scores of the usual up axis of the program that wrote the file. They are lower than fitted
-/// scores, because meshes that were read and written by MeshLab often have +y up.
+/// Score, for an object, of the usual up axis of the program that wrote the file. It is lower than
+/// the fitted score, because meshes that were read and written by MeshLab often have +y up.
 const USUAL_FOR_PROGRAM: f32 = 1.5;
+/// Score, for an interior, of the usual up axis of the program that wrote the file.
 const USUAL_FOR_PROGRAM_INSIDE: f32 = 0.2;
 /// Score of the direction opposite to the usual up axis of the program: its settings offer other
 /// axes, but models upside down are mistakes.
@@ -66,8 +67,9 @@ const INSIDE: [(f32, Evidence); 4] = [
     (0.7, has_upright_textures),
     (2.0, is_named),
 ];
-/// Weights of the evidence from rays in interiors: for low rooms, and for a clear way up.
+/// Weight of the evidence from rays in interiors that rooms are low.
 const LOW_ROOMS: f32 = 0.8;
+/// Weight of the evidence from rays in interiors that there is less clutter above than below.
 const CLEAR_ABOVE: f32 = 1.0;
 
 /// An object has a wide contact with the ground, but not with the ceiling. A base wider than `WIDE`

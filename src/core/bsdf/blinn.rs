@@ -36,7 +36,7 @@ impl Blinn {
         )
     }
 
-    /// Directional albedo: share of uniform light that is reflected to `wo`, by channel.
+    /// Directional albedo: fraction of uniform light that is reflected to `wo`, by channel.
     pub(super) fn directional_albedo(&self, wo: Vec3) -> Spectrum {
         let [all, grazing] = blinn_reflected(self.exponent, wo.z.abs());
         self.reflectance * self.fresnel.mean_reflectance(all, grazing)

@@ -18,7 +18,7 @@ pub struct Dielectric {
 }
 
 impl Dielectric {
-    /// Directional albedo: share of the flux of uniform light that is reflected or refracted to
+    /// Directional albedo: fraction of the flux of uniform light that is reflected or refracted to
     /// `wo`, by channel.
     pub(super) fn directional_albedo(&self, wo: Vec3) -> Spectrum {
         let eta = if wo.z > 0.0 { self.ior } else { 1.0 / self.ior };

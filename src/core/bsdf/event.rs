@@ -36,14 +36,14 @@ pub enum ScatteringEvent {
     Smooth {
         /// True if the light passes the surface.
         is_transmitted: bool,
-        /// Share of diffuse lobes, by channel, 0 to 1; the rest is glossy.
+        /// Fraction of diffuse lobes, by channel, 0 to 1; the rest is glossy.
         diffuse: Spectrum,
     },
 }
 
 impl ScatteringEvent {
-    /// Kinds of scattering in the event, each with its share of the light by channel. The shares
-    /// sum to 1.
+    /// Kinds of scattering in the event, each with its fraction of the light by channel. The
+    /// fractions sum to 1.
     pub fn shares(self) -> [(EventKind, Spectrum); 2] {
         use EventKind::*;
         match self {
@@ -83,7 +83,7 @@ impl Bsdf {
         }
     }
 
-    /// Share of diffuse lobes in [`Bsdf::eval`], by channel; 0 if the value is 0.
+    /// Fraction of diffuse lobes in [`Bsdf::eval`], by channel; 0 if the value is 0.
     fn diffuse_share(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         let is_diffuse = |lobe: &Lobe| lobe.scattering() == Scattering::Diffuse;
         let mut smooth = self.lobes().filter(|lobe| !lobe.is_delta()).map(is_diffuse);
@@ -150,7 +150,7 @@ mod tests {
             .iter()
             .fold(Spectrum::ZERO, |sum, (_, s)| sum + *s);
         assert_eq!(sum, Spectrum::ONE);
-        // A single lobe has the full share.
+        // A single lobe scatters all the light.
         let alone = |lobe| Bsdf::Single(lobe).event(wo, wi, false).shares()[0];
         assert_eq!(alone(lambert), (EventKind::DiffuseReflection, Spectrum::ONE));
         assert_eq!(alone(phong), (EventKind::DiffuseReflection, Spectrum::ZERO));

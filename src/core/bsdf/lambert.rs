@@ -7,7 +7,7 @@ use std::f32::consts::FRAC_1_PI;
 /// Ideal diffuse reflection (Lambert): `f = albedo / π`, symmetric on both sides of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lambert {
-    /// Reflected share of the incident flux, each channel in [0, 1].
+    /// Reflected fraction of the incident flux, each channel in [0, 1].
     pub albedo: Spectrum,
 }
 

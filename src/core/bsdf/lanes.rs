@@ -52,7 +52,7 @@ struct BaseLanes {
     albedo: Lane,
     /// 1 if the base is below a coat, else 0.
     is_coated: Lane,
-    /// Reflectance of the coat along the normal, and share of the energy loss that multiple
+    /// Reflectance of the coat along the normal, and fraction of the energy loss that multiple
     /// reflections return.
     coat: [Lane; 2],
 }

@@ -89,7 +89,7 @@ impl Lobe {
     /// direction. `None` if the lobe scatters no light.
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         if self.is_delta() {
-            // Choose the first of the two directions with its share of the flux as probability
+            // Choose the first of the two directions with its fraction of the flux as probability
             let [first, second] = self.directions(wo, mode);
             return first.filter(|s| u.x < s.pdf).or(second);
         }
@@ -104,7 +104,7 @@ impl Lobe {
         self.smooth_sample(f, wo, wi, pdf)
     }
 
-    /// Terms that depend on the direction `w` only. The lobes of one BSDF share the lookup
+    /// Terms that depend on the direction `w` only. All lobes of a BSDF use the same lookup
     /// `energy`.
     #[inline(always)]
     pub(super) fn terms(&self, energy: &mut EnergyLookup, w: Vec3) -> DirectionTerms {
@@ -121,9 +121,9 @@ impl Lobe {
         self.terms(&mut EnergyLookup::new(w), w)
     }
 
-    /// [`Lobe::eval_pdf`] with the terms of `wo` and of `wi`. Most mixtures are coats over diffuse
-    /// bases, and metals. Other lobes are not inlined: their terms would be computed before the
-    /// loop over lobes, even for BSDFs without these lobes.
+    /// [`Lobe::eval_pdf`] with the terms of `wo` and of `wi`. The lobes of most mixtures are coats,
+    /// diffuse bases and metals. Other lobes are not inlined: their terms would be computed before
+    /// the loop over lobes, even for BSDFs without these lobes.
     #[inline(always)]
     pub(super) fn eval_pdf_with(&self, [o, i]: [&DirectionTerms; 2], wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         match self {
@@ -162,7 +162,7 @@ impl Lobe {
         (pdf > 0.0 && pdf.is_finite()).then_some(sample)
     }
 
-    /// Single directions of a delta lobe, each with its share of the flux as density; `None` for
+    /// Single directions of a delta lobe, each with its fraction of the flux as density; `None` for
     /// other lobes.
     pub fn directions(&self, wo: Vec3, mode: TransportMode) -> [Option<BsdfSample>; 2] {
         match self {
@@ -173,7 +173,7 @@ impl Lobe {
         }
     }
 
-    /// Maximum share of the flux that the lobe scatters, by channel.
+    /// Maximum fraction of the flux that the lobe scatters, by channel.
     pub fn albedo(&self) -> Spectrum {
         match self {
             Self::Lambert(lobe) => lobe.albedo,
@@ -189,9 +189,9 @@ impl Lobe {
         }
     }
 
-    /// Directional albedo: share of uniform light that the lobe scatters to `wo`, by channel.
+    /// Directional albedo: fraction of uniform light that the lobe scatters to `wo`, by channel.
     /// `terms` are the terms of `wo`. Transmitted light counts by its flux: refraction changes
-    /// radiance, but not this share.
+    /// radiance, but not flux.
     pub(super) fn directional_albedo(&self, terms: &DirectionTerms, wo: Vec3) -> Spectrum {
         match self {
             Self::Lambert(lobe) => lobe.albedo,

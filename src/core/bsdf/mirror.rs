@@ -13,7 +13,7 @@ pub struct Mirror {
 }
 
 impl Mirror {
-    /// Direction of the reflection.
+    /// Sample of the mirror direction. The second sample is always `None`.
     pub fn directions(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
         let cos = wo.z.abs();
         let f = self.reflectance * self.fresnel.reflectance(cos) / cos;

@@ -23,8 +23,9 @@
 //! - A rough lobe chooses between single and multiple scattering, and between reflection and
 //!   refraction. The choice needs an additional random number, `u_lobe`, which a mixture rescales
 //!   and passes on. Rough lobes are therefore always in a `Mix`, even if it has a single lobe.
-//! - Delta lobes have one function, `directions`, that returns their one or two directions with
-//!   shares of the flux. Sampling chooses one of them; `whitted` follows all of them.
+//! - Delta lobes have one function, `directions`, that returns their one or two directions, each
+//!   with its fraction of the flux. Sampling chooses one direction; `whitted` follows all
+//!   directions.
 
 mod blinn;
 mod coated_lambert;
@@ -294,7 +295,8 @@ impl Bsdf {
         }
     }
 
-    /// All single directions of the delta lobes, each with its share of the lobe's flux as density.
+    /// All single directions of the delta lobes, each with its fraction of the lobe's flux as
+    /// density.
     pub fn delta_directions(&self, wo: Vec3, mode: TransportMode) -> impl Iterator<Item = BsdfSample> {
         self.places().flat_map(move |(place, lobe)| {
             let samples = lobe.directions(wo, mode).into_iter().flatten();
@@ -319,8 +321,8 @@ impl Bsdf {
         }
     }
 
-    /// Directional albedo: share of uniform light that the surface scatters to `wo`, by channel. It
-    /// is the radiance of the surface in a white furnace, and the albedo of auxiliary channels.
+    /// Directional albedo: fraction of uniform light that the surface scatters to `wo`, by channel.
+    /// It is the radiance of the surface in a white furnace, and the albedo of auxiliary channels.
     /// Transmitted light counts by its flux, so clear glass has albedo 1.
     ///
     /// The error is below 0.012, and below 0.025 under rough layers. Anisotropic facets lose up to

@@ -40,7 +40,7 @@ impl Phong {
     }
     // ANCHOR_END: phong
 
-    /// Directional albedo: share of uniform light that is reflected to `wo`, by channel.
+    /// Directional albedo: fraction of uniform light that is reflected to `wo`, by channel.
     pub(super) fn directional_albedo(&self, wo: Vec3) -> Spectrum {
         self.reflectance * phong_reflected(self.exponent, wo.z.abs())
     }

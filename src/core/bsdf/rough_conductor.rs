@@ -64,7 +64,7 @@ impl RoughConductor {
     }
 
     /// Mixture of a metal of colour `base` and a dielectric with reflectance `f0` along the normal,
-    /// both by Schlick's formula. `metallic` is the share of the metal.
+    /// both by Schlick's formula. `metallic` is the fraction of the metal.
     pub fn metallic(reflectance: Spectrum, alpha: Vec2, base: Spectrum, f0: f32, metallic: f32) -> Self {
         let mixed = |metal: Spectrum, rest: Spectrum| metal * metallic + rest * (1.0 - metallic);
         let of = |f0: Spectrum| Self::new(reflectance, alpha, Fresnel::Schlick { f0: f0.to_array() });
@@ -122,12 +122,12 @@ impl RoughConductor {
         same_hemisphere(wo, wi).then_some(wi)
     }
 
-    /// Maximum reflected share, by channel.
+    /// Maximum reflected fraction, by channel.
     pub(super) fn albedo(&self) -> Spectrum {
         self.reflectance() * self.fresnel.tint()
     }
 
-    /// Directional albedo: share of uniform light that is reflected to `wo`, by channel.
+    /// Directional albedo: fraction of uniform light that is reflected to `wo`, by channel.
     pub(super) fn directional_albedo(&self, terms: &DirectionTerms) -> Spectrum {
         let missing = terms.share;
         let single = self.fresnel.mean_reflectance(1.0 - missing, terms.energy.grazing);

@@ -20,16 +20,16 @@ pub struct RoughDielectric {
     transmittance: [f32; 3],
     /// Index of refraction inside, relative to the outside.
     ior: f32,
-    /// Energy for light from outside, and from inside.
+    /// Energy loss for light from the outside, and for light from the inside.
     sides: [EnergySide; 2],
 }
 
 /// Energy loss of single scattering, for light from one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct EnergySide {
-    /// Mean share of the light that is lost.
+    /// Mean fraction of the light that is lost.
     missing: f32,
-    /// Share of the loss that returns to the side from which the light came.
+    /// Fraction of the loss that returns to the side from which the light came.
     reflected: f32,
 }
 
@@ -52,8 +52,8 @@ impl RoughDielectric {
         let facets = Ggx::new(alpha);
         let missing = [ior, 1.0 / ior].map(|eta| dielectric_loss(facets.roughness(), eta).mean());
         // Smooth boundaries transmit 1 − F into the denser medium, and (1 − F) / η² out of it,
-        // which is reciprocal. The transmitted part of the lost light is reciprocal if its share is
-        // proportional to this transmittance and to the loss on the other side.
+        // which is reciprocal. The transmitted part of the lost light is reciprocal if its fraction
+        // is proportional to this transmittance and to the loss on the other side.
         let denser = ior.max(1.0 / ior);
         let entered = 1.0 - Fresnel::Dielectric { eta: denser }.mean().max_component();
         let left = entered / (denser * denser);
@@ -158,7 +158,7 @@ impl RoughDielectric {
         self.transmittance.into()
     }
 
-    /// Directional albedo: share of the flux of uniform light that is reflected or refracted to
+    /// Directional albedo: fraction of the flux of uniform light that is reflected or refracted to
     /// `wo`, by channel.
     pub(super) fn directional_albedo(&self, terms: &DirectionTerms, wo: Vec3) -> Spectrum {
         let [here, _] = self.sides(wo);

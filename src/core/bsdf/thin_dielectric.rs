@@ -24,7 +24,7 @@ impl ThinDielectric {
         2.0 * face / (1.0 + face)
     }
 
-    /// Directional albedo: share of uniform light that is reflected or transmitted to `wo`, by
+    /// Directional albedo: fraction of uniform light that is reflected or transmitted to `wo`, by
     /// channel.
     pub(super) fn directional_albedo(&self, wo: Vec3) -> Spectrum {
         let r = Self::reflected_share(wo.z.abs(), self.ior);

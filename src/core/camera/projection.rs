@@ -42,8 +42,8 @@ pub enum Projection {
         /// Model and coefficients of the lens.
         distortion: Distortion,
     },
-    /// All directions on the six faces of a cube, each a perspective of 90 degrees. A row, a column
-    /// or two rows of faces in the order right, left, up, down, front, back.
+    /// All directions on the six faces of a cube, each a perspective of 90 degrees. The faces are
+    /// in a row, a column or two rows, in the order right, left, up, down, front, back.
     Cubemap,
 }
 

@@ -82,8 +82,8 @@ impl Aov {
         }
     }
 
-    /// Channels that are means over the samples on surfaces. Their names are those of
-    /// [`SUMS`](super::features::SUMS).
+    /// Names, in [`SUMS`](super::features::SUMS), of the channels that are means over the samples
+    /// on surfaces.
     fn means(self) -> &'static [&'static str] {
         match self {
             Self::Position => &["P.X", "P.Y", "P.Z"],
@@ -139,7 +139,7 @@ pub(super) fn develop_features(film: &Film, aovs: &[Aov]) -> Vec<Channel> {
     channels
 }
 
-/// Channel of lines: the share of the samples that lie on a line.
+/// Channel of lines: the fraction of the samples that lie on a line.
 fn lines(film: &Film) -> Channel {
     let share = |pixel| {
         let (sums, features) = (film.sums(pixel)?, film.features(pixel)?);

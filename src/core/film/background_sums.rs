@@ -14,9 +14,9 @@ pub enum Backing {
 }
 
 impl Backing {
-    /// Names of the coverage channels. Coverage is the share of a pixel's red, green and blue that
-    /// is not light of the background. The three shares differ in coloured shadows on a ground.
-    /// Alpha is the luminance of the coverage.
+    /// Names of the coverage channels. Coverage is the fraction of a pixel's red, green and blue
+    /// that is not light of the background. The three fractions differ in coloured shadows on a
+    /// ground. Alpha is the luminance of the coverage.
     pub const fn channels(self) -> &'static [&'static str] {
         match self {
             Self::Transparent => &["A"],
@@ -68,7 +68,8 @@ impl BackgroundSum {
         self.block_spread = f64::NAN;
     }
 
-    /// Subtracts the share of the samples that were added last; they are fewer than a full block.
+    /// Subtracts the sum `share` over the samples that were added last; they are fewer than a full
+    /// block.
     pub fn take_back(&mut self, share: [f64; 3]) {
         self.change(share, Fixed::minus);
     }
@@ -91,7 +92,7 @@ impl BackgroundSum {
         self.block_spread += other.block_spread + between;
     }
 
-    /// Mean share over `samples` samples; 0 before the first sample.
+    /// Mean fraction over `samples` samples; 0 before the first sample.
     pub fn mean(&self, samples: u32) -> [f64; 3] {
         self.sum.map(|sum| sum.to_f64() / f64::from(samples.max(1)))
     }

@@ -7,8 +7,9 @@
 //!
 //! - Luminances are means over blocks of 4 × 4 pixels, which reduces noise and single fireflies.
 //!   The blocks are aligned to the full image.
-//! - The target of the log-average rises with the background's share of the picture: linearly from
-//!   0.18 without background to 0.28 at a quarter. The subject then stands out from its background.
+//! - The target of the log-average rises with the background's fraction of the picture: linearly
+//!   from 0.18 without background to 0.28 at a quarter. The subject then stands out from its
+//!   background.
 //! - The log-average leaves out the darkest and the brightest 5 % of the blocks. Blocks more than 8
 //!   stops darker than the brightest 5 % count as 8 stops, so that black corners do not set the
 //!   exposure.
@@ -37,7 +38,7 @@ use std::collections::BTreeMap;
 const MIDDLE_GREY: f32 = 0.18;
 /// Target of the log-average for a picture with much background.
 const BEFORE_BACKGROUND: f32 = 0.28;
-/// Share of background in the picture at which [`BEFORE_BACKGROUND`] is reached.
+/// Fraction of background in the picture at which [`BEFORE_BACKGROUND`] is reached.
 const BACKGROUND_SHARE: f32 = 0.25;
 /// Mean albedo above which the target rises.
 const BRIGHT_ALBEDO: f32 = 0.4;
@@ -45,7 +46,7 @@ const BRIGHT_ALBEDO: f32 = 0.4;
 const BRIGHT_POWER: f32 = 0.85;
 /// Maximum factor by which the target rises.
 const MAX_BRIGHTER: f32 = 1.8;
-/// Share of the blocks that the log-average leaves out at either end.
+/// Fraction of the blocks that the log-average leaves out at either end.
 const TRIMMED: f64 = 0.05;
 /// Maximum range of the log-average below the brightest blocks, in stops.
 const RANGE: f32 = 8.0;
@@ -53,7 +54,7 @@ const RANGE: f32 = 8.0;
 const MEDIAN: [f32; 2] = [0.35, 0.6];
 /// Minimum code of the median block, from 0 to 1, if highlights lower the exposure.
 const MIN_MEDIAN: f32 = 0.25;
-/// Maximum share of white blocks.
+/// Maximum fraction of white blocks.
 const CLIPPED: f64 = 0.02;
 /// Minimum code of a white pixel: the nearest 8-bit code is 255.
 const WHITE: f32 = 254.5 / 255.0;
@@ -122,8 +123,8 @@ struct Meter {
 }
 
 impl Meter {
-    /// Meter of the pixels of `image` that show a surface, or of all pixels if none does.
-    /// Non-finite values are left out.
+    /// Meter of the pixels of `image` that show a surface, or of all pixels if no pixel shows a
+    /// surface. Non-finite values are left out.
     fn of(image: &Image) -> Self {
         let channels = |names| channels(image, names);
         let Some(rgb) = channels(["raw.R", "raw.G", "raw.B"]).or_else(|| channels(["R", "G", "B"])) else {
@@ -198,7 +199,7 @@ impl Meter {
             stops = stops.clamp(min, max);
         }
 
-        // Protect highlights: limit the share of white blocks
+        // Protect highlights: limit the fraction of white blocks
         if let Some(max) = to(WHITE, at(&self.peaks, 1.0 - CLIPPED)) {
             let min = to(MIN_MEDIAN, median).map_or(max, |min| min.max(max));
             stops = stops.min(min);
@@ -241,7 +242,7 @@ fn blocks(image: &Image, light: impl Fn(usize) -> [f32; 3], is_wanted: impl Fn(u
     sums.into_values().map(mean).filter(|block| block.is_valid()).collect()
 }
 
-/// Quantile of the `sorted` values at `share`; 0 if there are none.
+/// Quantile of the `sorted` values at `share`; 0 if there are no values.
 fn at(sorted: &[f32], share: f64) -> f32 {
     let index = (sorted.len() as f64 * share) as usize;
     sorted.get(index).or(sorted.last()).copied().unwrap_or(0.0)

@@ -46,7 +46,7 @@ impl PartBlock {
 pub struct PartSum(pub(super) [Fixed; 3]);
 
 impl PartSum {
-    /// Exact sum, each channel rounded towards zero.
+    /// The sum `sum` in fixed point. Each channel is rounded towards zero.
     pub(super) fn new(sum: [f64; 3]) -> Self {
         Self(sum.map(Fixed::new))
     }

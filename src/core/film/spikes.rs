@@ -33,7 +33,7 @@ pub struct Spikes {
 }
 
 impl Spikes {
-    /// Spikes of `film`; `None` if there are none, or too few samples.
+    /// Spikes of `film`; `None` if there are no spikes or too few samples.
     pub fn of(film: &Film) -> Option<Self> {
         let mean = film.pixels().map(|(_, sums)| value(sums)).sum::<f64>() / film.crop().area() as f64;
         let mut found: Option<Self> = None;

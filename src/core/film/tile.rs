@@ -274,7 +274,7 @@ impl Tile {
         }
     }
 
-    /// Sums of each part of the light at `pixel`; empty if there are none.
+    /// Sums of each part of the light at `pixel`; empty if the film has no parts.
     pub fn part_sums(&self, pixel: UVec2) -> &[PartSum] {
         let range = self.part_range(pixel);
         self.part_sums.get(range).unwrap_or_default()

@@ -22,7 +22,7 @@ const MIN_POINTS: usize = 40;
 /// Maximum positions of the back end and of the front end of a back-rest, from −1/2 at the back of
 /// the object to 1/2 at its front.
 const REST: (f32, f32) = (-0.2, -0.1);
-/// Minimum width of a back-rest, as a share of the width.
+/// Minimum width of a back-rest, as a fraction of the object's width.
 const REST_WIDTH: f32 = 0.45;
 /// Range of heights of the surface to sit on, as fractions of the object's height.
 const SEAT: RangeInclusive<f32> = 0.2..=0.5;

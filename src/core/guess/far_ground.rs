@@ -18,9 +18,9 @@ const SAMPLES: u64 = 1 << 15;
 /// Margin around the middle 90 % of the corners, as a multiple of their extent. Triangles within
 /// the margin do not belong to the ground.
 const MARGIN: f32 = 0.5;
-/// Maximum height of a ground, as a share of the scene's height.
+/// Maximum height of a ground, as a fraction of the scene's height.
 const LOW: f32 = 0.2;
-/// Maximum share of the triangles that may belong to the ground.
+/// Maximum fraction of the triangles that may belong to the ground.
 const FEW: f32 = 0.05;
 /// Minimum ratio of the outline area of the scene to the outline area without the ground.
 const WIDER: f32 = 4.0;

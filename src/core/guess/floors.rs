@@ -13,11 +13,11 @@ const FLAT: f32 = 0.9;
 /// Minimum cosine between up and the normal of a floor that makes a scene an interior: the bottom
 /// of a pipe is steeper.
 const LEVEL: f32 = 0.985;
-/// Minimum half width of a floor, as a share of the room height above it.
+/// Minimum half width of a floor, as a fraction of the room height above it.
 const HALF_WIDTH: f32 = 0.12;
-/// Minimum height of a room, as a share of the scene.
+/// Minimum height of a room, as a fraction of the scene's larger extent.
 const MIN_ROOM: f32 = 0.04;
-/// Maximum difference of nearby floor heights, as a share of the room height.
+/// Maximum difference of nearby floor heights, as a fraction of the room height.
 const EVEN: f32 = 0.01;
 
 /// A surface on the vertical line through a place, and the free height above the surface.

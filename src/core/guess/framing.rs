@@ -65,7 +65,7 @@ pub(super) struct Frame {
     pub fov: f32,
     /// Aspect ratio of the image: width divided by height.
     pub aspect: f32,
-    /// Share of the image's width or height that the scene fills.
+    /// Fraction of the image's width or height that the scene fills.
     pub fill: f32,
 }
 

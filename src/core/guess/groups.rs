@@ -12,12 +12,12 @@ const WIDE_GROUND: f32 = 3.0;
 /// Maximum height of a wide ground above the bottom of the object, as a fraction of the object's
 /// height.
 const AT_BOTTOM: f32 = 0.05;
-/// Maximum thickness of a sheet, such as a ground, as a share of its extent.
+/// Maximum thickness of a sheet, such as a ground, as a fraction of its extent.
 const SHEET: f32 = 0.02;
 /// Maximum fraction of a sheet's extents that the rest of the scene covers. If the rest covers
 /// more, the sheet is not around the rest.
 const COVERED: f32 = 0.8;
-/// Maximum distance of parts of one group, as a share of the smaller part's extent.
+/// Maximum distance of parts of one group, as a fraction of the smaller part's extent.
 const NEAR: f32 = 0.1;
 /// Maximum fraction of the region's volume that a group fills. A larger group is about the region
 /// itself.
@@ -28,8 +28,8 @@ const MAX_PARTS: usize = 2048;
 const MAX_GROUPS: usize = 3;
 
 /// Groups of connected parts of the region of `tracer`, the largest group first. For example, a
-/// room is a group if it stands on a separate ground, with lamps and trees around it. Sheets around
-/// all other parts belong to no group.
+/// room is a group if it stands on a separate ground, with lamps and trees around it. A sheet that
+/// is around all other parts belongs to no group.
 pub(super) fn groups(tracer: &SceneTracer) -> Vec<Region> {
     let whole = tracer.region;
     let mut boxes = Parts::of(tracer).boxes();

@@ -20,13 +20,14 @@ const WINDOW: usize = 12;
 /// Minimum fraction of the directions above the horizon that hit a surface, in a room with a
 /// ceiling.
 const ROOFED: f32 = 0.75;
-/// Minimum distance of two storeys, in heights of the room.
+/// Minimum difference in height between the floors of two storeys, in room heights.
 const STOREY: f32 = 0.8;
 /// Minimum fraction of all directions that hit a surface, in a closed place.
 const CLOSED: f32 = 0.62;
-/// Eye height as a share of the room's height, and its maximum as a share of the scene's width.
+/// Eye height as a fraction of the room's height, and its maximum as a fraction of the scene's
+/// width.
 const EYE: [f32; 2] = [0.5, 0.2];
-/// Minimum distance to the nearest surface around the eye, as a share of the eye height.
+/// Minimum distance to the nearest surface around the eye, as a fraction of the eye height.
 const FREE_DISTANCE: f32 = 0.3;
 /// Distance, in eye heights, below which a surface blocks a view.
 const NEAR: f32 = 0.8;
@@ -41,7 +42,7 @@ pub(super) struct InteriorView {
     pub distance: f32,
     /// Height of the eye above the floor; 0 if the eye does not stand on a floor.
     pub height: f32,
-    /// Share of the rays that leave the scene.
+    /// Fraction of the rays that leave the scene.
     pub missing: f32,
     pub score: f32,
 }
@@ -189,8 +190,8 @@ const SIDE_RAYS: u32 = 12;
 /// Minimum fraction of the rays that pass the side, and minimum length of their paths, as a
 /// fraction of the box's depth.
 const OPEN: (f32, f32) = (0.75, 0.15);
-/// Minimum share of the side's width and height that the image shows. If the aspect ratios of side
-/// and image differ, the image crops the side.
+/// Minimum fraction of the side's width and height that the image shows. If the aspect ratios of
+/// side and image differ, the image crops the side.
 const SHOWN: f32 = 0.7;
 
 /// The view from outside through a side of the scene's box without a wall: some rooms are modelled

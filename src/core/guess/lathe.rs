@@ -67,7 +67,7 @@ impl Lathe {
     }
 
     /// Mean depth of the first surfaces around the axis, seen from its end in the direction `up`,
-    /// in extents of the scene.
+    /// as a fraction of the scene's extent.
     pub fn depth(&self, tracer: &SceneTracer, up: Vec3) -> f32 {
         let bounds = tracer.region.bounds;
         let (axis, extent) = (self.axis, bounds.max - bounds.min);

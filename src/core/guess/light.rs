@@ -15,7 +15,7 @@ const ELEVATIONS: [f32; 3] = [40.0, 28.0, 55.0];
 /// Minimum fraction of the points that are in rooms. If the fraction is lower, only the points in
 /// rooms decide on the sun.
 const FEW: f32 = 0.2;
-/// Edge of the lamp of a closed room, and its distance from the ceiling, as shares of the room's
+/// Edge of the lamp of a closed room, and its distance from the ceiling, as fractions of the room's
 /// height.
 const LAMP: (f32, f32) = (0.4, 0.03);
 
@@ -54,7 +54,7 @@ pub enum LightGuess {
 
 impl LightGuess {
     /// Light for a camera at `position` that looks at `target`; `None` if the scene's own emitters
-    /// light its view.
+    /// light the view of the camera.
     pub(super) fn new(tracer: &SceneTracer, survey: &Survey, position: Vec3, target: Vec3) -> Option<Self> {
         if is_lit(tracer, survey, position, target) {
             return None;

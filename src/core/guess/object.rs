@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 /// Number of rays along a side of the square image in which candidates are compared.
 const RAYS: u32 = 64;
-/// Share of the square's width or height that the object fills in a candidate.
+/// Fraction of the square's width or height that the object fills in a candidate.
 const FILL: f32 = 0.8;
 /// Maximum number of triangles that are used to frame a candidate.
 const FEW: u64 = 1 << 15;
@@ -39,7 +39,7 @@ const FLAT_ELEVATION: [f32; 1] = [40.0];
 const EDGE: f32 = 0.25;
 /// Minimum ratio of height to depth of a plate that is seen at its edge.
 const PLATE: f32 = 0.5;
-/// Minimum change of a surface's depth at a step, as a share of its distance.
+/// Minimum change of a surface's depth at a step, as a fraction of its distance.
 const STEP: f32 = 0.03;
 /// Score, in bits of information, by which a later candidate must exceed an earlier candidate.
 /// Rounding errors are smaller, so they do not decide.

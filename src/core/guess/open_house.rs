@@ -9,15 +9,15 @@ use crate::math::{Horizon, Vec3};
 pub(super) const ELEVATION: f32 = 35.0;
 /// Maximum ratio of a scene's height to its smaller width: cups and crates are higher.
 const LOW: f32 = 0.6;
-/// Maximum height of the highest surface at a place inside, as a share of the scene's height.
+/// Maximum height of the highest surface at a place inside, as a fraction of the scene's height.
 const INSIDE: f32 = 0.6;
-/// Height above the ground at which walls are searched, as a share of the scene's height.
+/// Height above the ground at which walls are searched, as a fraction of the scene's height.
 const WALL: f32 = 0.5;
 /// Minimum number of walls around a place inside, of 8 directions.
 const WALLS: usize = 5;
 /// Minimum fraction of the places that are inside.
 const ROOMS: f32 = 0.3;
-/// Height of test points above the highest surface of a place, as a share of the scene's height.
+/// Height of test points above the highest surface of a place, as a fraction of the scene's height.
 const OFF_SURFACE: f32 = 0.02;
 /// Azimuths from the front that are tried, in degrees, the nearest first.
 const TURNS: [f32; 12] = [

@@ -12,8 +12,8 @@ const MAX_TRIANGLES: u64 = 1 << 18;
 const MAX_PARTS: usize = 512;
 /// Maximum number of vertices of a part whose contact is tested. They are the lowest vertices.
 const MAX_FEET: usize = 8;
-/// Minimum share of the scene's extent along two axes for a part that is the hull of the scene: its
-/// walls, or its ground.
+/// Minimum fraction of the scene's extent along two axes for a part that is the hull of the scene:
+/// its walls, or its ground.
 const HULL: f32 = 0.8;
 /// Maximum distance of touching parts, in diagonals of the scene.
 const TOUCH: f32 = 1.5e-3;

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 /// Height of the cut above the floor, in metres.
 const CUT: f32 = 1.2;
-/// Margin around the plan, as a share of its larger extent.
+/// Margin around the plan, as a fraction of its larger extent.
 const MARGIN: f32 = 0.04;
 /// Maximum number of triangles whose section is drawn.
 const MAX_TRIANGLES: u64 = 1 << 23;

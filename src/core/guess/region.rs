@@ -24,7 +24,7 @@ const MAX_PLACES: usize = 8;
 const TAIL: f32 = 0.05;
 /// Minimum gap between two places, as a multiple of the extent of the larger place.
 const PLACE_GAP: f32 = 50.0;
-/// Minimum gap between two places, as a share of the scene.
+/// Minimum gap between two places, as a fraction of the scene's extent.
 const MIN_GAP: f32 = 0.05;
 /// Minimum gap before strays, as a multiple of the extent of the corners before the gap. At most
 /// the fraction [`TAIL`] of the corners are strays.

@@ -4,7 +4,7 @@ use super::scene_tracer::{HitStatistics, SceneTracer};
 use super::spread::{POINTS, directions, points_inside};
 use crate::math::Vec3;
 
-/// A point is in a room if at least this share of its rays hits the front side of a surface.
+/// A point is in a room if at least this fraction of its rays hits the front side of a surface.
 const ENCLOSED: f32 = 0.62;
 /// Minimum fraction of the points that are in rooms, for an interior.
 const MIN_ROOM: f32 = 0.2;
@@ -27,14 +27,14 @@ const MIN_ROOM_OF_GROUP: f32 = 0.4;
 /// Maximum openness of a group that is a room among other groups. Courtyards of buildings are open.
 const MAX_OPENNESS: f32 = 0.1;
 
-/// Surroundings of a point.
+/// Surroundings of a point: fractions of the directions that hit surfaces.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surroundings {
-    /// Share of all directions that hit a front.
+    /// Fraction of all directions that hit a front.
     pub fronts: f32,
-    /// Share of all directions that hit a back.
+    /// Fraction of all directions that hit a back.
     pub backs: f32,
-    /// Share of the directions above the horizon that hit a surface.
+    /// Fraction of the directions above the horizon that hit a surface.
     pub above: f32,
 }
 
@@ -63,7 +63,7 @@ impl Surroundings {
         }
     }
 
-    /// Share of all directions that hit a surface.
+    /// Fraction of all directions that hit a surface.
     pub fn closed(&self) -> f32 {
         self.fronts + self.backs
     }
@@ -78,13 +78,13 @@ impl Surroundings {
 pub(super) struct Rooms {
     /// Points in rooms.
     pub points: Vec<Vec3>,
-    /// Share of the rays from points in rooms that leave the scene.
+    /// Fraction of the rays from points in rooms that leave the scene.
     pub openness: f32,
-    /// Share of the hits from outside that are on fronts.
+    /// Fraction of the hits from outside that are on fronts.
     fronts: f32,
     /// Additional information inside compared to outside, in bits.
     more: f32,
-    /// Share of the corners, if the region is a group of parts among others.
+    /// Fraction of the corners, if the region is a group of parts among others.
     group: Option<f32>,
 }
 

@@ -10,7 +10,7 @@ const NEAR: f32 = 0.05;
 const EYES: f32 = 1.6;
 /// Usual height of a room, in metres.
 const ROOM: f32 = 2.7;
-/// Height of the eyes as a share of the room's height, if no unit fits.
+/// Height of the eyes as a fraction of the room's height, if no unit fits.
 const SHARE: f32 = 0.6;
 /// Minimum and maximum height of a room for a plausible unit, in metres.
 const BELIEVED: [f32; 2] = [1.2, 40.0];

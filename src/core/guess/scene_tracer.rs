@@ -123,7 +123,7 @@ impl HitStatistics {
         *self.triangles.entry(seen.triangle).or_default() += 1;
     }
 
-    /// Share of the hits that are on the front of a triangle.
+    /// Fraction of the hits that are on the front of a triangle.
     pub fn front_share(&self) -> f32 {
         self.fronts as f32 / self.hits.max(1) as f32
     }

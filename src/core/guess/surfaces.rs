@@ -20,7 +20,8 @@ const RAYS: usize = 1024;
 const OFF_SURFACE: f32 = 1e-4;
 /// Number of cells along each axis of the grid in which a scene is compared with its images.
 const CELLS: i32 = 20;
-/// Points are on the lowest plane along an axis if they lie within this share of the extent.
+/// Points are on the lowest plane along an axis if their distance from it is within this fraction
+/// of the extent.
 const CONTACT: f32 = 0.015;
 /// Minimum cosine between up and the normal of a surface that faces up.
 const MIN_UP_COSINE: f32 = 0.2;
@@ -98,7 +99,7 @@ impl Direction {
         Self::new(self.axis, !self.is_negative)
     }
 
-    /// Number of the direction in [`Direction::ALL`].
+    /// Index of the direction in [`Direction::ALL`].
     pub fn index(self) -> usize {
         2 * self.axis + usize::from(self.is_negative)
     }
@@ -114,16 +115,18 @@ pub(super) struct Surfaces {
     pub round: [f32; 3],
     /// Ratio of the scene's length along each axis to its smaller width across the axis.
     pub slimness: [f32; 3],
-    /// Distance of the box's centre from the origin along each axis, in extents, at most 1/2.
+    /// Distance of the box's centre from the origin along each axis, as a fraction of the extent,
+    /// at most 1/2.
     pub off_center: [f32; 3],
-    /// Distance of the surfaces' centre from the box's centre along each axis, in extents.
+    /// Distance of the surfaces' centre from the box's centre along each axis, as a fraction of the
+    /// extent.
     pub off_balance: [f32; 3],
     /// Mean direction in which the texture coordinate v increases.
     pub v: Vec3,
-    /// Vector from materials with names of low things to materials with names of high things, in
-    /// extents.
+    /// Vector from materials with names of low things to materials with names of high things, as
+    /// fractions of the extents.
     pub named: Vec3,
-    /// Share of the surfaces whose materials have names of low things.
+    /// Fraction of the surfaces whose materials have names of low things.
     pub low: f32,
     /// Extents of the scene.
     pub extent: Vec3,
@@ -136,14 +139,14 @@ pub(super) struct UprightMeasures {
     /// Fraction of the parts that stand if this direction is up, among the parts that stand in any
     /// direction.
     pub standing: f32,
-    /// Area of the box around the lowest points, as a share of the scene's outline.
+    /// Area of the box around the lowest points, as a fraction of the scene's outline.
     pub contact: f32,
-    /// Share of the surfaces that face up.
+    /// Fraction of the surfaces that face up.
     pub faces_up: f32,
-    /// Share of the surfaces with nothing above.
+    /// Fraction of the surfaces with nothing above.
     pub open: f32,
-    /// Depth of the first surfaces below the top of a body of revolution around the axis, in
-    /// extents.
+    /// Depth of the first surfaces below the top of a body of revolution around the axis, as a
+    /// fraction of the extent.
     pub depth: f32,
     /// True if the lowest point has the height 0.
     pub is_on_zero: bool,
@@ -241,7 +244,7 @@ fn v_direction(triangle: &Triangle) -> Vec3 {
     }
 }
 
-/// Share of the points for which `is` returns true.
+/// Fraction of the points for which `is` returns true.
 fn share(points: &[Point], is: impl Fn(&Point) -> bool) -> f32 {
     points.iter().filter(|point| is(point)).count() as f32 / (points.len() as f32).max(1.0)
 }
@@ -254,7 +257,7 @@ fn lowest(bounds: Bounds3, up: Direction) -> f32 {
     }
 }
 
-/// Area of the box around the lowest points, as a share of the scene's outline.
+/// Area of the box around the lowest points, as a fraction of the scene's outline.
 fn contact(points: &[Point], bounds: Bounds3, up: Direction) -> f32 {
     let extent = (bounds.max - bounds.min).max(Vec3::splat(f32::MIN_POSITIVE));
     let is_low = |p: &Vec3| (p[up.axis] - lowest(bounds, up)).abs() < CONTACT * extent[up.axis];
@@ -295,8 +298,8 @@ impl Cells {
         }
     }
 
-    /// Similarity of the points and their image, 0 to 1: the share of points with a counterpart in
-    /// the image. `image` returns the cell of the image for a cell.
+    /// Similarity of the points and their image, 0 to 1: the fraction of points with a counterpart
+    /// in the image. `image` returns the cell of the image for a cell.
     fn similarity(&self, image: impl Fn([i32; 3]) -> [i32; 3]) -> f32 {
         let shared = |(cell, count): (&[i32; 3], &u32)| {
             let other = self.counts.get(&image(*cell)).copied().unwrap_or(0);

@@ -17,7 +17,7 @@ pub struct Survey {
     pub horizon: Horizon,
     /// True if the scene is an interior, modelled to be seen from inside.
     pub is_interior: bool,
-    /// Share of the rays from points inside of rooms that leave the scene, through windows or
+    /// Fraction of the rays from points inside of rooms that leave the scene, through windows or
     /// missing walls and ceilings.
     pub openness: f32,
     /// Bounds of the part that guesses use, if triangles far away are left out.

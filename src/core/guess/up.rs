@@ -300,12 +300,12 @@ fn is_clear(rays: &[FreeRays; 6], up: Direction) -> f32 {
 struct FreeRays {
     /// Mean length, to the scene's box if nothing is hit.
     mean: f32,
-    /// Share of the rays that hit only the outermost surfaces.
+    /// Fraction of the rays that hit only the outermost surfaces.
     clear: f32,
 }
 
 impl FreeRays {
-    /// Share of the extent that contains the outermost surfaces.
+    /// Fraction of the extent that contains the outermost surfaces.
     const OUTERMOST: f32 = 0.05;
 
     fn along(tracer: &SceneTracer, rooms: &[Vec3], direction: Vec3) -> Self {

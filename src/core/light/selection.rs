@@ -105,7 +105,7 @@ impl LightSelection {
         }
     }
 
-    /// If all lights are sampled, samples them by `lamps` instead of one by one.
+    /// If all lights are sampled, samples all lamps of `lamps` instead of each light separately.
     pub(crate) fn with_lamps(mut self, lamps: impl FnOnce() -> Lamps) -> Self {
         self.all = self.all.map(|_| lamps());
         self

@@ -13,6 +13,7 @@ const COLUMNS: usize = 24;
 
 /// Partition of the directions of an infinitely distant light into bins: rows of latitude, cut into
 /// columns.
+///
 /// A bin of an environment is a rectangle of texels. So the light's own distribution gives the
 /// exact probability of a bin, and directions in a bin can be sampled exactly.
 #[derive(Clone, Debug)]

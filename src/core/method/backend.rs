@@ -95,7 +95,7 @@ pub enum AnyAccel<'a> {
     Obvhs(Arc<bvh::BvhAccel>),
     /// No structure: every triangle is tested.
     Brute(brute::BruteForce<'a>),
-    /// Structure of one backend. A share of its rays is checked against another backend.
+    /// Structure of one backend. A fraction of its rays is checked against another backend.
     Audited(&'a Auditor<'a>),
 }
 

@@ -28,9 +28,9 @@ pub enum Error {
 pub struct InvalidSetting {
     /// Name of the setting, such as `spp` or `crop`.
     pub setting: String,
-    /// Value, and what is wrong with it if this is not obvious.
+    /// Value, with a description of the error if it is not obvious.
     pub value: String,
-    /// Hint on how to correct it.
+    /// Hint on how to correct the setting.
     pub help: String,
 }
 

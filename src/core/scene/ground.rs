@@ -297,9 +297,8 @@ impl Ground {
         self.plane.radius
     }
 
-    /// Returns true if the direct light that a ray does not find because of its hit is known. This
-    /// is false if there are lamps of finite size: the light of a lamp behind the hit surface is
-    /// unknown.
+    /// Returns true if the direct light that the hit surface of a ray blocks is known. False if
+    /// there are lamps of finite size: the light of a lamp behind the hit surface is unknown.
     pub fn has_missing_light(&self) -> bool {
         self.has_missing_light
     }

@@ -31,7 +31,7 @@ impl Scene {
 
     /// Light that the point `q` of the surface at `hit` sends to `context` along −`wi`; `None` if
     /// the surface is not a light. The unit direction `wi` points from the context to `q`. All
-    /// points are at `time`. The density includes the probability that `selection` chooses the
+    /// positions are at `time`. The density includes the probability that `selection` chooses the
     /// light.
     pub fn emitted(
         &self,

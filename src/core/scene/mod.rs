@@ -454,7 +454,7 @@ impl Scene {
         self.materials[material].dispersed(&self.bsdfs[material], nanometers)
     }
 
-    /// BSDF at a hit. It is returned by value if a texture changes it.
+    /// BSDF at a hit, by value if a texture changes the BSDF.
     pub fn bsdf_at(&self, hit: &Hit, time: f32, footprint: f32) -> Cow<'_, Bsdf> {
         let material = self.material(hit);
         match material.maps.varies_bsdf() {

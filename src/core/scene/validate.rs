@@ -134,7 +134,7 @@ pub enum BuildError {
     TooManyLightsOfGround {
         /// Number of finite lights.
         count: usize,
-        /// Maximum number.
+        /// Maximum number of finite lights.
         max: usize,
     },
     /// A light group has an invalid name.
@@ -145,7 +145,7 @@ pub enum BuildError {
         /// Rule that the name breaks.
         rule: &'static str,
     },
-    /// Too many light groups.
+    /// There are too many light groups.
     #[error("more than {} light groups", LightGroups::MAX_GROUPS - 1)]
     TooManyLightGroups,
     /// There are more meshes, triangles or lights than 32-bit ids can count.

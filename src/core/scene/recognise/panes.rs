@@ -368,7 +368,8 @@ impl Face {
         self.area / (2.0 * self.radius).max(f64::MIN_POSITIVE)
     }
 
-    /// Returns true if the vertex normals are near the normal of the face, or if there are none.
+    /// Returns true if the vertex normals are near the normal of the face, or if the mesh has no
+    /// vertex normals.
     fn has_its_normals(&self, mesh: &Mesh) -> bool {
         let mut vertices = self.triangles.iter().flat_map(|&t| mesh.triangles[t as usize]);
         mesh.normals.is_empty()

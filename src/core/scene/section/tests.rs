@@ -248,7 +248,7 @@ fn several_sections_leave_closed_surfaces() {
     assert!(sum.length() < 1e-5, "{sum}");
 }
 
-/// Faces in the plane are removed, and the cap replaces them.
+/// Faces that lie in the plane are removed, and the cap replaces these faces.
 #[test]
 fn faces_in_the_plane_are_replaced_by_the_cap() {
     let solid = || cuboid(Vec3::splat(-1.0), Vec3::splat(1.0), false);

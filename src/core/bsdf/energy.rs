@@ -265,7 +265,8 @@ impl<const N: usize> EnergyTable<N> {
     /// Samples a direction on the upper hemisphere nearly in proportion to the energy, with density
     /// [`EnergyTable::pdf`].
     pub fn sample(&self, u: Vec2) -> Vec3 {
-        // Find the cell that contains `u.x`, and the squared cosine of `u.x` in the cell
+        // Find the cell that contains `u.x`, and the squared cosine at the position of `u.x` in the
+        // cell
         let mut rest = u.x * self.mean();
         let mut cos2 = 1.0;
         for cell in 0..NODES - 1 {

@@ -4,7 +4,7 @@
 use super::Fixed;
 use crate::color::Spectrum;
 
-/// Sums of parts of the light of one pixel in one task, such as one sum per light group. The sums
+/// Sums of one pixel in one task, one sum per part of the light, such as a light group. The sums
 /// cover at most one block of samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartBlock(Vec<[f64; 3]>);

@@ -381,7 +381,7 @@ impl SurfacePoint {
     }
 
     /// The point with the shading normal `bumped` of a bump or normal map, a vector in the frame of
-    /// two unit tangents and the present shading normal.
+    /// two unit tangents and the current shading normal.
     pub fn with_bumps(self, [du, dv]: [Vec3; 2], bumped: Vec3) -> Self {
         // Project the tangents onto the plane perpendicular to the shading normal
         let onto = |t: Vec3| (t - self.ns * t.dot(self.ns)).try_normalize().unwrap_or(Vec3::ZERO);

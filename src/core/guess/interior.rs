@@ -68,7 +68,7 @@ pub(super) enum PlaceKind {
     Rooms,
     /// Rooms with a ceiling.
     RoofedRooms,
-    /// Places in a hull with an opening, whose walls show their backs inside.
+    /// Places in a hull with an opening: on the inside, its walls show their backs.
     Hulls,
 }
 

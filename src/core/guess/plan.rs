@@ -68,7 +68,7 @@ impl Cut {
 
 /// The part of the scene that a plan shows, and its pixels.
 struct Sheet {
-    /// Left and top end, scene units.
+    /// Position of the left and the top edge, scene units.
     corner: Vec2,
     /// Length of a pixel's edge, scene units.
     pixel: f32,

@@ -122,7 +122,7 @@ fn is_mirrored(surfaces: &Surfaces, up: Direction) -> f32 {
     over_others(surfaces.mirror, up)
 }
 
-/// Bottles, lamps and pawns stand on their axis of revolution. Wheels and coins also lie.
+/// Bottles, lamps and pawns stand on their axis of revolution. Wheels and coins may also lie flat.
 fn is_lathe(surfaces: &Surfaces, up: Direction) -> f32 {
     const FLAT: f32 = 0.5;
     revolves(surfaces, up) * (surfaces.slimness[up.axis] / FLAT).min(1.0)

@@ -102,14 +102,15 @@ impl RectangleLight {
         self.corner + u.x * self.lengths[0] * self.axes[0] + u.y * self.lengths[1] * self.axes[1]
     }
 
-    /// Samples a point on the rectangle, seen from `p`.
+    /// Samples incident light at `p` from a point of the rectangle.
     #[inline(never)]
     pub(super) fn sample(&self, p: Vec3, u: Vec2) -> Option<LightSample> {
         let [sample] = self.draw(p, [u]);
         sample
     }
 
-    /// Samples four points on the rectangle, each as [`RectangleLight::sample`] does.
+    /// Samples incident light at `p` from four points, like four calls of
+    /// [`RectangleLight::sample`].
     #[inline(never)]
     pub(super) fn sample_four(&self, p: Vec3, u: [Vec2; 4]) -> [Option<LightSample>; 4] {
         self.draw(p, u)

@@ -127,8 +127,8 @@ impl TexturedTriangle {
         })
     }
 
-    /// Samples a point on the triangle, seen from `p` at `time`; `None` if no light arrives or if
-    /// the point is black.
+    /// Samples incident light at `p` and `time` from a point of the triangle. `None` if no light
+    /// arrives or if the point is black.
     #[cold]
     pub(super) fn sample(&self, p: Vec3, time: f32, u: Vec2, textures: &[Texture]) -> Option<LightSample> {
         let triangle = self.at(time);

@@ -234,7 +234,7 @@ impl Method {
         )))
     }
 
-    /// Returns an error if rays of the camera have origins of their own, and the method connects
+    /// Returns an error if each ray of the camera has a different origin, and the method connects
     /// paths to the lens.
     pub fn check_eyes(&self, camera: &Camera) -> Result<(), Error> {
         if !camera.has_moving_eye() || !reaches_lens(self.kind()) {

@@ -223,7 +223,7 @@ fn open_surfaces_are_reported_and_have_no_cap() {
     assert!((measures(&scene).1 - 4.0).abs() < 1e-6);
 }
 
-/// Two planes cut a box one after the other. The remaining quarter is closed.
+/// Three planes cut a sphere one after the other. The remaining surface is closed.
 #[test]
 fn several_sections_leave_closed_surfaces() {
     let mut builder = SceneBuilder::new();

@@ -58,7 +58,7 @@ impl Ggx {
         (x * x + y * y + w.z * w.z).sqrt()
     }
 
-    /// Fraction of the facets towards `w` that is not masked, `G₁ = 1 / (1 + Λ)`.
+    /// Fraction of the facets facing `w` that are not masked, `G₁ = 1 / (1 + Λ)`.
     #[inline(always)]
     pub fn visible(&self, w: Vec3) -> f32 {
         let z = w.z.abs();

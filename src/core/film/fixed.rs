@@ -19,7 +19,7 @@ macro_rules! fixed_point {
         impl $name {
             /// Number of 32-bit words of a value.
             pub const WORDS: usize = $words;
-            /// Number of units in 1.
+            /// The number 1, in units of the last bit.
             const ONE: f64 = (1u128 << $fraction) as f64;
 
             /// Value rounded towards zero; 0 for NaN.

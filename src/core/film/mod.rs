@@ -436,7 +436,8 @@ impl Film {
         crop.area().saturating_mul((channels * size_of::<f32>()) as u64)
     }
 
-    /// Three channels for each part of the light, with the names of its layers.
+    /// Red, green and blue channels of each part of the light. `names` are the names of their
+    /// layers.
     pub fn develop_parts(&self, names: &[String]) -> Vec<Channel> {
         image::develop_parts(self, names)
     }

@@ -94,7 +94,7 @@ fn words_of(float: f64) -> [u32; 2] {
     [bits as u32, (bits >> 32) as u32]
 }
 
-/// Float with the words of [`words_of`].
+/// Float whose words are the result of [`words_of`].
 fn float_of([low, high]: [u32; 2]) -> f64 {
     f64::from_bits(u64::from(low) | u64::from(high) << 32)
 }

@@ -26,7 +26,8 @@ struct End {
 }
 
 impl PartList {
-    /// Adds a part, and returns its number. [`UNNAMED`] if the text would be longer than 4 GiB.
+    /// Adds a part, and returns its number. Returns [`UNNAMED`] if the text would be longer than 4
+    /// GiB.
     pub fn push(&mut self, object: &str, groups: &str) -> u32 {
         let end = |length: usize| u32::try_from(length).ok();
         let object_end = self.text.len() + object.len();

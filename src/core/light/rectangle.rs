@@ -1,7 +1,7 @@
 //! Rectangles that emit on one side.
 //!
 //! Directions are uniform over the solid angle (`sampling/spherical_rectangle.rs`) if the rectangle
-//! is near. From far away, and from near its plane, it is sampled by area.
+//! is near. A rectangle that is far away, or is seen from near its plane, is sampled by area.
 
 use super::tree::{LightBounds, ReceiverRegion};
 use super::{Emission, LightSample, area_pdf};

@@ -37,8 +37,9 @@ pub(super) struct TriangleSamples {
 
 impl TriangleSamples {
     const STRIDE: usize = 8;
-    /// Minimum number of equal stored hashes at which triangles are counted. If [`MANY_COINCIDENT`]
-    /// equal meshes are added in succession, some hash occurs this number of times.
+    /// Minimum number of equal stored hashes. Triangles with fewer equal hashes are not counted. If
+    /// [`MANY_COINCIDENT`] equal meshes are added in succession, at least one hash occurs this
+    /// number of times.
     const MIN: usize = MANY_COINCIDENT as usize / Self::STRIDE;
 
     fn add(&mut self, hash: u64) {

@@ -36,7 +36,8 @@ const MIN_PROBABILITY: f64 = 1.0 / (1u32 << 20) as f64;
 /// does not remove the light from sums.
 const MIN_POWER: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// Choice of a light by the unoccluded irradiance at the lit point.
+/// Choice of a light by the unoccluded irradiance at the lit point, which is estimated for clusters
+/// of lights from a cut of a [`LightTree`] (Walter et al. 2005).
 #[derive(Clone, Debug)]
 pub(super) struct LightGrid {
     tree: LightTree,

@@ -23,13 +23,14 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Maximum number of triangles times rays to also use the brute-force backend.
+/// Maximum number of ray-triangle pairs (triangles × rays) for a check by brute force.
 const MAX_BRUTE: u64 = 2_000_000_000;
 
 /// Accepted leaks per ray: in Embree and other backends, a ray passes through an edge now and then.
 const LEAK_BUDGET: f64 = 1e-6;
 
-/// Number of rays in the packet that is used to trace a recorded ray of a packet again.
+/// Number of copies of a ray in a packet. `--replay` traces these copies if the first backend
+/// traced the recorded ray in a packet.
 const PACKET: usize = 16;
 
 /// Maximum number of disagreements in the text; the report has more.
@@ -106,7 +107,7 @@ struct ReplayRay {
     bits: [String; 9],
 }
 
-/// Runs the audit of the arguments.
+/// Runs `embrasure audit`.
 pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
     let job = Job::new(&render_args(args))?;
     let other = other_backend(job.settings.backend, args.against)?;
@@ -172,7 +173,7 @@ fn render_args(args: &AuditArgs) -> RenderArgs {
     }
 }
 
-/// Backend to check `backend` against: the named backend, else another built-in one.
+/// Backend to compare `backend` with: `against` if given, else another built-in backend.
 pub(super) fn other_backend(backend: Backend, against: Option<Backend>) -> Result<Backend, CliError> {
     let other = against.or_else(|| Backend::ALL.iter().copied().find(|b| *b != backend));
     other.filter(|other| *other != backend).ok_or_else(|| {
@@ -183,7 +184,7 @@ pub(super) fn other_backend(backend: Backend, against: Option<Backend>) -> Resul
     })
 }
 
-/// Two backends for one scene.
+/// An audit: a scene with two backends.
 struct Audit<'a> {
     session: &'a Session,
     accels: [&'a dyn Accel; 2],
@@ -400,7 +401,7 @@ impl Entry {
     }
 }
 
-/// Text for the result of a ray in a report: a hit, or if the ray is occluded.
+/// Text for the result of a ray in a report: occluded, free, the hit, or nothing.
 fn words(answer: &serde_json::Value) -> String {
     use serde_json::Value;
     match answer {

@@ -50,8 +50,8 @@ struct Report {
 }
 
 impl Report {
-    /// Reads the scene file, and adds its errors to the report. Returns the readable part, `None`
-    /// if there is none. Invalid flags are an error.
+    /// Reads the scene file, and adds its errors to the report. Returns the readable part; `None`
+    /// if no part is readable. Invalid flags are an error.
     fn open(&mut self, args: &SceneArgs) -> Result<Option<SceneFile>, CliError> {
         let file = match kind_of(&args.scene) {
             Err(error) => {
@@ -89,7 +89,7 @@ impl Report {
             (inspection, linted)
         });
         let Inspection { scene, findings, .. } = inspection;
-        // Warnings about single faces make the warning with their number redundant.
+        // Warnings about single faces replace the warning with the number of these faces.
         let names = |codes: &[&str]| linted.iter().any(|f| codes.contains(&f.code));
         let names_degenerate = names(&["degenerate-face", "repeated-vertex"]);
         let names_repeated = names(&["duplicate-face", "two-sided"]);

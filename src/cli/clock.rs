@@ -90,9 +90,9 @@ impl Timer {
 mod tests {
     use super::*;
 
-    /// If writing takes longer than the intervals, the render still gets half of the time.
+    /// Even if writing takes longer than the intervals, the render gets half of the time.
     #[test]
-    fn a_render_gets_on_however_long_it_takes_to_write() {
+    fn slow_writing_leaves_half_of_the_time_to_render() {
         let mut clock = Clock::new(Some(1e-6), Some(1e-6), None, Some(Instant::now()));
         let soon = |due: Option<Instant>| due.is_some_and(|due| due < Instant::now() + Duration::from_secs(1));
         assert!(soon(clock.pause()) && soon(clock.end()));

@@ -83,7 +83,7 @@ fn documented(page: &str) -> String {
         ("| `section.".into(), rows("section.", CutSection::KEYS)),
         ("| `light_group.".into(), rows("light_group.", LightGroupSection::KEYS)),
     ];
-    // The file of a texture has no row.
+    // Skip the first key, the file of the texture: it has no row in the table.
     for key in &TextureSection::KEYS[1..] {
         tables.push((format!("| `{}` | ", key.key), rows("", std::slice::from_ref(key))));
     }

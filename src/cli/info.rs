@@ -125,8 +125,8 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The shortest decimals that restore these `f32`. Converted to `f64` they would print seventeen
-/// digits.
+/// The `f32` values as `f64` with the shortest decimals that restore each `f32`. A plain conversion
+/// to `f64` would print seventeen digits.
 pub(super) fn decimal(values: [f32; 3]) -> [f64; 3] {
     values.map(|v| v.to_string().parse().unwrap_or(v as f64))
 }

@@ -282,7 +282,7 @@ pub(super) enum SceneKind {
     Obj,
 }
 
-/// Kind of the file, by its name.
+/// Kind of the scene at `path`, by the extension of the file name.
 pub(super) fn kind_of(path: &Path) -> Result<SceneKind, FileError> {
     let refused = |message| FileError::new(path, message).help("give a .toml scene file or an .obj file");
     if path.as_os_str() == "-" {

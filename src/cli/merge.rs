@@ -10,7 +10,7 @@ use std::process::ExitCode;
 
 /// Joins parts of a picture, and writes the same picture as a single render.
 pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
-    // Headers first, so that incompatible parts are rejected early.
+    // Read the headers first, so that incompatible parts are rejected early.
     let parts = Parts::describe(&args.parts)?;
     let finish = args.finish(parts.finish());
     let settings = Settings {

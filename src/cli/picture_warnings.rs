@@ -62,7 +62,7 @@ pub(super) fn idle_aov(args: &RenderArgs, images: &Images) -> Option<Warning> {
     is_idle.then(|| Warning::new("idle-flag", text()))
 }
 
-/// Warning about samples that count as black.
+/// Warning about NaN, infinite or negative samples, which count as black.
 pub(super) fn dropped_warning(statistics: &Statistics) -> String {
     let first = statistics.first_dropped.first().map_or_else(String::new, |d| {
         format!(
@@ -76,7 +76,7 @@ pub(super) fn dropped_warning(statistics: &Statistics) -> String {
     }
 }
 
-/// Minimum fraction of doubtful records of a doubtful picture.
+/// Minimum fraction of doubtful irradiance records at which the warning is given.
 const MANY_DOUBTFUL: f64 = 0.02;
 
 /// Warning that an irradiance cache does not suit the scene: the fraction `doubtful` of its records
@@ -111,7 +111,8 @@ pub(super) fn spikes_warning(spikes: Spikes) -> String {
     )
 }
 
-/// Warning about walks along rays that were cut.
+/// Warning about `walks`, the number of rays that were cut off after 10,000 surfaces with opacity
+/// below 1.
 pub(super) fn cut_warning(walks: u64) -> String {
     format!(
         "{} passed 10,000 surfaces with an opacity below 1; everything behind them counts as opaque",

@@ -99,7 +99,7 @@ struct RayLog<'a> {
     kinds: Vec<(RayKind, bool)>,
     weight: f32,
     radiance: Spectrum,
-    /// View of the background or the ground by the camera ray.
+    /// Background or ground that the camera ray hits.
     view: Option<CameraView>,
     lines: Vec<String>,
 }

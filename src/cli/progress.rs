@@ -63,8 +63,9 @@ pub(super) fn catch_interrupts() {
     let _ = thread::Builder::new().name("signals".into()).spawn(wait);
 }
 
-/// While it exists, the first interrupt requests the command to end and to write its results.
-/// Another interrupt a second later ends the process at once.
+/// Guard of a command with results to write. While the guard exists, the first interrupt requests
+/// the command to end and to write its results. Another interrupt at least a second later ends the
+/// process at once.
 pub(super) struct InterruptGuard(());
 
 impl InterruptGuard {
@@ -226,7 +227,7 @@ pub(super) struct Loading {
 }
 
 impl Loading {
-    /// A bar that is still empty.
+    /// A loading bar before the first stage.
     pub fn new(quiet: bool) -> Self {
         let bar = if quiet {
             ProgressBar::hidden()
@@ -257,7 +258,7 @@ impl LoadObserver for Loading {
     }
 }
 
-/// Completed fraction in whole percent, rounded down.
+/// Fraction `done` / `of` in whole percent, rounded down.
 fn floored_percent(done: u64, of: Option<u64>) -> u64 {
     let of = of.unwrap_or(0).max(1);
     (done.min(of) as u128 * 100 / of as u128) as u64

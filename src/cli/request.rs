@@ -1,5 +1,6 @@
-//! Renders of other programs, with settings by the names of the flags of `embrasure render`, and
-//! with equal defaults, guesses and errors. The Python module uses it (`python/`).
+//! Render requests of other programs, such as the Python module (`python/`). Settings have the
+//! names of the flags of `embrasure render`. Defaults, guesses and errors are equal to the command
+//! line's.
 
 use super::args::{Args, Command, RenderArgs};
 use super::error::CliError;
@@ -9,8 +10,7 @@ use crate::io::{ExrFormat, FileError, Warning};
 use crate::session::{Error, Settings};
 use std::path::Path;
 
-/// Flags that are valid only on the command line. Programs that use the library have other
-/// functions in their place.
+/// Flags that are valid only on the command line. The library has functions for the same purposes.
 const OF_COMMAND: [&str; 18] = [
     "audit-rays",
     "checkpoint",
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_flag_of_a_render_is_refused() {
+    fn flag_that_is_not_of_render_is_an_error() {
         for (flag, word) in [
             ("--output=a.exr", "command line alone"),
             ("b.obj", "command line alone"),

@@ -190,7 +190,7 @@ impl Run<'_> {
             .map(|checkpointer| checkpointer.restore(self.renderer))
             .transpose()?;
         let mut state = restored.flatten().unwrap_or_else(|| self.renderer.start());
-        // Until all files are written
+        // Handle interrupts until all files are written
         let _interrupts = InterruptGuard::begin();
         warn_of(preview.open(&state.film).as_slice());
         let stop = self.take_samples(&mut state, checkpointer.as_ref(), &mut preview);

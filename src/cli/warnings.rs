@@ -47,8 +47,8 @@ impl ShownWarnings {
         }
     }
 
-    /// Printed warnings in the order of the first warning of each kind. Each has its first warning
-    /// and its text.
+    /// Warnings to print, each with its text: all warnings, or the first warning of each kind in
+    /// the order of `warnings`.
     fn texts<'a>(self, warnings: &'a [Warning], path: &Path) -> Vec<(&'a Warning, String)> {
         match self {
             Self::All => warnings.iter().map(|warning| (warning, with_code(warning))).collect(),

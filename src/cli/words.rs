@@ -80,18 +80,20 @@ pub(super) fn panes(number: u64) -> Option<String> {
     (number > 0).then(|| format!("{}, light passes straight", count(number, "pane")))
 }
 
-/// Prints words that may contain names to the standard output.
+/// Prints `words` to the standard output. Control characters are escaped, because names may have
+/// them.
 pub(super) fn print(words: Arguments) {
     print_bytes(escaped(&words.to_string()).as_bytes());
 }
 
-/// Prints to the standard output. [`finish`] reports an error later, so that the command continues.
+/// Prints bytes to the standard output. [`finish`] reports an error later, so that the command
+/// continues.
 pub(super) fn print_bytes(bytes: &[u8]) {
     remember(io::stdout().lock().write_all(bytes));
 }
 
-/// Prints words that may contain names to the standard error. Errors are ignored, because they
-/// cannot be printed.
+/// Prints `words` to the standard error. Control characters are escaped, because names may have
+/// them. Errors are ignored, because they cannot be printed.
 pub(super) fn print_error(words: Arguments) {
     let _ = io::stderr().lock().write_all(escaped(&words.to_string()).as_bytes());
 }

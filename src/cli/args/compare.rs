@@ -60,7 +60,8 @@ pub(in crate::cli) struct CompareArgs {
 }
 
 impl CompareArgs {
-    /// Arguments of a comparison without limits and picture.
+    /// Arguments for the comparison of `image` with `reference`, without limits and without a
+    /// difference picture. `significance` is the probability of a false alarm.
     pub fn of(reference: &Path, image: &Path, significance: f64) -> Self {
         Self {
             reference: reference.into(),

@@ -18,11 +18,11 @@ pub(in crate::cli) struct ExrArgs {
 }
 
 impl ExrArgs {
-    /// EXR format of these flags.
+    /// EXR format that these flags select.
     ///
     /// # Errors
     ///
-    /// A layer that cannot be stored as half floats.
+    /// A flag names a layer that cannot be stored as half floats.
     pub fn format(&self) -> Result<ExrFormat, CliError> {
         let mut format = ExrFormat::default();
         format.compression = self.compression.unwrap_or(format.compression);

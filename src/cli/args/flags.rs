@@ -130,7 +130,7 @@ impl<T: Named + Send + Sync> TypedValueParser for NameParser<T> {
     }
 }
 
-/// Parses a value of a parameter's type.
+/// Parses `text` as a value of the type `T` of a parameter.
 pub(in crate::cli) fn value_parser<T: Value>(text: &str) -> Result<T, String> {
     T::of_text(text).ok_or_else(|| format!("use {}", T::KIND))
 }

@@ -8,8 +8,8 @@ use super::unknown;
 use clap::Command;
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
 
-/// `error` of `program` in our terms. `words` are all arguments, with the name of the program
-/// first. Help and version are returned unchanged.
+/// Rewords an `error` of clap in the terms of `program`. `words` are all arguments, with the name
+/// of the program first. Help and version are returned unchanged.
 pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Error {
     let command = words.iter().skip(1).find_map(|word| program.find_subcommand(word));
     let name = command.map_or("embrasure".into(), |command| command.get_name().to_string());

@@ -7,7 +7,7 @@ use crate::options::nearest;
 use clap::Command;
 
 /// Flags of other renderers, and equivalent flags here with a typical value. The error suggests the
-/// first of these that the command has.
+/// first equivalent flag that the command has.
 const ELSEWHERE: &[(&[&str], &[&str])] = &[
     (
         &["--width", "--height", "--resolution", "--res", "-w", "-r"],
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn unknown_flags_are_answered_with_what_is_meant() {
+    fn unknown_flag_suggests_the_known_flag() {
         for (line, expected) in [
             (
                 "embrasure render a.obj --width 640",

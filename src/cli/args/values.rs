@@ -49,7 +49,7 @@ pub(in crate::cli) fn parse_folder(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// Parses a range such as `0..64`, without its end.
+/// Parses a range of integers such as `0..64`, whose end is excluded.
 pub(in crate::cli) fn parse_range(text: &str) -> Result<[u32; 2], String> {
     let ends = text
         .split_once("..")

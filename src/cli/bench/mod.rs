@@ -25,7 +25,7 @@ use std::time::Instant;
 use tables::tables;
 
 /// Maximum number of recorded samples over all pixels: enough to fill every cache, and few enough
-/// for memory.
+/// to fit in memory.
 const MAX_SAMPLES: u64 = 1 << 19;
 /// Indices of the recorded samples: a single pass.
 const SAMPLES: Range<u32> = 16..32;
@@ -79,7 +79,7 @@ struct Run {
     pub render_over_replay: f64,
 }
 
-/// Million rays per second; `null` if the scene has no such rays.
+/// Million rays per second by kind of ray; `null` if the scene has no rays of the kind.
 #[derive(Debug, Serialize)]
 struct Rates {
     pub camera: Option<f64>,

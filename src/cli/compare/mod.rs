@@ -97,7 +97,7 @@ fn max_levels(reference: &RgbImage, image: &RgbImage) -> f64 {
     (255e3 * pairs.map(difference).fold(0.0, f64::max)).round() / 1e3
 }
 
-/// Result for the whole pair.
+/// Result of a comparison of two images.
 #[derive(Clone, Copy, PartialEq)]
 enum Outcome {
     Identical,

@@ -14,7 +14,8 @@ pub(super) struct Pair {
     pub not_finite: [usize; 2],
     /// True if the pixels are bit-identical.
     pub is_identical: bool,
-    /// True if values are in the range of a display.
+    /// True if a file has integer samples. The values of both images are then clamped to the range
+    /// of a display, 0 to 1.
     pub is_display: bool,
 }
 

@@ -73,7 +73,7 @@ impl Comparison<'_> {
         }
     }
 
-    /// A message for each picture whose mean is biased.
+    /// Messages about images whose mean is biased.
     fn biased(&self) -> impl Iterator<Item = String> {
         let pictures = [
             (&self.args.reference, &self.pair.reference),

@@ -233,7 +233,7 @@ pub(super) fn find(layers: &Layers, name: Option<&str>) -> Result<Layer, (String
     if let (Some(layer), None) = (ending.next(), ending.next()) {
         return Ok(layer.clone());
     }
-    // Names in other renderers of the layers of this program
+    // Layers of this program under their names in other renderers
     let own = match name.to_lowercase().as_str() {
         "depth" => Some("Z"),
         "normal" | "normals" => Some("N"),

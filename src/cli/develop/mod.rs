@@ -35,7 +35,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     }
     let mut outputs = Outputs::default();
     let exr = args.exr.format()?;
-    // The tone is known after the file is read.
+    // Use the default tone here: the tone of the picture is known only after the file is read.
     let files = outputs.prepare_images(&args.output, Tone::default(), &exr)?;
     outputs.refuse_inputs([&*args.input])?;
     let layers = layers(args)?;
@@ -81,7 +81,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
         steps.push(format!("scale={width}x{height}"));
     }
 
-    // A scaled part is a picture of its own, to whose window the matrices do not lead.
+    // The matrices of the camera do not apply to a scaled crop, which becomes a whole picture.
     let is_whole = image.crop == Rect::full(image.resolution);
     let camera = layers.camera.filter(|_| size.is_none() || is_whole);
 

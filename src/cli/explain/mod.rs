@@ -42,7 +42,8 @@ const MAX_SUGGESTED: usize = 5;
 const VIEWS: [&str; 3] = ["normal", "60_degrees", "uniform_light"];
 /// Angles of the viewer in plots, in degrees from the normal.
 const INCIDENCES: [f32; 4] = [0.0, 30.0, 60.0, 80.0];
-/// Angles per degree in a plot. Narrow lobes need this resolution at their peaks.
+/// Number of points per degree of a curve in a plot. Narrow lobes need this resolution at their
+/// peaks.
 const FINE: u32 = 8;
 /// Angles of albedos in degrees: multiples of the step, and an angle near the horizon.
 const ALBEDO_STEP: usize = 5;

@@ -18,8 +18,8 @@ use std::path::PathBuf;
 /// Number of pictures in a row of the sheet.
 const COLUMNS: usize = 4;
 
-/// Renders `job` with separate bounces, and writes the sheet to `output`, which is one of the
-/// outputs `named`.
+/// Renders `job` with separate bounces, and writes the sheet to `output`. `named` has all outputs,
+/// including `output`.
 pub(super) fn write_sheet(mut job: Job, output: &Output, named: &Outputs, quiet: bool) -> Result<(), CliError> {
     let bounces = PathPart::parse("bounces").map_err(|error| CliError::Failed(error.to_string()))?;
     job.settings.light_paths = bounces;

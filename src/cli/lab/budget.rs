@@ -75,8 +75,8 @@ impl Budget {
                         is_last: false,
                     }
                 } else {
-                    // A step that ends between cuts must be the last: a following step would take
-                    // its last samples again.
+                    // A step that does not end at a cut between passes must be the last step: a
+                    // following step would take some of its samples again.
                     Step {
                         end: done.saturating_add(affordable),
                         is_last: true,
@@ -133,8 +133,8 @@ mod tests {
         assert!([1, 4, 16, 64, 256].into_iter().all(is_mark) && ![0, 2, 8, 63].into_iter().any(is_mark));
     }
 
-    /// A step that ends between two cuts is the last one. At a constant rate the budget is spent to
-    /// within a sample.
+    /// A step that does not end at a cut between passes is the last step. At a constant rate the
+    /// whole budget is spent, except for the time of one sample.
     #[test]
     fn seconds_are_spent() {
         for (seconds, expected) in [(0.01, 1), (0.5, 5), (1.0, 10), (2.5, 25), (10.0, 100), (100.0, 1000)] {

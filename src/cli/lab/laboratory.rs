@@ -11,7 +11,8 @@ use crate::io::read_exr;
 use crate::session::{Session, Settings};
 use std::path::Path;
 
-/// Ratio of the samples of the reference to the samples of its rung.
+/// Number of samples of the reference, divided by the number of samples that the same estimator
+/// takes in the comparison.
 const REFERENCE_FACTOR: u32 = 64;
 
 /// Reference of the comparison.

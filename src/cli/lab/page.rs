@@ -199,7 +199,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pages_of_many_pictures_have_smaller_ones() {
+    fn page_of_many_pictures_has_smaller_pictures() {
         assert_eq!(factor([512, 512], 32), 1);
         assert_eq!(factor([512, 512], 33), 2);
         assert_eq!(factor([1920, 1080], 32), 3);
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn palettes_have_no_error_in_their_middle() {
+    fn palette_is_neutral_in_the_middle() {
         let middle = COLORS / 2;
         assert_eq!(
             palette(|share| false_color::diverging(2.0 * share - 1.0))[middle],

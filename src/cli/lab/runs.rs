@@ -111,7 +111,8 @@ struct Estimate<'a> {
     prepared: Preparation,
     /// Pixel filter of the contender.
     filter: Filter,
-    /// Light selection of the contender. Its time includes the learning.
+    /// Light selection of the contender. The learning of the selection counts in the contender's
+    /// time.
     light_selection: LightSelection,
     progress: &'a Progress,
     /// Seconds of the preparation before the first sample.

@@ -12,7 +12,7 @@ struct Builder<'a> {
     trace: Trace,
     pixel: UVec2,
     filter: &'a Filter,
-    /// The current path: the last vertex of each depth.
+    /// The current path: index of the last vertex of each depth.
     stack: Vec<usize>,
     /// Vertices of the last paths from the camera and from a light.
     camera: Vec<usize>,
@@ -21,14 +21,15 @@ struct Builder<'a> {
     technique: Technique,
     /// Parts of the next light: technique, radiance, vertex.
     parts: Vec<(Technique, Spectrum, Option<usize>)>,
-    /// True if the path is the rest of a shared path, whose light does not belong to the pixel yet.
+    /// True if the path is the rest of a shared path. Its light does not belong to the pixel yet.
     is_shared: bool,
     /// Vertex and index of each light sample whose shadow ray is still to come.
     waiting: Vec<(usize, usize)>,
 }
 
 impl Trace {
-    /// Builds the trace of the sample `key` from its `events` that light `pixel`.
+    /// Builds the trace of the sample `key` from its recorded `events`. The trace has only the
+    /// light of `pixel`.
     pub fn new(key: SampleKey, weight: f32, events: &[PathEvent], pixel: UVec2, filter: &Filter) -> Self {
         let mut builder = Builder {
             trace: Self {
@@ -56,7 +57,8 @@ impl Builder<'_> {
     fn take(&mut self, event: PathEvent) {
         match event {
             PathEvent::Start { p, light, beta, .. } => {
-                // A bidirectional method starts its path at the given camera ray.
+                // Ignore a second start at the camera: a bidirectional method starts its path at
+                // the camera ray that it was given.
                 let is_same =
                     |v: usize| self.trace.vertices[v].p == p && matches!(self.trace.vertices[v].place, Place::Camera);
                 if light.is_none() && self.stack.len() == 1 && is_same(self.stack[0]) {

@@ -23,7 +23,7 @@ pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace
     let mut sampler = settings.random_numbers();
     let own = SampleKey::new(pixel.x, pixel.y, index);
 
-    // Samples of pixels
+    // Integrators that take samples pixel by pixel
     let recorded = RefCell::new(RecordedEvents::default());
     let listener = |is_requested| -> Box<dyn Sink + '_> {
         Box::new(Listener {

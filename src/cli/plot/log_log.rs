@@ -100,10 +100,10 @@ impl LogLog<'_> {
 
 /// A logarithmic axis between two powers of ten.
 struct Axis {
-    /// Exponents of its ends.
+    /// Powers of ten (exponents) at the ends of the axis.
     from: f64,
     to: f64,
-    /// Positions of the ends in the picture.
+    /// Coordinates of the ends of the axis in the picture.
     start: f64,
     end: f64,
 }

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 pub(super) const SEEDS: u64 = 64;
 /// Minimum number of samples for the fit of slopes: smaller sets have no pattern yet.
 pub(super) const FIRST_FITTED: u32 = 4;
-/// Axis `a` of the integrands on the sphere. It is not a symmetry axis of the point sets.
+/// Axis `a` in the integrands on the sphere. The point sets are not symmetric about this axis.
 const AXIS: Vec3 = Vec3::new(1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0);
 
 /// A mean over the unit square or the sphere with a known value.
@@ -63,7 +63,7 @@ fn integrals() -> [Integral; 4] {
 /// Errors of the mean of one integrand.
 pub(super) struct Convergence {
     pub integral: Integral,
-    /// Curve of each decision: number of samples and root mean square error.
+    /// Curve of each decision of a path: points of number of samples and root mean square error.
     pub curves: Vec<(&'static str, Vec<[f64; 2]>)>,
 }
 
@@ -113,7 +113,7 @@ mod tests {
 
     /// Checks means and variances on a fine grid of the square.
     #[test]
-    fn integrals_are_what_they_are_said_to_be() {
+    fn integrands_have_the_stated_means_and_variances() {
         const SIDE: u32 = 1000;
         let points = || (0..SIDE * SIDE).map(|i| (Vec2::new((i % SIDE) as f32, (i / SIDE) as f32) + 0.5) / SIDE as f32);
         for Integral {

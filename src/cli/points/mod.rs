@@ -21,8 +21,8 @@ use serde_json::{Value, json};
 use std::io::Write;
 use std::process::ExitCode;
 
-/// Number of sets of independent points for the mean discrepancy, for sets of `count` points. Their
-/// computation takes no longer than the other work.
+/// Number of sets of `count` independent points from which the mean discrepancy is computed. The
+/// number falls with `count`, so that the computation takes no longer than the other work.
 fn compared(count: u32) -> u32 {
     ((1 << 28) / count.pow(2).max(1)).clamp(1, 16)
 }

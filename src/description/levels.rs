@@ -88,8 +88,9 @@ impl SceneFile {
         Ok(cages)
     }
 
-    /// The scene file with numbers of subdivision steps that do not depend on the camera: of each
-    /// object in `levels`, by its index, the given number, and 0 of other objects.
+    /// Copy of the scene file in which no number of subdivision steps depends on the camera.
+    /// `levels` has the number of steps of an object by the object's index. Other objects whose
+    /// number depends on the camera get 0 steps.
     pub(crate) fn with_levels(&self, levels: &BTreeMap<usize, u32>) -> Self {
         let mut file = self.clone();
         for (index, object) in file.object.iter_mut().enumerate() {

@@ -27,8 +27,8 @@ const MAX_LIST: usize = 16;
 enum Scalar {
     String(String),
     Number(String),
-    /// Values of a list. The text has the values as numbers with commas between them; it is `None`
-    /// if the list has other values, or more than `MAX_LIST` values.
+    /// Values of a list, and their text: numbers separated by commas. The text is `None` if a value
+    /// is not a number, or if there are more than `MAX_LIST` values.
     List(Vec<Scalar>, Option<String>),
     Other(&'static str),
 }

@@ -101,7 +101,8 @@ impl Overrides {
         Ok(())
     }
 
-    /// Patches of one kind: the glob, and a line of TOML whose bytes [`Overrides::at`] identifies.
+    /// Patches of the kind `target`: the glob, and the patch as a line of TOML. The position of the
+    /// line in bytes identifies the flag ([`Overrides::at`]).
     pub fn patches(&self, target: PatchTarget) -> impl Iterator<Item = (&str, &str)> {
         self.0.iter().filter_map(move |o| match &o.patches {
             Some((patched, glob)) if *patched == target => Some((glob.as_str(), o.toml.as_str())),
@@ -299,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_key_with_a_value_is_refused() {
+    fn override_without_key_or_value_is_an_error() {
         for written in ["a", "", "=1", "a b=1", "a.=1", "a=1\nb=2"] {
             assert_eq!(Overrides::new(&[written.into()], 3).unwrap_err(), written);
         }

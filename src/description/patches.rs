@@ -229,8 +229,8 @@ impl SceneFile {
         Ok(patches)
     }
 
-    /// Returns an error if a part could not be moved back: a factor is zero, or a number is not
-    /// finite.
+    /// Returns an error if the transform of a part has no inverse: a scale factor is 0, or a number
+    /// is not finite.
     fn check_movement(&self, section: &PartSection) -> Result<(), FileError> {
         let of = |key: &str, [translate, rotate]: [Option<Vec3>; 2], scale: Option<Vec3>| {
             let matrix = affine_from_trs(

@@ -141,7 +141,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn wrong_types_are_told_in_words_of_toml() {
+    fn wrong_type_error_has_toml_names() {
         for (message, expected) in [
             (
                 "invalid type: floating point `1.0`, expected an array of length 3",
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn keys_of_the_parser_have_their_nearest() {
+    fn unknown_key_error_has_the_nearest_key() {
         #[derive(Debug, serde::Deserialize)]
         #[serde(deny_unknown_fields)]
         #[allow(dead_code)]

@@ -213,7 +213,7 @@ mod tests {
 
     /// Every key of every section is written and read back unchanged.
     #[test]
-    fn what_is_written_is_read_again() {
+    fn written_scene_file_is_read_unchanged() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("s.toml");
         fs::write(&path, EVERY_KEY).unwrap();
@@ -244,8 +244,8 @@ mod tests {
         }
     }
 
-    /// Keys that exclude keys of the text below, so that they cannot be in it. The tests of the
-    /// sections cover these keys.
+    /// Keys that the text below does not have, because they exclude keys of the text. The tests of
+    /// the sections cover these keys.
     const ALTERNATIVES: [&str; 14] = [
         "view",
         "elevation",

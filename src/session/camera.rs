@@ -177,7 +177,8 @@ impl CameraSettings {
         };
         if let (Some(at), Some(finder)) = (self.focus_at, finder) {
             let view = self.view_size(resolution);
-            // The pixel of a stereo picture is taken in the camera in the middle of the eyes.
+            // `at` is a pixel of one view. For a stereo picture, the rays come from the camera in
+            // the middle of the eyes.
             let last = (resolution / view).saturating_sub(UVec2::ONE).as_vec2();
             let corner = (at / view.as_vec2()).floor().clamp(Vec2::ZERO, last) * view.as_vec2();
             let at = at - corner;
@@ -382,8 +383,8 @@ fn nearest_axis(v: Vec3) -> Option<Vec3> {
     (v.is_finite() && v != Vec3::ZERO).then_some(axis)
 }
 
-/// Finding about the view of the camera; else about its position, if `settings` give the position.
-/// `None` if there is nothing to report.
+/// Finding about the camera: about its view, or else about its position, if `settings` give the
+/// position. `None` if there is nothing to report.
 pub(crate) fn inspect_camera(
     settings: &CameraSettings,
     (scene, accel): (&Scene, &dyn Accel),

@@ -70,8 +70,8 @@ impl Settings {
         }
         match self.camera.ortho_height {
             Some(height) => {
-                // Round to whole pixels: a height computed from the box is a whole number except
-                // for rounding
+                // Round to whole pixels: a height that was computed from the box has rounding
+                // errors
                 let height = (f64::from(height) * pixels).round();
                 let aspect = f64::from(self.resolution.x) / f64::from(self.resolution.y);
                 self.sized([(height * aspect).round(), height], pixels)

@@ -59,7 +59,7 @@ mod tests {
     /// If the encoding changes, this hash changes. All existing checkpoints then belong to another
     /// scene, so such a change must be intended.
     #[test]
-    fn hash_of_the_cornell_box_changes_by_decision_only() {
+    fn hash_of_the_cornell_box_is_fixed() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-box.toml");
         let file = SceneFile::load(&path).unwrap();
         let scene = load_scene(&file, SceneBuilder::new()).unwrap().scene;

@@ -1,11 +1,12 @@
 //! Numbers of subdivision steps that depend on the camera (`subdivision = "pixels:1.5"`).
 //!
 //! The number of steps is the smallest after which the longest edge of the object, as seen from the
-//! camera, is not longer than the given number of pixels. A step halves edges. The longest edge is
-//! a promise for all edges; a percentile would fail for the few near edges of a large ground, which
-//! fill the picture. An edge has its whole length, as if it were seen from the side, at the
-//! distance of its nearest point. Edges outside the picture count, because reflections and shadows
-//! show them, so the number does not depend on the crop.
+//! camera, is not longer than the given number of pixels. A step halves edges. The limit holds for
+//! the longest edge, and so for all edges. A percentile of the edges would ignore the few near
+//! edges of a large ground, which fill the picture. The length of an edge in pixels is computed as
+//! if the edge were parallel to the image plane, at the distance of its nearest point. Edges
+//! outside the picture count, because reflections and shadows show them, so the number does not
+//! depend on the crop.
 
 use super::lighting::settled;
 use super::{Error, LitWords, Session, Settings};
@@ -17,16 +18,16 @@ use crate::io::{Cage, LoadObserver, Warning};
 use crate::math::{Affine3A, Bounds3, Vec3};
 use std::collections::BTreeMap;
 
-/// Minimum distance of edges from the camera, as a share of the diagonal of the object. An edge
-/// that passes the camera would otherwise need any number of steps.
+/// Minimum distance of edges from the camera, as a fraction of the diagonal of the object. Without
+/// it, the number of steps for an edge that passes the camera would be unlimited.
 const NEAR: f32 = 0.01;
-/// Tolerance of the number of steps: rounding of an edge whose length is a power of two times the
-/// maximum.
+/// Tolerance of the number of steps, for rounding errors: the length of an edge may be exactly a
+/// power of two times the maximum.
 const ROUNDING: f32 = 1e-3;
 /// Maximum number of objects in a message.
 const MAX_NAMES: usize = 8;
 
-/// Results of a session of the scene without subdivision, which found the camera and the light.
+/// Camera, light and settings found in a session of the scene without subdivision.
 struct Coarse {
     file: SceneFile,
     settings: Settings,
@@ -39,8 +40,8 @@ struct Coarse {
 }
 
 impl Session {
-    /// Session for a file with numbers of subdivision steps that depend on the camera. A camera or
-    /// light that is guessed is guessed for the scene without these steps.
+    /// Session for a file with numbers of subdivision steps that depend on the camera. If the
+    /// camera or the light is guessed, it is guessed in the scene without these steps.
     pub(super) fn load_by_pixels(
         file: &SceneFile,
         settings: Settings,
@@ -148,14 +149,14 @@ fn steps(excess: f32) -> u32 {
     (excess.log2() - ROUNDING).ceil().clamp(0.0, MAX_STEPS as f32) as u32
 }
 
-/// A camera at a time, with a minimum distance for an object.
+/// A camera at one time of the shutter, with the minimum width of a pixel for an object.
 struct CameraAt<'a> {
     camera: &'a Camera,
     time: f32,
     position: Vec3,
     /// Bounding box of the object.
     bounds: Bounds3,
-    /// Minimum width of a pixel.
+    /// Minimum width of a pixel, in scene units.
     min_width: f32,
 }
 
@@ -173,7 +174,7 @@ impl<'a> CameraAt<'a> {
         }
     }
 
-    /// Width of a pixel at `p`.
+    /// Width of a pixel at the distance of `p`, in scene units.
     fn width(&self, p: Vec3) -> f32 {
         self.camera.pixel_width(p, self.time).max(self.min_width)
     }

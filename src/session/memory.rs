@@ -62,9 +62,9 @@ impl Memory {
 }
 
 impl Session {
-    /// Returns an error if the system lacks memory for the render, not counting the scene, which is
-    /// loaded. Without this check the program would abort, because backends and films do not handle
-    /// failed allocations.
+    /// Returns an error if the system lacks memory for the render. The memory of the scene is not
+    /// counted, because the scene is already loaded. Without this check the program would abort,
+    /// because backends and films do not handle failed allocations.
     pub(super) fn check_memory(&self) -> Result<(), Error> {
         let more = self.memory.saturating_sub(self.scene.bytes());
         match MemoryLimit::refusal(None, 0, more) {

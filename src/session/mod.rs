@@ -72,7 +72,7 @@ pub struct Session {
     settings: Settings,
     scene: Scene,
     camera: Camera,
-    /// Views of the picture: parts with a camera of their own.
+    /// Views of the picture, each with a separate camera, such as the two eyes of a stereo picture.
     views: Vec<View>,
     /// Description of the camera.
     description: CameraDescription,
@@ -358,8 +358,7 @@ impl Session {
     }
 
     /// The scene file with guessed light, with light that was placed for a guessed camera, or with
-    /// numbers of subdivision steps that follow from the camera. `None` if the given file has
-    /// neither.
+    /// numbers of subdivision steps that follow from the camera. `None` if nothing changed.
     pub fn lit_file(&self) -> Option<&SceneFile> {
         self.lit_file.as_ref()
     }

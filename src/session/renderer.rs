@@ -32,7 +32,7 @@ use std::time::{Duration, Instant};
 /// Maximum mean radiance of a picture that is called nearly black: 12 stops below mid-grey.
 const NEARLY_BLACK: f64 = 0.18 / 4096.0;
 
-/// Adds samples to the film of a view, until the condition holds.
+/// Function that adds samples to the film of a view until the stop condition is fulfilled.
 type ViewRender<'r, 'a> =
     dyn Fn(RenderContext<'_, AnyAccel<'a>>, &mut Film, StopCondition) -> (Outcome, Statistics) + 'r;
 
@@ -70,7 +70,7 @@ impl ViewData {
 
 /// Ends of the stages of a render with several views, up to the sample `end`. All views take the
 /// samples of a stage before the next stage begins, so that a render that is stopped has similar
-/// views. The stages end between passes, where a render resumes without work.
+/// views. The stages end between passes, where a render can stop and resume without repeated work.
 fn stages(end: u32) -> Vec<u32> {
     let first = std::iter::successors(Some(BLOCK), |end| end.checked_mul(4));
     first.take_while(|&stage| stage < end).chain([end]).collect()
@@ -278,7 +278,7 @@ impl<'a> Renderer<'a> {
             return render(self.context(), film, stop);
         }
         let mut statistics = Statistics::default();
-        // A noise level is reached in each view alone
+        // Each view must reach the noise level separately, so there is only one stage
         let ends = if stop.noise.is_some() {
             vec![stop.end]
         } else {

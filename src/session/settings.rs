@@ -99,7 +99,7 @@ pub(crate) fn all_threads() -> usize {
     std::thread::available_parallelism().map_or(1, |n| n.get())
 }
 
-/// Guesses that are requested from a survey of the scene.
+/// Requested results of a survey of the scene: the survey itself, and a guess of the light.
 #[derive(Clone, Copy, Default)]
 pub(super) struct GuessSelection {
     pub survey: bool,

@@ -165,7 +165,7 @@ mod tests {
 
     /// Every invalid message gets an error.
     #[test]
-    fn nonsense_is_refused_in_words() {
+    fn invalid_message_has_an_error() {
         for text in [
             "",
             "{",
@@ -186,7 +186,7 @@ mod tests {
 
     /// A camera sent to a page and back keeps its bits.
     #[test]
-    fn cameras_come_back_as_they_went() {
+    fn page_camera_keeps_its_bits() {
         let view = PageCamera {
             position: [0.1, -1.0 / 3.0, 1e-30],
             look_at: [f32::MIN_POSITIVE, 16_777_217.0, 0.0],

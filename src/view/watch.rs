@@ -192,7 +192,7 @@ mod tests {
     /// An editor saves the scene file just after the viewer, and another file just before the
     /// viewer.
     #[test]
-    fn only_what_the_viewer_wrote_is_known_after_a_save() {
+    fn files_of_editors_count_as_changed_after_a_save() {
         let (folder, mtl, mut watch) = watched();
         let scene = folder.path().join("s.toml");
         fs::write(&scene, "version = 1").unwrap();

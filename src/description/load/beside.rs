@@ -31,14 +31,15 @@ const MAX_HERE: usize = 64;
 /// Minimum length of a word within the name of a picture to find the picture by the word.
 const MIN_WORD_WITHIN: usize = 4;
 
-/// Result of a rule for pictures.
+/// Picture that a rule selects, if it selects exactly one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Picked {
     /// The rule holds for no picture.
     Nothing,
     /// The rule holds for pictures of several kinds.
     Several,
-    /// Path of the picture from the folder of the OBJ file.
+    /// The rule selects one picture, or pictures of one kind. The path is relative to the folder of
+    /// the OBJ file.
     One(PathBuf),
 }
 
@@ -81,7 +82,7 @@ pub(super) struct NearbyFiles {
     objs: Vec<String>,
     /// Material libraries in the folder.
     libraries: Vec<PathBuf>,
-    /// Picture with the name of the OBJ file in other folders, after the first search.
+    /// Cached result of the search in other folders for a picture with the name of the OBJ file.
     distant: OnceCell<Picked>,
 }
 
@@ -173,8 +174,8 @@ impl NearbyFiles {
         images.filter(|image| !self.is_rendering(image)).collect()
     }
 
-    /// The picture that has the name of the OBJ file. If neither the folder of the file nor its
-    /// texture folders have one, other folders beside the file and beside its folder are searched.
+    /// The picture that has the name of the OBJ file. Its own folder and its texture folders are
+    /// searched first, then other folders beside the file and beside its folder.
     pub fn picture_of_name(&self) -> Picked {
         let file = self.file.concat();
         match self.found(|image| image.words.concat() == file).as_slice() {
@@ -184,8 +185,9 @@ impl NearbyFiles {
         }
     }
 
-    /// The only picture with the name `file` in picture folders without models, within the folder
-    /// of the OBJ file and beside it. Previews lie there too, so its sides must be powers of two.
+    /// The only picture with the name `file` in folders of pictures within the OBJ file's folder
+    /// and beside this folder. The sides of the picture must be powers of two, because these
+    /// folders may also have previews.
     fn distant_picture(&self, file: &str) -> Picked {
         if file.len() < MIN_NAME {
             return Picked::Nothing;
@@ -225,8 +227,9 @@ impl NearbyFiles {
     }
 
     /// The picture whose name is like the name of the OBJ file. `may_be` returns true for possible
-    /// colour textures, and `is_single` is true if the file has one material. The first of these
-    /// rules that any picture fulfils decides; it must hold for pictures of one kind.
+    /// colour textures, and `is_single` is true if the file has one material. The first rule that
+    /// any picture fulfils decides. If the pictures of this rule differ in more than a number, the
+    /// result is [`Picked::Several`].
     ///
     /// 1. Its name begins with the name of the file, and not with a longer name of another OBJ file
     ///    of the folder. If the file has several materials, the other words are texture words. Of
@@ -401,8 +404,8 @@ impl NearbyFiles {
         claimed
     }
 
-    /// The only picture in the folder, if the folder has only one OBJ file, and if the picture is
-    /// not in `claimed`, the names of pictures that libraries use.
+    /// The only picture in the folder of the OBJ file, if the folder has only this OBJ file.
+    /// `claimed` has names of pictures that material libraries use; such a picture is not returned.
     pub fn only_here(&self, claimed: &HashSet<String>) -> Option<PathBuf> {
         let mut here = self.images.iter().filter(|image| image.is_here && !image.is_other());
         let only = here.next().filter(|_| here.next().is_none() && self.is_alone())?;

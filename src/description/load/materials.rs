@@ -143,8 +143,9 @@ impl Loader<'_> {
         id
     }
 
-    /// Reports that the material `name` of the OBJ file `path` is `found`, whose name differs in
-    /// case or separators. `line` names the material; 0 if no line of the file does.
+    /// Reports that the OBJ file `path` names a material `name`, and that the material `found` is
+    /// used. Its name differs in case or separators. `line` is the line of the OBJ file with the
+    /// name; 0 if there is no such line.
     fn report_other_name(&mut self, name: &str, found: &FileMaterial, path: &Path, line: usize) {
         let message = format!(
             "material `{}` is called `{}` in its library, and is used",

@@ -56,7 +56,7 @@ pub fn load_scene(file: &SceneFile, builder: SceneBuilder) -> Result<LoadedScene
     load_scene_watched(file, builder, &())
 }
 
-/// [`load_scene`] that reports its progress to `observer`.
+/// Like [`load_scene`], but reports the progress to `observer`.
 pub fn load_scene_watched(
     file: &SceneFile,
     builder: SceneBuilder,
@@ -78,7 +78,8 @@ fn loaded_of(inspection: Inspection) -> Result<LoadedScene, FileError> {
     }
 }
 
-/// [`load_scene_watched`] that also returns the data to build the scene again with other lights.
+/// Like [`load_scene_watched`], but also returns the data to build the scene again with other
+/// lights.
 pub(crate) fn load_scene_to_light(
     file: &SceneFile,
     builder: SceneBuilder,
@@ -101,9 +102,10 @@ pub(crate) struct UnlitScene {
 }
 
 impl UnlitScene {
-    /// The scene with the lights and the ground of `file`, and the triangles and textures of
-    /// `scene`. `None` if triangles or textures of `scene` differ from those that were read.
-    /// Everything else of `file` must equal the first file.
+    /// The scene with the lights and the ground of `file`, and with the triangles and textures of
+    /// `scene`. Except for lights and ground, `file` must equal the scene file that was read
+    /// before. Returns `None` if the triangles or textures of `scene` are not those that were read
+    /// before.
     pub fn lit(
         self,
         file: &SceneFile,
@@ -275,7 +277,8 @@ impl<'a> Loader<'a> {
         self.finish(objs)
     }
 
-    /// [`Loader::load`] that stores in `unlit` the data to build the scene again.
+    /// Like [`Loader::load`], but also stores in `unlit` the data to build the scene again with
+    /// other lights.
     fn load_keeping(mut self, unlit: &mut Option<UnlitScene>) -> Inspection {
         let objs = self.load_objects();
         let mut builder = self.builder.unlit();

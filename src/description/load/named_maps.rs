@@ -127,8 +127,9 @@ enum Fit {
 struct Found {
     /// Textures by role.
     files: BTreeMap<Role, PathBuf>,
-    /// True if they have the name of the material or of the file. Names that are only like these,
-    /// and pictures without others beside them, may belong to another model.
+    /// True if the textures have exactly the name of the material or of the OBJ file. False if the
+    /// names are only similar, or if the textures are the only pictures near the file: these
+    /// textures may belong to another model.
     is_certain: bool,
 }
 
@@ -228,7 +229,7 @@ impl NamedMaps {
         if has_library && !is_single {
             return None;
         }
-        // Sets with other names
+        // Sets whose names are only similar to the name of the material or of the file
         let is_alone = self.beside.is_alone();
         let own: Vec<&Path> = obj.libraries.iter().map(PathBuf::as_path).collect();
         let claimed = if is_single {

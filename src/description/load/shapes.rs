@@ -140,7 +140,8 @@ impl Loader<'_> {
         sources
     }
 
-    /// Adds a note if a number of steps depends on the camera, which the loader does not know.
+    /// Adds a note if the number of subdivision steps of an object depends on the camera: the
+    /// loader has no camera.
     fn report_levels(&mut self) {
         let Some((object, pixels)) = self.file.objects_by_pixels().next() else {
             return;

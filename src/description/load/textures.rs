@@ -27,7 +27,8 @@ pub(super) struct MaterialTexture {
 }
 
 impl MaterialTexture {
-    /// Slot that fits a texture of `kind`, if the statement names the other slot.
+    /// The other slot of the request (bump map or normal map), if a texture of `kind` belongs
+    /// there. `None` if the written slot is right.
     fn moved_to(&self, kind: TextureKind) -> Option<MapSlot> {
         let other = self.request.other_slot();
         other.filter(|&slot| (slot == MapSlot::Normal) == kind.is_normal())
@@ -35,9 +36,9 @@ impl MaterialTexture {
 }
 
 impl Loader<'_> {
-    /// Material whose maps refer to texture requests instead of textures. Map 2 i is request i in
-    /// the written slot. Map 2 i + 1 is the same request in the other slot (bump map or normal
-    /// map), for pictures that belong there. `mesh` uses the material.
+    /// Material whose texture ids are numbers of texture requests. Id 2 i is request i in the slot
+    /// of its statement. Id 2 i + 1 is the same request in the other slot (bump map or normal map),
+    /// for pictures that belong there. `mesh` uses the material.
     pub(super) fn textured(&mut self, found: &mut FileMaterial, obj: &Path, mesh: &Mesh) -> Material {
         let mut material = found.material.clone();
         let slots: Vec<MapSlot> = found.maps.iter().map(|request| request.statement.slot).collect();
@@ -379,8 +380,9 @@ impl Loader<'_> {
         }
     }
 
-    /// Keeps the opacity map from the alpha of the colour texture in the source of its material if
-    /// the picture is a cut-out. Reports each picture once.
+    /// Decides if the alpha of a colour texture is used as the opacity of its material. The opacity
+    /// map stays in the material's source if the picture is a cut-out, and is removed otherwise.
+    /// Each cut-out is reported once.
     fn decide_cut_out(&mut self, asked: &MaterialTexture, is_cut_out: bool) {
         let maps = self
             .materials

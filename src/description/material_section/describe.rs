@@ -99,7 +99,7 @@ impl MaterialSection {
         }
         section.abbe = material.abbe.and_then(spanned).filter(|_| material.is_dispersive());
         if refracts {
-            // Leave out `ior` for these facets: it would add a Fresnel term that they do not have
+            // Leave out `ior` for GGX and Blinn lobes: the key would add a Fresnel term to the lobe
             if !matches!(material.gloss, Gloss::Ggx(_) | Gloss::Blinn(..)) {
                 section.ior = spanned(material.ior);
             }

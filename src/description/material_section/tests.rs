@@ -191,10 +191,10 @@ fn keys_that_do_not_go_together_are_errors() {
     }
 }
 
-/// With an absorption depth, the transmission becomes the transmittance of a body of this depth,
-/// instead of a tint of the surface. Setting the same depth a second time has no effect.
+/// If the absorption depth is set, the transmission becomes the transmittance of a body of this
+/// depth, instead of a tint of the surface. Setting the same depth a second time has no effect.
 #[test]
-fn a_depth_makes_absorption_of_transmission() {
+fn absorption_depth_turns_transmission_into_absorption() {
     let glass = material("transmission = [0.5, 1.0, 0.1]\nabsorption_depth = 2.0").unwrap();
     assert_eq!(glass.transmission, Spectrum::ONE);
     let kept = glass.absorption.to_array().map(|absorption| (-2.0 * absorption).exp());
@@ -257,9 +257,9 @@ const LIBRARY: &str = "newmtl matte\nKd 0.5 0.4 0.3\nmap_Kd -s 2 2 -o 0.5 0 -cla
     newmtl filter\nTf 0.5 0.5 0.5\n\
     newmtl lamp\nKe 5 4 3\nmap_Ke e.png\n";
 
-/// A material that is patched with its own section does not change.
+/// A material is unchanged after a patch with its own section.
 #[test]
-fn sections_of_materials_say_what_they_are() {
+fn material_is_unchanged_by_its_own_section() {
     let materials = library(LIBRARY);
     assert_eq!(materials.len(), 12);
     for found in &materials {

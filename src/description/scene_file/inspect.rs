@@ -8,9 +8,10 @@ use std::path::Path;
 const MAX_ERRORS: usize = 20;
 
 impl SceneFile {
-    /// Reads a scene file like [`SceneFile::load_with`], but continues after errors. If an entry or
-    /// a section has an error, it is left out, and the rest is read again. Returns all errors, and
-    /// the rest of the scene file, unless the rest is too little for a scene.
+    /// Reads a scene file like [`SceneFile::load_with`], but continues after errors. An entry or a
+    /// section with an error is removed, and the remaining text is read again. Returns all errors,
+    /// and the scene file without the removed parts. The scene file is `None` if the remaining text
+    /// is not a valid scene file.
     pub fn inspect(path: &Path, set: &[String]) -> (Option<Self>, Vec<FileError>) {
         let read = read(path).and_then(|text| Ok((read_overrides(path, set, &text)?, text)));
         let (overrides, mut text) = match read {
@@ -42,8 +43,8 @@ impl SceneFile {
     }
 }
 
-/// The text with blanks in place of the entry or section at byte `start`, so that other bytes keep
-/// their places. `None` if that place is already blank.
+/// The text with blanks in place of the entry or section at byte `start`. The blanks keep the byte
+/// positions of the other text. `None` if there are already blanks.
 fn without_entry(text: &str, start: usize) -> Option<String> {
     let before = text.get(..start)?;
     let begin = before.rfind('\n').map_or(0, |i| i + 1);

@@ -200,7 +200,7 @@ mod tests {
     /// The first picture is due at once, and later pictures at intervals. No picture is due after a
     /// failure or after the last picture.
     #[test]
-    fn pictures_are_due_now_and_then() {
+    fn denoised_pictures_are_due_at_intervals() {
         let mut denoising = Denoising::new();
         denoising.took = Duration::from_secs(3600);
         assert!(denoising.is_due(false));

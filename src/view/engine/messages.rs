@@ -19,7 +19,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 use std::time::Instant;
 
-/// Numbers of a frame.
+/// Pixel values of a frame.
 enum Values {
     /// Light, and the coverage of the background if the film has one.
     Light,

@@ -149,7 +149,7 @@ impl Engine<'_> {
         let rate = self.rate;
         let before = rival_render.state.film.samples();
         let outcome = self.take_samples(&rival_render.renderer, &mut rival_render.state, slice, true);
-        // The rate belongs to the picture.
+        // Restore the rate: it is the sample rate of the main picture.
         self.rate = rate;
         rival_render.is_complete = outcome == Outcome::Complete;
         if rival_render.state.film.samples() > before || rival_render.is_complete {

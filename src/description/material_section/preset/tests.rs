@@ -408,7 +408,7 @@ fn keys_beside_a_preset_win() {
 /// A preset as a patch of a flag or file keeps the opacity and the textures of pigments, but not
 /// the lobes of the old material.
 #[test]
-fn a_preset_replaces_what_a_material_reflects() {
+fn preset_replaces_lobes_and_keeps_opacity() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     std::fs::write(

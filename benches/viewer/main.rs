@@ -8,10 +8,10 @@
 //! Figures need an idle machine, and a build that optimises this package too: `--config
 //! profile.release.package.embrasure.opt-level=1`. Screenshots need Chromium.
 
-#![allow(missing_docs)] // The modules of tests/view have an allowance of their own.
+#![allow(missing_docs)] // The modules of tests/view also allow missing documentation.
 
 #[path = "../../tests/view/chromium.rs"]
-#[allow(dead_code)] // Each program uses a part of it, here and below.
+#[allow(dead_code)] // Each program uses only a part of these shared modules.
 mod chromium;
 #[path = "../../tests/view/coding.rs"]
 mod coding;

@@ -50,8 +50,8 @@ impl Developed {
 pub enum Source {
     /// The image was rendered.
     Rendered(Box<Metadata>),
-    /// The image was read from a file. For comparisons, it has the picture, if the file has
-    /// colours, and the camera, if the file has its attributes.
+    /// The image was read from a file. The first field is the picture for comparisons, if the file
+    /// has colours. The second field is the camera, if the file has its attributes.
     Read(Box<(Option<Rendering>, Option<CameraAttributes>)>),
 }
 

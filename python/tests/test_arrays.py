@@ -33,7 +33,8 @@ def write(path: Path, vertices: Any, faces: Any, material: str, uv: Any = None, 
 def test_arrays_give_the_bits_of_files(tmp_path: Path) -> None:
     vertices, faces = random_triangles(30, 1)
     random = np.random.default_rng(2)
-    # Along axes: readers of OBJ and arrays round unit vectors of other directions differently.
+    # Normals are along axes: readers of OBJ and arrays round unit vectors of other directions
+    # differently.
     normals = (np.eye(3, dtype=np.float32) * [[1], [1], [-1]])[random.integers(0, 3, len(vertices))].astype(np.float32)
     uv = random.uniform(size=(len(vertices), 2)).astype(np.float32)
     floor = np.array([[-3, -1.5, -3], [3, -1.5, -3], [3, -1.5, 3], [-3, -1.5, 3]], dtype=np.float32)
@@ -85,7 +86,7 @@ def test_meshes_join_a_scene_of_a_file(box: Path) -> None:
     assert (after["Z"] < before["Z"] - 0.01).any()
     middle = after["albedo"][16, 16]
     assert middle[2] > 0.9 and middle[0] < 0.1
-    # A material of the file
+    # `red` is a material of the file.
     scene.add_mesh(corners - [0, 0, 10], [[0, 1, 2]], material="red")
     assert em.render(scene)["albedo"][16, 16, 2] < 0.3
 

@@ -30,7 +30,7 @@ def attributes(path: Path) -> Dict[str, Any]:
         return {name: repr(value) for name, value in file.header().items() if name not in OF_TIME}
 
 
-#: Settings as keywords, and the same as flags.
+#: Settings as keywords, and the same settings as flags.
 CASES: List[Any] = [
     ({"spp": 3, "size": (40, 32)}, ["--spp", "3", "--size", "40x32"]),
     (

@@ -27,18 +27,18 @@
 
 #[cfg(not(without_bindings))]
 mod bindings {
-    // Generated code is exempt from the project's rules:
+    // Rules of the project that generated code does not follow:
     #![allow(
-        // the names are Embree's,
+        // Names are Embree's.
         non_camel_case_types,
         non_snake_case,
         non_upper_case_globals,
-        // functions of a C library are unsafe to call,
+        // Functions of a C library are unsafe to call.
         unsafe_code,
-        // so is the documentation, which has gaps and was not written as Markdown,
+        // The documentation is Embree's: it has gaps, and was not written as Markdown.
         missing_docs,
         rustdoc::all,
-        // and the style is bindgen's.
+        // The style is bindgen's.
         clippy::all,
         clippy::undocumented_unsafe_blocks
     )]

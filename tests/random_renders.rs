@@ -494,7 +494,7 @@ fn range(text: &str) -> Option<Range<u64>> {
 }
 
 #[test]
-fn random_products_end_well() {
+fn random_renders_end_with_a_documented_code() {
     let runs = match std::env::var("EMBRASURE_RANDOM_RENDERS") {
         Ok(text) => range(&text).expect("EMBRASURE_RANDOM_RENDERS: A..B"),
         Err(_) => USUAL,

@@ -28,11 +28,11 @@ pub struct FileKind {
     pub name: &'static str,
     /// Writes files that this kind may refer to.
     pub furnish: fn(&Path),
-    /// Reads the bytes as a file in that folder; panics if a check fails.
+    /// Reads the bytes as a file of this kind in the folder. Panics if a check fails.
     pub check: fn(&Path, &[u8]),
 }
 
-/// All of them.
+/// All kinds of files.
 pub const FILE_KINDS: [FileKind; 6] = [
     FileKind {
         name: "obj",
@@ -229,7 +229,7 @@ fn write(path: &Path, bytes: &[u8]) {
 
 // ---- Checks -------------------------------------------------------------------------------------
 
-/// Reads and builds the scene; `None` if it is refused, for a good reason.
+/// Reads and builds the scene. Returns `None` if loading returns a valid error.
 fn check_load(file: &SceneFile, folder: &Path) -> Option<LoadedScene> {
     match load_scene(file, SceneBuilder::new()) {
         Ok(loaded) => {
@@ -390,7 +390,7 @@ fn motion(camera: &CameraOptions, parameters: &CameraParameters) -> CameraMotion
     }
 }
 
-/// Triangles of a scene, those without area too.
+/// Number of triangles of a scene, including triangles without area.
 fn triangles(loaded: &LoadedScene) -> u64 {
     let skipped = |words: &str| -> u64 {
         let of = |text: &str| text.split(words).nth(1)?.rsplit(' ').next()?.parse::<u64>().ok();
@@ -401,8 +401,8 @@ fn triangles(loaded: &LoadedScene) -> u64 {
         + skipped("triangles that repeat others at the same place, skipped: ")
 }
 
-/// Sum of corners − 2 over all faces, by the words of the statements. `None` if words are separated
-/// by Unicode blanks.
+/// Number of triangles according to the text: the sum of (corners − 2) over all `f` statements.
+/// `None` if the words of the text are separated by Unicode blanks.
 fn count_triangles(bytes: &[u8]) -> Option<u64> {
     // This function cannot decode UTF-16, unlike the reader, so it does not count.
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.iter().take(4).any(|&b| b == 0) {

@@ -68,7 +68,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// What a viewer knows of its image.
+/// Image as received by a viewer.
 struct ViewerImage {
     name: String,
     size: [usize; 2],

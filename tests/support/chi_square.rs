@@ -1,6 +1,6 @@
 //! Pearson's χ² test of a sampler of directions against its density.
 
-#![allow(dead_code, missing_docs)] // Each test program uses a part of it.
+#![allow(dead_code, missing_docs)] // Each test program uses only a part of this module.
 
 use embrasure::math::Vec3;
 use statrs::distribution::{ChiSquared, ContinuousCDF};

@@ -1,6 +1,6 @@
 //! Helpers of several test programs: scenes made in code, renders, readers of images, shared files.
 
-#![allow(dead_code, missing_docs)] // Each test program uses a part of it.
+#![allow(dead_code, missing_docs)] // Each test program uses only a part of this module.
 
 pub mod program;
 pub mod statistics;
@@ -112,7 +112,7 @@ pub fn with_world<'a, T>(
     with_camera(scene, Camera::new(camera, resolution).unwrap(), look)
 }
 
-/// Shows a scene to `look`, as `camera` sees it.
+/// Calls `look` with the world of `scene`, seen by `camera`.
 pub fn with_camera<'a, T>(scene: impl Into<LitScene<'a>>, camera: Camera, look: impl FnOnce(World<Backend>) -> T) -> T {
     let LitScene { scene, choice } = scene.into();
     let accel = backend(scene);

@@ -487,7 +487,7 @@ fn lights_are_changed_in_the_page() {
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
-fn pictures_stand_side_by_side() {
+fn page_shows_two_pictures_side_by_side() {
     let folder = cornell_box();
     done(
         folder.path(),
@@ -568,7 +568,7 @@ fn pictures_stand_side_by_side() {
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]
-fn fingers_steer_the_camera() {
+fn fingers_orbit_and_zoom_the_camera() {
     let folder = cornell_box();
     let viewer = Viewer::start(folder.path(), &split(FLAGS));
     let mut browser = Browser::start();

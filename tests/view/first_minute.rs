@@ -312,7 +312,7 @@ fn views_are_pictures() {
 
 /// While pictures of views are rendered, the denoised image stays.
 #[test]
-fn views_do_not_bring_noise_back() {
+fn denoised_picture_stays_during_views() {
     let folder = pawns();
     let viewer = Viewer::start(folder.path(), &split(&format!("{FLAGS} --denoise=atrous")));
     let mut page = viewer.page();

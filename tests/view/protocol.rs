@@ -161,7 +161,7 @@ fn additional_channels_equal_a_render() {
 
 /// Requests without the token of the link, and requests from other pages, are refused.
 #[test]
-fn strangers_are_refused() {
+fn requests_without_the_token_are_refused() {
     let folder = lit_floor();
     let viewer = Viewer::start(folder.path(), &["s.toml"]);
     let Viewer { address, token, .. } = &viewer;

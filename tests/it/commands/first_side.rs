@@ -72,7 +72,7 @@ fn figure() -> Boxes {
 
 /// Declared axes of the file take precedence over its shapes.
 #[test]
-fn declared_axes_decide() {
+fn declared_axes_override_shapes() {
     let head = "# CoordSystemRUF: [+X,-Y,+Z]\n";
     let text = format!("{head}{}", turned(&chair().text, |[x, y, z]| [x, -y, -z]));
     assert_eq!(up(&text), [0.0, -1.0, 0.0]);
@@ -89,7 +89,7 @@ fn declared_axes_decide() {
 /// A flat sheet textured as a playing field is horizontal, and one textured as a poster is
 /// vertical.
 #[test]
-fn sheets_of_grass_lie() {
+fn sheet_with_grass_texture_is_horizontal() {
     let sheet = |material: &str| {
         let corners = "v -40 -25 0\nv 40 -25 0\nv 40 25 0\nv -40 25 0\nvt 0 0\nvt 8 0\nvt 8 5\nvt 0 5\n";
         format!("{corners}usemtl {material}\nf 1/1 2/2 3/3 4/4\n")
@@ -100,7 +100,7 @@ fn sheets_of_grass_lie() {
 
 /// A fish along z is horizontal; a tower of the same shape on a wide base is vertical.
 #[test]
-fn slender_bodies_do_not_stand_on_a_tip() {
+fn slender_body_without_a_base_is_horizontal() {
     // The fish is not symmetric in height and along z, like real fish.
     let fish = rings(
         &[
@@ -142,7 +142,7 @@ fn seats_and_feet_give_the_front() {
 
 /// Models of Blockbench face −z.
 #[test]
-fn programs_have_a_front() {
+fn blockbench_models_face_minus_z() {
     let cube = Boxes::default().add([-1.0, 0.0, -1.0], [1.0, 2.0, 1.0]).text;
     assert!(seen(&cube).1.contains("probably its front is at azimuth 0° (--orbit "));
     let (azimuth, words) = seen(&format!("# Made in Blockbench 4.8.1\n{cube}"));
@@ -200,7 +200,7 @@ fn up_of(name: &str, text: &str) -> [f64; 3] {
 
 /// Files of programs with a fixed up axis have that axis, for any shapes.
 #[test]
-fn programs_with_one_axis_decide() {
+fn fixed_up_axis_of_a_program_is_used() {
     let text = chair().upended();
     assert_eq!(up(&text), [0.0, 0.0, 1.0]);
     for head in [
@@ -213,7 +213,7 @@ fn programs_with_one_axis_decide() {
 
 /// The walls of a flat building lie horizontally if the file has the name of a building.
 #[test]
-fn flat_buildings_lie() {
+fn walls_of_a_flat_building_are_horizontal() {
     let mut walls = Boxes::default();
     for i in 0..6 {
         let x = 12.0 * i as f32;
@@ -274,7 +274,7 @@ fn part_names_give_the_front() {
 
 /// The front of an animal on four legs is the side of its head.
 #[test]
-fn high_heads_are_in_front() {
+fn head_of_an_animal_is_in_front() {
     for (sign, front) in [(1.0, 0.0), (-1.0, 180.0)] {
         let mut dog = Boxes::default();
         let mut add = |[x0, y0, z0]: [f32; 3], [x1, y1, z1]: [f32; 3]| {

@@ -300,7 +300,7 @@ fn long_objects_show_their_sides() {
 
 /// A field in the plane of x and y is horizontal, and seen from high above.
 #[test]
-fn a_flat_field_lies() {
+fn flat_field_is_horizontal() {
     let field = "v -40 -26 0\nv 40 -26 0\nv 40 26 0\nv -40 26 0\nf 1 2 3 4\n";
     let folder = folder(&[("field.obj", field)]);
     let camera = camera(folder.path(), "field.obj");

@@ -22,7 +22,7 @@ fn load(path: &Path) -> Result<LoadedScene, FileError> {
     load_scene(&SceneFile::of_obj(path), SceneBuilder::new())
 }
 
-/// Triangles that a program gets of a file, those without area too.
+/// Number of triangles of a loaded scene, including triangles without area.
 fn triangles(loaded: &LoadedScene) -> u64 {
     let skipped = |words: &str| -> u64 {
         let of = |text: &str| text.split(words).nth(1)?.rsplit(' ').next()?.parse::<u64>().ok();
@@ -33,7 +33,7 @@ fn triangles(loaded: &LoadedScene) -> u64 {
         + skipped("triangles that repeat others at the same place, skipped: ")
 }
 
-/// Number of triangles by the text: the sum of corners − 2 over the `f` lines.
+/// Number of triangles according to the text: the sum of (corners − 2) over the `f` lines.
 fn counted(path: &Path) -> u64 {
     let text = String::from_utf8_lossy(&fs::read(path).unwrap()).into_owned();
     let corners = |line: &str| {

@@ -234,14 +234,14 @@ fn parts_are_hidden_by_rules() {
 fn moving_a_part_equals_moving_its_vertices() {
     let whole = scene([true; 4]);
     let [chair, top, leg, rest] = PARTS.map(|(names, faces)| (names, faces));
-    // The table gets vertices of its own, a quarter higher and half a unit nearer.
+    // The expected file has separate vertices for the table, 0.25 higher and 0.5 nearer.
     let lifted = "v -4 -1 0\nv -2 -1 0\nv -2 1 0\nv -4 1 0\nv 0 -0.75 0.5\nv 0 1.25 0.5\nv 2 -0.75 0.5\nv 2 1.25 0.5\n\
         v 4 -0.75 0.5\nv 4 1.25 0.5\nv -2 -0.75 0.5\nv -2 1.25 0.5\n";
     let lifted = format!(
         "{lifted}{}{}{}f 11 5 6 12\n{}{}{}{}",
         chair.0, chair.1, top.0, leg.0, leg.1, rest.0, rest.1
     );
-    // A mirror about the own centre exchanges the corners, and keeps the front.
+    // Mirroring a part about its own centre exchanges the corners, and keeps the front.
     let mirrored = format!(
         "{VERTICES}{}f 3 4 1 2\n{}{}{}{}{}{}",
         chair.0, top.0, top.1, leg.0, leg.1, rest.0, rest.1

@@ -72,7 +72,7 @@ fn no_ray_escapes_a_closed_mesh() {
 
 /// Flags override keys. Faces of hidden parts do not count.
 #[test]
-fn flags_win_over_keys() {
+fn flags_override_keys() {
     let triangles = |scene: &str, flags: &str| {
         let with = cube(scene);
         let out = done(with.path(), &joined(&["info", "s.toml", "--json"], &split(flags)));
@@ -255,7 +255,7 @@ fn grid_with(scene: &str) -> TempDir {
     folder(&[("a.obj", &grid()), ("s.toml", scene)])
 }
 
-/// Renders `s.toml` in `with` with `flags`, and returns the picture's name.
+/// Renders `s.toml` in the folder `with` with `flags`, and returns the path of the picture.
 fn rendered(with: &TempDir, flags: &str, out: &str) -> std::path::PathBuf {
     done(
         with.path(),
@@ -264,7 +264,7 @@ fn rendered(with: &TempDir, flags: &str, out: &str) -> std::path::PathBuf {
     with.path().join(out)
 }
 
-/// The number of steps that the note of a render says.
+/// Number of subdivision steps in the note of a render.
 fn steps_of(with: &TempDir, flags: &str) -> u32 {
     let args = ["render", "s.toml", "--spp", "1", "-o", "n.exr"];
     let text = words(&done(with.path(), &joined(&args, &split(flags))));
@@ -272,8 +272,9 @@ fn steps_of(with: &TempDir, flags: &str) -> u32 {
     steps.split(' ').next().unwrap().parse().unwrap()
 }
 
-/// The longest edge of the grid, from the raised vertex, has √2 · 16 = 22.6 pixels. The number of
-/// steps halves it to the given length, and follows size and camera, not crop and samples.
+/// The longest edge of the grid ends at the raised vertex, and has √2 · 16 = 22.6 pixels. Each step
+/// halves edges until the edge has the given length. The number of steps depends on the image size
+/// and the camera, but not on crop and samples.
 #[test]
 fn steps_by_pixels_are_the_smallest_that_suffice() {
     let with = grid_with(FROM_ABOVE);
@@ -287,7 +288,7 @@ fn steps_by_pixels_are_the_smallest_that_suffice() {
     assert_eq!(steps_of(&with, "--subdivide pixels:5 --crop 0,0,8,8"), 3);
     assert_eq!(steps_of(&with, "--subdivide pixels:5 --set camera.ortho_height=16"), 1);
 
-    // The key of an object is a string
+    // Set the steps by the key of an object, and by the key of `[render]`
     let key = FROM_ABOVE.replace("a.obj\"\n", "a.obj\"\nsubdivision = \"pixels:5\"\n");
     assert_same_bits(&by_pixels, &rendered(&grid_with(&key), "", "a.exr"));
     assert_same_bits(&by_pixels, &rendered(&grid_with(&key), "--subdivide 3", "a.exr"));
@@ -295,7 +296,8 @@ fn steps_by_pixels_are_the_smallest_that_suffice() {
     assert_same_bits(&by_pixels, &rendered(&grid_with(&of_all), "", "a.exr"));
 }
 
-/// The nearest copy decides, at both ends of its motion, and a distant camera needs fewer steps.
+/// The number of steps is the maximum over all copies and both ends of their motion. A distant
+/// camera needs fewer steps.
 #[test]
 fn steps_by_pixels_follow_the_nearest_placement() {
     let far = FROM_ABOVE.replace(
@@ -307,7 +309,8 @@ fn steps_by_pixels_follow_the_nearest_placement() {
     let with_key = |key: String| grid_with(&far.replace("a.obj\"\n", &format!("a.obj\"\n{key}\n")));
     let steps = |key: String| steps_of(&with_key(key), "--subdivide pixels:0.5");
     let alone = steps(String::new());
-    // A quarter of the distance to the raised vertex: two steps more
+    // The camera is at a quarter of the distance to the raised vertex of the nearest copy: two
+    // steps more
     let near = steps(format!("instances = [{}, {}]", at(0), at(30)));
     assert_eq!([alone, near], [3, 5]);
     assert_eq!(steps("transform_close = { translate = [0, 0, 30] }".into()), near);
@@ -318,7 +321,8 @@ fn steps_by_pixels_follow_the_nearest_placement() {
         "--subdivide pixels:0.5 --projection panorama --size 128x64",
     );
     assert!((1..=alone).contains(&panorama), "{panorama}");
-    // Behind and inside of the camera's place, the distance has a minimum
+    // If the camera is inside the object, the distance of edges has a minimum, so the number of
+    // steps is finite
     let inside = far
         .replace("[0, 0, 41]", "[0.1, 0.2, 0]")
         .replace("look_at = [0, 0, 0]", "look_at = [1, 0, 0]");
@@ -338,7 +342,8 @@ fn steps_by_pixels_follow_the_nearest_placement() {
     assert!(text.contains("steps "), "{text}");
 }
 
-/// A guessed camera is guessed without the steps. A written scene file has the number of steps.
+/// A camera is guessed in the scene without subdivision. A dumped scene file has the number of
+/// steps.
 #[test]
 fn steps_by_pixels_work_with_a_guessed_camera() {
     let with = grid_with(FROM_ABOVE);
@@ -376,8 +381,8 @@ fn steps_by_pixels_work_with_a_guessed_camera() {
     assert_same_bits(&with.path().join("a.exr"), &with.path().join("c.exr"));
 }
 
-/// Parts of the samples have one scene hash, and merge to the bits of the picture, with a given and
-/// with a guessed camera. A resumed render continues.
+/// Parts of the samples have the same number of steps, so they merge to the bits of the whole
+/// picture. A resumed render has these bits too. Both hold for a given and for a guessed camera.
 #[test]
 fn parts_with_steps_by_pixels_merge_to_one_picture() {
     let with = grid_with(FROM_ABOVE);
@@ -396,13 +401,14 @@ fn parts_with_steps_by_pixels_merge_to_one_picture() {
         render("--spp 64 --subdivide pixels:3 --checkpoint c.exr -o part.exr");
         render("--spp 128 --subdivide pixels:3 --checkpoint c.exr --resume -o resumed.exr");
         assert_same_bits(&path("whole.exr"), &path("resumed.exr"));
-        // Parts of other numbers of steps are of another scene
+        // Parts with different numbers of steps belong to different scenes
         render("--spp 128 -o d.exr --subdivide pixels:40 --samples 64..128");
         refused(with.path(), &["merge", "-q", "a.exr", "d.exr", "-o", "merged.exr"], 1);
     }
 }
 
-/// Invalid values name the value and the valid ones. Commands without a camera say so.
+/// The error of an invalid value has the value, and an example of a valid value. `check` reports
+/// that it does not subdivide.
 #[test]
 fn invalid_steps_by_pixels_are_errors() {
     let with = grid_with(FROM_ABOVE);

@@ -46,8 +46,9 @@ fn alpha_is_coverage() {
     let path = folder.path().join("o.exr");
     done(folder.path(), &split("render s.toml -q --spp 256 -o o.exr -o o.png"));
     let alpha = |x, y| at(&path, "A", x, y);
-    // The pixels are covered, not covered, half covered, a quarter opaque, and half of a quarter.
-    // Glass and lamps count as surfaces.
+    // Alpha is 1 in a covered pixel, 0 in an empty pixel, and 1 on glass and lamps. It is 0.5 in a
+    // half covered pixel, 0.25 on a surface of opacity 0.25, and 0.125 in a pixel that this surface
+    // half covers.
     assert_eq!((alpha(25, 5), alpha(2, 15), alpha(8, 8)), (1.0, 0.0, 1.0));
     assert!((alpha(15, 5) - 0.5).abs() < 0.01, "{}", alpha(15, 5));
     assert!((alpha(25, 25) - 0.25).abs() < 0.06, "{}", alpha(25, 25));

@@ -190,8 +190,8 @@ impl Case {
     }
 }
 
-/// Index of one of 16 equal parts of the light, or of the disk in front of the scene. `None` if the
-/// point is not on it.
+/// Index of one of 16 equal parts of the light; of an infinitely distant light, parts of the disk
+/// in front of the scene. `None` if the point is not on the light or the disk.
 fn part(case: &Case, e: &Emission) -> Option<usize> {
     const SLACK: f32 = 1e-5;
     if let Some([a, b, c]) = case.corners {
@@ -211,7 +211,7 @@ fn part(case: &Case, e: &Emission) -> Option<usize> {
         return Some(strip.min(3) * 4 + along.min(3));
     }
     if case.is_infinite() {
-        // In front of the scene, perpendicular to the direction
+        // Position on the disk in front of the scene, perpendicular to the direction
         let to = e.p - WORLD.center;
         let is_before = (to.dot(e.w) + WORLD.radius).abs() < SLACK;
         let x = e.w.cross(Vec3::new(0.6, 0.0, 0.8)).normalize();

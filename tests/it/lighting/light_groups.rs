@@ -267,8 +267,8 @@ fn group_means_equal_renders_of_single_groups() {
     assert_eq!(compared, (4 * 5 - 1) * 12);
 }
 
-/// Gives 1 and 2 by two lights, but NaN by the first one in each third sample, all of which count a
-/// half.
+/// Integrator that finds the light 1 of the first lamp and 2 of the second lamp in each sample. In
+/// every third sample, the first light is NaN. Samples have the weight 0.5.
 struct NanIntegrator<'a>(&'a Scene);
 
 impl Integrator for NanIntegrator<'_> {
@@ -579,7 +579,7 @@ fn idle_group_materials_are_warnings() {
     );
     let dark = line(5) + "material `stone` is in a light group, but emits nothing";
     assert!(warnings[1].text.contains(&dark), "{warnings:?}");
-    // The channels of such a group exist anyway.
+    // Light groups without light also have channels.
     let scene = found.scene.unwrap();
     assert_eq!(
         scene.light_groups().names(),

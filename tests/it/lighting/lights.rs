@@ -129,7 +129,7 @@ fn directions_follow_their_densities() {
         let sample = |i| {
             let s = light.sample(Vec3::ZERO, 0.0, at(i), &[])?;
             let (pdf, radiance) = (map.pdf(s.wi), map.radiance(s.wi));
-            // Except if rounding changes the cell of a direction
+            // Both densities are equal, except if rounding moves the direction to another texel
             let close = (pdf / s.pdf - 1.0).abs() < 1e-2 || at_a_border(s.wi, rotation);
             assert!(close, "{pdf} {} {}", s.pdf, s.wi);
             assert!(
@@ -599,7 +599,7 @@ fn half_black_lamp_gives_half_the_light() {
 /// still found.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
-fn a_lone_texel_lights_a_room() {
+fn single_emitting_texel_lights_a_room() {
     let mut b = SceneBuilder::new();
     let texture = grey_texture(48, 32, |x, y| match (x, y) {
         (35, 10) => 40.0,

@@ -242,12 +242,12 @@ fn names_of_the_file_outweigh_role_words() {
     let found = |squares: &[&str]| found_textures(obj, &[(obj, &plain)], &[], squares);
     let is = |name: &str| Some(name.to_string());
     let floor = "textures/brick_floor_diff_4k.jpg";
-    // The name of the file
+    // Pictures with the name of the OBJ file
     assert_eq!(
         found(&[floor, "textures/coaster_car.png"]),
         is("../textures/coaster_car.png")
     );
-    // A name that begins like the file or the material
+    // Pictures whose names begin like the name of the file or of the material
     for name in [
         "Coaster_Car_smooth_DefaultMaterial_BaseMap.png",
         "CoasterCar_low_albedo.png",
@@ -257,7 +257,7 @@ fn names_of_the_file_outweigh_role_words() {
         let expected = Some(format!("{name}?"));
         assert_eq!(found(&["objects/grassB_albedo.png", &file]), expected, "{name}");
     }
-    // A foreign name, a generic name, and the name of the folder
+    // Pictures with a foreign name, a generic name, and the name of the folder
     assert_eq!(found(&[floor]), None);
     assert_eq!(found(&["objects/shaker_diff.png"]), None);
     assert_eq!(
@@ -270,13 +270,13 @@ fn names_of_the_file_outweigh_role_words() {
         found_textures(ship.0, &[ship], &[], &["cart/textures/ship_diffuse.png"]),
         is("../textures/ship_diffuse.png?")
     );
-    // The texture of another model
+    // A picture that the library of another model uses
     let library = ("objects/ship.mtl", "newmtl x\nmap_Kd maps\\diffuse.png\n");
     assert_eq!(
         found_textures(obj, &[(obj, &plain)], &[library], &["objects/maps/diffuse.png"]),
         None
     );
-    // An icon, and a picture that begins like the file, of two materials
+    // An icon, and a picture that begins like the file name of an OBJ file with two materials
     assert_eq!(found(&["textures/coaster_car_inv.png"]), None);
     let two = format!("{plain}usemtl b\nf 1/1 3/3 4/4\n");
     let found = |squares: &[&str]| found_textures(obj, &[(obj, &two)], &[], squares);
@@ -287,7 +287,8 @@ fn names_of_the_file_outweigh_role_words() {
     );
 }
 
-/// The only picture beside several OBJ files belongs to those with a name like it.
+/// If a folder has one picture and several OBJ files, the picture is the texture of the OBJ files
+/// with a similar name.
 #[test]
 fn only_picture_belongs_to_models_with_a_name_like_it() {
     let plain = OBJ.replace("mtllib a.mtl\n", "").replace("usemtl wood\n", "");
@@ -327,7 +328,7 @@ fn picture_named_after_the_obj_is_found_in_other_folders() {
     ] {
         assert_eq!(found(squares), None, "{squares:?}");
     }
-    // Folders of other models
+    // Folders that contain other models are not searched.
     let other = ("gfx/b.obj", plain.as_str());
     assert_eq!(
         found_textures(obj, &[(obj, &plain), other], &[], &["gfx/stretcher.png"]),
@@ -335,7 +336,8 @@ fn picture_named_after_the_obj_is_found_in_other_folders() {
     );
 }
 
-/// A picture with the name of the file replaces its only colour texture, if that is missing.
+/// A picture with the name of the file replaces the only colour texture of the library, if this
+/// texture is missing.
 #[test]
 fn picture_named_after_the_obj_replaces_its_missing_texture() {
     let library = "newmtl wood\nmap_Kd RockSmooth_4.jpg\n";
@@ -354,7 +356,8 @@ fn picture_named_after_the_obj_replaces_its_missing_texture() {
         let (_, words) = picture(&folder, flags);
         assert!(words.contains("[missing-texture]"), "{flags}: {words}");
     }
-    // Two textures, or a picture with a similar name
+    // Nothing replaces a missing texture if the library has two textures, or if the picture has
+    // only a similar name.
     let two = format!("{library}newmtl b\nmap_Kd leaf.jpg\n");
     for (library, name) in [(two.as_str(), "textures/a.png"), (library, "textures/a_b.png")] {
         let (_, words) = picture(&scene(library, &[name]), "");
@@ -397,7 +400,7 @@ fn materials_are_found_in_other_case_and_with_other_separators() {
     assert!(got != expected, "{words}");
     let words = messages(&folder, "check s.toml");
     assert!(!words.contains("[unused-definition]"), "{words}");
-    // Several names fit.
+    // The name is ambiguous, or differs in more than case and separators.
     for library in [
         "newmtl Mat.1\nmap_Kd x.png\nnewmtl mat 1\n",
         "newmtl Mat1\nmap_Kd x.png\n",

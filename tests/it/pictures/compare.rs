@@ -321,7 +321,8 @@ fn images_of_other_programs_are_not_tested() {
     let (code, found) = compare(folder, &["a.exr", "b.exr"]);
     assert_eq!((code, found["outcome"].as_str()), (0, Some("not tested")));
     assert!(found["significance_test"].is_null());
-    // The means are those of 0 … 23 and 0 … 19 sixteenths. All values are increased by a quarter.
+    // The means are the means of 0/16 … 23/16 and of 0/16 … 19/16. All values of `b.exr` are larger
+    // by 0.25.
     assert_eq!(
         found["reference_mean"],
         serde_json::json!([11.5 / 16.0, 9.5 / 16.0, 0.25])

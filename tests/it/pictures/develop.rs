@@ -346,8 +346,8 @@ fn invalid_develop_arguments_are_errors() {
     assert_eq!(out.status.code(), Some(2));
 }
 
-/// The mask of a name is its share of each pixel. Masks of all materials add up to what objects
-/// cover.
+/// The mask of a material is the coverage of the material in each pixel. The masks of all materials
+/// add up to the coverage of all objects.
 #[test]
 fn mattes_are_the_shares_of_their_names() {
     let folder = scene();

@@ -1,4 +1,4 @@
-//! Lines of drawings: their width, the edges that they show, and their way to PNG files.
+//! Lines of drawings: their width, the edges that have lines, and lines in PNG files.
 
 use crate::support::program::{assert_same_bits, done, folder, joined, refused, split};
 use crate::support::read_channel;
@@ -12,7 +12,7 @@ const CAMERA: &str = "--projection orthographic --ortho-height 64 --position 0,0
 
 /// Plates of 20 x 20 units:
 ///
-/// - `plate.obj`: one alone.
+/// - `plate.obj`: a single plate.
 /// - `fold.obj`: two plates that meet in an edge of 20° and are one smooth part, and in another
 ///   part two plates that meet in an edge of 40°.
 /// - `step.obj`: a plate half of which lies 3 behind the other half; both are one part.
@@ -88,7 +88,7 @@ fn scenes() -> TempDir {
     ])
 }
 
-/// Channel of lines of `scene` with the further flags `flags`.
+/// Channel of lines of `scene`, rendered with the additional `flags`.
 fn lines(folder: &Path, scene: &str, flags: &str) -> Vec<f32> {
     let command = format!("render {scene}.toml -q --denoise=off --spp 16 --aov lines -o {scene}.exr {CAMERA} {flags}");
     done(folder, &split(&command));

@@ -328,7 +328,7 @@ fn furnace_is_even_in_every_projection() {
 }
 
 /// Without a size, panoramas are twice as wide as high, and cube maps have two rows of three faces.
-/// Other shapes of panoramas are warned of.
+/// A panorama with another shape causes a warning.
 #[test]
 fn pictures_of_all_directions_have_their_shape() {
     let folder = folder(&[

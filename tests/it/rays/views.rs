@@ -14,7 +14,8 @@ const OCTAHEDRON: &str = "v 0 1 0\nv 0 -1 0\nv 1 0 0\nv -1 0 0\nv 0 0 1\nv 0 0 -
 const ROOM: &str = "v -3 -2 -4\nv 3 -2 -4\nv 3 2 -4\nv -3 2 -4\nv -3 -2 4\nv 3 -2 4\nv 3 2 4\nv -3 2 4\n\
     f 1 2 3 4\nf 6 5 8 7\nf 5 1 4 8\nf 2 6 7 3\nf 5 6 2 1\nf 4 3 7 8\n\
     v -0.7 1.9 0.7\nv -0.7 1.9 -0.7\nv 0.7 1.9 -0.7\nv 0.7 1.9 0.7\nusemtl lamp\nf -4 -3 -2 -1\n";
-/// Right, left, up, down, front and back of a camera that looks along -z: axis and up.
+/// Right, left, upper, lower, front and back face of a cube map, for a camera that views along −z:
+/// view direction and up direction of each face.
 const FACES: [([i32; 3], [i32; 3]); 6] = [
     ([1, 0, 0], [0, 1, 0]),
     ([-1, 0, 0], [0, 1, 0]),
@@ -143,7 +144,7 @@ fn parts_of_cube_maps_have_the_bits_of_the_whole() {
     for name in ["resumed.exr", "merged.exr"] {
         assert_same_bits(&path("whole.exr"), &path(name));
     }
-    // Each face is denoised alone.
+    // Each face is denoised separately.
     done(
         folder.path(),
         &split("develop whole.exr --denoise=atrous -o denoised.exr"),
@@ -222,8 +223,8 @@ fn regions(folder: &TempDir, flags: &str, (width, views): (usize, usize), seeds:
     Mean::of_each(&(1..=seeds).map(of_seed).collect::<Vec<_>>())
 }
 
-/// Pictures of several views, with their widths and numbers of views beside each other. Methods
-/// that connect paths to the lens do not render the last.
+/// Flags of pictures with several views, width of the picture, and number of views side by side.
+/// Methods that connect paths to the lens do not render the last picture.
 const VIEWS: [(&str, usize, usize); 4] = [
     ("--projection cubemap --size 48x8", 48, 6),
     ("--stereo side-by-side --eye-distance 0.5 --size 24x12", 24, 2),
@@ -293,7 +294,7 @@ fn furnace_is_even_in_every_view() {
     }
 }
 
-/// Column of the middle of the light of a row, in pixels.
+/// Centroid of the light of a row, in pixels from its left end.
 fn middle(row: &[f32]) -> f64 {
     let sum: f64 = row.iter().map(|&v| f64::from(v)).sum();
     assert!(sum > 0.0, "the lamp is not in the view");

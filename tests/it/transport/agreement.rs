@@ -60,7 +60,8 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
         ("uniform", Directions::Uniform),
         ("cosine", Directions::Cosine),
         ("bsdf", Directions::Bsdf),
-        // Made from independent random numbers, which all these estimators use
+        // These directions are made from independent random numbers, which all these estimators
+        // use.
         ("perturbed qmc", Directions::PerturbedQmc),
         ("perturbed qmc uniform", Directions::PerturbedQmcUniform),
     ] {

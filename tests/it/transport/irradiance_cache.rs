@@ -282,13 +282,13 @@ fn caustics_cause_a_warning_about_records() {
 
 /// A convex white surface in a white sky has only direct light, so the cache adds no light.
 #[test]
-fn the_furnace_is_one() {
+fn white_furnace_radiance_is_one() {
     let camera = pinhole(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 40.0);
     let (film, _) = cached(&own("furnace.toml"), camera, 16, (0.3, 64), 64);
     assert_unbiased("furnace", &film, 1.0);
 }
 
-/// Asks for a stop at every few calls.
+/// Observer that requests a stop at every few calls.
 struct StoppingObserver(AtomicU64);
 
 impl Observer for StoppingObserver {

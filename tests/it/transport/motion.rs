@@ -18,7 +18,8 @@ fn shift(x: f32, y: f32, z: f32) -> Affine3A {
     affine_from_trs(Vec3::new(x, y, z), Vec3::ZERO, Vec3::ONE)
 }
 
-/// The path tracer as users have it, or without sharing.
+/// The path tracer with path reuse and two light samples if `reuse` is true, else without path
+/// reuse and with one light sample.
 fn path<'a>(world: World<'a, Backend<'a>>, reuse: bool) -> PathTracer<'a> {
     let path = PathIntegrator {
         light_samples: if reuse { 2 } else { 1 },

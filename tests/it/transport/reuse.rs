@@ -36,8 +36,9 @@ fn means(film: &Film) -> [Vec<f64>; 3] {
     [0, 1, 2].map(|c| pixels.iter().map(|a| a.mean(c)).collect())
 }
 
-/// Pixels of a film share errors, those of films with other seeds do not: means and variances are
-/// taken over seeds.
+/// Asserts that renders by `integrator` have the means of `reference`, for the whole image and
+/// pixel by pixel. Pixels of one film have correlated errors. Films with different seeds do not, so
+/// means and variances are computed over seeds.
 fn assert_same(what: &str, integrator: &PathTracer, reference: &Film, spp: u32) {
     let films: Vec<_> = (0..SEEDS)
         .map(|seed| means(&film_of(integrator, RESOLUTION, budget(spp), 100 + seed)))

@@ -49,9 +49,9 @@ pub(super) struct Report {
     closest_rays: u64,
     occlusion_rays: u64,
     disagreements: u64,
-    /// Disagreements per ray.
+    /// Number of disagreements divided by the number of rays.
     rate: f64,
-    /// Disagreements by cause.
+    /// Number of disagreements by cause.
     causes: BTreeMap<&'static str, u64>,
     /// Number of errors of each backend in `rays`.
     wrong: BTreeMap<&'static str, u64>,

@@ -35,7 +35,7 @@ pub(super) fn check(args: &SceneArgs, is_verbose: bool) -> Result<ExitCode, CliE
 /// Maximum number of findings of one kind in a file that are listed one by one.
 const MAX_ALIKE: usize = 12;
 
-/// Result of a check.
+/// Report of `embrasure check`.
 #[derive(Default)]
 struct Report {
     findings: Vec<Finding>,
@@ -44,7 +44,7 @@ struct Report {
     instances: usize,
     placed_triangles: u64,
     materials: usize,
-    /// Watts by type of light.
+    /// Power of the lights in watts, by type of light.
     power: BTreeMap<&'static str, f64>,
     memory: Option<Memory>,
 }
@@ -220,7 +220,7 @@ impl Report {
         self.add(Severity::Error, code, error);
     }
 
-    /// Sorts by file, line and column.
+    /// Sorts the findings by file, line and column.
     fn sort(&mut self) {
         let place = |p: Option<Position>| p.map(|p| (p.line, p.column.unwrap_or(usize::MAX)));
         let key = |f: &Finding| (f.error.file.clone(), place(f.error.position));

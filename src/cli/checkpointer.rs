@@ -54,7 +54,7 @@ impl Checkpointer {
         Ok(Some(renderer.resume(found)?))
     }
 
-    /// Writes the complete state.
+    /// Writes the complete `state` to the checkpoint file.
     pub fn keep(&self, state: &RenderState, metadata: &Metadata) -> Result<(), FileError> {
         state.keep(&self.output, metadata)
     }

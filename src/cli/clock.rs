@@ -10,7 +10,7 @@ pub(super) struct Clock {
     pub checkpoint: Timer,
     pub images: Timer,
     pub preview: Timer,
-    /// End of `--time-limit`.
+    /// Time at which `--time-limit` ends the render, if there is a limit.
     end: Option<Instant>,
     /// The render does not pause before this time, so that it continues even if writing is slow.
     rest: Option<Instant>,

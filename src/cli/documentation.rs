@@ -60,7 +60,7 @@ fn rows(section: &str, parameters: &[Parameter]) -> Vec<String> {
     parameters.iter().map(row).collect()
 }
 
-/// The page with current tables.
+/// Text of the reference page `page`, with the current rows in its tables.
 fn documented(page: &str) -> String {
     // Start of the old rows to replace, and the new rows
     let options = |of: &str| -> Vec<String> {

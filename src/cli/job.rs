@@ -57,7 +57,7 @@ impl Job {
         Self::to_show_scene(args, read_scene(&args.scene, &args.load)?)
     }
 
-    /// [`Job::to_show`] for a scene that was read.
+    /// Like [`Job::to_show`], for a scene that was already read.
     pub fn to_show_scene(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
         let guesses_exposure = guess_picture(args, &mut scene);
         let mut job = Self::of_scene(args, scene)?;
@@ -276,7 +276,7 @@ fn with_flags(mut scene: SceneFile, args: &LoadArgs) -> Result<SceneFile, CliErr
     Ok(scene)
 }
 
-/// Kind of a scene.
+/// Kind of a scene file, or of a bare model file.
 pub(super) enum SceneKind {
     Toml,
     Obj,

@@ -130,7 +130,7 @@ const TICK: Duration = Duration::from_secs(1);
 /// A bar with rate and remaining time on a terminal; hidden elsewhere.
 pub(super) struct Progress {
     bar: ProgressBar,
-    /// True until the first sample.
+    /// True until the first sample is taken.
     is_preparing: AtomicBool,
 }
 
@@ -178,7 +178,7 @@ impl Progress {
         self.bar.suspend(f);
     }
 
-    /// Removes the bar.
+    /// Removes the progress bar.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }
@@ -239,7 +239,7 @@ impl Loading {
         }
     }
 
-    /// Removes the bar.
+    /// Removes the loading bar.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }

@@ -7,7 +7,7 @@ const WIDTH: usize = 96;
 pub(super) struct Topic {
     /// Names of the page for `help`; the first name is listed.
     pub names: &'static [&'static str],
-    /// Markdown.
+    /// Text of the page in Markdown.
     text: &'static str,
 }
 
@@ -42,7 +42,7 @@ pub(super) const TOPICS: &[Topic] = topics! {
 /// Topic of the JSON Schema of scene files.
 pub(super) const SCHEMA: &str = "schema";
 
-/// The page of codes.
+/// Text of the page that explains the codes of findings.
 const CODES: &str = include_str!("../../docs/guide/reference/checks.md");
 
 /// Cells of a row of a Markdown table.

@@ -38,7 +38,7 @@ const OF_COMMAND: [&str; 18] = [
 pub struct Request {
     /// The scene with the changes of the flags.
     pub scene: SceneFile,
-    /// Settings of its session.
+    /// Settings of the session that renders the scene.
     pub settings: Settings,
     /// Format of EXR files.
     pub exr: ExrFormat,

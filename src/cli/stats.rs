@@ -120,7 +120,7 @@ pub(super) struct Rays {
 pub(super) struct DroppedSampleEntry {
     pixel: [u32; 2],
     sample: u32,
-    /// Text, because JSON has no NaN.
+    /// Radiance of the sample as text, because JSON has no NaN.
     radiance: String,
 }
 
@@ -179,7 +179,7 @@ impl Chains {
 /// its chains.
 const MAX_SHARE_OF_A_CHAIN: f64 = 0.25;
 
-/// Denoiser of the picture.
+/// Denoiser of the picture, in the output of `--stats`.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct DenoiseStats {
     /// Name of the filter and version of its library.
@@ -190,7 +190,7 @@ pub(super) struct DenoiseStats {
 /// Noise of a picture.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct NoiseOfRender {
-    /// Requested level.
+    /// Noise level requested by `--noise`.
     level: f64,
     /// Estimated relative error: the square root of relMSE.
     error: f64,

@@ -6,7 +6,7 @@ use crate::film::Film;
 pub(super) enum Stop {
     /// All samples were taken.
     Samples,
-    /// The noise level is reached.
+    /// The noise level was reached.
     Noise,
     TimeLimit,
     Interrupt,

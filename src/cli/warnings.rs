@@ -11,9 +11,9 @@ pub(super) enum ShownWarnings {
     /// One line per kind, with the number of warnings.
     #[default]
     Summary,
-    /// Every warning.
+    /// Every warning is printed.
     All,
-    /// No warning.
+    /// No warning is printed.
     None,
 }
 

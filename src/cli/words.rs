@@ -19,31 +19,31 @@ const ERROR: Style = AnsiColor::Red.on_default().bold();
 const WARNING: Style = AnsiColor::Yellow.on_default().bold();
 const NOTE: Style = AnsiColor::Cyan.on_default().bold();
 
-/// First error of the standard output.
+/// First error of writing to the standard output.
 static LOST: Mutex<Option<io::Error>> = Mutex::new(None);
 
-/// Prints to the standard output.
+/// Prints formatted text to the standard output, like `print!`.
 macro_rules! out {
     ($($words:tt)*) => {
         $crate::cli::words::print(format_args!($($words)*))
     };
 }
 
-/// Prints a line to the standard output.
+/// Prints formatted text and a line break to the standard output, like `println!`.
 macro_rules! outln {
     ($($words:tt)*) => {
         $crate::cli::words::print(format_args!("{}\n", format_args!($($words)*)))
     };
 }
 
-/// Prints to the standard error.
+/// Prints formatted text to the standard error, like `eprint!`.
 macro_rules! err {
     ($($words:tt)*) => {
         $crate::cli::words::print_error(format_args!($($words)*))
     };
 }
 
-/// Prints a line to the standard error.
+/// Prints formatted text and a line break to the standard error, like `eprintln!`.
 macro_rules! errln {
     ($($words:tt)*) => {
         $crate::cli::words::print_error(format_args!("{}\n", format_args!($($words)*)))

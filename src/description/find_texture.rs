@@ -30,9 +30,9 @@ pub(super) struct TextureSearch<'a> {
 /// A texture found by the search.
 #[derive(Debug, PartialEq)]
 pub(super) enum FoundTexture {
-    /// Found at the path as written.
+    /// The texture was found at the path as written.
     AsNamed(PathBuf),
-    /// Found under the file name only, or in another folder.
+    /// The texture was found under its file name only, or in another folder.
     Elsewhere(PathBuf),
 }
 

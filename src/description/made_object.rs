@@ -7,7 +7,7 @@ use std::sync::Arc;
 pub struct MadeObject {
     /// Name of the object.
     pub name: String,
-    /// Triangles, in world space.
+    /// Triangles of the object, in world space.
     pub mesh: Arc<Mesh>,
     /// Name of the material: a section `[material.NAME]`, or a material in a library of the scene's
     /// OBJ files. `None` for the default material.

@@ -22,7 +22,7 @@ pub(super) struct OptionSection(InOrder<Spanned<Scalar>>);
 /// Maximum number of values in a list.
 const MAX_LIST: usize = 16;
 
-/// A value as written.
+/// A value as written in the scene file.
 #[derive(Clone, Debug)]
 enum Scalar {
     String(String),

@@ -26,7 +26,7 @@ pub(super) enum PatchTarget {
 }
 
 impl PatchTarget {
-    /// The flag.
+    /// Name of the flag that patches these items.
     pub fn flag(self) -> &'static str {
         match self {
             Self::Materials => "--material",

@@ -41,7 +41,7 @@ pub(super) struct PatchList<'a> {
     /// Indices of patches that match one name only. The key is the name, because a scene may have
     /// very many such patches.
     by_name: HashMap<String, Vec<usize>>,
-    /// Indices of the other patches.
+    /// Indices of patches whose globs may match several names.
     by_glob: Vec<usize>,
 }
 

@@ -15,7 +15,7 @@ use toml::Spanned;
 pub(crate) trait Section: Sized {
     /// All keys in the order of the reference.
     const KEYS: &'static [Parameter];
-    /// Keys that must be given.
+    /// Keys that a file must give.
     const REQUIRED: &'static [&'static str];
 
     /// Keys that the file has.
@@ -40,7 +40,7 @@ pub(crate) struct PresentKey<'a> {
     pub key: &'static str,
     /// Span of the value in the file.
     pub span: std::ops::Range<usize>,
-    /// Numbers in the value.
+    /// All numbers in the value of the key.
     pub numbers: &'a [f32],
     /// Range in which each number must be.
     pub range: Range<f32>,
@@ -48,7 +48,7 @@ pub(crate) struct PresentKey<'a> {
 
 /// Type of the value of a key.
 pub(crate) trait KeyType: Sized {
-    /// Reads a value.
+    /// Reads a value of this type.
     fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error>;
 
     /// JSON Schema of the type. `number` is the schema of each number in a value.
@@ -163,7 +163,7 @@ impl KeyType for [[f32; 4]; 4] {
 
 /// Range of a key: a range, or a function that returns the range for the name of a key.
 pub(crate) trait RangeOf {
-    /// The range of `key`.
+    /// Range of the values of `key`.
     fn range_of(self, key: &str) -> Range<f32>;
 }
 

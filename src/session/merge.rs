@@ -40,7 +40,7 @@ pub struct Parts {
     extent: PartsExtent,
 }
 
-/// Result of joining parts.
+/// Result of joining the parts of a picture.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Joined {
@@ -80,7 +80,7 @@ impl Parts {
         Ok(Self { parts, extent })
     }
 
-    /// Number of parts.
+    /// Number of parts, as given to [`Parts::describe`].
     pub fn count(&self) -> usize {
         self.parts.len()
     }
@@ -277,7 +277,7 @@ impl PartsExtent {
         }
     }
 
-    /// Sums of all parts.
+    /// Reads the parts from their files, and adds their sums.
     fn join(&self, parts: &[PicturePart]) -> Result<RenderState, Error> {
         let metadata = &parts[0].description.metadata;
         let view = metadata.view_size(self.resolution);

@@ -315,9 +315,9 @@ impl<'a> Renderer<'a> {
         (Outcome::Complete, statistics)
     }
 
-    /// [`Renderer::render`] with an integrator of the caller: `tracer` traces each sample, instead
-    /// of the method in the settings. The metadata of files has the method of the settings
-    /// ([`Metadata::settings`]) nevertheless.
+    /// Like [`Renderer::render`], but with an integrator of the caller: `tracer` traces each
+    /// sample, instead of the method in the settings. The metadata of files has the method of the
+    /// settings ([`Metadata::settings`]) nevertheless.
     pub fn render_with(&self, state: &mut RenderState, tracer: &impl SampleTracer, observer: &dyn Observer) -> Outcome {
         let accel = self.accel.as_dyn();
         let settings = self.session.settings();
@@ -475,8 +475,8 @@ impl<'a> Renderer<'a> {
         Ok(())
     }
 
-    /// [`Renderer::denoise`] on separate threads. If `is_cancelled` returns true before the end,
-    /// the function returns and does not wait for the threads.
+    /// Like [`Renderer::denoise`], but on separate threads. If `is_cancelled` returns true before
+    /// the end, the function returns and does not wait for the threads.
     ///
     /// # Errors
     ///

@@ -357,8 +357,8 @@ impl Settings {
         Ok(self.camera_and_survey(file, scene, pool, GuessSelection::default())?.0)
     }
 
-    /// [`Settings::camera_of`], which also returns a survey of the scene, if one was needed or
-    /// requested, and a guess of the light, if requested.
+    /// Like [`Settings::camera_of`], but also returns a survey of the scene, if the camera needs a
+    /// survey or `selection` requests it, and a guess of the light, if `selection` requests it.
     pub(super) fn camera_and_survey(
         &self,
         file: &SceneFile,

@@ -17,7 +17,7 @@ pub(super) const RIVAL: &str = "compared";
 /// A picture for pages. Clones share the data.
 #[derive(Clone)]
 pub(super) struct Frame {
-    /// Number of the picture, from 1.
+    /// Number of the picture; the first picture has the number 1.
     pub id: u64,
     header: Arc<Map<String, Value>>,
     /// Red, green and blue of each pixel, row by row.
@@ -31,9 +31,9 @@ pub(super) struct Frame {
 /// Encoding of the numbers in a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Coding {
-    /// Unchanged.
+    /// The numbers are sent unchanged.
     Plain,
-    /// Packed, and rounded if the picture is not final.
+    /// The numbers are packed, and rounded if the picture is not final.
     Packed,
 }
 

@@ -15,7 +15,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// The head of a request.
 #[derive(Debug, Default)]
 pub(super) struct Request {
-    /// Path and query.
+    /// Path and query of the requested URL.
     pub target: String,
     pub host: String,
     /// Origin of the requesting page, set by browsers.

@@ -46,7 +46,7 @@ pub(super) struct Outbox {
     channels: Vec<(String, Option<Frame>)>,
 }
 
-/// The shared state.
+/// State that the render and the threads of the pages share.
 pub(super) struct Hub {
     mail: Mutex<VecDeque<Mail>>,
     bell: Condvar,

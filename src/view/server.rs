@@ -135,7 +135,7 @@ impl Server {
         format!("http://{address}/{}/", self.token)
     }
 
-    /// Open connections.
+    /// Locks and returns the open connections.
     fn open(&self) -> MutexGuard<'_, Connections> {
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }

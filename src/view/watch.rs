@@ -68,7 +68,7 @@ impl Reading {
 }
 
 impl Watch {
-    /// Watches no files yet.
+    /// A watch that has no files yet.
     pub fn new() -> Self {
         Self {
             files: Vec::new(),

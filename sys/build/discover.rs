@@ -11,11 +11,11 @@ pub struct Places {
     pub embree_dir: Option<PathBuf>,
     /// Value of `EMBREE_INCLUDE_DIR`, with `lib_dir`: separate folders instead of a prefix.
     pub include_dir: Option<PathBuf>,
-    /// Value of `EMBREE_LIB_DIR`.
+    /// Value of `EMBREE_LIB_DIR`: the folder of the library.
     pub lib_dir: Option<PathBuf>,
     /// Prefix of the Embree in the project's folder.
     pub deps: PathBuf,
-    /// Prefixes of the system.
+    /// Prefixes of installations in the system.
     pub system: Vec<PathBuf>,
     /// Debian's name for the target, such as `x86_64-linux-gnu`: a folder below `lib`.
     pub multiarch: String,
@@ -33,7 +33,7 @@ pub struct Embree {
     pub version: Version,
 }
 
-/// Major, minor, patch.
+/// Version number: major, minor, patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Version(pub u32, pub u32, pub u32);
 

@@ -1,5 +1,5 @@
-//! Renders that are stopped, killed, split into parts and merged have the bits of one uninterrupted
-//! render. Written data is never lost.
+//! Renders that are stopped, killed, or split into parts and merged are bit-identical to one
+//! uninterrupted render. Written data is never lost.
 
 use crate::support::program::{
     assert_same_bits, code, command, done, folder, joined, limited, read_json, refused, run, signal, split,
@@ -249,8 +249,8 @@ fn parts_of_other_renders_are_refused() {
     assert_eq!(fs::read(folder.path().join("c.exr")).unwrap(), before);
 }
 
-/// Samples that are added later give the same bits as all samples at once. This also holds if the
-/// first render ended within a block.
+/// Samples that are added later give a picture that is bit-identical to a picture with all samples
+/// at once. This also holds if the first render ended within a block.
 #[test]
 fn later_samples_give_the_same_bits() {
     let folder = scene();
@@ -304,7 +304,7 @@ fn noise_level_resumes_to_the_same_bits() {
     assert_same(&folder, "later.exr", "once.exr");
 }
 
-/// A render killed at any moment, also during a write, resumes to the same bits.
+/// A render that is killed at any moment, also during a write, resumes to a bit-identical picture.
 #[cfg(unix)]
 #[test]
 #[cfg_attr(not(long), ignore = "long")]

@@ -435,13 +435,13 @@ struct FailingCommand {
     args: Vec<&'static str>,
     /// Outputs of a run without failing calls.
     right: Vec<(&'static str, PathBuf)>,
-    /// All files before each run.
+    /// All files of the folder before each run.
     before: Vec<(PathBuf, Vec<u8>)>,
     right_folder: TempDir,
 }
 
 impl FailingCommand {
-    /// In `folder`, where `line` writes `outputs`.
+    /// The command `line` in `folder`, which writes the files `outputs`.
     fn new(folder: TempDir, line: &'static str, outputs: &[&'static str]) -> Self {
         let right_folder = tempfile::tempdir().unwrap();
         let library = right_folder.path().join("inject.so");

@@ -136,8 +136,8 @@ fn watch(mut client: TcpStream) -> (ViewerImage, Vec<usize>) {
     (shown, lengths)
 }
 
-/// At the end, the viewer has the bits of the file for the crop. It displayed the image before the
-/// end.
+/// At the end, the viewer's image is bit-identical to the file, for the pixels of the crop. The
+/// viewer displayed the image before the end.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn the_viewer_has_the_picture() {

@@ -40,7 +40,7 @@ impl FromArgMatches for CameraArgs {
     }
 }
 
-/// Flag of a key.
+/// Name of the flag that sets the camera key `key`; empty for an unknown key.
 fn flag(key: &str) -> String {
     let mut parameters = CameraOptions::PARAMETERS.iter();
     let parameter = parameters.find(|parameter| parameter.key == key);

@@ -148,7 +148,7 @@ fn flag(written: &str) -> &str {
     written.split_once([' ', '=', '[']).map_or(written, |(flag, _)| flag)
 }
 
-/// Flags without their values.
+/// Names of the flags in `written`, without their values. Flags are separated by commas.
 fn flags(written: &str) -> String {
     let flags: Vec<&str> = written.split(", ").map(flag).collect();
     flags.join(", ")

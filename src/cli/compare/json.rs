@@ -5,7 +5,7 @@ use crate::options::name_of;
 use serde_json::{Value, json};
 
 impl Comparison<'_> {
-    /// The comparison as JSON.
+    /// Result of the comparison as JSON, for `--json`.
     pub fn json(&self) -> Value {
         let (pair, errors, args) = (self.pair, &self.errors, self.args);
         let significance = self.significance.as_ref().map(|significance| {

@@ -105,7 +105,7 @@ enum Outcome {
     /// No channel differs by more than [`TOLERANCE`].
     Alike,
     Differs,
-    /// The noise is unknown.
+    /// Too little is known about the noise for a test.
     Unknown,
 }
 

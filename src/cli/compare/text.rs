@@ -5,7 +5,7 @@ use crate::cli::words::number;
 use crate::film::Rect;
 
 impl Comparison<'_> {
-    /// Prints the result.
+    /// Prints the result of the comparison as text.
     pub fn print(&self) {
         let (pair, errors) = (self.pair, &self.errors);
         let size = pair.window.size();

@@ -70,7 +70,7 @@ pub(super) struct Layer {
 }
 
 impl Layer {
-    /// Name in messages.
+    /// Name of the layer in messages.
     pub fn title(&self) -> &str {
         match self.name.as_str() {
             "" => "RGB",
@@ -111,7 +111,7 @@ impl Layer {
         self.components.iter().any(|(c, _)| c.eq_ignore_ascii_case(component))
     }
 
-    /// Line in the list of layers.
+    /// Text of the layer for the list of layers.
     pub fn describe(&self, layers: &Layers) -> String {
         let components: Vec<&str> = self
             .components

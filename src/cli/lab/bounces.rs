@@ -86,7 +86,7 @@ fn layer(image: &Image, name: &str) -> RgbImage {
     }
 }
 
-/// Mean luminance.
+/// Mean luminance of the image.
 fn mean(image: &RgbImage) -> f64 {
     let luminance = |rgb: &[f32; 3]| f64::from(Spectrum::from(*rgb).luminance());
     image.pixels.iter().map(luminance).sum::<f64>() / image.pixels.len().max(1) as f64

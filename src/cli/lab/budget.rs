@@ -5,7 +5,7 @@ use crate::render::last_cut;
 /// Factor between the sample counts of successive snapshots of a curve.
 const STEP: u32 = 4;
 
-/// Samples or seconds.
+/// Budget of a contender, in samples or in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Budget {
     /// Samples per pixel.

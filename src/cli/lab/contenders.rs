@@ -27,7 +27,7 @@ impl Contender {
         }
     }
 
-    /// Integrator and parameters.
+    /// Integrator of the contender, with its parameters.
     pub fn method(&self) -> Method {
         self.settings.method()
     }

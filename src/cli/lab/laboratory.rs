@@ -57,7 +57,7 @@ impl Reference {
 pub(super) struct Laboratory<'a> {
     pub job: &'a Job,
     pub quiet: bool,
-    /// A loaded scene.
+    /// Session whose scene is in memory, if any.
     pub session: Option<Session>,
 }
 

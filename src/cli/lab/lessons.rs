@@ -8,7 +8,7 @@ use crate::session::Settings;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Lesson {
     pub sentence: String,
-    /// Paper; `None` for methods without one.
+    /// Paper of the method; `None` for a method without a paper.
     pub paper: Option<Paper>,
 }
 

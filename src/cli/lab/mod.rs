@@ -60,7 +60,7 @@ impl Comparison {
     }
 }
 
-/// The files to write.
+/// Files that `embrasure lab` writes.
 struct Files {
     sheet: Output,
     csv: Output,

@@ -28,7 +28,7 @@ const MAX_PIXELS: usize = 8 << 20;
 /// Number of colours of the error map palette.
 const COLORS: usize = 65;
 
-/// Writes the page.
+/// Writes the HTML page of `comparison`.
 pub(super) fn write(writer: &mut impl Write, comparison: &Comparison) -> io::Result<()> {
     let data = data(comparison)?.to_string();
     let title = format!("Estimators compared: {}", comparison.scene);

@@ -89,7 +89,7 @@ pub(super) fn run(
     let spent = Estimate::new(renderer, contender, &progress).spend(budgets, &mut run);
     progress.finish();
     spent?;
-    // Samples until an interrupt count for the budget that was not spent.
+    // After an interrupt, the last snapshot counts for the first budget that was not spent.
     if run.is_interrupted {
         let spent = run.snapshots.iter().flat_map(|snapshot| &snapshot.budgets).max();
         let next = spent.map_or(0, |spent| spent + 1);

@@ -7,7 +7,7 @@ use crate::integrator::PathEvent;
 use crate::math::{UVec2, Vec2, Vec3};
 use crate::sampler::SampleKey;
 
-/// Receives events in their order.
+/// Builder of a trace. It receives the events of a record in their order.
 struct Builder<'a> {
     trace: Trace,
     pixel: UVec2,

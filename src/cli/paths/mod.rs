@@ -115,7 +115,7 @@ pub(super) fn light_of(traces: &[Trace]) -> Spectrum {
     traces.iter().fold(Spectrum::ZERO, |sum, trace| sum + trace.sum())
 }
 
-/// All results as JSON.
+/// All recorded samples of `pixel` as JSON.
 pub(super) fn facts(renderer: &Renderer, pixel: [u32; 2], samples: &[(u32, Vec<Trace>)]) -> Value {
     let session = renderer.session();
     let sample = |(index, traces): &(u32, Vec<Trace>)| {

@@ -25,7 +25,7 @@ const MAX_LISTED: usize = 10;
 /// Projection of points to two coordinates; `None` for points behind the viewer.
 type View<'a> = &'a dyn Fn(Vec3) -> Option<[f64; 2]>;
 
-/// Text of the picture.
+/// SVG text of the picture.
 pub(super) fn text(session: &Session, [x, y]: [u32; 2], samples: &[(u32, Vec<Trace>)]) -> String {
     let listed = samples.len().min(MAX_LISTED);
     let size = [

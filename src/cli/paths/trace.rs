@@ -32,7 +32,7 @@ pub(in crate::cli) struct Vertex {
     pub photons: Vec<(u32, f32)>,
 }
 
-/// Place of a vertex.
+/// Location of a vertex: on the camera, on a light or on a surface.
 #[derive(Clone, Copy)]
 pub(in crate::cli) enum Place {
     Camera,
@@ -50,19 +50,19 @@ pub(in crate::cli) enum Technique {
     /// Connected subpaths: numbers of vertices from the light and from the camera, MIS weight, and
     /// light without the weight.
     Connection(usize, usize, f32, Spectrum),
-    /// A density estimate of photons.
+    /// A density estimate of photons found the light.
     Photons,
     /// Merged subpaths (vertex merging): they end near each other. The fields have the meaning of
     /// the fields of `Connection`. Both numbers of vertices include the merged vertex.
     Merging(usize, usize, f32, Spectrum),
-    /// The irradiance cache.
+    /// The irradiance cache returned the light.
     Cache,
-    /// A Markov chain.
+    /// A Markov chain found the light.
     Chain,
     /// A path shared between pixels: the pixel that it belongs to, and its end point. The pixel may
     /// be the own pixel.
     Shared([u32; 2], Vec3),
-    /// Another technique.
+    /// Another technique found the light.
     Other,
 }
 

@@ -23,7 +23,7 @@ pub(super) fn color(index: usize) -> &'static str {
     COLORS[index % COLORS.len()]
 }
 
-/// Location of a picture.
+/// Location of an SVG picture: a file, or a page that contains the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
     /// The picture is a separate file.

@@ -55,7 +55,7 @@ impl PointSet {
         method.sampler(kind, seed, count)
     }
 
-    /// Decisions to show.
+    /// Decisions of a path that are shown for this point set.
     fn decisions(self) -> Vec<Decision> {
         let direction = |depth| Dimension::bounce(depth, Bounce::Direction);
         let directions = [("direction 1", direction(0)), ("direction 4", direction(3))];

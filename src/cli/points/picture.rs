@@ -16,7 +16,7 @@ const TOP: f64 = 30.0;
 const TITLE: f64 = 40.0;
 const LINE: f64 = 18.0;
 
-/// Text of the picture.
+/// SVG text of the picture.
 pub(super) fn svg(
     (name, count): (&str, u32),
     independent: [f64; 2],

@@ -26,7 +26,7 @@ impl Shape {
     }
 }
 
-/// Points in two dimensions.
+/// Points of a point set in two dimensions, with their discrepancy.
 pub(super) struct Projection {
     pub name: String,
     pub axes: [String; 2],

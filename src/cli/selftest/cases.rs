@@ -24,7 +24,7 @@ pub(super) struct Case {
     pub run: fn(&Probe) -> Result<Measurement, CliError>,
 }
 
-/// All cases.
+/// All cases of `embrasure selftest`.
 pub(super) const CASES: &[Case] = &[
     Case {
         name: "closed-room",
@@ -113,12 +113,12 @@ const TOLERANCE: f64 = 3e-3;
 pub(super) struct Measurement {
     pub value: f64,
     pub expected: f64,
-    /// Maximum difference.
+    /// Maximum difference between `value` and `expected`.
     pub tolerance: f64,
 }
 
 impl Measurement {
-    /// A mean over samples.
+    /// Measurement of a mean over samples, with a relative tolerance.
     pub fn near(value: f64, expected: f64) -> Self {
         let tolerance = TOLERANCE * expected;
         Self {
@@ -128,7 +128,7 @@ impl Measurement {
         }
     }
 
-    /// A count that must be 0.
+    /// Measurement of a count that must be 0.
     pub fn none(count: usize) -> Self {
         Self {
             value: count as f64,
@@ -163,7 +163,7 @@ impl From<BuildError> for CliError {
     }
 }
 
-/// Settings of the pictures.
+/// Renders the pictures of the cases with one backend.
 pub(super) struct Probe {
     pub backend: Backend,
 }
@@ -202,7 +202,7 @@ impl Probe {
     }
 }
 
-/// Renders a picture.
+/// Renders a picture of a scene.
 fn picture((scene, camera): View, settings: Settings) -> Result<Image, CliError> {
     let session = Session::new(scene, camera, settings)?;
     let renderer = session.renderer()?;
@@ -211,7 +211,7 @@ fn picture((scene, camera): View, settings: Settings) -> Result<Image, CliError>
     Ok(renderer.develop(&state))
 }
 
-/// Mean of the first channel.
+/// Mean of the first channel of `image`.
 fn mean(image: &Image) -> f64 {
     let values = &image.channels[0].values;
     values.iter().map(|&value| f64::from(value)).sum::<f64>() / values.len() as f64

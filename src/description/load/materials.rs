@@ -381,9 +381,9 @@ pub(super) struct UntexturedMaterials {
     has_texture: bool,
     /// True if a picture with the name of the file can replace the only colour texture.
     pub has_one_color: bool,
-    /// Libraries of the file.
+    /// Material libraries of the OBJ file.
     pub libraries: Vec<PathBuf>,
-    /// Name of the first material.
+    /// Name of the OBJ file's first material.
     material: Option<String>,
 }
 

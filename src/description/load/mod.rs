@@ -145,9 +145,9 @@ struct Loader<'a> {
     /// Index of the last object that needs a file. The file is dropped after this object.
     last_use: HashMap<Shape, usize>,
     findings: Findings,
-    /// True to continue after errors.
+    /// True if loading continues after errors.
     continues_after_errors: bool,
-    /// Materials handed to the builder.
+    /// Materials that were already added to the builder.
     used: HashMap<UsedMaterial, MaterialId>,
     materials: Vec<MaterialSource>,
     /// Patches of materials, from the scene file and from flags.
@@ -297,7 +297,7 @@ impl<'a> Loader<'a> {
         self.finish(objs)
     }
 
-    /// Builds the scene.
+    /// Builds the scene from the objects that were added, and returns it with all findings.
     fn finish(mut self, objs: Vec<ObjSource>) -> Inspection {
         let building = self.builder.building_bytes();
         if let Err(error) = self.allowance.check(Path::new(""), building) {
@@ -359,7 +359,7 @@ impl<'a> Loader<'a> {
             ) {
                 self.wrong("wrong-light", error);
             }
-            // A light with a shape has a material with a name
+            // A light with a shape gets a material. Choose the name of this material
             let name = match light.kind.get_ref().as_str() {
                 "sphere" => SPHERE_NAME,
                 "disk" => DISK_NAME,

@@ -98,7 +98,7 @@ struct Set {
     files: BTreeMap<Role, PathBuf>,
 }
 
-/// Sets by their words without separators.
+/// Texture sets by their names: the words of a name, joined without separators.
 type Sets = BTreeMap<String, Set>;
 
 /// Texture sets near an OBJ file.

@@ -466,7 +466,7 @@ fn exchanged(decided: &[(&MaterialTexture, TextureKind)]) -> BTreeSet<usize> {
 /// Use of a missing texture by a material.
 pub(super) struct MissingUse {
     request: MapRequest,
-    /// Name of the material.
+    /// Name of the material that uses the texture.
     material: String,
     /// State of the file for messages, such as "is missing".
     what: &'static str,

@@ -36,13 +36,13 @@ use toml::Spanned;
 pub struct SceneFile {
     /// Version of the format: 1.
     pub(super) version: Option<Spanned<u32>>,
-    /// `[camera]` as written.
+    /// Section `[camera]` as written in the file.
     #[serde(default, skip_serializing_if = "OptionSection::is_empty")]
     pub(super) camera: OptionSection,
-    /// `[image]` as written.
+    /// Section `[image]` as written in the file.
     #[serde(default, skip_serializing_if = "OptionSection::is_empty")]
     pub(super) image: OptionSection,
-    /// `[render]` as written.
+    /// Section `[render]` as written in the file.
     #[serde(default, skip_serializing_if = "OptionSection::is_empty")]
     pub(super) render: OptionSection,
     /// Options that the sections `[camera]`, `[image]` and `[render]` set.

@@ -23,7 +23,7 @@ use std::time::Instant;
 enum Values {
     /// Light, and the coverage of the background if the film has one.
     Light,
-    /// Three numbers per pixel.
+    /// Values of a channel: three numbers per pixel.
     Channel(Vec<f32>),
 }
 

@@ -59,9 +59,9 @@ const MOMENT: Duration = Duration::from_millis(250);
 
 /// Next step after a picture.
 enum NextStep {
-    /// A picture with another camera or other settings.
+    /// A picture with another camera or other settings is rendered.
     Picture,
-    /// More samples of the same picture.
+    /// More samples of the same picture are taken.
     More(Box<RenderState>),
     /// The scene is loaded from its files. If the files are invalid, the render continues with the
     /// old scene.
@@ -104,7 +104,7 @@ pub(super) struct Engine<'a> {
     text: String,
     exr: ExrFormat,
     options: SceneOptions,
-    /// Settings of the picture.
+    /// Settings of the displayed picture.
     settings: Settings,
     camera: CameraDescription,
     /// The camera of the scene file, or the guessed camera.
@@ -149,7 +149,7 @@ pub(super) struct Engine<'a> {
     held: VecDeque<Mail>,
     /// Number of times that the scene was loaded for the current save.
     loads_of_save: u32,
-    /// Samples per second over all pixels.
+    /// Measured number of samples per second, over all pixels.
     rate: f64,
     /// True if a page has selected another channel since the last picture.
     has_new_channel: bool,
@@ -358,7 +358,7 @@ impl<'a> Engine<'a> {
         self.pending = self.read_mail(REST);
     }
 
-    /// Files to watch.
+    /// Files whose changes cause the scene to be loaded again.
     fn files(&self, session: &Session) -> Vec<PathBuf> {
         let mut files = session.files().to_vec();
         files.push(self.path.clone());

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 /// Maximum time in seconds for the first sample of every pixel.
 const FIRST_SAMPLE: f64 = 0.035;
-/// Duration of the following slices.
+/// Duration of a slice after the first sample of every pixel.
 const SLICE: Duration = Duration::from_millis(40);
 /// Factor by which the first preview is smaller than the picture per side, while the sample rate is
 /// unknown.

@@ -5,7 +5,7 @@ import { drawBall } from "./ball.js";
 import { nameWithKey } from "./fields.js";
 import { keyControls } from "./keys.js";
 
-// Keys for the ball of a preset that is not known here.
+// Keys for drawing the ball of a preset that the page does not know.
 const UNKNOWN = { diffuse: 0.5, metallic: 0, roughness: 0.4 };
 
 export class Materials {

@@ -120,7 +120,7 @@ fn bits_depend_only_on_the_seed() {
     assert_ne!(read_rgb(&one), read_rgb(&render("seed.exr", &["--seed", "1"])));
 }
 
-/// A render stops at the noise level and reports the error. Its image has the same bits with any
+/// A render stops at the noise level and reports the error. Its image is bit-identical for any
 /// number of threads.
 #[test]
 fn noise_level_ends_the_render() {

@@ -32,7 +32,7 @@ fn rows(path: &Path) -> Vec<(String, Vec<String>)> {
     lines.map(row).collect()
 }
 
-/// Data of a page.
+/// Data in the script of the HTML page at `path`.
 fn data(path: &Path) -> Value {
     let page = fs::read_to_string(path).unwrap();
     let (_, rest) = page
@@ -205,7 +205,7 @@ fn curves_have_the_figures_of_the_table() {
     }
 }
 
-/// A snapshot has the bits of a render with the same number of samples. This holds within and
+/// A snapshot is bit-identical to a render with the same number of samples. This holds within and
 /// between passes, and for samplers that depend on the number of samples.
 #[test]
 fn snapshots_equal_renders() {

@@ -161,8 +161,8 @@ impl SampleTracer for Openness {
     }
 }
 
-/// An integrator of another crate has the bits of the same integrator of this crate: image,
-/// channels and variance.
+/// An integrator of another crate gives results that are bit-identical to the results of the same
+/// integrator in this crate: image, channels and variance.
 #[test]
 fn external_integrator_has_the_same_bits() {
     let folder = scene();
@@ -191,7 +191,8 @@ fn external_integrator_has_the_same_bits() {
     );
 }
 
-/// A render that is stopped, written to a checkpoint and resumed many times has the same bits
+/// A render that is stopped, written to a checkpoint and resumed many times is bit-identical to an
+/// uninterrupted render
 #[test]
 fn stopped_render_resumes_to_the_same_bits() {
     let folder = scene();

@@ -229,7 +229,7 @@ fn parts_are_hidden_by_rules() {
     }
 }
 
-/// A moved part has the bits of a file with moved vertices.
+/// The image of a moved part is bit-identical to the image of a file with moved vertices.
 #[test]
 fn moving_a_part_equals_moving_its_vertices() {
     let whole = scene([true; 4]);

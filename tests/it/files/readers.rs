@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 /// Content of an OBJ file as a reader returns it, sorted.
 #[derive(Default)]
 struct ObjContents {
-    /// Corners of the triangles.
+    /// Positions of the corners of each triangle.
     positions: Vec<[Bits; 3]>,
     /// Triangles with the names of their materials.
     faces: Vec<([Bits; 3], Option<String>)>,

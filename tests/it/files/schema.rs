@@ -550,7 +550,8 @@ const CHANGES: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// Sections that replace the light, or are added.
+/// Sections with errors in their names or keys. A section for lights replaces the light of the
+/// scene, and other sections are added.
 const SECTIONS: &[&str] = &[
     "[cammera]\nposition = [0, 1, 4]",
     "[renders]\nsamples = 4",

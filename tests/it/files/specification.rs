@@ -154,7 +154,7 @@ fn the_list_has_lines_and_counts() {
         "{printed}"
     );
     assert!(printed.contains("a.obj:7: note: `lod` has no effect:"), "{printed}");
-    // `render` does not list the statements, unlike `check`.
+    // Unlike `check`, `render` does not list the statements that it ignores.
     let said = words(&done(folder.path(), &split("render a.obj --size 8x8 --spp 1 -o t.png")));
     assert!(!said.contains("bevel"), "{said}");
 }

@@ -381,8 +381,9 @@ fn steps_by_pixels_work_with_a_guessed_camera() {
     assert_same_bits(&with.path().join("a.exr"), &with.path().join("c.exr"));
 }
 
-/// Parts of the samples have the same number of steps, so they merge to the bits of the whole
-/// picture. A resumed render has these bits too. Both hold for a given and for a guessed camera.
+/// Parts of the samples have the same number of steps, so the merged picture is bit-identical to
+/// the whole picture. A resumed render is bit-identical too. Both hold for a given and for a
+/// guessed camera.
 #[test]
 fn parts_with_steps_by_pixels_merge_to_one_picture() {
     let with = grid_with(FROM_ABOVE);

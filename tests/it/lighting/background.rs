@@ -228,7 +228,7 @@ fn noise_of_shadows_counts_without_background() {
     assert!(clear > 0.5 * white && white > 0.0, "{clear} {white}");
 }
 
-/// Crops, resumed and merged renders have the bits of a single render, also in `A`.
+/// Crops, resumed and merged renders are bit-identical to a single render, also in the channel `A`.
 #[test]
 fn crops_resume_and_merge_keep_alpha_bits() {
     let folder = stage("background = \"transparent\"\n[ground]\npoint = [0, -0.5, 0]");
@@ -276,7 +276,7 @@ fn crops_resume_and_merge_keep_alpha_bits() {
     done(folder.path(), &split("compare merged.png merged.png"));
 }
 
-/// The default background is `light`, with the same bits as with the flag.
+/// The default background is `light`. The image is bit-identical to an image with the flag.
 #[test]
 fn default_background_is_light() {
     let folder = stage("");
@@ -317,8 +317,7 @@ fn background_is_visible_to_the_camera_only() {
         sixth[0] == 1.0 && (sixth[1] - 0.215_86).abs() < 1e-4 && sixth[2] == 0.0,
         "{sixth:?}"
     );
-    // The glass is a sheet that reflects and refracts. It shows the light of 0.6 in front of each
-    // background.
+    // The sheet of glass reflects and refracts the sky of radiance 0.6, for any background.
     let path = folder.path().join("o.exr");
     let glass = at(&path, "R", 8, 8);
     shown("--background white");

@@ -438,7 +438,7 @@ fn invalid_light_flags_are_errors() {
     assert!(said.contains(".hdr or .exr"), "{said}");
 }
 
-/// Skies and studios have the same bits on any number of threads.
+/// Skies and studios are bit-identical for any number of threads.
 #[test]
 fn threads_change_no_bit_of_skies() {
     let folder = floor("");

@@ -200,7 +200,8 @@ fn group_equals_a_render_with_its_lights_only() {
         });
         with_world((&all, SelectionMode::All), view(), RESOLUTION, |world| {
             with_each(world, &mut |what, film| {
-                // The coin between emission and reflection depends on the emitters.
+                // `naive` chooses by chance between emission and reflection, with a probability
+                // that depends on the emitters.
                 if what != "naive" {
                     let together = film(5, 16, NAMES.len());
                     let (found, alone) = (means(&together, Some(group)), &pictures[what]);

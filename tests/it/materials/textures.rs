@@ -740,7 +740,7 @@ fn damaged_files_are_errors_or_pictures() {
     assert!(refused > 300, "{refused}");
 }
 
-/// Images of real scenes.
+/// Image files of real scenes that have one of the `extensions`.
 fn pictures(extensions: &[&str]) -> Vec<PathBuf> {
     let folders = ["sponza-dabrovic", "living-room/textures", "staircase2/textures"];
     let folders = folders.iter().map(|name| shared(&format!("scenes/{name}")));

@@ -111,7 +111,8 @@ fn panorama_gives_the_environment_back() {
             i % 32
         })
         .collect();
-    // A quarter of the image to the left for each quarter turn to the right
+    // Each quarter turn of the camera to the right moves the image by a quarter of its width to the
+    // left
     for pair in columns.windows(2) {
         assert_eq!((pair[0] + 32 - 8) % 32, pair[1], "{columns:?}");
     }

@@ -63,8 +63,8 @@ fn bits(path: &Path, name: &str, width: usize, corner: [usize; 2], size: [usize;
     rows.flat_map(row).map(|value| value.to_bits()).collect()
 }
 
-/// Asserts that the view of `size` pixels at `corner` of the picture `whole` has the bits of the
-/// picture `alone`, in all channels.
+/// Asserts that the view of `size` pixels at `corner` of the picture `whole` is bit-identical to
+/// the picture `alone`, in all channels.
 fn assert_view(folder: &TempDir, whole: (&str, usize), corner: [usize; 2], alone: (&str, [usize; 2]), what: &str) {
     let [of_whole, of_alone] = [whole.0, alone.0].map(|name| folder.path().join(name));
     for channel in CHANNELS {
@@ -74,8 +74,8 @@ fn assert_view(folder: &TempDir, whole: (&str, usize), corner: [usize; 2], alone
     }
 }
 
-/// Faces of a cube map have the bits of perspectives of 90°, with tiles that the borders of faces
-/// cut, with wide filters, and with methods whose light falls on any pixel.
+/// Faces of a cube map are bit-identical to perspectives of 90°. This holds if the borders of faces
+/// cut tiles, for wide filters, and for methods whose light falls on any pixel.
 #[test]
 fn six_faces_equal_six_perspectives() {
     const SIDE: usize = 20;
@@ -118,7 +118,8 @@ fn six_faces_equal_six_perspectives() {
     }
 }
 
-/// Crops, interrupted renders and merged parts of a cube map have the bits of the whole picture.
+/// Crops, interrupted renders and merged parts of a cube map are bit-identical to the whole
+/// picture.
 #[test]
 fn parts_of_cube_maps_have_the_bits_of_the_whole() {
     let folder = scene(ROOM, "");
@@ -339,7 +340,7 @@ fn disparity_of_a_plane_is_focal_length_times_base_over_depth() {
     }
 }
 
-/// The views of the eyes have the bits of perspectives from their positions.
+/// The views of the eyes are bit-identical to perspectives from the positions of the eyes.
 #[test]
 fn eyes_are_perspectives() {
     let folder = scene(ROOM, "");

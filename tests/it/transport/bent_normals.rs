@@ -180,7 +180,7 @@ fn blocks(render: impl Fn(u64) -> Film) -> Blocks {
 /// Allowed difference between two integrators.
 #[derive(Clone, Copy, PartialEq)]
 enum AllowedDifference {
-    /// By noise.
+    /// Noise only.
     Noise,
     /// Noise and the blur of photons.
     Blur,

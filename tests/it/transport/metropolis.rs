@@ -203,7 +203,7 @@ pub(super) fn assert_agrees_with_paths(
     );
 }
 
-/// [`assert_agrees_with_paths`] with the light selection `choice`.
+/// Like [`assert_agrees_with_paths`], but with the light selection `choice`.
 fn assert_choosing_agrees_with_paths(
     what: &str,
     (scene, camera, filter): (&Scene, CameraParameters, &Filter),

@@ -39,7 +39,7 @@ fn assert_near(found: [f64; 3], expected: [f64; 3], what: &str) {
     }
 }
 
-/// Integrators of light, with flags that keep the test short.
+/// Integrators that estimate light, with flags that keep the test short.
 const METHODS: [&str; 18] = [
     "path",
     "path --reuse none",

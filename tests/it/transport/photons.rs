@@ -421,7 +421,8 @@ fn caustic_of_a_ball_agrees_with_paths() {
     });
 }
 
-/// Threads, crops, merged parts and resumed renders give the bits of one render.
+/// Renders with other threads, crops, merged parts and resumed renders are bit-identical to one
+/// render.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn threads_and_parts_change_no_bit() {

@@ -151,7 +151,7 @@ fn glossy_shared_vertices_keep_means() {
         ..coated(0.6, 0.6, 0.3)
     };
     assert_unmoved_between("layers", layered, |_| ());
-    // A sky and a lamp, through a half-open ceiling
+    // The light comes from a sky through a half-open ceiling, and from a lamp
     let mut builder = SceneBuilder::new();
     let wall = |corners: [[f32; 3]; 4]| polygon(&corners.map(Vec3::from));
     let floor = [

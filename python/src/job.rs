@@ -25,8 +25,8 @@ pub struct Status {
     pub stop: AtomicBool,
     /// Number of samples taken so far, over all pixels.
     pub done: AtomicU64,
-    /// Number of samples to take, over all pixels. It is 0 while it is unknown, such as while the
-    /// scene is read.
+    /// Number of samples to take, over all pixels. It is 0 until the number is known, for example
+    /// while the scene is read.
     pub total: AtomicU64,
 }
 

@@ -26,7 +26,7 @@ struct Work {
 }
 
 impl<'a> Loading<'a> {
-    /// No part of the work has started.
+    /// Progress before the first part of the work starts.
     pub fn new(hub: &'a Hub) -> Self {
         let work = Work {
             doing: String::new(),

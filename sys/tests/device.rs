@@ -1,6 +1,6 @@
 //! Calls of Embree through the bindings: the loaded library must match the headers.
 
-#![allow(unsafe_code)] // Calls of a C library; each says why it is sound.
+#![allow(unsafe_code)] // These tests call a C library. Each call has a SAFETY comment.
 
 use embree4_sys::*;
 use std::ptr;

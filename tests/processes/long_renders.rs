@@ -595,7 +595,7 @@ fn usage_of_parts_is_checked() {
         let said = refused(folder.path(), &[&["render", "s.toml"], args].concat(), 2);
         assert!(said.contains(word), "{args:?}: {said}");
     }
-    // The end of the last range may be the end of the image's samples.
+    // The last range may end at the last sample of the image.
     let usual = ["render", "s.toml", "-q", "--spp", "100"];
     for more in [
         &["--samples", "64..100", "-o", "b.exr"][..],

@@ -189,7 +189,7 @@ fn the_page_shows_and_steers_a_render() {
     // Two pages are open, and the second page follows the first.
     let other = browser.open(&viewer.link(), [1024, 768]);
     browser.wait(&other, COMPLETE);
-    // Pages behind other pages are not drawn, and send no moves.
+    // A page in the background is not drawn, and sends no moves.
     browser.call(Some(&tab.0), "Page.bringToFront", json!({}));
     browser.value(&tab, "embrasure.camera.dolly(0.5)");
     browser.wait(

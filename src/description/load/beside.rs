@@ -413,10 +413,10 @@ impl NearbyFiles {
         is_free.then(|| self.here.join(&only.path))
     }
 
-    /// Pictures that a user may want for the file, and the number of further pictures. Pictures
-    /// that share a word with the file come first. Pictures of other models are left out: pictures
-    /// that libraries other than `own` name, and pictures with the name of another OBJ file.
-    /// `rejected` is a picture of another name that is listed, too.
+    /// Pictures to suggest to the user as textures of the file, and the number of further pictures.
+    /// Pictures that share a word with the file come first. Pictures of other models are left out:
+    /// pictures that libraries other than `own` name, and pictures with the name of another OBJ
+    /// file. `rejected` is a picture of another name that is listed, too.
     pub fn offers(&self, own: &[&Path], rejected: Option<&Path>) -> (Vec<PathBuf>, usize) {
         const SHOWN: usize = 3;
         let claimed = self.claimed(own);

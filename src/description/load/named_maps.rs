@@ -171,8 +171,8 @@ impl NamedMaps {
         &self.beside
     }
 
-    /// Pictures that a user may want for the file: [`NearbyFiles::offers`]. The colour of the only
-    /// set is one of them.
+    /// Pictures to suggest to the user as textures of the file: [`NearbyFiles::offers`]. If there
+    /// is only one texture set, its colour texture is among them.
     pub fn offers(&self, own: &[&Path]) -> (Vec<PathBuf>, usize) {
         let mut sets = self.sets.values();
         let only = sets.next().filter(|_| sets.next().is_none());

@@ -39,7 +39,7 @@ struct Work {
 }
 
 impl Denoising {
-    /// No denoiser runs, and there is no result.
+    /// State without a running denoiser and without a result.
     pub fn new() -> Self {
         Self {
             picture: 0,

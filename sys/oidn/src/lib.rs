@@ -6,7 +6,7 @@
 //! parameter `cleanAux`, which the library then ignores. It accepts no number of threads and no
 //! memory limit. This crate makes the same few calls with these four additions.
 
-#![allow(unsafe_code)] // Calls of a C library; each says why it is sound.
+#![allow(unsafe_code)] // This crate calls a C library. Each call has a SAFETY comment.
 
 use oidn::sys::*;
 use std::ffi::CStr;

@@ -381,7 +381,7 @@ fn clamp_limits_indirect_light_only() {
         let low = picture("low.exr", &format!("{reuse} --clamp-indirect 0.01"));
         let direct = picture("direct.exr", &format!("{reuse} --max-depth 1"));
         assert!(plain == off);
-        // A limit above all values changes at most rounding.
+        // A limit above all values changes the image only by rounding errors.
         assert!(rel_mse(&high, &plain) < 1e-10);
         // A low limit removes nearly all indirect light, and nothing else.
         let [plain, low, direct] = [&plain, &low, &direct].map(sum);

@@ -47,7 +47,7 @@ fn counted(path: &Path) -> u64 {
     text.lines().map(|line| corners(line).saturating_sub(2)).sum()
 }
 
-/// A scene without its libraries, where each wrong statement is an error.
+/// Loads a scene without its libraries. Each wrong statement is an error.
 fn load_without_libraries(path: &Path) -> Result<LoadedScene, FileError> {
     let folder = tempfile::tempdir().unwrap();
     let copy = folder.path().join("t.obj");

@@ -691,7 +691,7 @@ fn scenes_without_a_visible_face_have_a_reason() {
             "{mtl} {faces}: {said}"
         );
     }
-    // One visible face suffices, and so does light.
+    // No reason is reported if a face or a light is visible.
     for (mtl, faces) in [
         ("newmtl m\nd 0\nnewmtl n\nd 0.1\n", "f 1 2 3\nusemtl n\nf 1 2 3"),
         ("newmtl m\nd 0.1\nKd 0\nKe 1\n", "f 1 2 3"),

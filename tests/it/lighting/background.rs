@@ -58,7 +58,8 @@ fn alpha_is_coverage() {
     assert!((red(25, 5) - 0.3).abs() < 0.02 && (red(15, 5) - 0.3 * alpha(15, 5)).abs() < 0.02);
     assert_eq!(red(2, 15), 0.0);
 
-    // A PNG blended in codes, as browsers do, equals the blend of light.
+    // Browsers blend the 8-bit codes of a PNG over a page. The result equals a blend of linear
+    // light.
     let (channels, bytes) = read_codes(&folder.path().join("o.png"));
     assert_eq!(channels, 4);
     let pixel = |x: usize, y: usize| &bytes[4 * (y * 31 + x)..][..4];

@@ -137,7 +137,8 @@ fn sun_disc_has_its_size_and_radiance() {
 
 #[test]
 fn the_sky_turns_with_its_sun_and_its_up() {
-    // A camera towards azimuth 180, −z: the sun behind it, then in front of it
+    // The camera faces azimuth 180, the direction −z. The sun is first behind the camera, then in
+    // front of it.
     let camera = "--position 0,1,0 --look-at 0,1.5,-1 --up 0,1,0 --fov 30 --spp 16";
     let light = |sun: &str| format!("[[light]]\ntype = 'sky'\nsun = {sun}\n");
     let [behind, before] = ["[0, 30]", "[180, 30]"].map(|sun| {

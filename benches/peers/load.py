@@ -39,7 +39,7 @@ def cycles(obj: str, output: str) -> int:
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     stage = bpy.context.scene
-    # These axes keep the axes of the file.
+    # With these axes, the importer keeps the coordinates of the file.
     bpy.ops.wm.obj_import(filepath=obj, forward_axis="Y", up_axis="Z")
     camera = bpy.data.cameras.new("camera")
     camera.angle, camera.clip_start = FOV_Y * 3.14159265 / 180, 1e-3

@@ -129,7 +129,7 @@ def by_cycles(library: Path, names: list[str], work: Path) -> dict:
     obj = work / "all-spheres.obj"
     obj.write_text(f"mtllib {library.name}\n" + "".join(parts))
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    # These axes keep the axes of the file.
+    # With these axes, the importer keeps the coordinates of the file.
     bpy.ops.wm.obj_import(filepath=str(obj), forward_axis="Y", up_axis="Z")
     stage = bpy.context.scene
     stage.world = bpy.data.worlds.new("world")

@@ -61,7 +61,7 @@ def add(name: str, part: suite_scene.Part) -> None:
 
 
 if scene.is_room:
-    # These axes keep the axes of the file.
+    # With these axes, the importer keeps the coordinates of the file.
     bpy.ops.wm.obj_import(filepath=str(scene.obj), forward_axis="Y", up_axis="Z")
     if scene.sky:
         stage.world = bpy.data.worlds.new("world")

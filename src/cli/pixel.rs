@@ -134,7 +134,7 @@ impl RayLog<'_> {
     }
 }
 
-/// Listener to one of several samples that are traced together.
+/// Listener to one sample of a packet, whose samples are traced together.
 struct Listener<'a, 'b> {
     log: &'a RefCell<RayLog<'b>>,
     /// True for the sample of `--sample`.

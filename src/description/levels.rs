@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use toml::Spanned;
 
-/// Code of the note about numbers of steps that depend on the camera.
+/// Code of the note about objects whose number of subdivision steps depends on the camera.
 pub(crate) const LEVELS: &str = "subdivision-by-pixels";
 
 /// An object whose number of subdivision steps depends on the camera.

@@ -19,10 +19,10 @@ use crate::math::{Affine3A, Bounds3, Vec3};
 use std::collections::BTreeMap;
 
 /// Minimum distance of edges from the camera, as a fraction of the diagonal of the object. Without
-/// it, the number of steps for an edge that passes the camera would be unlimited.
+/// it, the number of subdivision steps for an edge that passes the camera would be unlimited.
 const NEAR: f32 = 0.01;
-/// Tolerance of the number of steps, for rounding errors: the length of an edge may be exactly a
-/// power of two times the maximum.
+/// Tolerance of the number of subdivision steps, for rounding errors: the length of an edge may be
+/// exactly a power of two times the maximum.
 const ROUNDING: f32 = 1e-3;
 /// Maximum number of objects in a message.
 const MAX_NAMES: usize = 8;
@@ -90,7 +90,7 @@ impl Session {
         Ok(session)
     }
 
-    /// Adds a note with the number of steps of each object.
+    /// Adds a note with the number of subdivision steps of each object.
     fn say_levels(&mut self, file: &SceneFile, levels: &BTreeMap<usize, u32>) {
         let name = |(&index, level): (&usize, &u32)| {
             let path = file.object.get(index)?.obj.get_ref();
@@ -108,7 +108,7 @@ impl Session {
     }
 }
 
-/// Number of steps of each object of `cages`, by the object's index.
+/// Number of subdivision steps of each object of `cages`, by the object's index.
 fn levels(
     cages: &[ObjectCage],
     description: &CameraDescription,
@@ -119,8 +119,8 @@ fn levels(
     Ok(cages.iter().map(|cage| (cage.object, level(cage, &cameras))).collect())
 }
 
-/// Number of steps of the object of `cage` in a picture of `cameras`: the maximum of all placements
-/// at both ends of the motion.
+/// Number of subdivision steps of the object of `cage` in a picture of `cameras`: the maximum of
+/// all placements at both ends of the motion.
 fn level(cage: &ObjectCage, cameras: &[Camera]) -> u32 {
     let mut level = 0;
     for placement in &cage.placements {
@@ -143,8 +143,8 @@ fn level(cage: &ObjectCage, cameras: &[Camera]) -> u32 {
     level
 }
 
-/// Smallest number of steps after which an edge of `excess` times the maximum length is not longer
-/// than the maximum.
+/// Smallest number of subdivision steps for an edge whose length is `excess` times the maximum
+/// length: after these steps, its parts are not longer than the maximum.
 fn steps(excess: f32) -> u32 {
     (excess.log2() - ROUNDING).ceil().clamp(0.0, MAX_STEPS as f32) as u32
 }

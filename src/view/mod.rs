@@ -59,7 +59,7 @@ pub(crate) struct Options {
     pub compare: Option<[String; 2]>,
     /// Reference picture, against which errors are computed.
     pub reference: Option<RgbImage>,
-    /// A time before the scene's files were read.
+    /// Time before the first reading of the files. Files that change later are loaded again.
     pub started: SystemTime,
 }
 
@@ -77,7 +77,7 @@ pub(crate) enum SavedPart {
 pub(crate) struct MaterialEdit {
     pub name: String,
     pub key: String,
-    /// TOML or a plain string.
+    /// New value of the key, as TOML or a plain string.
     pub value: String,
 }
 
@@ -86,7 +86,7 @@ pub(crate) struct MaterialEdit {
 pub(crate) struct LightEdit {
     pub index: usize,
     pub key: String,
-    /// Value as TOML.
+    /// New value of the key, as TOML.
     pub value: String,
 }
 

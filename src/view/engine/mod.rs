@@ -130,7 +130,8 @@ pub(super) struct Engine<'a> {
     rival: Option<Rival>,
     reference: Option<RgbImage>,
     watch: Watch,
-    /// A time before the files were read for the first time.
+    /// Start of the first reading of the files, or an earlier time. Files that changed later are
+    /// loaded again.
     started: SystemTime,
     is_paused: bool,
     /// Number of camera moves by pages.

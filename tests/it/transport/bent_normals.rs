@@ -180,11 +180,11 @@ fn blocks(render: impl Fn(u64) -> Film) -> Blocks {
 /// Allowed difference between two integrators.
 #[derive(Clone, Copy, PartialEq)]
 enum AllowedDifference {
-    /// Noise only.
+    /// The integrators may differ by noise only.
     Noise,
-    /// Noise and the blur of photons.
+    /// The integrators may differ by noise, and by the blur of photons.
     Blur,
-    /// Noise, or any amount by which the second integrator is darker. It lacks light from beyond
+    /// The second integrator may also be darker by any amount, because it lacks light from beyond
     /// the horizon of a facet.
     Darkness,
 }

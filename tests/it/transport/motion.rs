@@ -341,7 +341,7 @@ fn instanced_lamps_match_single_lamps() {
     assert_alike("lamps", &by(&scene, 0), &by(&single, 50));
 }
 
-/// Placement, motion and copies in a scene file.
+/// Scene files define placement, motion and copies of objects.
 #[test]
 fn scene_files_place_and_move_objects() {
     let folder = tempfile::tempdir().unwrap();

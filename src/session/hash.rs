@@ -333,7 +333,7 @@ mod tests {
             texture([2, 2], 1, bytes([0, 1, 2, 3], Curve::Linear), Wrap::Clamp),
             texture([4, 1], 1, bytes([0, 1, 2, 3], Curve::Linear), Wrap::Repeat),
             texture([2, 1], 2, bytes([0, 1, 2, 3], Curve::Linear), Wrap::Repeat),
-            texture([2, 2], 1, Texels::Shorts(vec![0, 1, 2, 3]), Wrap::Repeat),
+            texture([2, 2], 1, Texels::Shorts(vec![0, 1, 2, 3], Curve::Linear), Wrap::Repeat),
             texture([2, 2], 1, Texels::Floats(vec![0.0, 1.0, 2.0, 3.0]), Wrap::Repeat),
             texture([2, 2], 1, Texels::Floats(vec![0.0, 1.0, 2.0, 0.1]), Wrap::Repeat),
         ];

@@ -6,7 +6,7 @@ use super::picture::{Picture, PictureHeader, Samples};
 use super::read_picture::{ChannelSelection, picture_size, png_gamma, read_picture};
 use super::udim::Tiles;
 use super::{FileError, LoadObserver};
-use crate::color::{Spectrum, srgb};
+use crate::color::Spectrum;
 use crate::files::memory::Allowance;
 use crate::texture::{Channel, Curve, Texels, Texture, TextureId, Wrap};
 use rayon::prelude::*;
@@ -304,18 +304,15 @@ fn load_texture_within(
         orientation,
     } = picture;
     let ignored = ignored_metadata(path, kind, orientation);
+    let curve = if kind.is_encoded() { Curve::Srgb } else { Curve::Linear };
     let (channels, texels) = match samples {
         Samples::Bytes(samples) => {
-            let curve = if kind.is_encoded() { Curve::Srgb } else { Curve::Linear };
             let (channels, samples) = chosen(samples, channels, kind);
             (channels, Texels::Bytes(samples, curve))
         }
         Samples::Shorts(samples) => {
-            let (channels, mut samples) = chosen(samples, channels, kind);
-            if kind.is_encoded() {
-                linearize(&mut samples, channels);
-            }
-            (channels, Texels::Shorts(samples))
+            let (channels, samples) = chosen(samples, channels, kind);
+            (channels, Texels::Shorts(samples, curve))
         }
         Samples::Floats(samples) => {
             let (channels, samples) = chosen(samples, channels, kind);
@@ -394,17 +391,4 @@ fn chosen<T: Sample>(samples: Vec<T>, channels: usize, kind: TextureKind) -> (us
         _ => texel[0],
     };
     (1, texels().map(value).collect())
-}
-
-/// Converts sRGB-encoded values to linear values, except alpha.
-fn linearize(samples: &mut [u16], channels: usize) {
-    let linear: Vec<u16> = (0..=u16::MAX)
-        .map(|code| (srgb::decode(code as f32 / 65535.0) * 65535.0).round() as u16)
-        .collect();
-    for texel in samples.chunks_exact_mut(channels) {
-        let colors = if channels < 3 { 1 } else { 3 };
-        for sample in &mut texel[..colors] {
-            *sample = linear[*sample as usize];
-        }
-    }
 }

@@ -239,6 +239,12 @@ impl Texture {
                 self.trilinear(codes, |code| table[code as usize], first, st, blend)
             }
             Samples::Shorts(codes) => self.trilinear(codes, decode_short, first, st, blend),
+            Samples::EncodedShorts(codes, _) if self.has_alpha() && first + 1 == self.channels => {
+                self.trilinear(codes, decode_short, first, st, blend)
+            }
+            Samples::EncodedShorts(codes, table) => {
+                self.trilinear(codes, |code| table[code as usize], first, st, blend)
+            }
             Samples::Halves(halves) => self.trilinear(halves, half::decode, first, st, blend),
             Samples::Floats(values) => self.trilinear(values, |value| value, first, st, blend),
         }

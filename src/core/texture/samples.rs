@@ -6,7 +6,7 @@ use crate::color::srgb;
 use crate::math::Encode;
 use std::sync::LazyLock;
 
-/// Transfer curve of 8-bit codes.
+/// Transfer curve of samples of 8 or 16 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Curve {
     /// Linear: the code divided by 255. For data that are not colours.
@@ -20,8 +20,8 @@ pub enum Curve {
 pub enum Texels {
     /// 8 bits per sample.
     Bytes(Vec<u8>, Curve),
-    /// 16 bits per sample: equal steps from 0 to 1.
-    Shorts(Vec<u16>),
+    /// 16 bits per sample.
+    Shorts(Vec<u16>, Curve),
     /// Linear values.
     Floats(Vec<f32>),
 }
@@ -30,14 +30,20 @@ pub enum Texels {
 #[derive(Clone, Debug)]
 pub(super) enum Samples {
     Bytes(Vec<u8>, &'static Codes),
+    /// Equal steps from 0 to 1.
     Shorts(Vec<u16>),
-    /// Floats that 16-bit floats represent exactly.
+    /// sRGB-encoded, except alpha. Linear shorts would lose eleven of twelve dark codes.
+    EncodedShorts(Vec<u16>, &'static ShortCodes),
+    /// Floats that halves represent exactly.
     Halves(Vec<u16>),
     Floats(Vec<f32>),
 }
 
 /// Values of the 8-bit codes.
 pub(super) type Codes = [f32; 256];
+
+/// Values of the codes 0 to 65535.
+pub(super) type ShortCodes = [f32; 1 << 16];
 
 pub(super) static LINEAR: Codes = {
     let mut codes = [0.0; 256];
@@ -49,6 +55,13 @@ pub(super) static LINEAR: Codes = {
     codes
 };
 static SRGB: LazyLock<Codes> = LazyLock::new(|| LINEAR.map(srgb::decode));
+static SRGB_SHORTS: LazyLock<Box<ShortCodes>> = LazyLock::new(|| {
+    let mut codes = Box::new([0.0; 1 << 16]);
+    for (code, value) in codes.iter_mut().enumerate() {
+        *value = srgb::decode(code as f32 / 65535.0);
+    }
+    codes
+});
 
 /// Floats above this are treated as infinite, so that a mean of floats is always finite.
 pub(super) const LARGEST: f32 = f32::MAX / 4.0;
@@ -67,7 +80,7 @@ impl Texels {
     pub(super) fn len(&self) -> usize {
         match self {
             Self::Bytes(samples, _) => samples.len(),
-            Self::Shorts(samples) => samples.len(),
+            Self::Shorts(samples, _) => samples.len(),
             Self::Floats(samples) => samples.len(),
         }
     }
@@ -90,7 +103,24 @@ impl Texels {
                 levels = levels::append(&mut codes, size, channels, decode, |c, value| nearest(of(c), value));
                 samples = Samples::Bytes(codes, table);
             }
-            Self::Shorts(mut codes) => {
+            Self::Shorts(mut codes, Curve::Srgb) => {
+                let table: &ShortCodes = &SRGB_SHORTS;
+                let decode = |c, code: u16| {
+                    if is_alpha(c) {
+                        decode_short(code)
+                    } else {
+                        table[code as usize]
+                    }
+                };
+                let encode = |c, value: f32| {
+                    let encoded = if is_alpha(c) { value } else { srgb::encode(value) };
+                    (encoded * 65535.0).round() as u16
+                };
+                max_value = table[largest(&codes, channels) as usize];
+                levels = levels::append(&mut codes, size, channels, decode, encode);
+                samples = Samples::EncodedShorts(codes, table);
+            }
+            Self::Shorts(mut codes, Curve::Linear) => {
                 let encode = |_, value: f32| (value * 65535.0).round() as u16;
                 max_value = decode_short(largest(&codes, channels));
                 levels = levels::append(&mut codes, size, channels, |_, code| decode_short(code), encode);
@@ -126,7 +156,9 @@ impl Samples {
     pub fn bytes(&self) -> usize {
         match self {
             Self::Bytes(samples, _) => size_of_val(samples.as_slice()),
-            Self::Shorts(samples) | Self::Halves(samples) => size_of_val(samples.as_slice()),
+            Self::Shorts(samples) | Self::EncodedShorts(samples, _) | Self::Halves(samples) => {
+                size_of_val(samples.as_slice())
+            }
             Self::Floats(samples) => size_of_val(samples.as_slice()),
         }
     }
@@ -152,6 +184,10 @@ impl Encode for Samples {
             Self::Floats(values) => {
                 sink(&[3]);
                 values.encode(sink);
+            }
+            Self::EncodedShorts(codes, _) => {
+                sink(&[4]);
+                codes.encode(sink);
             }
         }
     }
@@ -218,5 +254,19 @@ mod tests {
             }
         }
         assert_eq!(decode_short(u16::MAX), 1.0);
+    }
+
+    #[test]
+    fn coarser_levels_keep_each_code_of_16_bits() {
+        for curve in [Curve::Linear, Curve::Srgb] {
+            for code in 0..=u16::MAX {
+                let StoredPicture { samples, .. } = Texels::Shorts(vec![code; 2], curve).store((2, 1), 1);
+                let codes = match samples {
+                    Samples::Shorts(codes) | Samples::EncodedShorts(codes, _) => codes,
+                    _ => Vec::new(),
+                };
+                assert_eq!(codes, [code; 3]);
+            }
+        }
     }
 }

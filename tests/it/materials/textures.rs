@@ -3,7 +3,7 @@
 
 use crate::support::{add, film_by, from_front, material, panel, path_tracer, shared, sobol, with_world};
 use ::exr::prelude::{self as exr, WritableImage, f16};
-use embrasure::color::Spectrum;
+use embrasure::color::{Spectrum, srgb};
 use embrasure::geometry::Mesh;
 use embrasure::io::{LoadedTextures, TextureKind, TextureRequest, load_texture, load_textures};
 use embrasure::material::{Map, Maps, Material};
@@ -623,6 +623,39 @@ fn textures_are_read_once_with_any_thread_count() {
     assert_eq!(one.ids[distinct + 1], Ok(TextureId(one.textures.len() as u32 - 1)));
     let ids: Vec<u32> = one.ids[..distinct].iter().flatten().map(|id| id.0).collect();
     assert!(ids.iter().copied().eq(0..ids.len() as u32));
+}
+
+/// All 65536 codes of 16 bits have their exact value, and no two of them have the same colour.
+#[test]
+fn codes_of_16_bits_are_exact() {
+    const SIDE: usize = 256;
+    let folder = tempfile::tempdir().unwrap();
+    let codes: Vec<u8> = (0..=u16::MAX).flat_map(u16::to_ne_bytes).collect();
+    let mut file = Cursor::new(Vec::new());
+    encoded(
+        codecs::tiff::TiffEncoder::new(&mut file),
+        &codes,
+        (256, 256),
+        ExtendedColorType::L16,
+    );
+    let path = folder.path().join("codes.tif");
+    std::fs::write(&path, file.get_ref()).unwrap();
+    let colors = load_texture(&path, TextureKind::Color, Wrap::Clamp).unwrap();
+    let values = load_texture(&path, TextureKind::Value(Channel::Red), Wrap::Clamp).unwrap();
+    assert_eq!((colors.bytes(), values.bytes()), (174_762, 174_762));
+    let mut last = -1.0;
+    for code in 0..=u16::MAX {
+        let (x, y) = (usize::from(code) % SIDE, usize::from(code) / SIDE);
+        let uv = Vec2::new(x as f32 + 0.5, (SIDE - y) as f32 - 0.5) / SIDE as f32;
+        let color = colors.color(uv, 0.0).to_array()[0];
+        assert_eq!(color, srgb::decode(f32::from(code) / 65535.0), "{code}");
+        assert!(color > last, "{code}");
+        last = color;
+        assert!(
+            (values.value(uv, 0.0) * 65535.0 - f32::from(code)).abs() < 0.01,
+            "{code}"
+        );
+    }
 }
 
 /// Blocks of GPU formats are decoded: BC1 with its two colours and the colours between them, BC5 as

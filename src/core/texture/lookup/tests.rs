@@ -29,14 +29,15 @@ fn assortment(wrap: Wrap) -> Vec<Texture> {
         for texels in [
             Texels::Bytes(noise(n).map(|v| (v * 256.0) as u8).collect(), Curve::Srgb),
             Texels::Bytes(noise(n).map(|v| (v * 256.0) as u8).collect(), Curve::Linear),
-            Texels::Shorts(noise(n).map(|v| (v * 65536.0) as u16).collect()),
+            Texels::Shorts(noise(n).map(|v| (v * 65536.0) as u16).collect(), Curve::Linear),
+            Texels::Shorts(noise(n).map(|v| (v * 65536.0) as u16).collect(), Curve::Srgb),
             Texels::Floats(noise(n).map(|v| (v * 256.0).floor() / 256.0).collect()),
             Texels::Floats(noise(n).collect()),
         ] {
             all.push(Texture::new(width, height, channels, texels, wrap).unwrap());
         }
     }
-    assert!(matches!(all[3].samples, Samples::Halves(_)) && matches!(all[4].samples, Samples::Floats(_)));
+    assert!(matches!(all[4].samples, Samples::Halves(_)) && matches!(all[5].samples, Samples::Floats(_)));
     all
 }
 
@@ -304,8 +305,8 @@ fn invalid_samples_become_0_and_are_counted() {
 }
 
 #[test]
-fn number_of_samples_must_match_the_size() {
-    let picture = |w, h, c, n| Texture::new(w, h, c, Texels::Shorts(vec![0; n]), Wrap::Repeat).is_some();
+fn pictures_are_whole() {
+    let picture = |w, h, c, n| Texture::new(w, h, c, Texels::Shorts(vec![0; n], Curve::Linear), Wrap::Repeat).is_some();
     assert!(picture(3, 2, 2, 12));
     assert!(!picture(3, 2, 2, 11) && !picture(0, 2, 2, 0) && !picture(3, 2, 0, 0) && !picture(1, 1, 5, 5));
     assert!(!picture(usize::MAX, 2, 2, 12));

@@ -1,7 +1,9 @@
-//! DDS files: pictures in the block formats of graphics processors (BC1 to BC7), and in a few
-//! uncompressed formats. The crates ddsfile and image_dds read the finest level of the first layer.
+//! DDS files: pictures in the block formats of graphics processors (BC1 to BC7), and a few plain
+//! ones. The crate ddsfile reads the header; image_dds decodes the finest level of the first layer,
+//! except BC1 to BC5 without sign (`block_compression.rs`).
 
 use super::FileError;
+use super::block_compression::BlockFormat;
 use super::picture::{Picture, PictureHeader, Samples, damaged};
 use crate::files::guarded;
 use crate::files::input::ReadFailure;
@@ -81,6 +83,19 @@ impl DdsFile {
         )
     }
 
+    /// Block format that this program decodes itself.
+    fn block_format(&self) -> Option<BlockFormat> {
+        use ImageFormat::*;
+        Some(match self.format {
+            BC1RgbaUnorm | BC1RgbaUnormSrgb => BlockFormat::Bc1,
+            BC2RgbaUnorm | BC2RgbaUnormSrgb => BlockFormat::Bc2,
+            BC3RgbaUnorm | BC3RgbaUnormSrgb => BlockFormat::Bc3,
+            BC4RUnorm => BlockFormat::Bc4,
+            BC5RgUnorm => BlockFormat::Bc5,
+            _ => return None,
+        })
+    }
+
     /// Size and samples of the picture.
     pub fn header(&self) -> PictureHeader {
         PictureHeader {
@@ -96,7 +111,14 @@ impl DdsFile {
     /// Blocks of two channels (BC5) are normal maps: the z of the unit vector becomes their blue.
     /// Formats without alpha have three channels, unless a pixel of BC1 is transparent.
     pub fn picture(self, path: &Path) -> Result<Picture, FileError> {
+        let PictureHeader { width, height, .. } = self.header();
+        let (width, height) = (width as usize, height as usize);
         let decoded = guarded(|| {
+            if let Some(format) = self.block_format() {
+                let data = self.dds.get_data(0).ok();
+                let decoded = data.and_then(|data| format.decode(data, width, height));
+                return Ok(Samples::Bytes(decoded.unwrap_or_default()));
+            }
             let surface = Surface::from_dds(&self.dds)?;
             if self.is_float() {
                 let decoded = surface.decode_layers_mipmaps_rgbaf32(0..1, 0..1)?;
@@ -111,8 +133,6 @@ impl DdsFile {
             Ok(Err(error)) => return Err(damaged(path, &error)),
             Err(_) => return Err(damaged(path, &"the decoder cannot read it")),
         };
-        let PictureHeader { width, height, .. } = self.header();
-        let (width, height) = (width as usize, height as usize);
         let mut picture = Picture {
             width,
             height,

@@ -2,6 +2,7 @@
 //! and PNG. `files` has their common parts.
 
 mod ascii;
+mod block_compression;
 mod checkpoint;
 mod contact_sheet;
 mod cryptomatte;

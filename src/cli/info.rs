@@ -14,7 +14,11 @@ use crate::session::{
     CameraSettings, FoundCamera, LitWords, Memory, Settings, all_threads, camera_and_lit, thread_pool,
 };
 use serde_json::{Value, json};
+use std::cmp::Reverse;
 use std::process::ExitCode;
+
+/// Maximum number of parts in the text. JSON lists all parts.
+const MAX_PARTS: usize = 100;
 
 /// Prints the contents of a scene.
 pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
@@ -227,13 +231,48 @@ fn print_text(info: &Value, parts: &[PartSize], warnings: &[Warning]) {
     if !parts.is_empty() {
         outln!("  parts");
     }
-    for part in parts {
+    for part in largest(parts) {
         let name = if part.name.is_empty() { "(no name)" } else { &part.name };
         let triangles = words::count(part.triangles, "triangle");
         outln!("    {name}: {triangles}, area {}", Value::from(decimal_of(part.area)));
     }
+    if parts.len() > MAX_PARTS {
+        let count = parts.len() - MAX_PARTS;
+        outln!("    and {count} more, which have no more triangles (--json lists all)");
+    }
     for warning in warnings {
         let kind = if warning.is_note() { "note" } else { "warning" };
         outln!("  {kind}: {warning}");
+    }
+}
+
+/// The [`MAX_PARTS`] parts with the most triangles, in the order of the file. Of equal ones, the
+/// first are chosen.
+fn largest(parts: &[PartSize]) -> Vec<&PartSize> {
+    let mut order: Vec<usize> = (0..parts.len()).collect();
+    if parts.len() > MAX_PARTS {
+        order.select_nth_unstable_by_key(MAX_PARTS, |&part| (Reverse(parts[part].triangles), part));
+        order.truncate(MAX_PARTS);
+        order.sort_unstable();
+    }
+    order.into_iter().map(|part| &parts[part]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn largest_and_first_parts_are_chosen() {
+        let part = |triangles| PartSize {
+            triangles,
+            ..PartSize::default()
+        };
+        let mut parts: Vec<PartSize> = (0..300).map(|_| part(1)).collect();
+        parts[299] = part(7);
+        let chosen = largest(&parts);
+        assert_eq!(chosen.len(), MAX_PARTS);
+        assert!(std::ptr::eq(chosen[98], &parts[98]) && std::ptr::eq(chosen[99], &parts[299]));
+        assert_eq!(largest(&parts[..3]).len(), 3);
     }
 }

@@ -7,76 +7,87 @@ use std::borrow::Cow;
 /// Part of triangles without a name.
 pub const UNNAMED: u32 = 0;
 
-/// List of part names. The name of a part consists of the name of an object and the names of its
-/// groups. A file may have as many parts as triangles, so all names are in one text.
+/// Names of parts: the name of an object, and the names of its groups. A file may have as many
+/// parts as triangles, so all names are in one text. A name that the part shares with the part
+/// before it is stored once, so the text is not longer than the statements that name the parts.
 ///
 /// Parts are numbered from 1.
 #[derive(Clone, Debug, Default)]
 pub struct PartList {
-    /// Names of the object and of the groups of each part, one after the other.
     text: String,
-    ends: Vec<End>,
+    places: Vec<Places>,
 }
 
-/// Ends of the two names of a part in the text.
-#[derive(Clone, Copy, Debug)]
-struct End {
-    object: u32,
-    groups: u32,
+/// Places of the two names of a part in the text.
+#[derive(Clone, Copy, Debug, Default)]
+struct Places {
+    object: Place,
+    groups: Place,
 }
+
+/// Start and end of a name in the text.
+type Place = [u32; 2];
 
 impl PartList {
-    /// Adds a part, and returns its number. Returns [`UNNAMED`] if the text would be longer than 4
-    /// GiB.
+    /// Adds a part, and returns its number. A name is left out if the text would be longer than
+    /// 4 GiB.
     pub fn push(&mut self, object: &str, groups: &str) -> u32 {
-        let end = |length: usize| u32::try_from(length).ok();
-        let object_end = self.text.len() + object.len();
-        let (Some(of_object), Some(of_groups)) = (end(object_end), end(object_end + groups.len())) else {
-            return UNNAMED;
+        let last = self.places.last().copied().unwrap_or_default();
+        let object = self.place(object, last.object);
+        let groups = self.place(groups, last.groups);
+        self.places.push(Places { object, groups });
+        self.places.len() as u32
+    }
+
+    /// Place of `name`: `last` if it is the name there, or else the end of the text.
+    fn place(&mut self, name: &str, last: Place) -> Place {
+        if self.text(last) == name {
+            return last;
+        }
+        let ends = [self.text.len(), self.text.len() + name.len()].map(u32::try_from);
+        let [Ok(start), Ok(end)] = ends else {
+            return Place::default();
         };
-        self.text.push_str(object);
-        self.text.push_str(groups);
-        self.ends.push(End {
-            object: of_object,
-            groups: of_groups,
-        });
-        self.ends.len() as u32
+        self.text.push_str(name);
+        [start, end]
     }
 
     /// Name of the object of a part; empty if the part has no object name.
     pub fn object(&self, part: u32) -> &str {
-        let end = self.end(part);
-        self.text(self.end(part.saturating_sub(1)).groups, end.object)
+        self.text(self.places(part).object)
     }
 
     /// Names of the groups of a part, as in the file: one name, or several separated by blanks.
     pub fn groups(&self, part: u32) -> &str {
-        let end = self.end(part);
-        self.text(end.object, end.groups)
+        self.text(self.places(part).groups)
     }
 
     /// Names of the object and of the groups of each part.
     fn iter(&self) -> impl Iterator<Item = (&str, &str)> {
-        (1..=self.ends.len() as u32).map(|part| (self.object(part), self.groups(part)))
+        self.places
+            .iter()
+            .map(|places| (self.text(places.object), self.text(places.groups)))
     }
 
     /// Frees unused memory.
     pub fn shrink_to_fit(&mut self) {
         self.text.shrink_to_fit();
-        self.ends.shrink_to_fit();
+        self.places.shrink_to_fit();
     }
 
     fn bytes(&self) -> usize {
-        self.text.len() + size_of_val(self.ends.as_slice())
+        self.text.len() + size_of_val(self.places.as_slice())
     }
 
-    fn end(&self, part: u32) -> End {
-        let none = End { object: 0, groups: 0 };
+    fn places(&self, part: u32) -> Places {
         let index = (part as usize).checked_sub(1);
-        index.and_then(|index| self.ends.get(index)).copied().unwrap_or(none)
+        index
+            .and_then(|index| self.places.get(index))
+            .copied()
+            .unwrap_or_default()
     }
 
-    fn text(&self, start: u32, end: u32) -> &str {
+    fn text(&self, [start, end]: Place) -> &str {
         self.text.get(start as usize..end as usize).unwrap_or_default()
     }
 }
@@ -101,8 +112,8 @@ struct Slot {
 }
 
 impl PartNames {
-    /// Returns the part with these names, and adds the part if it is new. Returns [`UNNAMED`] if
-    /// the text would be longer than 4 GiB.
+    /// Part with these names, which is added if it is new. A name is left out if all names would be
+    /// longer than 4 GiB.
     pub fn find_or_add(&mut self, object: &str, groups: &str) -> u32 {
         if object.is_empty() && groups.is_empty() {
             return UNNAMED;
@@ -129,12 +140,13 @@ impl PartNames {
     /// of the time in cache misses. Hashes are therefore first entered in a set of 16 to 32 bits
     /// per part, and only names whose bit was set twice are compared.
     pub fn join<'l>(lists: impl Iterator<Item = &'l PartList> + Clone) -> (Self, Vec<u32>) {
-        let sum = |(count, bytes): (usize, usize), list: &PartList| (count + list.ends.len(), bytes + list.text.len());
+        let sum =
+            |(count, bytes): (usize, usize), list: &PartList| (count + list.places.len(), bytes + list.text.len());
         let (count, bytes) = lists.clone().fold((0, 0), sum);
         let mut names = Self {
             list: PartList {
                 text: String::with_capacity(bytes),
-                ends: Vec::with_capacity(count),
+                places: Vec::with_capacity(count),
             },
             table: HashTable::new(),
         };
@@ -183,7 +195,7 @@ impl PartNames {
 
     /// Number of parts with names.
     pub fn len(&self) -> usize {
-        self.list.ends.len()
+        self.list.places.len()
     }
 
     /// Returns true if no part has a name.
@@ -257,9 +269,7 @@ fn find_or_push(list: &mut PartList, table: &mut HashTable<Slot>, hash: u32, obj
         Entry::Occupied(known) => known.get().part,
         Entry::Vacant(free) => {
             let part = list.push(object, groups);
-            if part != UNNAMED {
-                free.insert(Slot { hash, part });
-            }
+            free.insert(Slot { hash, part });
             part
         }
     }
@@ -344,7 +354,26 @@ mod tests {
         assert!(PartNames::join(std::iter::empty()).1.is_empty());
     }
 
-    /// Pairs of names are different parts, even if their concatenations are equal.
+    /// A long name of an object is stored once for all its groups.
+    #[test]
+    fn shared_names_are_stored_once() {
+        let (object, groups) = ("o".repeat(1000), "g".repeat(500));
+        let mut list = PartList::default();
+        for i in 0..100 {
+            list.push(&object, &format!("{i}"));
+        }
+        for i in 0..100 {
+            list.push(&format!("{i}"), &groups);
+        }
+        assert_eq!(list.text.len(), 1000 + 500 + 2 * 190);
+        assert_eq!((list.object(100), list.groups(100)), (&*object, "99"));
+        assert_eq!((list.object(101), list.groups(101)), ("0", &*groups));
+        let (names, numbers) = PartNames::join([list.clone(), list].iter());
+        assert_eq!((names.len(), names.list.text.len()), (200, 1880));
+        assert_eq!((numbers[0], numbers[399]), (1, 200));
+    }
+
+    /// The border between both names is significant.
     #[test]
     fn pairs_of_names_with_equal_concatenation_are_different_parts() {
         let mut names = PartNames::default();

@@ -363,12 +363,56 @@ fn info_lists_parts() {
         .collect();
     let expected = ["Chair.001/seat", "Table/top wood", "Table/leg wood", "Table"].map(|name| (name, 2, 4.0));
     assert_eq!(found, expected);
-    let printed = printed(&run(folder.path(), &split("info s.toml")));
-    assert!(printed.contains("Chair.001/seat: 2 triangles, area 4"), "{printed}");
+    let text = printed(&run(folder.path(), &split("info s.toml")));
+    assert!(text.contains("Chair.001/seat: 2 triangles, area 4"), "{text}");
+    // The text has the 100 largest parts.
+    let face = |i: usize| format!("v {i} 0 0\nv {i} 1 0\nv {i} 0 1\nv {i} 1 1\ng {i}\nf -4 -3 -2");
+    let many: String = (0..130)
+        .map(|i| face(i) + if i > 120 { " -1\n" } else { "\n" })
+        .collect();
+    fs::write(folder.path().join("b.obj"), many).unwrap();
+    let text = printed(&run(folder.path(), &split("info b.obj")));
+    for (words, is_there) in [
+        ("    90: 1 triangle,", true),
+        ("    91: 1 triangle,", false),
+        ("    121: 2 triangles,", true),
+        ("    129: 2 triangles,", true),
+        ("and 30 more, which have no more triangles (--json lists all)", true),
+    ] {
+        assert_eq!(text.contains(words), is_there, "{words}: {text}");
+    }
+    assert_eq!(
+        json(&run(folder.path(), &split("info b.obj --json")))["parts"]
+            .as_array()
+            .map(Vec::len),
+        Some(130)
+    );
     // A file without names has no parts, and only a matte of objects.
     fs::write(folder.path().join("a.obj"), format!("{VERTICES}f 1 2 3 4\nf 2 5 6 3\n")).unwrap();
     assert_eq!(
         json(&run(folder.path(), &split("info s.toml --json")))["parts"],
         serde_json::json!([])
+    );
+}
+
+/// A long name of an object does not take memory for each of its groups. It is cut, with a note.
+#[test]
+fn long_names_are_cut() {
+    let name = "x".repeat(1 << 20);
+    let groups: String = (0..20_000)
+        .map(|i| format!("g {i}\nv {i} 0 0\nv {i} 1 0\nv {i} 0 1\nf -3 -2 -1\n"))
+        .collect();
+    let text = format!("o {name}\n{groups}");
+    let folder = folder(&[("a.obj", &text), ("s.toml", SCENE)]);
+    let info = run(folder.path(), &split("info s.toml --json"));
+    let info = json(&info);
+    let parts = info["parts"].as_array().unwrap();
+    assert_eq!(parts.len(), 20_000);
+    let expected = format!("{}/19999", "x".repeat(1000));
+    assert_eq!(parts[19_999]["name"], *expected);
+    let checked = printed(&run(folder.path(), &split("check a.obj")));
+    assert!(
+        checked.contains("a.obj:1: warning: 1 name of `o` or `g` is cut to 1000 bytes [long-part-name]"),
+        "{checked}"
     );
 }

@@ -6,7 +6,7 @@ use super::libraries::LibraryName;
 use super::outline::{NONE, Section, VertexData};
 use super::parts::{CurrentNames, PartState};
 use super::polygon::MAX_CLIPPED;
-use super::remarks::{Remark, Remarks, SkippedElement, ignored};
+use super::remarks::{MAX_NAME, Remark, Remarks, SkippedElement, ignored};
 use crate::io::PartFilter;
 use crate::io::statements::{MRGB, Statement, place_of, split_keyword, whole_statements};
 use crate::io::{FileError, MAX_WRONG, Position};
@@ -219,9 +219,11 @@ impl<'a> Chunk<'a> {
             "f" | "fo" if self.parts.is_shown(self.section.face_count()) => self.read_face(rest, line)?,
             "f" | "fo" => {}
             "o" => {
+                self.check_name(rest, line);
                 self.all_parts().for_each(|parts| parts.begin_object(rest));
             }
             "g" => {
+                self.check_name(rest, line);
                 self.all_parts().for_each(|parts| parts.begin_groups(rest));
             }
             "usemtl" => {
@@ -264,7 +266,14 @@ impl<'a> Chunk<'a> {
         Ok(())
     }
 
-    /// The state of the current part, for faces, and for lines and points.
+    /// Reports a name of a part that is cut.
+    fn check_name(&mut self, name: &str, line: usize) {
+        if name.len() > MAX_NAME {
+            self.remarks.add(Remark::LongName, line);
+        }
+    }
+
+    /// The current part of faces, and the current part of lines and points.
     fn all_parts(&mut self) -> impl Iterator<Item = &mut PartState<'a>> {
         let wires = self.wires.as_mut().map(|wires| &mut wires.parts);
         once(&mut self.parts).chain(wires)

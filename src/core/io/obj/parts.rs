@@ -5,6 +5,7 @@
 //! chunks are joined.
 
 use super::outline::Section;
+use super::remarks::MAX_NAME;
 use crate::geometry::{PartList, PartNames, UNNAMED};
 use crate::io::PartFilter;
 use crate::io::statements::split_keyword;
@@ -21,7 +22,7 @@ pub(super) struct CurrentNames {
 impl CurrentNames {
     /// Updates the names by the last `o` and the last `g` statement of a text.
     pub fn follow(&mut self, [object, groups]: &[Option<String>; 2]) {
-        let name = |statement: &Option<String>| statement.as_deref().map(|text| split_keyword(text).1.to_string());
+        let name = |statement: &Option<String>| statement.as_deref().map(|text| cut(split_keyword(text).1).to_string());
         self.object = name(object).unwrap_or(std::mem::take(&mut self.object));
         self.groups = name(groups).unwrap_or(std::mem::take(&mut self.groups));
     }
@@ -118,10 +119,16 @@ impl<'a> PartState<'a> {
     }
 }
 
-/// Sets `text` to `new` without a new allocation.
+/// Sets `text` to `new` without a new allocation. A long name is cut.
 fn replace(text: &mut String, new: &str) {
     text.clear();
-    text.push_str(new);
+    text.push_str(cut(new));
+}
+
+/// The first [`MAX_NAME`] bytes of a name.
+fn cut(name: &str) -> &str {
+    let end = (0..=MAX_NAME).rev().find(|&end| name.is_char_boundary(end));
+    end.and_then(|end| name.get(..end)).unwrap_or(name)
 }
 
 /// Rules of a scene file that replace the materials of parts.
@@ -177,7 +184,16 @@ mod tests {
     use crate::math::Glob;
     use std::path::Path;
 
-    /// The borders of chunks do not change the part of a face.
+    #[test]
+    fn long_names_are_cut_between_characters() {
+        assert_eq!(cut(&"x".repeat(MAX_NAME)).len(), MAX_NAME);
+        assert_eq!(cut(&"x".repeat(MAX_NAME + 1)).len(), MAX_NAME);
+        // Three bytes per character
+        assert_eq!(cut(&"€".repeat(MAX_NAME)), "€".repeat(MAX_NAME / 3));
+        assert_eq!(cut("short"), "short");
+    }
+
+    /// Parts continue across chunks.
     #[test]
     fn chunks_change_no_part() {
         let mut text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_string();

@@ -2,7 +2,10 @@ use super::polygon::MAX_CLIPPED;
 use crate::io::{FileError, Finding, MAX_PLACES, Position, Severity};
 use std::path::Path;
 
-/// Maximum number of unknown keywords that the warning lists. Further keywords are only counted.
+/// Maximum length of the name of an object, or of the names of its groups, in bytes. A file may
+/// have as many parts as faces, and messages, lists and channels of ids have whole names.
+pub(super) const MAX_NAME: usize = 1000;
+/// Maximum number of unknown keywords that the warning names. Further keywords are only counted.
 const MAX_NAMED: usize = 8;
 
 /// A repair or an assumption of the reader.
@@ -22,6 +25,8 @@ pub(super) enum Remark {
     LeftOutFace,
     /// A colour that is not three or four finite numbers.
     BadColor,
+    /// A name of a part of more than [`MAX_NAME`] bytes.
+    LongName,
 }
 
 /// An element that is not rendered.
@@ -83,7 +88,7 @@ pub(super) fn ignored(keyword: &str) -> Option<usize> {
 #[derive(Default)]
 pub(super) struct Remarks {
     /// Tallies, indexed by [`Remark`].
-    tallies: [Tally; 7],
+    tallies: [Tally; 8],
     /// Elements that are not rendered: counts, indexed by [`SkippedElement`], and their places.
     skipped_counts: [u64; 4],
     skipped: Tally,
@@ -224,6 +229,11 @@ impl Remarks {
                     "colours are not three or four finite numbers, and count as none",
                 ]
                 .map(String::from),
+            ),
+            (
+                "long-part-name",
+                ["name of `o` or `g` is", "names of `o` or `g` are"]
+                    .map(|names| format!("{names} cut to {MAX_NAME} bytes")),
             ),
             (
                 "unknown-statement",

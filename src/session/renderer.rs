@@ -24,6 +24,7 @@ use crate::lint::{dark_lamps, reason_for_darkness, reason_for_emptiness};
 use crate::math::UVec2;
 use crate::options::{IntegratorKind, view_size_text};
 use crate::render::{self, Observer, Outcome, Statistics, StopCondition};
+use std::ops::Range;
 use std::path::Path;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread;
@@ -68,12 +69,23 @@ impl ViewData {
     }
 }
 
-/// Ends of the stages of a render with several views, up to the sample `end`. All views take the
-/// samples of a stage before the next stage begins, so that a render that is stopped has similar
-/// views. The stages end between passes, where a render can stop and resume without repeated work.
-fn stages(end: u32) -> Vec<u32> {
-    let first = std::iter::successors(Some(BLOCK), |end| end.checked_mul(4));
-    first.take_while(|&stage| stage < end).chain([end]).collect()
+/// Stages of a render with several views. All views take the samples of a stage before the next
+/// stage begins, so that a render that is stopped has similar views, and no view without samples.
+/// The stages end between passes, where a render resumes without work. A noise level is reached in
+/// each view alone, after the first stage.
+fn stages(samples: Range<u32>, noise: Option<f64>) -> Vec<StopCondition> {
+    let first = render::passes(samples.clone()).next().map(|pass| pass.end);
+    let later = std::iter::successors(Some(BLOCK), |end| end.checked_mul(4));
+    let later = later.skip_while(|&stage| stage <= samples.start);
+    let later = later.take_while(|&stage| stage < samples.end && noise.is_none());
+    let mut ends: Vec<u32> = first.into_iter().chain(later).collect();
+    ends.dedup();
+    ends.retain(|&end| end < samples.end);
+    let last = StopCondition {
+        end: samples.end,
+        noise,
+    };
+    ends.into_iter().map(StopCondition::at).chain([last]).collect()
 }
 
 impl<'a> Renderer<'a> {
@@ -156,7 +168,7 @@ impl<'a> Renderer<'a> {
     #[cfg(feature = "view")]
     pub(crate) fn pick(&self, pixel: UVec2) -> Option<PickedSurface> {
         let accel = self.accel.as_dyn();
-        self.session.world(&accel).pick(pixel)
+        self.session.world(&accel).pick(self.session.views(), pixel)
     }
 
     /// Divides the picture into a grid of `size` cells, and finds the cells that show the picked
@@ -166,7 +178,8 @@ impl<'a> Renderer<'a> {
     pub(crate) fn outline(&self, picked: &PickedSurface, size: UVec2) -> Vec<u32> {
         let accel = self.accel.as_dyn();
         let world = self.session.world(&accel);
-        self.session.install(|| world.outline(picked, size))
+        self.session
+            .install(|| world.outline(self.session.views(), picked, size))
     }
 
     /// The session of this renderer.
@@ -278,13 +291,7 @@ impl<'a> Renderer<'a> {
             return render(self.context(), film, stop);
         }
         let mut statistics = Statistics::default();
-        // Each view must reach the noise level separately, so there is only one stage
-        let ends = if stop.noise.is_some() {
-            vec![stop.end]
-        } else {
-            stages(stop.end)
-        };
-        for end in ends {
+        for stage in stages(film.first_sample()..stop.end, stop.noise) {
             for (index, (view, data)) in self.session.views().iter().zip(&self.views).enumerate() {
                 let context = RenderContext {
                     world: World {
@@ -295,8 +302,9 @@ impl<'a> Renderer<'a> {
                     prepared: &data.prepared,
                 };
                 let done = film.with_view(index, |film| {
-                    let is_behind = stop.noise.is_some() || film.tiles().iter().any(|tile| tile.next_sample() < end);
-                    is_behind.then(|| render(context, film, StopCondition { end, ..stop }))
+                    let is_behind =
+                        stage.noise.is_some() || film.tiles().iter().any(|tile| tile.next_sample() < stage.end);
+                    is_behind.then(|| render(context, film, stage))
                 });
                 // The crop does not contain the view, or the view has all samples
                 let Some((outcome, mut taken)) = done.flatten() else {
@@ -576,4 +584,26 @@ fn add_samples(state: &mut RenderState, take: impl FnOnce(&mut Film) -> (Outcome
     state.statistics = std::mem::take(&mut state.statistics).merge(statistics);
     state.seconds += start.elapsed().as_secs_f64();
     outcome
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stages_begin_with_one_pass() {
+        let ends = |samples: Range<u32>| -> Vec<u32> {
+            let stages = stages(samples.clone(), None);
+            assert!(stages.iter().all(|stage| stage.noise.is_none()));
+            stages.iter().map(|stage| stage.end).collect()
+        };
+        assert_eq!(ends(0..1), [1]);
+        assert_eq!(ends(0..300), [1, 64, 256, 300]);
+        assert_eq!(ends(60..256), [64, 256]);
+        assert_eq!(ends(100..3000), [128, 256, 1024, 3000]);
+        let [first, last] = stages(0..3000, Some(0.1))[..] else {
+            panic!("two stages")
+        };
+        assert_eq!((first, last.end, last.noise), (StopCondition::at(1), 3000, Some(0.1)));
+    }
 }

@@ -333,6 +333,29 @@ fn denoised_picture_stays_during_views() {
     assert!(found["material"].is_string(), "{found}");
 }
 
+/// In a stereo picture a pixel belongs to the view of its eye.
+#[test]
+fn pixels_of_stereo_pictures_are_picked() {
+    let folder = cornell_box();
+    let flags = "cornell-box.toml --stereo side-by-side --size 128x64 --spp 1";
+    let viewer = Viewer::start(folder.path(), &split(flags));
+    let mut page = viewer.page();
+    page.wait_for_all();
+    let mut found = Vec::new();
+    for x in [32, 96] {
+        page.send(&format!(r#"{{"do":"pick","x":{x},"y":61}}"#));
+        found.push(page.message("pick"));
+    }
+    assert!(found[0]["material"].is_string(), "{}", found[0]);
+    assert_eq!(found[0]["material"], found[1]["material"]);
+    // The outline has cells in both halves.
+    let runs = found[0]["outline"]["runs"].as_array().unwrap();
+    let runs = runs.iter().map(|run| run.as_u64().unwrap() as usize).enumerate();
+    let cells: Vec<bool> = runs.flat_map(|(i, run)| vec![i % 2 == 1; run]).collect();
+    assert_eq!(found[0]["outline"]["size"], json!([128, 64]));
+    assert!(cells[61 * 128 + 32] && cells[61 * 128 + 96]);
+}
+
 /// Textures of materials are served as thumbnails, and other files are not.
 #[test]
 fn textures_are_thumbnails() {

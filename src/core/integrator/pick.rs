@@ -2,6 +2,7 @@
 
 use super::world::World;
 use crate::accel::Accel;
+use crate::camera::{Camera, View};
 use crate::geometry::Hit;
 use crate::math::{UVec2, Vec2, Vec3};
 use rayon::prelude::*;
@@ -20,23 +21,22 @@ pub struct PickedSurface {
 type ObjectMaterial = (u32, u32);
 
 impl<A: Accel> World<'_, A> {
-    /// Returns the first surface in the middle of `pixel`. `None` for the background or the ground.
-    pub fn pick(&self, pixel: UVec2) -> Option<PickedSurface> {
-        let hit = self.first_hit(pixel.as_vec2() + 0.5)?;
+    /// Returns the first surface in the middle of `pixel` of a picture of `views`, if there is one.
+    pub fn pick(&self, views: &[View], pixel: UVec2) -> Option<PickedSurface> {
+        let hit = self.first_hit(views, pixel.as_vec2() + 0.5)?;
         let position = self.scene.surface_point(&hit, self.camera.time(0.5)).p;
         Some(PickedSurface { hit, position })
     }
 
-    /// Outline of the surfaces that are selected with `picked`, in a grid of `size` cells over the
-    /// image. The result is run lengths, row by row: cells without these surfaces and cells with
-    /// them alternate, starting without.
-    pub fn outline(&self, picked: &PickedSurface, size: UVec2) -> Vec<u32> {
+    /// Cells of a grid of `size` over the picture of `views` that show the part of `picked`, row by
+    /// row. The result is run lengths: cells without the part and cells with it in turns.
+    pub fn outline(&self, views: &[View], picked: &PickedSurface, size: UVec2) -> Vec<u32> {
         let part = self.part(&picked.hit);
         let cell = self.camera.resolution().as_vec2() / size.as_vec2();
         let row = |y: u32| -> Vec<bool> {
             let shows = |x: u32| {
                 let film = (UVec2::new(x, y).as_vec2() + 0.5) * cell;
-                self.first_hit(film).is_some_and(|hit| self.part(&hit) == part)
+                self.first_hit(views, film).is_some_and(|hit| self.part(&hit) == part)
             };
             (0..size.x).map(shows).collect()
         };
@@ -44,10 +44,11 @@ impl<A: Accel> World<'_, A> {
         runs(rows.into_iter().flatten())
     }
 
-    /// Hit of the ray from the middle of the lens through the film point `film` (pixels). `None`
-    /// for the background or a shadow-catching ground.
-    fn first_hit(&self, film: Vec2) -> Option<Hit> {
-        let ray = self.camera.ray(film, Vec2::splat(0.5), self.camera.time(0.5));
+    /// Hit of the ray from the middle of the lens through the point `film`, of the view at this
+    /// point. A shadow-catching ground is not hit.
+    fn first_hit(&self, views: &[View], film: Vec2) -> Option<Hit> {
+        let (camera, film) = view_at(views, film)?;
+        let ray = camera.ray(film, Vec2::splat(0.5), camera.time(0.5));
         let hit = self.accel.intersect(&ray)?;
         let is_ground = self.scene.ground().is_some_and(|ground| ground.is_at(&hit));
         (!is_ground).then_some(hit)
@@ -58,7 +59,17 @@ impl<A: Accel> World<'_, A> {
     }
 }
 
-/// Run lengths of `cells`: the number of `false`, then of `true`, then of `false`, and so on.
+/// Camera of the view at the point `film` of the picture, and the point in the view.
+fn view_at(views: &[View], film: Vec2) -> Option<(&Camera, Vec2)> {
+    views.iter().find_map(|view| {
+        let point = film - view.corner.as_vec2();
+        let size = view.camera.resolution().as_vec2();
+        let is_inside = point.cmpge(Vec2::ZERO).all() && point.cmplt(size).all();
+        is_inside.then_some((&view.camera, point))
+    })
+}
+
+/// Lengths of the runs of `false`, `true`, `false` and so on.
 fn runs(cells: impl Iterator<Item = bool>) -> Vec<u32> {
     let mut runs = vec![0];
     let mut is_in = false;

@@ -101,6 +101,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     let session = Session::load(&job.scene, job.settings.clone(), &())?;
     named.refuse_inputs(session.files().iter().map(PathBuf::as_path))?;
     ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
+    words::note_of_middle_eye(&session);
     check_memory(&session, &job, contenders.len(), &budgets)?;
     for flag in &args.methods {
         let integrator = flag.name.split(':').next().unwrap_or_default();

@@ -400,6 +400,27 @@ fn scene_files_keep_views() {
     }
 }
 
+/// Commands that trace the rays of one camera say so for stereo pictures.
+#[test]
+fn commands_of_one_camera_tell_that_they_have_no_eyes() {
+    let folder = scene(ROOM, "");
+    let text = fs::read_to_string(folder.path().join("s.toml")).unwrap();
+    let text = text.replace("[camera]\n", "[camera]\nstereo = \"side-by-side\"\n");
+    fs::write(folder.path().join("stereo.toml"), text).unwrap();
+    for (name, is_told) in [("stereo.toml", true), ("s.toml", false)] {
+        for command in ["bench", "audit", "lab"] {
+            let flags = match command {
+                "bench" => "--repeat 1 --size 8x8 --backend embree",
+                "audit" => "--rays 1000 --size 8x8",
+                _ => "--spp 1 --size 8x8 --methods path -o lab",
+            };
+            let told = words(&run(folder.path(), &split(&format!("{command} {name} {flags}"))));
+            let note = "note: stereo: the rays start at one camera, in the middle of both eyes";
+            assert_eq!(told.contains(note), is_told, "{command}: {told}");
+        }
+    }
+}
+
 #[test]
 fn impossible_views_are_errors() {
     let folder = scene(ROOM, "");

@@ -138,7 +138,7 @@ impl Settings {
             seed: sampling.seed(),
             sampler: sampling.sampler(),
             integrator: options.integrator,
-            aovs: options.lines.lines.map(|_| Aov::Lines).into_iter().collect(),
+            aovs: options.lines.color().map(|_| Aov::Lines).into_iter().collect(),
             light_paths: Vec::new(),
             backend: sampling.backend(),
             denoiser: sampling.denoise().denoiser(),
@@ -326,7 +326,7 @@ impl Settings {
             tone: self.tone,
             denoiser: self.denoiser.or(self.merged_denoiser),
             denoise_radius: self.denoise_radius,
-            lines: self.lines.lines,
+            lines: self.lines.color(),
         }
     }
 

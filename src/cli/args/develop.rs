@@ -3,7 +3,7 @@
 use super::exr::ExrArgs;
 use super::flags::{Flags, NameParser};
 use super::values::{parse_list, parse_radius, parse_size};
-use crate::options::{Denoising, LineColor, ToneOptions, Value};
+use crate::options::{Denoising, DrawnLines, ToneOptions, Value};
 use clap::Parser;
 use std::fmt;
 use std::path::PathBuf;
@@ -17,12 +17,15 @@ Examples:
   embrasure develop room.exr --channel Z -o depth.png
   embrasure develop room.exr --matte 'Sofa*' -o sofa.png
   embrasure develop cycles.exr --channel ViewLayer.Combined --denoise -o clean.exr -o clean.png
+  embrasure develop sky.exr -o 'sky_{face}.png'
   embrasure develop room.exr --crop 100,50,300,200 --scale 2 -o detail.png")]
 pub(in crate::cli) struct DevelopArgs {
     /// EXR file, from this program or another one
     pub input: PathBuf,
 
     /// Picture to write, .png (display, false colours) or .exr (linear); repeatable
+    ///
+    /// {face} in the name writes the faces of a cube map: right, left, up, down, front and back.
     #[arg(short, long, value_name = "FILE", required_unless_present = "list")]
     pub output: Vec<PathBuf>,
 
@@ -56,9 +59,9 @@ pub(in crate::cli) struct DevelopArgs {
     #[arg(long, value_name = "PIXELS", requires = "denoise", value_parser = parse_radius)]
     pub denoise_radius: Option<f32>,
 
-    /// Draw the lines of --aov lines in black or a colour [default: as the render]
-    #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true, value_parser = parse_line_color)]
-    pub lines: Option<Option<LineColor>>,
+    /// Draw the lines of --aov lines in black or a colour, or not: off [default: as the render]
+    #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true, value_parser = parse_lines)]
+    pub lines: Option<Option<DrawnLines>>,
 
     /// Pixels of the full image to keep: half-open, origin top left
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_list::<u32, 4>)]
@@ -92,9 +95,9 @@ impl fmt::Display for Scale {
     }
 }
 
-fn parse_line_color(text: &str) -> Result<LineColor, String> {
-    let color = LineColor::of_text(text).filter(Value::is_finite);
-    color.ok_or_else(|| format!("{} is expected", LineColor::KIND))
+fn parse_lines(text: &str) -> Result<DrawnLines, String> {
+    let lines = DrawnLines::of_text(text).filter(Value::is_finite);
+    lines.ok_or_else(|| format!("{} is expected", DrawnLines::KIND))
 }
 
 fn parse_scale(text: &str) -> Result<Scale, String> {

@@ -4,14 +4,16 @@
 //! Pixels are denoised before they are cropped, so that a crop looks as in the whole picture. They
 //! are scaled last.
 
+mod faces;
 mod figure;
 mod layer;
 mod matte;
 
 use super::args::{DevelopArgs, Scale};
 use super::error::CliError;
-use super::outputs::Outputs;
+use super::outputs::{FACE, Outputs};
 use super::words;
+use crate::camera::FACE_NAMES;
 use crate::color::{Spectrum, Tone};
 use crate::denoise::Denoiser;
 use crate::film::{Backing, Channel, Image, LINES, Rect, metered, resample, resample_nearest};
@@ -20,6 +22,7 @@ use crate::math::UVec2;
 use crate::options::{Denoising, LineColor, OptionGroup, Value};
 use crate::session::Parts;
 use layer::{Kind, Layer};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Maximum number of pixels per side of a picture.
@@ -35,8 +38,15 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     }
     let mut outputs = Outputs::default();
     let exr = args.exr.format()?;
-    // Use the default tone here: the tone of the picture is known only after the file is read.
-    let files = outputs.prepare_images(&args.output, Tone::default(), &exr)?;
+    // The tone is known after the file is read.
+    let (names, faces): (Vec<PathBuf>, Vec<Option<usize>>) = faces::names(&args.output).into_iter().unzip();
+    let has_faces = faces.iter().any(Option::is_some);
+    if has_faces && (args.crop.is_some() || args.matte.is_some()) {
+        return Err(CliError::Usage(format!(
+            "-o with {FACE}: a face cannot be written with --crop or --matte\n  help: leave them out, or write one file"
+        )));
+    }
+    let files = outputs.prepare_images(&names, Tone::default(), &exr)?;
     outputs.refuse_inputs([&*args.input])?;
     let layers = layers(args)?;
     if args.list {
@@ -73,29 +83,48 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
         image = cropped(image, crop)?;
         steps.push(format!("crop={}", crop.map(|at| at.to_string()).join(",")));
     }
-    let size = args
-        .scale
-        .map(|scale| scaled_size(scale, image.crop.size()))
-        .transpose()?;
-    if let Some([width, height]) = size {
-        steps.push(format!("scale={width}x{height}"));
+    // Each file has the whole picture, or a face of it.
+    let pictures: Result<Vec<Image>, CliError> = match has_faces {
+        true => (0..6).map(|index| faces::face(&image, index)).collect(),
+        false => Ok(Vec::new()),
+    };
+    let pictures = pictures?;
+    let has_figure = files.iter().zip(&faces).any(|((format, _), face)| {
+        face.is_some() && matches!(format, Format::Png(_)) && !matches!(found.kind, Kind::Colors | Kind::Reflectance)
+    });
+    if has_figure {
+        return Err(CliError::Usage(format!(
+            "-o with {FACE}: in .png files, data has colours that are scaled to each picture\n  help: write .exr files, or one .png file"
+        )));
+    }
+    let size_of = |image: &Image| {
+        let size = args.scale.map(|scale| scaled_size(scale, image.crop.size()));
+        size.transpose()
+    };
+    // Sizes are checked before a file is written.
+    for image in pictures.first().into_iter().chain([&image]) {
+        size_of(image)?;
     }
 
-    // The matrices of the camera do not apply to a scaled crop, which becomes a whole picture.
-    let is_whole = image.crop == Rect::full(image.resolution);
-    let camera = layers.camera.filter(|_| size.is_none() || is_whole);
-
-    let steps = steps.join(" ");
-    let developed = |image| DevelopedPicture {
-        image,
-        camera,
-        lines,
-        steps: steps.clone(),
-    };
     let mut failures: Vec<FileError> = Vec::new();
     let mut said = Vec::new();
-    for (format, output) in &files {
+    for ((format, output), face) in files.iter().zip(faces) {
         let name = output.path().display();
+        let image = face.and_then(|index| pictures.get(index)).unwrap_or(&image);
+        let size = size_of(image)?;
+        let mut steps = steps.clone();
+        steps.extend(face.map(|index| format!("face={}", FACE_NAMES[index])));
+        steps.extend(size.map(|[width, height]| format!("scale={width}x{height}")));
+        let steps = steps.join(" ");
+        // A face, and a scaled part, are other pictures, to whose window the matrices do not lead.
+        let is_whole = image.crop == Rect::full(image.resolution);
+        let camera = layers.camera.filter(|_| face.is_none() && (size.is_none() || is_whole));
+        let developed = |image| DevelopedPicture {
+            image,
+            camera,
+            lines,
+            steps: steps.clone(),
+        };
         let written = match (format, found.kind) {
             (Format::Exr(_), kind) => {
                 said.push(format!("{name}: linear values"));
@@ -113,7 +142,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
                 picture.write_png(output, &tone)
             }
             (Format::Png(_), _) => {
-                let figure = figure::draw(&found, &image, size);
+                let figure = figure::draw(&found, image, size);
                 said.push(format!("{name}: {}", figure.legend));
                 figure.write(output)
             }
@@ -228,10 +257,12 @@ fn denoiser(args: &DevelopArgs, layers: &Layers, found: &Layer) -> Result<(Optio
 /// Colour of the lines over the picture. Without the flag, it is the colour that the render noted.
 fn lines(args: &DevelopArgs, layers: &Layers, found: &Layer) -> Result<Option<Spectrum>, CliError> {
     let noted = layers.finish.lines.filter(|_| found.is_picture);
-    let Some(color) = args
-        .lines
-        .map_or(noted, |color| color.or(Some(LineColor(Spectrum::ZERO))))
-    else {
+    let color = match args.lines {
+        None => noted,
+        Some(None) => Some(LineColor(Spectrum::ZERO)),
+        Some(Some(lines)) => lines.0,
+    };
+    let Some(color) = color else {
         return Ok(None);
     };
     if found.is_picture && layers.channels.iter().any(|channel| channel.name == LINES) {

@@ -10,6 +10,9 @@ use crate::files::Output;
 use crate::io::{ExrFormat, Format};
 use std::path::PathBuf;
 
+/// Placeholder of the name of a face of a cube map, in `-o` of `develop`.
+pub(in crate::cli) const FACE: &str = "{face}";
+
 /// Images to write.
 pub(in crate::cli) type Images = Vec<(Format, Output)>;
 
@@ -24,6 +27,11 @@ impl Outputs {
     pub fn prepare_images(&mut self, paths: &[PathBuf], tone: Tone, exr: &ExrFormat) -> Result<Images, CliError> {
         // A name of another format is wrong usage; an unwritable folder is a failure.
         let prepared = paths.iter().map(|path| {
+            if path.to_str().is_some_and(|text| text.contains(FACE)) {
+                let help = format!("render one file, and then: embrasure develop cube.exr -o 'cube_{FACE}.png'");
+                let message = format!("-o {}: only `develop` writes a file for each face", path.display());
+                return Err(CliError::Usage(format!("{message}\n  help: {help}")));
+            }
             let format = match Format::of_path(path).map_err(|e| CliError::Usage(e.to_string()))? {
                 Format::Png(_) => Format::Png(tone),
                 Format::Exr(_) => Format::Exr(exr.clone()),

@@ -7,7 +7,7 @@
 mod default_names;
 mod images;
 
-pub(super) use images::{Images, images_of_render, show};
+pub(super) use images::{FACE, Images, images_of_render, show};
 
 use super::error::CliError;
 use super::words;

@@ -14,6 +14,16 @@ pub(super) const FACE_FOV: f32 = 90.0;
 /// Columns of faces in each layout: a row, a column, and two rows of three.
 const COLUMNS: [u32; 3] = [6, 1, 3];
 
+/// Names of the faces, in the order of the picture.
+pub const FACE_NAMES: [&str; 6] = ["right", "left", "up", "down", "front", "back"];
+
+/// Side of the faces of a cube map of `resolution` pixels, and the first pixel of each face. `None`
+/// if the picture does not consist of six squares.
+pub fn cube_faces(resolution: UVec2) -> Option<(u32, [UVec2; 6])> {
+    let layout = CubeLayout::of(resolution)?;
+    Some((layout.side, std::array::from_fn(|index| layout.corner(index))))
+}
+
 /// A face of a cube map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Face {

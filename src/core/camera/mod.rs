@@ -15,6 +15,7 @@ mod views;
 pub use aperture::{Aperture, BLADES};
 pub use attributes::{CameraAttributes, Matrix};
 pub use calibration::{Distortion, Intrinsics};
+pub use cubemap::{FACE_NAMES, cube_faces};
 pub use description::{CameraDescription, CameraMotion, CameraParameters, Pose};
 pub use error::CameraError;
 pub use importance::{Importance, LensPoint};

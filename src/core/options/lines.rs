@@ -13,7 +13,7 @@ parameters! {
         ///
         /// The lines are the edges of objects, parts and materials, creases and silhouettes. They
         /// are also the channel `lines` of EXR files, as with `--aov lines`.
-        lines: LineColor, default "off";
+        lines: DrawnLines, default "off";
         /// Width of lines in pixels
         lines_width: f32 = 1.5, in Range::FromTo(0.1, 64.0);
         /// Angle in degrees between two faces from which on their edge is a line
@@ -28,6 +28,45 @@ impl LineOptions {
             width: self.lines_width(),
             angle: self.lines_angle(),
         }
+    }
+
+    /// Colour of the lines that are drawn over PNG files.
+    pub fn color(&self) -> Option<LineColor> {
+        self.lines.and_then(|lines| lines.0)
+    }
+}
+
+/// Colour of the lines over PNG files, or `None` for no lines, which a flag may set although the
+/// scene file has lines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DrawnLines(pub Option<LineColor>);
+
+impl Value for DrawnLines {
+    const PLACEHOLDER: &'static str = LineColor::PLACEHOLDER;
+    const KIND: &'static str =
+        "off, or a colour: #ffc356 (sRGB), a CSS name such as orange, or linear numbers: 0.5 or 0.2,0.3,0.4";
+    const IS_STRING: bool = true;
+    const IS_LIST: bool = true;
+
+    fn of_text(text: &str) -> Option<Self> {
+        if text.trim() == "off" {
+            return Some(Self(None));
+        }
+        LineColor::of_text(text).map(|color| Self(Some(color)))
+    }
+
+    fn text(&self) -> String {
+        self.0.map_or("off".into(), |color| color.text())
+    }
+
+    /// The names of colours in the schema of a colour include `off`.
+    fn schema() -> serde_json::Value {
+        LineColor::schema()
+    }
+
+    /// Returns true if the colour is valid: finite and not negative.
+    fn is_finite(&self) -> bool {
+        self.0.is_none_or(|color| color.is_finite())
     }
 }
 

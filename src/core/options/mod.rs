@@ -30,7 +30,7 @@ pub use calibration::{DistortionCoefficients, PoseConvention, PoseMatrix};
 pub use camera::{CameraOptions, Shutter};
 pub use finish::Finish;
 pub use integrator_parameters::{Clamp, IntegratorOptions, MaxDepth, PathReuse};
-pub use lines::{LineColor, LineOptions};
+pub use lines::{DrawnLines, LineColor, LineOptions};
 pub use method::*;
 pub use picture_parameters::{Backend, Denoising, FilterOptions, SamplingOptions, SizeOptions, ToneOptions};
 pub use print::{DrawingScale, Print, PrintOptions};

@@ -201,6 +201,59 @@ fn crops_and_scales_use_full_image_pixels() {
     assert!((half[10 * 20 + 4] - expected).abs() < 1e-5);
 }
 
+/// `{face}` writes the six faces of a cube map, each with the pixels of a crop.
+#[test]
+fn faces_of_cube_maps_are_files() {
+    let folder = scene();
+    let at = folder.path();
+    done(
+        at,
+        &split("render s.toml -q --projection cubemap --size 30x20 --spp 2 --denoise=off -o c.exr"),
+    );
+    done(
+        at,
+        &split("develop -q c.exr -o f_{face}.exr -o f_{face}.png -o whole.png"),
+    );
+    done(at, &split("develop -q c.exr --channel Z --scale 2 -o z_{face}.exr"));
+    let faces = ["right", "left", "up", "down", "front", "back"];
+    for (index, face) in faces.iter().enumerate() {
+        let corner = [index % 3 * 10, index / 3 * 10];
+        let crop = format!("{},{},{},{}", corner[0], corner[1], corner[0] + 10, corner[1] + 10);
+        done(
+            at,
+            &split(&format!("develop -q c.exr --crop {crop} -o crop.exr -o crop.png")),
+        );
+        assert!(
+            read_rgb(&at.join(format!("f_{face}.exr"))) == read_rgb(&at.join("crop.exr")),
+            "{face}"
+        );
+        assert!(
+            png_of(&at.join(format!("f_{face}.png"))) == png_of(&at.join("crop.png")),
+            "{face}"
+        );
+        assert_eq!(read_channel(&at.join(format!("z_{face}.exr")), "Z").len(), 400);
+    }
+    assert_eq!(png_of(&at.join("whole.png")).0, [30, 20]);
+    // The file of a face is a whole picture.
+    done(at, &split("develop -q f_front.exr --crop 0,0,10,10 -o g.exr"));
+    done(at, &split("render s.toml -q --spp 1 -o s.exr"));
+    done(
+        at,
+        &split("render s.toml -q --projection cubemap --size 30x20 --crop 0,0,20,20 --spp 1 -o part.exr"),
+    );
+    for (command, words) in [
+        ("develop s.exr -o {face}.png", "40x24 pixels, which are not six squares"),
+        ("develop part.exr -o {face}.png", "only a part of the picture"),
+        ("develop c.exr --crop 0,0,10,10 -o {face}.png", "--crop or --matte"),
+        ("develop c.exr --channel Z -o {face}.png", "write .exr files"),
+        ("develop c.exr --scale 99999 -o {face}.png", "--scale"),
+        ("render s.toml -o {face}.png", "develop cube.exr -o 'cube_{face}.png'"),
+    ] {
+        let message = refused(at, &split(command), 2);
+        assert!(message.contains(words), "{command}: {message}");
+    }
+}
+
 /// Function that returns the value of a channel at a column and a row.
 type Values = fn(usize, usize) -> f32;
 

@@ -1,6 +1,6 @@
 //! Lines of drawings: their width, the edges that have lines, and lines in PNG files.
 
-use crate::support::program::{assert_same_bits, done, folder, joined, refused, split};
+use crate::support::program::{assert_same_bits, done, folder, joined, printed, refused, split};
 use crate::support::read_channel;
 use std::f32::consts::PI;
 use std::path::Path;
@@ -215,6 +215,26 @@ fn pictures_show_lines_in_their_color() {
     assert_eq!(a.get_pixel(22, 32).0, [255, 128, 0]);
     assert_eq!(a.get_pixel(32, 32), plain.get_pixel(32, 32));
     assert_ne!(plain.get_pixel(22, 32).0, [255, 128, 0]);
+    // A flag switches off the lines of a scene file, and those that a render noted.
+    let scene = std::fs::read_to_string(folder.join("plate.toml")).unwrap();
+    let scene = format!("{scene}\n[image]\nlines = \"#ff8000\"\nlines_width = 4\n");
+    std::fs::write(folder.join("lined.toml"), scene).unwrap();
+    let render = format!("render lined.toml -q --denoise=off --spp 4 {CAMERA}");
+    done(folder, &joined(&split(&render), &split("-o e.png")));
+    done(
+        folder,
+        &joined(
+            &split(&render),
+            &split("--lines off -o off.png -o off.exr --dump-scene off.toml"),
+        ),
+    );
+    assert!(image("e.png") == a && image("off.png") == plain);
+    let listed = printed(&done(folder, &split("develop off.exr --list")));
+    assert!(!listed.contains("lines"), "{listed}");
+    done(folder, &split("render off.toml -q --denoise=off -o again.png"));
+    assert!(image("again.png") == plain);
+    done(folder, &split("develop a.exr -q --lines=off -o f.png"));
+    assert!(image("f.png") == plain);
     // In EXR files the colour is linear light.
     let red = read_channel(&folder.join("c.exr"), "R");
     let blue = read_channel(&folder.join("c.exr"), "B");
@@ -242,7 +262,11 @@ fn lines_that_cannot_be_drawn_are_errors() {
             "render plate.toml --lines-width 3 -o b.exr",
             ["--lines-width", "--lines black"],
         ),
-        ("render plate.toml --lines blak -o b.exr", ["blak", "a colour"]),
+        ("render plate.toml --lines blak -o b.exr", ["blak", "off, or a colour"]),
+        (
+            "render plate.toml --lines off --lines-width 3 -o b.exr",
+            ["--lines-width", "no lines are drawn"],
+        ),
         (
             "render plate.toml --lines black --lines-width 0 -o b.exr",
             ["lines-width", "0.1"],

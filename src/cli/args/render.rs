@@ -19,7 +19,7 @@ use clap::Parser;
 use std::path::PathBuf;
 
 /// Flags of the camera's position and lens. They cannot be combined with a camera from a file.
-const PLACE_AND_LENS: [&str; 18] = [
+const PLACE_AND_LENS: [&str; 17] = [
     "position",
     "look-at",
     "up",
@@ -32,7 +32,6 @@ const PLACE_AND_LENS: [&str; 18] = [
     "pose",
     "projection",
     "ortho-height",
-    "shift",
     "fisheye-fov",
     "fisheye-mapping",
     "intrinsics",

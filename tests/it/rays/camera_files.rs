@@ -78,3 +78,19 @@ fn cameras_of_files_set_the_size_of_the_picture() {
         assert!(words(&out).contains(expected), "{flags}: {}", words(&out));
     }
 }
+
+/// glTF files have no shift of the lens: a flag adds it.
+#[test]
+fn shift_is_added_to_cameras_of_files() {
+    let folder = room();
+    let csv = "name,position.x,position.y,position.z,look_at\nfront,0,0,5,\"0,0,0\"\n";
+    std::fs::write(folder.path().join("c.csv"), csv).unwrap();
+    let flags = split("render s.toml --aov P --quiet --shift 0.2,-0.1");
+    done(folder.path(), &joined(&flags, &split("--cameras c.csv -o a.exr")));
+    done(
+        folder.path(),
+        &joined(&flags, &split("--position 0,0,5 --look-at 0,0,0 -o b.exr")),
+    );
+    let [a, b] = ["a.exr", "b.exr"].map(|name| points(&folder.path().join(name)));
+    assert!(a == b);
+}

@@ -25,7 +25,11 @@ def surface(mesh, tile, point, columns, rows, low=(0.0, 0.0), high=(1.0, 1.0)):
                 corners.pop(-1)
             shares = [(a / columns, b / rows) for a, b in corners]
             points = [point(0.0 if v in (0.0, 1.0) else u % 1.0, v) for u, v in shares]
-            mesh.polygon(points, [place(u, v) for u, v in shares])
+            # Points that are merged would make triangles without area
+            numbers = [mesh.point(p) for p in points]
+            kept = [n for n, number in enumerate(numbers) if number not in numbers[:n]]
+            if len(kept) > 2:
+                mesh.polygon([points[n] for n in kept], [place(*shares[n]) for n in kept])
 
 
 def turn_of(u):
@@ -58,7 +62,7 @@ def build():
     surface(mesh, (1, 0), ellipsoid((0.0, 0.75, 0.01), (0.27, 0.2, 0.22)), 28, 16)
     for side in (-1, 1):
         # Ears, in the brown of the back of the head
-        tuft = ellipsoid((0.17 * side, 0.93, 0.0), (0.045, 0.11, 0.035), lambda p, s=side: (p[0] * (0.09 - p[1]) / 0.12 + 0.3 * s * p[1], p[1], p[2] * (0.09 - p[1]) / 0.12))
+        tuft = ellipsoid((0.17 * side, 0.93, 0.0), (0.045, 0.11, 0.035), lambda p, s=side: (p[0] * (0.13 - p[1]) / 0.16 + 0.3 * s * p[1], p[1], p[2] * (0.13 - p[1]) / 0.16))
         surface(mesh, (1, 0), tuft, 10, 8, (0.02, 0.55), (0.1, 0.7))
         mesh.part("skin", "wing_left" if side > 0 else "wing_right")
         lean = lambda p, s=side: (p[0] * (1.0 + 0.3 * p[1]) - 0.2 * s * p[1] - 0.3 * s * p[2], p[1], p[2] - 0.15 * p[1] - 0.3 * p[1] * p[1])

@@ -5,6 +5,7 @@ use super::error::CliError;
 use super::job::{guess_picture, guesses, read_scene};
 use super::words;
 use crate::description::{LoadedScene, load_scene};
+use crate::geometry::PartNames;
 use crate::guess::position_text;
 use crate::io::Warning;
 use crate::light::LightId;
@@ -50,7 +51,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let count = |kind: &str| scene.lights().iter().filter(|l| l.kind() == kind).count();
     let groups = scene.light_groups();
     let members = |group: usize| (0..scene.lights().len()).filter(move |&id| groups.of(LightId(id as u32)) == group);
-    let parts = scene.part_sizes();
+    let (parts, names) = (scene.part_sizes(), scene.part_names());
     let mut info = json!({
         "scene": args.scene.display().to_string(),
         "meshes": scene.meshes().len(),
@@ -116,7 +117,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     if args.json {
         let values = parts.iter().map(|part| {
             json!({
-                "name": Some(&part.name).filter(|name| !name.is_empty()),
+                "name": Some(names.name(part.part)).filter(|name| !name.is_empty()),
                 "triangles": part.triangles,
                 "area": decimal_of(part.area),
             })
@@ -124,7 +125,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
         info["parts"] = values.collect();
         outln!("{info:#}");
     } else {
-        print_text(&info, &parts, &warnings);
+        print_text(&info, (&parts, names), &warnings);
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -145,7 +146,7 @@ pub(super) fn in_file(p: Vec3, origin: DVec3) -> [f64; 3] {
     position_text(p, origin).map(|x| x.parse().unwrap_or(f64::NAN))
 }
 
-fn print_text(info: &Value, parts: &[PartSize], warnings: &[Warning]) {
+fn print_text(info: &Value, (parts, names): (&[PartSize], &PartNames), warnings: &[Warning]) {
     let text = |v: &serde_json::Value| v.as_str().map_or_else(|| v.to_string(), str::to_string);
     let megabytes = |v: &serde_json::Value| v.as_u64().unwrap_or(0) as f64 / 1e6;
     outln!("{}", text(&info["scene"]));
@@ -232,7 +233,8 @@ fn print_text(info: &Value, parts: &[PartSize], warnings: &[Warning]) {
         outln!("  parts");
     }
     for part in largest(parts) {
-        let name = if part.name.is_empty() { "(no name)" } else { &part.name };
+        let name = names.name(part.part);
+        let name = if name.is_empty() { "(no name)" } else { &*name };
         let triangles = words::count(part.triangles, "triangle");
         outln!("    {name}: {triangles}, area {}", Value::from(decimal_of(part.area)));
     }

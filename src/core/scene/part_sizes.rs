@@ -3,13 +3,12 @@
 use super::Scene;
 use crate::geometry::{GeomId, Mesh, PrimId, UNNAMED, triangle_area};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 
 /// Size of a part of the scene.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PartSize {
-    /// Name of the part; empty for triangles without a name.
-    pub name: String,
+    /// Number of the part in [`Scene::part_names`]; [`UNNAMED`] for triangles without a name.
+    pub part: u32,
     /// Number of triangles.
     pub triangles: u64,
     /// Sum of the triangle areas, in square scene units.
@@ -34,14 +33,16 @@ impl Scene {
         }
         let ground = self.ground().map(|ground| ground.geom());
         let geoms: Vec<GeomId> = self.geom_ids().filter(|geom| Some(*geom) != ground).collect();
-        let of_meshes: Vec<BTreeMap<u32, PartSize>> = geoms.par_iter().map(|geom| sizes_in(self.mesh(*geom))).collect();
-        let of_name = |part| PartSize {
-            name: names.name(part).into_owned(),
-            ..PartSize::default()
-        };
-        let mut sizes: Vec<PartSize> = std::iter::once(UNNAMED).chain(names.parts()).map(of_name).collect();
-        for (part, size) in of_meshes.into_iter().flatten() {
-            sizes[part as usize].add(size.triangles, size.area);
+        let of_meshes: Vec<Vec<PartSize>> = geoms.par_iter().map(|geom| sizes_in(self.mesh(*geom))).collect();
+        let numbers = std::iter::once(UNNAMED).chain(names.parts());
+        let mut sizes: Vec<PartSize> = numbers
+            .map(|part| PartSize {
+                part,
+                ..PartSize::default()
+            })
+            .collect();
+        for size in of_meshes.into_iter().flatten() {
+            sizes[size.part as usize].add(size.triangles, size.area);
         }
         sizes.rotate_left(1);
         sizes.retain(|size| size.triangles > 0);
@@ -49,12 +50,20 @@ impl Scene {
     }
 }
 
-/// Sizes of the parts in a mesh, by the index of the part. Names are not filled in.
-fn sizes_in(mesh: &Mesh) -> BTreeMap<u32, PartSize> {
-    let mut sizes: BTreeMap<u32, PartSize> = BTreeMap::new();
+/// Sizes of the parts in a mesh, one for each run of triangles of a part.
+fn sizes_in(mesh: &Mesh) -> Vec<PartSize> {
+    let mut sizes: Vec<PartSize> = Vec::new();
     for prim in (0..mesh.triangles.len() as u32).map(PrimId) {
         let [a, b, c] = mesh.corners(prim);
-        sizes.entry(mesh.part(prim)).or_default().add(1, triangle_area(a, b, c));
+        let (part, area) = (mesh.part(prim), triangle_area(a, b, c));
+        match sizes.last_mut() {
+            Some(last) if last.part == part => last.add(1, area),
+            _ => sizes.push(PartSize {
+                part,
+                triangles: 1,
+                area,
+            }),
+        }
     }
     sizes
 }

@@ -127,6 +127,9 @@ fn replace(text: &mut String, new: &str) {
 
 /// The first [`MAX_NAME`] bytes of a name.
 fn cut(name: &str) -> &str {
+    if name.len() <= MAX_NAME {
+        return name;
+    }
     let end = (0..=MAX_NAME).rev().find(|&end| name.is_char_boundary(end));
     end.and_then(|end| name.get(..end)).unwrap_or(name)
 }

@@ -71,8 +71,8 @@ impl ViewData {
 
 /// Stages of a render with several views. All views take the samples of a stage before the next
 /// stage begins, so that a render that is stopped has similar views, and no view without samples.
-/// The stages end between passes, where a render resumes without work. A noise level is reached in
-/// each view alone, after the first stage.
+/// The stages end between passes, where a render can stop and resume without repeated work. Each
+/// view must reach the noise level separately, so there is only one further stage then.
 fn stages(samples: Range<u32>, noise: Option<f64>) -> Vec<StopCondition> {
     let first = render::passes(samples.clone()).next().map(|pass| pass.end);
     let later = std::iter::successors(Some(BLOCK), |end| end.checked_mul(4));

@@ -38,7 +38,6 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     }
     let mut outputs = Outputs::default();
     let exr = args.exr.format()?;
-    // The tone is known after the file is read.
     let (names, faces): (Vec<PathBuf>, Vec<Option<usize>>) = faces::names(&args.output).into_iter().unzip();
     let has_faces = faces.iter().any(Option::is_some);
     if has_faces && (args.crop.is_some() || args.matte.is_some()) {
@@ -46,6 +45,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
             "-o with {FACE}: a face cannot be written with --crop or --matte\n  help: leave them out, or write one file"
         )));
     }
+    // Use the default tone here: the tone of the picture is known only after the file is read.
     let files = outputs.prepare_images(&names, Tone::default(), &exr)?;
     outputs.refuse_inputs([&*args.input])?;
     let layers = layers(args)?;
@@ -116,7 +116,8 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
         steps.extend(face.map(|index| format!("face={}", FACE_NAMES[index])));
         steps.extend(size.map(|[width, height]| format!("scale={width}x{height}")));
         let steps = steps.join(" ");
-        // A face, and a scaled part, are other pictures, to whose window the matrices do not lead.
+        // The matrices of the camera do not apply to a face or a scaled crop: they become whole
+        // pictures.
         let is_whole = image.crop == Rect::full(image.resolution);
         let camera = layers.camera.filter(|_| face.is_none() && (size.is_none() || is_whole));
         let developed = |image| DevelopedPicture {

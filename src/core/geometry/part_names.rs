@@ -7,9 +7,10 @@ use std::borrow::Cow;
 /// Part of triangles without a name.
 pub const UNNAMED: u32 = 0;
 
-/// Names of parts: the name of an object, and the names of its groups. A file may have as many
-/// parts as triangles, so all names are in one text. A name that the part shares with the part
-/// before it is stored once, so the text is not longer than the statements that name the parts.
+/// List of part names. The name of a part consists of the name of an object and the names of its
+/// groups. A file may have as many parts as triangles, so all names are in one text. A name that a
+/// part shares with the part before it is stored once, so the text is not longer than the
+/// statements that name the parts.
 ///
 /// Parts are numbered from 1.
 #[derive(Clone, Debug, Default)]
@@ -112,8 +113,8 @@ struct Slot {
 }
 
 impl PartNames {
-    /// Part with these names, which is added if it is new. A name is left out if all names would be
-    /// longer than 4 GiB.
+    /// Returns the part with these names, and adds the part if it is new. A name is left out if the
+    /// text would be longer than 4 GiB.
     pub fn find_or_add(&mut self, object: &str, groups: &str) -> u32 {
         if object.is_empty() && groups.is_empty() {
             return UNNAMED;
@@ -373,7 +374,7 @@ mod tests {
         assert_eq!((numbers[0], numbers[399]), (1, 200));
     }
 
-    /// The border between both names is significant.
+    /// Pairs of names are different parts, even if their concatenations are equal.
     #[test]
     fn pairs_of_names_with_equal_concatenation_are_different_parts() {
         let mut names = PartNames::default();

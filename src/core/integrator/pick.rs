@@ -21,15 +21,17 @@ pub struct PickedSurface {
 type ObjectMaterial = (u32, u32);
 
 impl<A: Accel> World<'_, A> {
-    /// Returns the first surface in the middle of `pixel` of a picture of `views`, if there is one.
+    /// Returns the first surface in the middle of `pixel` of a picture of `views`. `None` for the
+    /// background or the ground.
     pub fn pick(&self, views: &[View], pixel: UVec2) -> Option<PickedSurface> {
         let hit = self.first_hit(views, pixel.as_vec2() + 0.5)?;
         let position = self.scene.surface_point(&hit, self.camera.time(0.5)).p;
         Some(PickedSurface { hit, position })
     }
 
-    /// Cells of a grid of `size` over the picture of `views` that show the part of `picked`, row by
-    /// row. The result is run lengths: cells without the part and cells with it in turns.
+    /// Outline of the surfaces that are selected with `picked`, in a grid of `size` cells over the
+    /// picture of `views`. The result is run lengths, row by row: cells without these surfaces and
+    /// cells with them alternate, starting without.
     pub fn outline(&self, views: &[View], picked: &PickedSurface, size: UVec2) -> Vec<u32> {
         let part = self.part(&picked.hit);
         let cell = self.camera.resolution().as_vec2() / size.as_vec2();
@@ -44,8 +46,8 @@ impl<A: Accel> World<'_, A> {
         runs(rows.into_iter().flatten())
     }
 
-    /// Hit of the ray from the middle of the lens through the point `film`, of the view at this
-    /// point. A shadow-catching ground is not hit.
+    /// Hit of the ray from the middle of the lens through the film point `film` (pixels), in the
+    /// view at this point. `None` for the background or a shadow-catching ground.
     fn first_hit(&self, views: &[View], film: Vec2) -> Option<Hit> {
         let (camera, film) = view_at(views, film)?;
         let ray = camera.ray(film, Vec2::splat(0.5), camera.time(0.5));
@@ -69,7 +71,7 @@ fn view_at(views: &[View], film: Vec2) -> Option<(&Camera, Vec2)> {
     })
 }
 
-/// Lengths of the runs of `false`, `true`, `false` and so on.
+/// Run lengths of `cells`: the number of `false`, then of `true`, then of `false`, and so on.
 fn runs(cells: impl Iterator<Item = bool>) -> Vec<u32> {
     let mut runs = vec![0];
     let mut is_in = false;

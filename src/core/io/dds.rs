@@ -1,6 +1,6 @@
-//! DDS files: pictures in the block formats of graphics processors (BC1 to BC7), and a few plain
-//! ones. The crate ddsfile reads the header; image_dds decodes the finest level of the first layer,
-//! except BC1 to BC5 without sign (`block_compression.rs`).
+//! DDS files: pictures in the block formats of graphics processors (BC1 to BC7), and in a few
+//! uncompressed formats. The crate ddsfile reads the header; image_dds decodes the finest level of
+//! the first layer, except BC1 to BC5 without sign (`block_compression.rs`).
 
 use super::FileError;
 use super::block_compression::BlockFormat;

@@ -6,10 +6,10 @@ use crate::color::srgb;
 use crate::math::Encode;
 use std::sync::LazyLock;
 
-/// Transfer curve of samples of 8 or 16 bits.
+/// Transfer curve of codes of 8 or 16 bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Curve {
-    /// Linear: the code divided by 255. For data that are not colours.
+    /// Linear: the code divided by the largest code. For data that are not colours.
     Linear,
     /// Colours: the sRGB curve (IEC 61966-2-1). Alpha is linear even with this curve.
     Srgb,
@@ -34,7 +34,7 @@ pub(super) enum Samples {
     Shorts(Vec<u16>),
     /// sRGB-encoded, except alpha. Linear shorts would lose eleven of twelve dark codes.
     EncodedShorts(Vec<u16>, &'static ShortCodes),
-    /// Floats that halves represent exactly.
+    /// Floats that 16-bit floats represent exactly.
     Halves(Vec<u16>),
     Floats(Vec<f32>),
 }

@@ -273,7 +273,7 @@ impl<'a> Chunk<'a> {
         }
     }
 
-    /// The current part of faces, and the current part of lines and points.
+    /// The state of the current part, for faces, and for lines and points.
     fn all_parts(&mut self) -> impl Iterator<Item = &mut PartState<'a>> {
         let wires = self.wires.as_mut().map(|wires| &mut wires.parts);
         once(&mut self.parts).chain(wires)

@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(cut("short"), "short");
     }
 
-    /// Parts continue across chunks.
+    /// The borders of chunks do not change the part of a face.
     #[test]
     fn chunks_change_no_part() {
         let mut text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".to_string();

@@ -5,7 +5,7 @@ use std::path::Path;
 /// Maximum length of the name of an object, or of the names of its groups, in bytes. A file may
 /// have as many parts as faces, and messages, lists and channels of ids have whole names.
 pub(super) const MAX_NAME: usize = 1000;
-/// Maximum number of unknown keywords that the warning names. Further keywords are only counted.
+/// Maximum number of unknown keywords that the warning lists. Further keywords are only counted.
 const MAX_NAMED: usize = 8;
 
 /// A repair or an assumption of the reader.

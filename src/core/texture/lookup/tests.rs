@@ -305,7 +305,7 @@ fn invalid_samples_become_0_and_are_counted() {
 }
 
 #[test]
-fn pictures_are_whole() {
+fn number_of_samples_must_match_the_size() {
     let picture = |w, h, c, n| Texture::new(w, h, c, Texels::Shorts(vec![0; n], Curve::Linear), Wrap::Repeat).is_some();
     assert!(picture(3, 2, 2, 12));
     assert!(!picture(3, 2, 2, 11) && !picture(0, 2, 2, 0) && !picture(3, 2, 0, 0) && !picture(1, 1, 5, 5));

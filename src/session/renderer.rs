@@ -5,37 +5,29 @@
 //! name the number of samples only if the sampler depends on it (`hammersley`, `orthogonal`,
 //! `--directions perturbed-qmc` and `fibonacci`).
 
+mod denoising;
+mod faults;
+mod views;
+
+pub use denoising::Unfinished;
+pub(crate) use denoising::denoise;
+
 use super::memory::check_pixels;
-use super::{
-    AnyAccel, BUILD, Error, Preparation, RenderContext, RenderState, Session, Settings, inspect_camera, thread_pool,
-};
+use super::{AnyAccel, BUILD, Error, Preparation, RenderContext, RenderState, Session};
 use crate::accel::{Accel, Auditor, BackendInfo};
 use crate::camera::CameraAttributes;
-use crate::denoise::DenoiseError;
-use crate::files::{Output, guarded};
-use crate::film::{Aov, BLOCK, Film, Image};
+use crate::files::Output;
+use crate::film::{Aov, Film, Image};
 #[cfg(feature = "view")]
 use crate::integrator::PickedSurface;
 use crate::integrator::{SampleTracer, TracerIntegrator, World};
-use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata, Warning};
-use crate::light::LightSelection;
-use crate::lint::{dark_lamps, reason_for_darkness, reason_for_emptiness};
+use crate::io::{Checkpoint, FeatureNames, FileError, Format, Metadata};
 #[cfg(feature = "view")]
 use crate::math::UVec2;
-use crate::options::{IntegratorKind, view_size_text};
-use crate::render::{self, Observer, Outcome, Statistics, StopCondition};
-use std::ops::Range;
-use std::path::Path;
-use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::thread;
-use std::time::{Duration, Instant};
-
-/// Maximum mean radiance of a picture that is called nearly black: 12 stops below mid-grey.
-const NEARLY_BLACK: f64 = 0.18 / 4096.0;
-
-/// Function that adds samples to the film of a view until the stop condition is fulfilled.
-type ViewRender<'r, 'a> =
-    dyn Fn(RenderContext<'_, AnyAccel<'a>>, &mut Film, StopCondition) -> (Outcome, Statistics) + 'r;
+use crate::options::view_size_text;
+use crate::render::{self, Observer, Outcome, Statistics};
+use std::time::Instant;
+use views::ViewData;
 
 /// A session with a built acceleration structure. It renders samples, and makes pictures from them.
 pub struct Renderer<'a> {
@@ -45,47 +37,6 @@ pub struct Renderer<'a> {
     prepared: Preparation,
     /// Data of each view; empty if the picture has one view.
     views: Vec<ViewData>,
-}
-
-/// Data that the samples of a view share.
-struct ViewData {
-    /// Selection of lights, with the visibility of lights that is learned for the view.
-    light_selection: LightSelection,
-    prepared: Preparation,
-}
-
-impl ViewData {
-    /// New data of each view of the session's picture; empty if it has one view.
-    fn of(session: &Session) -> Vec<Self> {
-        if session.views().len() == 1 {
-            return Vec::new();
-        }
-        let settings = session.settings();
-        let new = |_| Self {
-            light_selection: session.scene().light_selection(settings.method().light_choice()),
-            prepared: Preparation::new(session.view_size(), settings.seed),
-        };
-        session.views().iter().map(new).collect()
-    }
-}
-
-/// Stages of a render with several views. All views take the samples of a stage before the next
-/// stage begins, so that a render that is stopped has similar views, and no view without samples.
-/// The stages end between passes, where a render can stop and resume without repeated work. Each
-/// view must reach the noise level separately, so there is only one further stage then.
-fn stages(samples: Range<u32>, noise: Option<f64>) -> Vec<StopCondition> {
-    let first = render::passes(samples.clone()).next().map(|pass| pass.end);
-    let later = std::iter::successors(Some(BLOCK), |end| end.checked_mul(4));
-    let later = later.skip_while(|&stage| stage <= samples.start);
-    let later = later.take_while(|&stage| stage < samples.end && noise.is_none());
-    let mut ends: Vec<u32> = first.into_iter().chain(later).collect();
-    ends.dedup();
-    ends.retain(|&end| end < samples.end);
-    let last = StopCondition {
-        end: samples.end,
-        noise,
-    };
-    ends.into_iter().map(StopCondition::at).chain([last]).collect()
 }
 
 impl<'a> Renderer<'a> {
@@ -284,45 +235,6 @@ impl<'a> Renderer<'a> {
         add_samples(state, |film| self.render_views(film, &render))
     }
 
-    /// Renders each view of `film` by `render`, or the film itself if there is one view.
-    fn render_views(&self, film: &mut Film, render: &ViewRender<'_, 'a>) -> (Outcome, Statistics) {
-        let stop = self.session.settings().stop();
-        if self.views.is_empty() {
-            return render(self.context(), film, stop);
-        }
-        let mut statistics = Statistics::default();
-        for stage in stages(film.first_sample()..stop.end, stop.noise) {
-            for (index, (view, data)) in self.session.views().iter().zip(&self.views).enumerate() {
-                let context = RenderContext {
-                    world: World {
-                        camera: &view.camera,
-                        light_selection: &data.light_selection,
-                        ..self.world()
-                    },
-                    prepared: &data.prepared,
-                };
-                let done = film.with_view(index, |film| {
-                    let is_behind =
-                        stage.noise.is_some() || film.tiles().iter().any(|tile| tile.next_sample() < stage.end);
-                    is_behind.then(|| render(context, film, stage))
-                });
-                // The crop does not contain the view, or the view has all samples
-                let Some((outcome, mut taken)) = done.flatten() else {
-                    continue;
-                };
-                for sample in &mut taken.first_dropped {
-                    sample.key.x += view.corner.x;
-                    sample.key.y += view.corner.y;
-                }
-                statistics = statistics.merge(taken);
-                if outcome == Outcome::Stopped {
-                    return (outcome, statistics);
-                }
-            }
-        }
-        (Outcome::Complete, statistics)
-    }
-
     /// Like [`Renderer::render`], but with an integrator of the caller: `tracer` traces each
     /// sample, instead of the method in the settings. The metadata of files has the method of the
     /// settings ([`Metadata::settings`]) nevertheless.
@@ -421,86 +333,6 @@ impl<'a> Renderer<'a> {
         state.develop(with_error, self.feature_names().as_ref())
     }
 
-    /// Warning about the position and the view of the camera, if its position is given and there is
-    /// something to report. `name` is the scene file.
-    pub fn camera_warning(&self, name: &Path) -> Option<Warning> {
-        let (session, settings) = (self.session, self.session.settings());
-        session.given_camera.position?;
-        let accel = self.accel.as_dyn();
-        let finding = inspect_camera(
-            &session.given_camera,
-            (session.scene(), accel),
-            (session.camera(), settings.resolution),
-            &|message| FileError::new(name, message),
-        );
-        finding.map(|finding| finding.warning())
-    }
-
-    /// Text that describes how dark `image` is, and why. `None` if the image is bright enough, or
-    /// dark by intent. If the image is nearly black but not black, only faults of lamps are
-    /// reported as reasons.
-    pub fn darkness(&self, image: &Image) -> Option<String> {
-        let (session, settings) = (self.session, self.session.settings());
-        let (mut sum, mut count) = (0.0, 0.0);
-        for rgb in image.rgb() {
-            sum += f64::from(rgb.iter().fold(0f32, |max, &v| max.max(v)));
-            count += 1.0;
-        }
-        if sum > NEARLY_BLACK * count || settings.method().kind() == IntegratorKind::Debug {
-            return None;
-        }
-        let accel = self.accel.as_dyn();
-        let (scene, camera) = (session.scene(), session.camera());
-        if sum > 0.0 {
-            let lamps = dark_lamps(accel, scene, camera, settings.resolution)?;
-            return Some(format!("nearly black: {lamps}"));
-        }
-        let whole = |message: String| FileError::new(Path::new(""), message);
-        let reason = reason_for_darkness(accel, scene, camera, settings.resolution, &whole);
-        Some(format!("black: {reason}"))
-    }
-
-    /// Text with the reason why no surface of the scene is visible in the picture; `None` if a
-    /// surface is visible.
-    pub fn reason_for_emptiness(&self) -> Option<String> {
-        let (session, accel) = (self.session, self.accel.as_dyn());
-        reason_for_emptiness(accel, session.scene(), session.camera(), session.settings().resolution)
-    }
-
-    /// Denoises `image` if the settings have a denoiser, and writes the denoiser into `metadata`.
-    /// The picture before denoising is kept in a separate layer.
-    ///
-    /// # Errors
-    ///
-    /// Errors of the denoiser; the image is then unchanged.
-    pub fn denoise(&self, image: &mut Image, metadata: &mut Metadata) -> Result<(), DenoiseError> {
-        if let Some(denoiser) = self.session.settings().denoiser {
-            let by = denoiser.version()?;
-            let radius = self.session.settings().denoise_radius;
-            self.session.install(|| denoiser.apply_with(image, radius))?;
-            metadata.denoiser = Some(by);
-        }
-        Ok(())
-    }
-
-    /// Like [`Renderer::denoise`], but on separate threads. If `is_cancelled` returns true before
-    /// the end, the function returns and does not wait for the threads.
-    ///
-    /// # Errors
-    ///
-    /// Errors or a panic of the denoiser, or `is_cancelled`. The image is then lost: develop it
-    /// again.
-    pub fn denoise_unless(
-        &self,
-        image: Image,
-        metadata: &mut Metadata,
-        is_cancelled: &dyn Fn() -> bool,
-    ) -> Result<Image, Unfinished> {
-        let (image, by) = denoise(self.session.settings(), image, is_cancelled)?;
-        metadata.denoiser = by.or(metadata.denoiser.take());
-        Ok(image)
-    }
-
     /// Writes `image`, the picture of `state`, to all `outputs`, and returns the errors. If the
     /// render is a part of a picture, EXR files also get the sums, so that parts can be joined
     /// ([`Parts`](super::Parts)). If there are no samples, no file is written, and existing files
@@ -529,53 +361,6 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// `image` denoised according to `settings`, and the name of the denoiser if they have one. It uses
-/// separate threads. If `is_cancelled` returns true before the end, the function returns and does
-/// not wait for them.
-///
-/// # Errors
-///
-/// Errors or a panic of the denoiser, or `is_cancelled`.
-pub(crate) fn denoise(
-    settings: &Settings,
-    mut image: Image,
-    is_cancelled: &dyn Fn() -> bool,
-) -> Result<(Image, Option<String>), Unfinished> {
-    /// Time between two calls of `is_cancelled`.
-    const POLL_INTERVAL: Duration = Duration::from_millis(20);
-    let Some(denoiser) = settings.denoiser else {
-        return Ok((image, None));
-    };
-    let (threads, radius) = (settings.threads, settings.denoise_radius);
-    let (sender, receiver) = channel();
-    thread::spawn(move || {
-        let done = guarded(|| {
-            let by = denoiser.version()?;
-            let pool = thread_pool(threads).map_err(|error| DenoiseError::Failed(error.to_string()))?;
-            pool.install(|| denoiser.apply_with(&mut image, radius))?;
-            Ok((image, Some(by)))
-        });
-        let _ = sender.send(done.unwrap_or_else(|panic| Err(DenoiseError::Failed(panic))));
-    });
-    loop {
-        match receiver.recv_timeout(POLL_INTERVAL) {
-            Ok(done) => return done.map_err(Unfinished::Failed),
-            Err(RecvTimeoutError::Timeout) if !is_cancelled() => {}
-            Err(_) => return Err(Unfinished::Cancelled),
-        }
-    }
-}
-
-/// Reason why there is no denoised image.
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum Unfinished {
-    /// The denoiser failed.
-    Failed(DenoiseError),
-    /// `is_cancelled` returned true before the end.
-    Cancelled,
-}
-
 /// Adds samples to the film of `state` by calling `take`, and adds their statistics and their time
 /// to `state`.
 fn add_samples(state: &mut RenderState, take: impl FnOnce(&mut Film) -> (Outcome, Statistics)) -> Outcome {
@@ -584,26 +369,4 @@ fn add_samples(state: &mut RenderState, take: impl FnOnce(&mut Film) -> (Outcome
     state.statistics = std::mem::take(&mut state.statistics).merge(statistics);
     state.seconds += start.elapsed().as_secs_f64();
     outcome
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn stages_begin_with_one_pass() {
-        let ends = |samples: Range<u32>| -> Vec<u32> {
-            let stages = stages(samples.clone(), None);
-            assert!(stages.iter().all(|stage| stage.noise.is_none()));
-            stages.iter().map(|stage| stage.end).collect()
-        };
-        assert_eq!(ends(0..1), [1]);
-        assert_eq!(ends(0..300), [1, 64, 256, 300]);
-        assert_eq!(ends(60..256), [64, 256]);
-        assert_eq!(ends(100..3000), [128, 256, 1024, 3000]);
-        let [first, last] = stages(0..3000, Some(0.1))[..] else {
-            panic!("two stages")
-        };
-        assert_eq!((first, last.end, last.noise), (StopCondition::at(1), 3000, Some(0.1)));
-    }
 }

@@ -45,7 +45,7 @@ pub(super) fn face(image: &Image, index: usize) -> Result<Image, CliError> {
         return Err(refused("the file has only a part of the picture"));
     }
     let end = corner + side;
-    let mut face = cropped(image.clone(), [corner.x, corner.y, end.x, end.y])?;
+    let mut face = cropped(image, [corner.x, corner.y, end.x, end.y])?;
     face.resolution = end - corner;
     face.view = face.resolution;
     face.crop = Rect::full(face.resolution);

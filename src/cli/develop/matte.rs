@@ -37,7 +37,7 @@ pub(super) fn write(
         backing: None,
     };
     if let Some(crop) = args.crop {
-        image = cropped(image, crop)?;
+        image = cropped(&image, crop)?;
     }
     let size = args
         .scale

@@ -80,15 +80,15 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     });
     steps.extend(lines.map(|color| format!("lines={}", LineColor(color).text())));
     if let Some(crop) = args.crop {
-        image = cropped(image, crop)?;
+        image = cropped(&image, crop)?;
         steps.push(format!("crop={}", crop.map(|at| at.to_string()).join(",")));
     }
     // Each file has the whole picture, or a face of it.
-    let pictures: Result<Vec<Image>, CliError> = match has_faces {
-        true => (0..6).map(|index| faces::face(&image, index)).collect(),
-        false => Ok(Vec::new()),
-    };
-    let pictures = pictures?;
+    let face_count = if has_faces { FACE_NAMES.len() } else { 0 };
+    let pictures: Vec<Image> = (0..face_count)
+        .map(|index| faces::face(&image, index))
+        .collect::<Result<_, _>>()?;
+    let picture_of = |face: Option<usize>| face.and_then(|index| pictures.get(index)).unwrap_or(&image);
     let has_figure = files.iter().zip(&faces).any(|((format, _), face)| {
         face.is_some() && matches!(format, Format::Png(_)) && !matches!(found.kind, Kind::Colors | Kind::Reflectance)
     });
@@ -102,15 +102,15 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
         size.transpose()
     };
     // Sizes are checked before a file is written.
-    for image in pictures.first().into_iter().chain([&image]) {
-        size_of(image)?;
+    for &face in &faces {
+        size_of(picture_of(face))?;
     }
 
     let mut failures: Vec<FileError> = Vec::new();
     let mut said = Vec::new();
     for ((format, output), face) in files.iter().zip(faces) {
         let name = output.path().display();
-        let image = face.and_then(|index| pictures.get(index)).unwrap_or(&image);
+        let image = picture_of(face);
         let size = size_of(image)?;
         let mut steps = steps.clone();
         steps.extend(face.map(|index| format!("face={}", FACE_NAMES[index])));
@@ -306,7 +306,7 @@ fn tone(args: &DevelopArgs, layers: &Layers, kind: Kind) -> Tone {
 }
 
 /// The image cropped to `x0, y0` inclusive to `x1, y1` exclusive in the full image.
-fn cropped(image: Image, [x0, y0, x1, y1]: [u32; 4]) -> Result<Image, CliError> {
+fn cropped(image: &Image, [x0, y0, x1, y1]: [u32; 4]) -> Result<Image, CliError> {
     let crop = Rect {
         min: UVec2::new(x0, y0),
         max: UVec2::new(x1, y1),
@@ -326,9 +326,9 @@ fn cropped(image: Image, [x0, y0, x1, y1]: [u32; 4]) -> Result<Image, CliError> 
             .map(|at| values.get(index(at)).copied().unwrap_or(0.0))
             .collect()
     };
-    let channels = image.channels.into_iter().map(|channel| Channel {
+    let channels = image.channels.iter().map(|channel| Channel {
+        name: channel.name.clone(),
         values: pick(&channel.values),
-        ..channel
     });
     Ok(Image {
         resolution: image.resolution,

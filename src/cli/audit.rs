@@ -5,8 +5,8 @@ use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
 use super::outputs::Outputs;
 use super::progress::{InterruptGuard, Progress};
-use super::warnings::ShownWarnings;
-use super::words::{self, percent};
+use super::warnings::{ShownWarnings, note_middle_eye};
+use super::words::percent;
 use crate::accel::brute::{self, BruteForce};
 use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Findings, Query, QueryKind};
 use crate::files::read_text;
@@ -119,7 +119,7 @@ pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
     let session = Session::load(&job.scene, job.settings.clone(), &())?;
     outputs.refuse_inputs(session.files().iter().map(PathBuf::as_path))?;
     ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
-    words::note_of_middle_eye(&session);
+    note_middle_eye(&session);
     if let (Some(replay), Some(file)) = (&replay, &args.replay) {
         if replay.scene_hash != session.scene_hash() {
             errln!(

@@ -3,6 +3,7 @@
 use super::words;
 use crate::io::Warning;
 use crate::options::named;
+use crate::session::Session;
 use std::path::Path;
 
 /// Selection of printed warnings.
@@ -90,6 +91,14 @@ fn summary(first: &Warning, others: usize, path: &Path) -> String {
         "{line} (and {others} more [{}]; see `embrasure check {path}`){remedy}",
         first.kind
     )
+}
+
+/// Prints a note if the picture of `session` is a stereo picture, for a command that traces the
+/// rays of one camera.
+pub(super) fn note_middle_eye(session: &Session) {
+    if session.camera_description().stereo.is_some() {
+        words::note("stereo: the rays start at one camera, in the middle of both eyes");
+    }
 }
 
 #[cfg(test)]

@@ -9,7 +9,6 @@
 //! standard output is stored, and makes the exit code 1. A closed pipe is not an error.
 
 use crate::math::{rounded, rounded_list, significant};
-use crate::session::Session;
 use anstream::{AutoStream, ColorChoice};
 use clap::builder::styling::{AnsiColor, Style};
 use std::fmt::{Arguments, Display};
@@ -151,14 +150,6 @@ pub(super) fn warning(text: impl Display) {
 pub(super) fn note(text: impl Display) {
     let text = escaped(&text.to_string());
     let _ = writeln!(anstream::stderr(), "{NOTE}note:{NOTE:#} {text}");
-}
-
-/// Prints a note if the picture of `session` is a stereo picture, for a command that traces the
-/// rays of one camera.
-pub(super) fn note_of_middle_eye(session: &Session) {
-    if session.camera_description().stereo.is_some() {
-        note("stereo: the rays start at one camera, in the middle of both eyes");
-    }
 }
 
 /// Returns true if the standard error shows colours: on a terminal with colours, unless `NO_COLOR`,

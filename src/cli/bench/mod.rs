@@ -6,8 +6,7 @@ use super::args::{BenchArgs, Flags, RenderArgs};
 use super::error::CliError;
 use super::job::Job;
 use super::progress::Progress;
-use super::warnings::ShownWarnings;
-use super::words;
+use super::warnings::{ShownWarnings, note_middle_eye};
 use crate::accel::{Accel, Query, QueryKind, Recorder};
 use crate::film::{Film, FirstSurface};
 use crate::integrator::{FoundLight, RayKind, RaySink, Sink};
@@ -136,7 +135,7 @@ fn render_args(args: &BenchArgs, scene: &Path) -> RenderArgs {
 fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneRuns, CliError> {
     let session = Session::load(&job.scene, job.settings, &())?;
     ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
-    words::note_of_middle_eye(&session);
+    note_middle_eye(&session);
     let (scene, settings) = (session.scene(), session.settings());
     let name = job.scene_path.file_stem().unwrap_or_default().to_string_lossy();
 

@@ -22,7 +22,7 @@ use super::job::Job;
 use super::outputs::Outputs;
 use super::plot::Place;
 use super::progress::{InterruptGuard, is_interrupted};
-use super::warnings::ShownWarnings;
+use super::warnings::{ShownWarnings, note_middle_eye};
 use super::words;
 use crate::color::Tone;
 use crate::compare::Errors;
@@ -101,7 +101,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     let session = Session::load(&job.scene, job.settings.clone(), &())?;
     named.refuse_inputs(session.files().iter().map(PathBuf::as_path))?;
     ShownWarnings::Summary.show(session.warnings(), &job.scene_path);
-    words::note_of_middle_eye(&session);
+    note_middle_eye(&session);
     check_memory(&session, &job, contenders.len(), &budgets)?;
     for flag in &args.methods {
         let integrator = flag.name.split(':').next().unwrap_or_default();

@@ -1,9 +1,10 @@
 //! Block formats BC1 to BC5 without sign: blocks of 4 × 4 texels with two end values and an index
 //! per texel.
 //!
-//! Direct3D defines the values between both ends as real numbers, and permits an error of about one
-//! step of 8 bits. This decoder rounds as OpenImageIO 3.2 does, so that texels have the same bits:
-//! the ends of a colour become 8 bits first, and sums are divided after adding 1.
+//! The rounding of values between both ends is not specified for these formats, and processors
+//! differ in it (Giesen 2021, "GPU BCn decoding"). This decoder rounds as OpenImageIO 3.2, so that
+//! texels have the same bits: the ends of a colour become 8 bits first, and sums are divided after
+//! adding 1.
 
 /// A block format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -40,7 +40,10 @@ impl Engine<'_> {
         }
         let tone = renderer.session().settings().tone;
         let mut developed: Option<Image> = None;
-        if self.shown.exposure.is_none() {
+        let is_final = is_last && !is_preview;
+        // A page may decode the last picture after it has read the last status. Both must have the
+        // same exposure.
+        if self.shown.exposure.is_none() || (is_final && self.denoising.shown().is_none()) {
             let stops = tone.exposure.stops();
             let metered = |image: &Image| metered(tone, image).exposure.stops();
             self.shown.exposure = stops.or_else(|| metered(developed.get_or_insert_with(|| renderer.develop(state))));
@@ -50,7 +53,6 @@ impl Engine<'_> {
             true => renderer.session().scene().light_groups().names(),
             false => &[],
         };
-        let is_final = is_last && !is_preview;
         for channel in &channels {
             let mut facts = facts.clone();
             let mut is_final = is_final;

@@ -1,7 +1,8 @@
 """Renders a scene of the suite with Cycles: SCENE.json SPP SAMPLER SEED OUTPUT.npy.
 
-SAMPLER is SOBOL or TABULATED_SOBOL. Blender's importer reads the OBJ file of a room. The JSON file
-defines its constant sky.
+SAMPLER is SOBOL or TABULATED_SOBOL, followed by ", own denoiser" if Cycles denoises the picture
+with its defaults: Open Image Denoise with albedo and normals. Blender's importer reads the OBJ file
+of a room. The JSON file defines its constant sky.
 """
 
 import sys
@@ -89,9 +90,9 @@ render.image_settings.color_depth = "32"
 cycles.device = "CPU"
 cycles.samples = int(spp)
 cycles.seed = int(seed)
-cycles.sampling_pattern = sampler
+cycles.sampling_pattern = sampler.removesuffix(", own denoiser")
 cycles.use_adaptive_sampling = False
-cycles.use_denoising = False
+cycles.use_denoising = sampler.endswith(", own denoiser")
 cycles.pixel_filter_type = "BOX"
 cycles.filter_width = 1.0
 cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0

@@ -82,7 +82,7 @@ impl Block {
 /// Sums over all samples of one pixel.
 ///
 /// A total is the exact sum of its terms. Each term is the sum of a block of samples. The first
-/// block may be added in parts; each part is then a term. The sample indices determine the terms.
+/// block can be added in parts; each part is then a term. The sample indices determine the terms.
 /// So the bits of a pixel do not depend on threads, on interruptions, or on the machine that took a
 /// sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -211,7 +211,8 @@ impl Accumulator {
         }
     }
 
-    /// Unbiased estimate of the variance of [`Accumulator::mean`]; infinite below two samples.
+    /// Unbiased estimate of the variance of [`Accumulator::mean`]; infinite with fewer than two
+    /// samples.
     // ANCHOR: variance
     pub fn variance_of_mean(&self, c: usize) -> f64 {
         if self.samples < 2 {
@@ -225,9 +226,9 @@ impl Accumulator {
     }
     // ANCHOR_END: variance
 
-    /// Estimate of the pixel's squared relative error, mean over the channels. It is the pixel's
-    /// term of relMSE in `compare`, which also leaves out the worst pixels. Infinite below two
-    /// blocks.
+    /// Estimate of the pixel's squared relative error, as a mean over the channels. The relMSE of
+    /// `compare` is a mean of the same quantity, but leaves out the worst pixels. The estimate is
+    /// infinite with fewer than two blocks.
     ///
     /// The estimate is the variance of the mean of independent blocks. Blocks of a low-discrepancy
     /// sequence fill each other's gaps, so their mean is more accurate and the estimate is too

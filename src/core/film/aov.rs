@@ -18,7 +18,8 @@ pub const LINES: &str = "lines";
 pub struct LineStyle {
     /// Width in pixels.
     pub width: f32,
-    /// Angle between the normals of a crease, in degrees: edges of at least this angle are drawn.
+    /// Crease angle in degrees. An edge is drawn if the angle between the normals of its faces is
+    /// at least this large.
     pub angle: f32,
 }
 
@@ -82,8 +83,8 @@ impl Aov {
         }
     }
 
-    /// Names, in [`SUMS`](super::features::SUMS), of the channels that are means over the samples
-    /// on surfaces.
+    /// Names of the channels that are means over the samples on surfaces. The names are those of
+    /// [`SUMS`](super::features::SUMS).
     fn means(self) -> &'static [&'static str] {
         match self {
             Self::Position => &["P.X", "P.Y", "P.Z"],
@@ -100,7 +101,7 @@ impl Aov {
         }
     }
 
-    /// Channels of the id that covers most of the pixel, each with its coverage.
+    /// Channels whose value is the id that covers most of the pixel.
     fn ids(self) -> &'static [IdChannel] {
         match self {
             Self::Ids => &[

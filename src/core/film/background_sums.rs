@@ -4,12 +4,13 @@ use super::accumulator::BLOCK;
 use super::{DARK, Fixed};
 use crate::color::Spectrum;
 
-/// Backgrounds to which pictures for display do not apply exposure and tone curve.
+/// A background that pictures for display show without exposure and tone curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Backing {
     /// No background: the picture has an alpha channel.
     Transparent,
-    /// A colour, linear Rec.709. Exposure and tone curve apply only to the light in front of it.
+    /// A colour, linear Rec.709. Exposure and tone curve apply only to the light in front of this
+    /// colour.
     Color(Spectrum),
 }
 
@@ -97,8 +98,8 @@ impl BackgroundSum {
         self.sum.map(|sum| sum.to_f64() / f64::from(samples.max(1)))
     }
 
-    /// Estimate of the squared error of a white background's light, relative to this light.
-    /// Infinite below two blocks. It is the analogue of [`Accumulator::squared_error`].
+    /// Estimate of the squared relative error of the light of a white background. Infinite with
+    /// fewer than two blocks. The estimate is the analogue of [`Accumulator::squared_error`].
     ///
     /// [`Accumulator::squared_error`]: super::Accumulator::squared_error
     pub fn squared_error(&self, samples: u32) -> f64 {

@@ -1,5 +1,5 @@
-//! Further channels of the first surface: position, texture coordinates, motion, points of
-//! interpolation, object, part and material (`--aov`).
+//! Further channels of the first surface: position, texture coordinates, motion, photons or
+//! irradiance records, object, part and material (`--aov`).
 //!
 //! The integrator adds the features to the first surface, and the film sums them. Coverage counts
 //! samples by id; the writers of ids and Cryptomattes (`io/cryptomatte.rs`) use these counts.
@@ -39,7 +39,7 @@ pub struct Points {
     pub count: f32,
     /// Luminance of the light from the caustic photon map; 0 for records.
     pub caustics: f32,
-    /// Length of the gradient of the records' irradiance under translation, in luminance, W·m⁻³; 0
+    /// Length of the translational gradient of the records' irradiance, as luminance in W·m⁻³; 0
     /// for photons.
     pub gradient: f32,
 }

@@ -137,8 +137,8 @@ impl Filter {
         self.radius
     }
 
-    /// Value of the filter at an offset from the pixel's centre in pixels. The value is per pixel
-    /// area, so that the filter integrates to 1. It is 0 beyond the radius.
+    /// Value of the filter at `offset` from the pixel's centre, in pixels. The filter integrates to
+    /// 1 over the film, with the area of a pixel as the unit. The value is 0 beyond the radius.
     ///
     /// The box includes its lower border and excludes its upper border, so that each point of the
     /// film is in exactly one pixel.
@@ -153,8 +153,8 @@ impl Filter {
         (along(offset.x) * along(offset.y)) as f32
     }
 
-    /// Samples a position relative to the pixel's corner, and the weight of the sample's radiance,
-    /// which is 1 on average.
+    /// Samples a position relative to the pixel's upper left corner. Also returns the weight of the
+    /// sample's radiance. The mean of the weights is 1.
     #[inline]
     pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
         let ((x, wx), (y, wy)) = (self.draw(u.x), self.draw(u.y));

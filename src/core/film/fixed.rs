@@ -7,7 +7,8 @@
 //!
 //! Radiance up to 2⁶³ and squares of radiance from 2⁻⁶⁴ are represented. A pixel takes 208 bytes,
 //! less than twice the size of floats. The spread of blocks, from which `--noise` estimates errors,
-//! stays in f64: one render adds it in order, and merged parts reproduce it up to rounding.
+//! stays in f64: one render updates the spread in order, and the spread of merged parts is equal up
+//! to rounding.
 
 /// An integer multiple of 2 to the -`$fraction` in `$integer`, which has `$words` words.
 macro_rules! fixed_point {
@@ -57,11 +58,11 @@ macro_rules! fixed_point {
 }
 
 fixed_point! {
-    /// Sums of values of any size, from 2⁻⁶⁴ to 2⁶³.
+    /// Sums up to 2⁶³, with a resolution of 2⁻⁶⁴.
     Fixed: i128, 64, 4
 }
 fixed_point! {
-    /// Sums of fewer than 2³¹ values up to 1, with a resolution of 2⁻³².
+    /// Sums of fewer than 2³¹ values from −1 to 1, with a resolution of 2⁻³².
     Narrow: i64, 32, 2
 }
 

@@ -29,7 +29,7 @@ pub struct Image {
     pub crop: Rect,
     /// `R G B` first, then the auxiliary channels.
     pub channels: Vec<Channel>,
-    /// Background behind the surfaces, if the image has channels of its coverage.
+    /// Background behind the surfaces. `None` if the image has no coverage channels.
     pub backing: Option<Backing>,
 }
 
@@ -81,7 +81,8 @@ impl Image {
         CHANNELS.iter().map(|&(name, _)| name)
     }
 
-    /// The first `count` channels.
+    /// Image with the first `count` channels of [`CHANNELS`], and with the coverage channels if the
+    /// film sums a background.
     pub(super) fn from_film(film: &Film, count: usize) -> Self {
         let crop = film.crop();
         let mut channels: Vec<Channel> = CHANNELS
@@ -187,14 +188,14 @@ impl Image {
     }
 
     /// Background, and coverage of each pixel's red, green and blue, row by row from the top. `R G
-    /// B` are the light in front of the background, plus the background's light in the uncovered
-    /// rest.
+    /// B` are the light in front of the background, plus the background's light in the part that is
+    /// not covered.
     pub fn coverage(&self) -> Option<(Backing, Vec<[f32; 3]>)> {
         let backing = self.backing?;
         Some((backing, self.triples(backing.channels())?))
     }
 
-    /// Coverage before denoising.
+    /// Coverage before denoising. If the image is not denoised, this is [`Image::coverage`].
     pub fn raw_coverage(&self) -> Option<(Backing, Vec<[f32; 3]>)> {
         let backing = self.backing?;
         let raw = self.triples(backing.raw_channels());

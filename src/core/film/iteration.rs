@@ -5,7 +5,7 @@ use super::{Block, Film, FilmSample, FirstSurface, LightPaths, PixelBlock, Rect}
 use crate::color::Spectrum;
 use crate::math::UVec2;
 
-/// A sample of every pixel of a film, to which light paths add in any order.
+/// One sample of every pixel of a film. Each light path can add light to any pixel.
 #[derive(Clone, Debug)]
 pub struct Iteration {
     crop: Rect,
@@ -49,8 +49,8 @@ impl Iteration {
         self.crop
     }
 
-    /// Adds radiance to `pixel`; no effect outside the crop. If callers add in a fixed order, the
-    /// sums are bit-identical.
+    /// Adds radiance to `pixel`; no effect outside the crop. The sums are bit-identical between
+    /// renders only if callers add in a fixed order.
     pub fn add(&mut self, pixel: UVec2, radiance: Spectrum) {
         let Some(index) = self.index(pixel) else { return };
         add(&mut self.pixels[index].radiance, radiance);

@@ -2,32 +2,34 @@
 //!
 //! Metering follows photographic tone reproduction (Reinhard, Stark, Shirley and Ferwerda 2002,
 //! "Photographic Tone Reproduction for Digital Images", eq. 1): the log-average luminance becomes
-//! middle grey. It uses the rendered picture, not the denoised one. It uses only pixels that show a
-//! surface, or all pixels if no pixel shows a surface.
+//! middle grey. Metering uses the rendered picture, not the denoised one. Only pixels that show a
+//! surface count, or all pixels if no pixel shows a surface.
 //!
 //! - Luminances are means over blocks of 4 × 4 pixels, which reduces noise and single fireflies.
 //!   The blocks are aligned to the full image.
-//! - The target of the log-average rises with the background's fraction of the picture: linearly
-//!   from 0.18 without background to 0.28 at a quarter. The subject then stands out from its
-//!   background.
+//! - The target of the log-average rises with the fraction of background pixels: linearly from 0.18
+//!   without background to 0.28 if a quarter of the picture is background. The subject then stands
+//!   out from its background.
 //! - The log-average leaves out the darkest and the brightest 5 % of the blocks. Blocks more than 8
 //!   stops darker than the brightest 5 % count as 8 stops, so that black corners do not set the
 //!   exposure.
-//! - The code of the median block is clamped to 0.35 to 0.6 of the display's range.
-//! - At most 2 % of the blocks reach white in some channel. For this limit, the code of the median
-//!   may fall to 0.25, but not below.
+//! - The display code of the median block is clamped to the range 0.35 to 0.6. Codes are from 0
+//!   (black) to 1 (white).
+//! - At most 2 % of the blocks reach white in some channel. To keep this limit, the code of the
+//!   median block can become less than 0.35, but not less than 0.25.
 //!
 //! A picture of bright surfaces should be bright. If the picture has an albedo channel, the target
 //! rises with the mean albedo above 0.4, by a factor of at most 1.8. White rooms then stay white.
 //!
 //! The colour of a background that is shown unchanged is not metered.
 //!
-//! The light of the studio is known: a grey card that faces the key lamp needs no exposure there.
-//! `Exposure::Studio` starts from this value and moves a part of the way to the metered value, by
-//! at most one stop. Black subjects then stay black, and white subjects white.
+//! The light of the studio is fixed. A grey card that faces its key lamp needs almost no exposure.
+//! `Exposure::Studio` therefore starts from a constant value, and moves a fifth of the way to the
+//! metered value, by at most one stop. Black subjects then stay black, and white subjects white.
 //!
 //! Sums run in one order over sorted values, so threads, tiles and interruptions do not change the
-//! result. It is rounded down to hundredths of a stop, so that users can enter it as a number.
+//! exposure. The exposure is rounded down to hundredths of a stop, so that users can enter it as a
+//! number.
 
 use super::{Image, Z_BACKGROUND};
 use crate::color::Spectrum;
@@ -88,7 +90,7 @@ fn in_studio(metered: f32) -> f32 {
     rounded(STUDIO + shift.clamp(-MAX_SHIFT, MAX_SHIFT))
 }
 
-/// Factor of the target for surfaces of the mean albedo `albedo`.
+/// Factor by which the target rises for surfaces with the mean albedo `albedo`.
 fn brighter(albedo: f32) -> f32 {
     (albedo / BRIGHT_ALBEDO).powf(BRIGHT_POWER).clamp(1.0, MAX_BRIGHTER)
 }
@@ -153,7 +155,8 @@ impl Meter {
         }
     }
 
-    /// The meter, with the target raised for bright surfaces if `image` has an albedo channel.
+    /// This meter with a higher target for bright surfaces. The target stays if `image` has no
+    /// albedo channel.
     fn for_albedo(mut self, image: &Image) -> Self {
         let Some(albedo) = channels(image, ["albedo.R", "albedo.G", "albedo.B"]) else {
             return self;
@@ -226,7 +229,7 @@ impl Meter {
     }
 }
 
-/// Means of `light` over the blocks of `image`, of pixels for which `is_wanted` is true.
+/// Means of `light` over the blocks of `image`. Only pixels for which `is_wanted` is true count.
 fn blocks(image: &Image, light: impl Fn(usize) -> [f32; 3], is_wanted: impl Fn(usize) -> bool) -> Vec<Spectrum> {
     let edge = if image.crop.area() < MIN_PIXELS { 1 } else { BLOCK_EDGE };
     let mut sums: BTreeMap<[u32; 2], ([f64; 3], u32)> = BTreeMap::new();

@@ -1,19 +1,19 @@
 //! Sums of samples per pixel, and the image that is computed ("developed") from the sums. This
 //! module reads and writes no files.
 //!
-//! An integrator passes its results to a `Sink`. The sums of a pass are added exactly (`fixed`) to
-//! the tile of the film, so order, threads and interruptions do not change the result. `develop`
-//! turns sums into channels.
+//! An integrator passes its results to a `Sink` (`integrator`). The sums of a pass are added
+//! exactly (`fixed`) to a tile of the film. The result therefore does not depend on order, threads
+//! or interruptions. `develop` turns sums into channels.
 //!
-//! `accumulator` has the sums of every picture, `features` the sums for `--aov`, and `part_sums`
-//! the sums of light groups, strategies and light path expressions (`light_paths`). `pixel_block`
-//! has the sums that one task adds to a pixel, and `iteration` one iteration of a method whose
-//! light paths contribute to any pixel. `state` converts all sums to words for checkpoints.
-//! `metering` computes the exposure of a developed image. `spikes` finds pixels whose light comes
-//! mostly from one sample.
+//! `accumulator` has the sums that every picture needs, `features` the sums for `--aov`, and
+//! `part_sums` the sums of light groups, strategies and light path expressions (`light_paths`).
+//! `pixel_block` has the sums that one task adds to a pixel, and `iteration` one iteration of a
+//! method whose light paths contribute to any pixel. `state` converts all sums to words for
+//! checkpoints. `metering` computes the exposure of a developed image. `spikes` finds pixels whose
+//! light comes mostly from one sample.
 //!
-//! Bidirectional methods contribute to any pixel. Their iterations enter the film as one sample of
-//! every pixel, so the film has no splats.
+//! Light paths of bidirectional methods contribute to any pixel. Each iteration of such a method is
+//! added to the film as one sample of every pixel, so the film has no splat buffer.
 
 mod accumulator;
 mod aov;
@@ -60,7 +60,8 @@ use std::sync::Arc;
 /// Edge of a tile in pixels. The sums of a tile (52 KB) stay in the second-level cache.
 pub(crate) const TILE_SIZE: u32 = 16;
 
-/// Offset that keeps dark pixels from dominating relative errors, in squared radiance.
+/// Added to the squared mean by which relative squared errors are divided, so that dark pixels do
+/// not dominate. In squared radiance.
 pub(crate) const DARK: f64 = 0.01;
 
 /// Maximum number of separate parts of the light: light groups, strategies of a bidirectional
@@ -80,12 +81,13 @@ pub struct Film {
     views: Vec<ViewTiles>,
 }
 
-/// A view of a picture, and its tiles.
+/// A view of a picture, and its tiles. Each view has a camera of its own, such as an eye of a
+/// stereo picture or a face of a cube map.
 #[derive(Clone, Copy, Debug)]
 struct ViewTiles {
     /// First pixel of the view.
     corner: UVec2,
-    /// Part of the view inside of the crop, in coordinates of the view; it may be empty.
+    /// Part of the view inside of the crop, in coordinates of the view. It can be empty.
     crop: Rect,
     /// Index of the first tile.
     first: usize,
@@ -101,8 +103,8 @@ impl ViewTiles {
     }
 }
 
-/// Pixels of each view of a picture of `resolution` pixels, row by row. `view` is the size of a
-/// view.
+/// Rectangles of the views of a picture with `resolution` pixels, row by row. `view` is the size of
+/// a view.
 pub(crate) fn views_of(resolution: UVec2, view: UVec2) -> Vec<Rect> {
     let count = resolution / view.max(UVec2::ONE);
     let rows = (0..count.y).flat_map(|y| (0..count.x).map(move |x| UVec2::new(x, y)));
@@ -126,7 +128,8 @@ impl Film {
         Self::of_views((resolution, resolution), crop, first_sample)
     }
 
-    /// Empty film of a picture of `resolution` pixels that is a grid of views of `view` pixels.
+    /// Empty film of a picture with `resolution` pixels. The picture is a grid of views of `view`
+    /// pixels each.
     ///
     /// # Panics
     /// Like [`Film::new`].
@@ -168,9 +171,9 @@ impl Film {
         self.view
     }
 
-    /// Calls `work` with a film of the view with the index `index`, as if the view were the whole
-    /// picture. The samples of this film then become samples of `self`. `None` if the crop contains
-    /// no pixel of the view.
+    /// Calls `work` with a film of view number `index`, as if the view were the whole picture. The
+    /// samples of this film then become samples of `self`. Returns `None`, without a call, if the
+    /// crop contains no pixel of the view.
     pub fn with_view<T>(&mut self, index: usize, work: impl FnOnce(&mut Self) -> T) -> Option<T> {
         let ViewTiles { corner, crop, first } = *self.views.get(index)?;
         if crop.area() == 0 {
@@ -199,14 +202,14 @@ impl Film {
         Some(done)
     }
 
-    /// Block of pixels that contains `pixel`, in an image of `resolution` pixels.
+    /// Bounds of the tile that contains `pixel`, in an image of `resolution` pixels.
     pub fn cell(resolution: UVec2, pixel: UVec2) -> Rect {
         let min = pixel / TILE_SIZE * TILE_SIZE;
         let max = min.saturating_add(UVec2::splat(TILE_SIZE)).min(resolution);
         Rect { min, max }
     }
 
-    /// Blocks that overlap `crop`, each clipped to `crop`, row by row.
+    /// Bounds of the tiles that overlap `crop`, each clipped to `crop`, row by row.
     pub fn cells(resolution: UVec2, crop: Rect) -> Vec<Rect> {
         let corner = crop.min / TILE_SIZE * TILE_SIZE;
         let rows = (corner.y..crop.max.y).step_by(TILE_SIZE as usize);
@@ -242,7 +245,7 @@ impl Film {
         self
     }
 
-    /// Number of extra sums of parts of the light.
+    /// Number of separately summed parts of the light.
     pub fn parts(&self) -> usize {
         self.tiles.first().map_or(0, Tile::parts)
     }
@@ -265,8 +268,8 @@ impl Film {
         self.tiles.first().map_or(0, Tile::parts_before_paths)
     }
 
-    /// Adds a sum per pixel: the fraction of the light of the background `backing` in the pixel.
-    /// The developed image then has a coverage channel.
+    /// Makes the film sum, for each pixel, the fraction of the background's light that the pixel
+    /// receives. The background is `backing`. The developed image then has coverage channels.
     pub fn with_backing(mut self, backing: Backing) -> Self {
         self.tiles.iter_mut().for_each(|tile| tile.sum_background(backing));
         self
@@ -360,7 +363,7 @@ impl Film {
         }
     }
 
-    /// Adds `iteration` as one sample of every pixel, in no block.
+    /// Adds `iteration` as one sample of every pixel, outside of all blocks of samples.
     pub fn add_iteration(&mut self, iteration: &Iteration) {
         self.tiles.par_iter_mut().for_each(|tile| {
             let mut sample = tile.block();
@@ -382,7 +385,7 @@ impl Film {
         self.tiles.iter().flat_map(|tile| tile.iter())
     }
 
-    /// All tiles, to add samples. Each tile can be used on a different thread.
+    /// All tiles, mutable. Each tile can be used on a different thread.
     pub fn tiles_mut(&mut self) -> &mut [Tile] {
         &mut self.tiles
     }
@@ -393,9 +396,9 @@ impl Film {
         self.tiles.iter().map(sum).sum::<f64>() / self.crop.area() as f64
     }
 
-    /// Estimate of the picture's relative error: the square root of [`Film::error`]. Below two
-    /// blocks of samples, it assumes independent samples, which overestimates the error of
-    /// low-discrepancy samples. `None` before the second sample.
+    /// Estimate of the picture's relative error: the square root of [`Film::error`]. With fewer
+    /// than two blocks of samples, the estimate treats samples as independent, so it is too large
+    /// for low-discrepancy samples. `None` before the second sample.
     pub fn relative_error(&self) -> Option<f64> {
         let by_blocks = self.error();
         let squared = if by_blocks.is_finite() {

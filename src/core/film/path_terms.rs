@@ -2,8 +2,8 @@
 //! each layer.
 //!
 //! The radiance of each sample, and of each class of light paths in the sample, is rounded to f32.
-//! The sum of the classes therefore differs from the sample by some units in the last place. The
-//! difference is added to the brightest class of a block, on the grid of the exact sums. The sums
+//! The sum of the classes therefore differs from the sample by some units in the last place. For
+//! each block of samples, the difference is added to the brightest class, in fixed point. The sums
 //! of all classes are then bit-identical to the picture, and remain so over blocks, parts of a
 //! render and merging, unless a sum leaves the range of [`Fixed`].
 

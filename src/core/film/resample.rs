@@ -81,7 +81,7 @@ impl Axis {
     }
 }
 
-/// Weights of the values between `start` and `end`.
+/// Index of the first value between `start` and `end`, and weights of the values from there on.
 fn area(start: f64, end: f64, len: usize) -> (usize, Vec<f32>) {
     let first = (start as usize).min(len.saturating_sub(1));
     let last = (end.ceil() as usize).clamp(first + 1, len.max(first + 1));
@@ -90,7 +90,8 @@ fn area(start: f64, end: f64, len: usize) -> (usize, Vec<f32>) {
     (first, weights.collect())
 }
 
-/// Weights of the values around `place`. At a border, only values inside the line have weights.
+/// Index of the first value around `place`, and weights of the values from there on. At a border,
+/// only values inside the line have weights.
 fn smooth(place: f64, len: usize) -> (usize, Vec<f32>) {
     let middle = place.floor() as i64;
     let first = (middle - 1).max(0) as usize;

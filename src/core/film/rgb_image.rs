@@ -10,8 +10,9 @@ pub struct RgbImage {
 }
 
 impl RgbImage {
-    /// Averages squares of `factor` × `factor` pixels, after `seen` is applied to each value.
-    /// Pixels left over at the edges are cut off.
+    /// Picture whose pixels are means over `factor` × `factor` pixels. `seen` is applied to each
+    /// value before the mean is taken. If the size is no multiple of `factor`, the remaining pixels
+    /// at the right and at the bottom are left out.
     pub fn averaged(&self, factor: usize, seen: impl Fn(f32) -> f32) -> Self {
         let (width, height) = (self.width / factor, self.height / factor);
         let pixel = |i: usize| {

@@ -14,7 +14,7 @@ const MIN_ERROR: f64 = 0.5;
 /// Minimum value of a spike, relative to the median of the pixels around it and to the mean of the
 /// picture.
 const MIN_CONTRAST: f64 = 8.0;
-/// Maximum distance of the pixels around a spike, across and down.
+/// Maximum distance of the pixels around a spike, in columns and in rows.
 const REACH: u32 = 2;
 
 /// Pixels that are brighter than their neighbours because of one or few samples.

@@ -18,7 +18,7 @@ const FIXED: [&str; 8] = [
 ];
 /// Names of the sums of type [`Narrow`].
 const NARROW: [&str; 6] = ["albedo.R", "albedo.G", "albedo.B", "N.X", "N.Y", "N.Z"];
-/// Names of the floats.
+/// Names of the sums of type f64.
 const FLOATS: [&str; 3] = ["spread.R", "spread.G", "spread.B"];
 /// Names of counts.
 const COUNTS: [&str; 2] = ["surfaces", "samples"];

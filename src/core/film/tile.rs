@@ -148,7 +148,7 @@ impl Tile {
         }
     }
 
-    /// Block of the full image that contains the tile. A crop can cut off a part of it.
+    /// Bounds of the tile in the full image, without the crop.
     pub fn cell(&self) -> Rect {
         self.cell
     }
@@ -339,8 +339,8 @@ impl Tile {
         self.target = samples;
     }
 
-    /// Mean over the pixels of [`Accumulator::squared_error`]. With a transparent background, it
-    /// includes the background's error, and is the error of the picture over white.
+    /// Mean over the pixels of [`Accumulator::squared_error`]. With a transparent background, the
+    /// mean includes the background's error: it is then the error of the picture in front of white.
     pub fn error(&self) -> f64 {
         let mut sum: f64 = self.pixels.iter().map(Accumulator::squared_error).sum();
         if self.backing == Some(Backing::Transparent) {

@@ -4,16 +4,16 @@
 //! A difference between the two normals has three consequences:
 //!
 //! - A viewer may see the back of the shading normal on the front of the facet, which gives black
-//!   rims. `SurfacePoint::seen_from` bends the shading normal until the mirror direction is outside
-//!   (Keller et al. 2017).
-//! - Facets would cast shadows on each other at grazing angles, the shadow terminator. Rays beyond
-//!   a facet's horizon start at the height of the curved surface (Hanika 2021), along the geometric
-//!   normal on either side.
-//! - A direction may be in front of the surface by one normal and behind it by the other. It
-//!   scatters by the shading normal, and the ray starts on the side of the shading normal. Geometry
-//!   in the way of this ray, such as the wall itself, blocks it. The usual method against leaks
-//!   rejects these directions. It left whole facets black at the terminator of a coarse sphere
-//!   (`tests/it/materials/surfaces.rs`).
+//!   rims. `SurfacePoint::seen_from` bends the shading normal until the mirror direction is in
+//!   front of the facet (Keller et al. 2017).
+//! - Facets would cast shadows on each other at grazing angles (the shadow terminator problem). A
+//!   ray whose direction is on different sides of the two normals therefore starts at the height of
+//!   the curved surface, along the geometric normal (Hanika 2021).
+//! - A direction can be in front of the surface by one normal and behind it by the other. The BSDF
+//!   then uses the shading normal, and the ray starts on the side of the shading normal. Geometry
+//!   in the way of this ray, such as the wall itself, blocks the ray. The usual method against
+//!   leaks rejects these directions. That method left whole facets black at the terminator of a
+//!   coarse sphere (`tests/it/materials/surfaces.rs`).
 //!
 //! Each triangle in world space stores its normal and its part of the ray offset, a `Facet` of 16
 //! bytes. Emitting triangles store one ray offset for all their points. Together this saves 7 % of
@@ -86,8 +86,8 @@ pub struct SurfacePoint {
     pub time: f32,
     /// Ray offset from `p` along the normal: a bound on rounding errors.
     pub ray_offset: f32,
-    /// Height of the curved surface over the triangle, on the front and on the back. For rays that
-    /// leave beyond the facet's horizon, this height is added to `ray_offset`.
+    /// Height of the curved surface over the triangle, on the front and on the back. For rays whose
+    /// direction is on different sides of `ng` and `ns`, this height is added to `ray_offset`.
     pub curvature_offset: [f32; 2],
     /// Unit geometric normal, by the winding.
     pub ng: Vec3,
@@ -301,11 +301,12 @@ pub struct Facet(Vec4);
 impl Facet {
     /// Facet of the triangle with these corners.
     ///
-    /// An intersector later subtracts the ray's origin from the corners, and rounds edges as long
-    /// as the triangle. Some roundings of the longest edge E move the plane. For narrow triangles,
-    /// the factor E² over twice the area amplifies them. This error does not vanish on a plane
-    /// through the origin, where an intersector would hit the surface again. For slivers the offset
-    /// is at most half their width, so that rays do not skip geometry beside them.
+    /// The ray offset is a bound on the error of an intersector. An intersector subtracts the ray's
+    /// origin from the corners, and then rounds coordinates as large as the longest edge E. These
+    /// roundings move the plane. In narrow triangles, the error is larger by the ratio of E to the
+    /// width, which is E² / (2 · area). On a plane through the origin, this is the only error:
+    /// without the offset, an intersector would hit the surface again. For slivers the offset is at
+    /// most half their width, so that rays do not skip geometry beside them.
     pub fn new([p0, p1, p2]: [Vec3; 3]) -> Self {
         let extent = (p1 - p0).abs().max((p2 - p0).abs()).max_element();
         let longest = [p1 - p0, p2 - p1, p0 - p2]
@@ -360,8 +361,9 @@ impl SurfacePoint {
     /// The shading normal is interpolated. Rays start at the height of the curved surface over the
     /// facet, if the curved surface bulges to the side of the rays. Otherwise the facets' edges
     /// would be visible at grazing angles. The height follows Hanika 2021, "Hacking the Shadow
-    /// Terminator", eq. 1: the point is projected onto the planes at the corners in front of it,
-    /// and the projections are interpolated.
+    /// Terminator", eq. 1: the point is projected onto the tangent plane at each corner, and the
+    /// heights of the projections are interpolated. Planes in front of the point and planes behind
+    /// it count separately.
     #[inline(never)]
     pub(super) fn curved(self, corners: [Vec3; 3], normals: [Vec3; 3], b: [f32; 3]) -> Self {
         let mut ns = Vec3::ZERO;

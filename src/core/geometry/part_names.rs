@@ -40,7 +40,8 @@ impl PartList {
         self.places.len() as u32
     }
 
-    /// Place of `name`: `last` if it is the name there, or else the end of the text.
+    /// Place of `name` in the text. This is `last` if the text there is `name`; otherwise `name` is
+    /// appended.
     fn place(&mut self, name: &str, last: Place) -> Place {
         if self.text(last) == name {
             return last;
@@ -188,7 +189,7 @@ impl PartNames {
         (names, numbers)
     }
 
-    /// Frees the memory that only new names need. Names that are added later are found as before.
+    /// Frees the memory that is needed only to add names. Names can still be added and found later.
     pub fn shrink_to_fit(&mut self) {
         self.table = HashTable::new();
         self.list.shrink_to_fit();

@@ -1,9 +1,9 @@
 //! Placements of prototypes (instances) and their motion.
 //!
 //! Meshes are in world space or belong to a prototype, which instances place. There is one level of
-//! instances, as supported by builds of Embree. Meshes in world space have precomputed facets. A
-//! placed or moving triangle is transformed at each hit (`PlacedTriangle`), so that 10⁸ triangles
-//! of copies need no memory.
+//! instances, because common builds of Embree support only one. Meshes in world space have
+//! precomputed facets. A placed or moving triangle is transformed at each hit (`PlacedTriangle`),
+//! so that 10⁸ triangles of copies need no memory.
 //!
 //! Rays keep their parameter in the space of a prototype. The transform loses accuracy, by some
 //! roundings of |M| |M⁻¹| (|p| + |t|), so the ray offset is larger if an instance is far from the
@@ -12,8 +12,8 @@
 //! neighbouring triangle, and paths would leak (docs/notebook/2026-11.md, "Leaks in instances").
 //!
 //! A moving placement is a list of matrices with linear interpolation, because Embree interpolates
-//! matrices linearly. Backends and shading use the same motion; rotations are divided into enough
-//! steps when they are read. Time is a field of `Ray` and of `SurfacePoint`.
+//! matrices linearly. Backends and shading use the same motion. When a scene is read, each rotation
+//! is divided into enough steps. Time is a field of `Ray` and of `SurfacePoint`.
 
 use super::SurfacePoint;
 use super::mesh::Facet;
@@ -102,8 +102,8 @@ fn lerp(a: &Affine3A, b: &Affine3A, t: f32) -> Affine3A {
     }
 }
 
-/// Half-width of a box around the world point `p` that contains every hit of an intersector at a
-/// point placed by `m`.
+/// Bound on the rounding error of an intersector's hit at the world point `p`, on an instance with
+/// the transform `m`. The bound is the half-widths of a box around `p`.
 ///
 /// An intersector transforms the ray into the space of the mesh, `M⁻¹ (o − t)`. In f32, this point
 /// and the inverse have an error of some roundings of `|M⁻¹| (|o| + |t|)`, which is `|M| |M⁻¹| (|o|
@@ -115,7 +115,7 @@ pub fn rounding(m: &Affine3A, p: Vec3) -> Vec3 {
 }
 
 /// A triangle in world space at some time. Corners run counter-clockwise seen from the front, even
-/// if mirrored.
+/// if the placement mirrors the triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct PlacedTriangle {
     /// Corners in world space.
@@ -129,7 +129,8 @@ pub struct PlacedTriangle {
 }
 
 impl PlacedTriangle {
-    /// Triangle from the mesh's corners and normals at the time of `placement`.
+    /// Triangle with these corners and normals of a mesh, placed by `placement`. All arguments are
+    /// for the same time.
     pub fn new(corners: [Vec3; 3], normals: Option<[Vec3; 3]>, placement: Option<Affine3A>) -> Self {
         let Some(m) = placement else {
             return Self {

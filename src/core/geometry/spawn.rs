@@ -1,25 +1,26 @@
 //! Ray origins off a surface, by bounds on rounding errors instead of a fixed epsilon.
 //!
 //! Intersectors return barycentrics, and points are interpolated from the mesh's own corners. A new
-//! ray starts off the surface, by the point's ray offset along the normal, on the side to which it
-//! points. With γₙ the bound on n roundings, the offset is the sum of two parts:
+//! ray starts off the surface: the origin is moved along the normal by the point's ray offset, to
+//! the side of the ray's direction. With γₙ the bound on n roundings, the offset is the sum of two
+//! parts:
 //!
 //! - γ₉ · |n| · Σ |bᵢ pᵢ|: the error of the interpolation and of the move itself, along the normal
 //!   n.
 //! - γ₆ times the maximum coordinate difference between the first corner and the others, because an
-//!   intersector rounds edges of this length. If the longest edge over the width is more than 1,
-//!   the part is multiplied by this ratio, up to half the width: rounding tilts slivers. This part
-//!   is stored with each triangle's normal.
+//!   intersector rounds edges of this length. Rounding tilts slivers, so this part is multiplied by
+//!   the ratio of the longest edge to the width, if the ratio is more than 1. The product is at
+//!   most half the width. This part is stored with each triangle's normal.
 //!
 //! The second part is needed on planes through the origin, where the first part vanishes. An
 //! intersector that includes t = 0 would hit the surface again from a start on the plane itself.
 //!
 //! A triangle of a curved surface has a second offset, the height of the surface over it
 //! (`SurfacePoint::curvature_offset`). Only directions on different sides of the two normals need
-//! it: they pass beyond the facet's horizon, which the curved surface does not reach. In other
-//! directions, no neighbouring facet of a convex surface is in the way. The points of a ray are
-//! then points of the mesh, up to rounding, for every method. `integrator/world.rs` keeps the
-//! raised start out of other objects.
+//! this offset: they are below the plane of the facet but above the curved surface. In all other
+//! directions, no neighbouring facet of a convex surface is in the way, and rays start on the mesh,
+//! up to rounding, with every method. `integrator/world.rs` keeps the raised start out of other
+//! objects.
 //!
 //! A shadow ray has the full distance as its direction, and ends at t = 1 − γ₁₆. The light's point
 //! is moved off its surface by the same rule.
@@ -37,7 +38,7 @@ pub enum Side {
 }
 
 impl Side {
-    /// Side of a direction with this `z`, in a frame around a normal.
+    /// Side of a direction whose z coordinate is `z`, in a frame with the normal along z.
     #[inline(always)]
     pub fn of(z: f32) -> Self {
         if z < 0.0 { Self::Back } else { Self::Front }
@@ -79,7 +80,7 @@ impl SurfacePoint {
     }
 }
 
-/// Moves a point off its surface along the normal, to one side, just beyond its rounding error.
+/// The point `s` moved off its surface along the normal, to `side`, just beyond its rounding error.
 ///
 /// A ray from the moved point to that side cannot hit the surface of the point, and skips nothing
 /// wider than the rounding error (PBR4 §6.8.6; the rounding of the sum itself is part of the bound
@@ -101,7 +102,8 @@ pub fn ray_towards(s: &SurfacePoint, w: Vec3) -> Ray {
 
 /// Segment from the surface at `s` to the point `target`, which the segment does not reach.
 ///
-/// If `target` is on a surface, it must already be off that surface ([`offset_origin`]).
+/// If `target` is a point of a surface, the caller must have moved it off that surface
+/// ([`offset_origin`]).
 pub fn ray_between(s: &SurfacePoint, target: Vec3) -> Ray {
     segment(offset_origin(s, target - s.p), target).when(s.time)
 }

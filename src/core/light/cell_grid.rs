@@ -131,9 +131,9 @@ impl CellGrid {
     }
 }
 
-/// Bounding box of `points` without the outermost points. Its margins are odd fractions of its
-/// size: walls often have round coordinates, and if a border between cells lay on a wall, rounding
-/// errors would decide the cell of a point.
+/// Bounding box of `points` without the outermost points, with margins. Walls often have round
+/// coordinates. The margins are therefore unusual fractions of the size, so that borders between
+/// cells do not lie on walls. On a border, rounding errors would decide the cell of a point.
 fn bounds_of_most(points: &[Vec3]) -> Option<Bounds3> {
     let outside = (points.len() as f64 * OUTSIDE) as usize;
     let mut bounds = Bounds3::EMPTY;

@@ -14,18 +14,17 @@ pub struct Emission {
     pub p: Vec3,
     /// Origin of the ray, off the light's own surface.
     pub origin: Vec3,
-    /// Unit normal of the light at `p`; zero for lights at a point; `w` for infinitely distant
-    /// lights.
+    /// Unit normal of the light at `p`. Zero for point and spot lights, `w` for lights at infinity.
     pub ng: Vec3,
     /// Unit direction of travel, world space.
     pub w: Vec3,
-    /// Radiance, W·sr⁻¹·m⁻²; intensity, W/sr, for lights at a point; irradiance, W·m⁻², for
+    /// Radiance, W·sr⁻¹·m⁻². Intensity, W/sr, for point and spot lights. Irradiance, W·m⁻², for
     /// parallel light.
     pub radiance: Spectrum,
     /// Opacity of the light's surface at `p`. It is already a factor of `radiance`.
     pub opacity: f32,
-    /// Density of `p` per area of the light, or of the disk for infinitely distant lights; 1 for
-    /// lights at a point.
+    /// Density of `p` per area of the light, or of the disk for lights at infinity; 1 for point and
+    /// spot lights.
     pub pdf_position: f32,
     /// Density of `w` per solid angle, given `p`; 1 for parallel light.
     pub pdf_direction: f32,
@@ -38,9 +37,9 @@ pub struct Emission {
 }
 
 impl Emission {
-    /// Emission from the point `p` of a surface with unit normal `ng`, in a direction that `u`
-    /// samples with the cosine's density. Paths start `offset` off the surface; `pdf_position` is
-    /// the density of `p` per area.
+    /// Emission from the point `p` of a surface with unit normal `ng`, in a direction that is
+    /// sampled with `u`, with a density proportional to the cosine. Paths start `offset` off the
+    /// surface. `pdf_position` is the density of `p` per area.
     pub(super) fn of_surface(
         (p, ng): (Vec3, Vec3),
         offset: f32,
@@ -99,8 +98,8 @@ impl Emission {
         }
     }
 
-    /// Cosine between the light's normal and the direction; 1 for lights at a point and at
-    /// infinity.
+    /// Cosine between the light's normal and the direction; 1 for point and spot lights, and for
+    /// lights at infinity.
     pub fn cos(&self) -> f32 {
         match self.is_infinite || self.is_delta_position {
             true => 1.0,
@@ -153,9 +152,10 @@ impl Light {
         Some(emission).filter(Emission::is_some)
     }
 
-    /// Densities of [`Light::sample_emission`], as in [`Emission`]: of a point of the light with
-    /// normal `ng`, and of the direction of travel `w` from there. For lights at a point the first
-    /// is 1. For parallel light the second is 1 for any `w`.
+    /// Densities of [`Light::sample_emission`]: [`Emission::pdf_position`] of a point of the light
+    /// with the normal `ng`, and [`Emission::pdf_direction`] of the direction of travel `w` from
+    /// there. The first is 1 for point and spot lights. The second is 1 for parallel light, for any
+    /// `w`.
     pub fn emission_pdfs(&self, ng: Vec3, w: Vec3, time: f32, world: &Ball) -> [f32; 2] {
         let of_disk = |pdf_direction: f32| [1.0 / world.disk_area(), pdf_direction];
         match self {

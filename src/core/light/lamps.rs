@@ -12,7 +12,8 @@ use crate::sampling::AliasTable;
 #[derive(Clone, Debug)]
 pub struct Lamps {
     lamps: Vec<Lamp>,
-    /// For each sample at a vertex: the lamp, and the index among the lamp's samples.
+    /// For each sample at a vertex: index of the lamp, and index of the sample among the lamp's
+    /// samples.
     samples: Vec<(u32, u32)>,
     /// Expected number of samples at a vertex, by light.
     expected: Vec<f32>,
@@ -85,8 +86,8 @@ impl Lamps {
     }
 
     /// The light of sample `index` at a vertex, and the expected number of samples of this light.
-    /// `u`, uniform in [0, 1), is shared by all samples of a vertex: samples of one lamp are spread
-    /// evenly over its lights.
+    /// All samples of a vertex have the same `u`, uniform in [0, 1). The samples of a lamp shift
+    /// `u` by equal steps, so they are spread evenly over the lights of the lamp.
     #[inline]
     pub fn choose(&self, index: u32, u: f32) -> (LightId, f32) {
         let (lamp, number) = self.samples[index as usize];

@@ -1,10 +1,11 @@
 //! Choice of a light by place: tables of light probabilities over a grid of the scene.
 //!
-//! Each cell of the grid has a table for each of 26 directions; the direction nearest to the
-//! point's normal is used. A table contains the irradiance that each light would cause there
-//! without occlusion. Grids of twice the size surround the first grid, so that a wide plain does
-//! not make the first grid coarser. A table depends on its cell only and is computed at the first
-//! request, so the order of threads changes no bit.
+//! Each cell of the grid has a table for each of 26 representative normals, and a table for points
+//! without normal. A point uses the normal nearest to its own. A table contains the irradiance that
+//! each light would cause in the cell without occlusion. Larger grids surround the first grid, each
+//! twice as large as the one within it, so that a wide plain does not make the first grid coarser.
+//! A table depends on its cell only and is computed at the first request, so the order of threads
+//! changes no bit.
 //!
 //! A table has an entry for each of up to 64 clusters of lights: a cut of a hierarchy of the lights
 //! (`tree`; Walter et al. 2005). Within a cluster, a light is chosen by power. Traversing the
@@ -288,7 +289,7 @@ struct Grids {
     center: Vec3,
     /// Half the side lengths of the innermost grid.
     half: Vec3,
-    /// Cells along the sides.
+    /// Number of cells along each side of a grid.
     counts: [u32; 3],
     levels: u32,
 }
@@ -306,9 +307,9 @@ impl Grids {
         if inner.is_empty() {
             inner = bounds;
         }
-        // Margins that are odd fractions of the size keep borders between cells away from walls,
-        // which often have round coordinates or are the scene's bounds. On a border, rounding
-        // errors would decide the cell of a point.
+        // The margins are unusual fractions of the size. Walls often have round coordinates or are
+        // the scene's bounds, so borders between cells then do not lie on walls. On a border,
+        // rounding errors would decide the cell of a point.
         let margins =
             [0.013, 0.029].map(|share| share * (inner.max - inner.min).max_element().max(scene_radius / 64.0));
         inner.min -= margins[0];

@@ -5,21 +5,22 @@
 //! (incident light) and [`EmissionSelection`] (start of a light path) return this probability. No
 //! ray is traced here.
 //!
-//! If the scene has more than two lights, a light is chosen by place (`light_grid`), otherwise by
-//! power. In a room with windows, directions of the sky are also chosen by place: rays measure the
+//! If the scene has more than two lights, a light is chosen by place: by an estimate of its
+//! irradiance at the receiving point (`light_grid`). With fewer lights, the choice is by power. In
+//! a room with windows, directions of the sky are also chosen by place. For this, rays measure the
 //! visibility of the sky before the first sample (`visibility_grid`). The density then depends on
 //! the light sampling context, which `PrevVertex` stores for MIS. A context contains only data that
-//! both strategies have: the point and its normal. If a surface transmits light by lobes other than
-//! delta lobes, the normal is zero.
+//! light sampling and BSDF sampling both have: the point and its normal. If a surface transmits
+//! light by lobes other than delta lobes, the normal is zero.
 //!
 //! A new light needs a variant of [`Light`] with its module, its encoding for the scene hash
 //! (`encode_fields!`), an `add_…` function of `scene/builder.rs`, and a section in
 //! `description/light_section.rs`. The compiler reports all missing arms of a `match`. A light that
 //! rays can hit also needs `Scene::emitted` or `Scene::escaped` (`scene/mod.rs`), and a round light
 //! needs a hull (`scene/lamp_hulls.rs`). The ground needs its irradiance (`irradiance`). A light
-//! that can be a latitude-longitude image needs no variant. As for `sky` and `studio`, its module
-//! makes a [`LatLongImage`], and `scene/made_lights.rs` makes an [`EnvironmentLight`] with an
-//! [`EnvironmentKind`] from this image.
+//! that can be a latitude-longitude image needs no variant. Like `sky` and `studio`, the module of
+//! this light makes a [`LatLongImage`], and `scene/made_lights.rs` makes an [`EnvironmentLight`]
+//! with an [`EnvironmentKind`] from this image.
 //!
 //! Moving lights are placed at the time of each sample. An emitting triangle stores its normal and
 //! the largest ray offset of its points, so that the end of a shadow ray costs one product.
@@ -75,7 +76,7 @@ use crate::texture::Texture;
 use std::f64::consts::PI;
 use tree::{LightBounds, ReceiverRegion};
 
-/// Receiving point: its data on which the choice of a light depends.
+/// Data of a receiving point on which the choice of a light depends.
 #[derive(Clone, Copy, Debug)]
 pub struct LightSampleContext {
     /// Position, world space.
@@ -148,12 +149,12 @@ pub enum Light {
     Sun(SunLight),
     /// A cone of light from a point.
     Spot(SpotLight),
-    /// An environment image: radiance from infinity by direction.
+    /// An environment image: radiance from infinity for each direction.
     Environment(Box<EnvironmentLight>),
 }
 
-/// Encodes only the kind of a light that is part of a mesh: the light follows from the mesh, its
-/// material and its place.
+/// Of a light that is part of a mesh, only the kind is encoded. The mesh, its material and its
+/// placement determine the rest.
 impl Encode for Light {
     fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
         match self {
@@ -367,8 +368,9 @@ impl Light {
 
     /// Irradiance by a light at infinity, in a scene with the radius `scene_radius`.
     fn irradiance_from_infinity(&self, region: &ReceiverRegion, scene_radius: f32) -> f64 {
-        // The power is the flux through a disk of the scene's radius. For light from all
-        // directions, it is the sum over the disks perpendicular to all directions.
+        // The power is the flux through a disk of the scene's radius. For light from many
+        // directions, the power is the integral of this flux over all directions, each with a disk
+        // perpendicular to it.
         let disk = PI * (scene_radius as f64).powi(2);
         let irradiance = self.power(scene_radius) / disk;
         match self {
@@ -377,14 +379,16 @@ impl Light {
                 let (wi, spread) = light.cone();
                 irradiance * region.cosine(wi, spread) as f64
             }
-            // This function is called for lights at infinity only.
+            // Only skies remain, because this function is called for lights at infinity only. The
+            // mean of max(cos θ, 0) over the sphere is 1/4.
             _ => 0.25 * irradiance,
         }
     }
 }
 
-/// Density per solid angle at `p` of the point `q` in direction `wi`, for points uniform over
-/// `area` with the unit normal `normal`: `r² / (A cos θ)`; 0 behind the area.
+/// Density per solid angle with which the point `q` is sampled, as seen from `p` in the unit
+/// direction `wi`. Points are uniform over a flat light with the area `area` and the unit normal
+/// `normal`: `r² / (A cos θ)`. 0 behind the light.
 fn area_pdf(p: Vec3, q: Vec3, wi: Vec3, normal: Vec3, area: f64) -> f32 {
     let cos = -wi.dot(normal);
     let pdf = p.distance_squared(q) / (cos * area as f32);

@@ -9,21 +9,23 @@ use crate::sampling::AliasTable;
 use crate::texture::Texture;
 use std::sync::OnceLock;
 
-/// [`SelectionMode::Auto`] chooses by power if the scene has at most this number of lights: from
-/// almost anywhere, both triangles of a lamp contribute about the same (docs/notebook/2026-11.md).
+/// [`SelectionMode::Auto`] chooses by power if the scene has at most this number of lights: both
+/// triangles of a rectangular lamp contribute about the same to almost every point
+/// (docs/notebook/2026-11.md).
 const FEW: usize = 2;
 
 /// Choice of lights in next-event estimation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SelectionMode {
-    /// By place with more than two lights, else by power; directions of the sky by visibility.
+    /// With more than two lights by place, else by power. Directions of the sky by their learned
+    /// visibility, if a gain is expected.
     #[default]
     Auto,
     /// All lights with the same probability.
     Uniform,
     /// By power.
     Power,
-    /// By unoccluded irradiance at the point, approximately.
+    /// By an estimate of the unoccluded irradiance at the receiving point.
     Place,
     /// Like [`SelectionMode::Auto`], but visibility is learned even if no gain is expected.
     Visibility,
@@ -32,7 +34,7 @@ pub enum SelectionMode {
 }
 
 impl SelectionMode {
-    /// Returns true if visibility may be learned.
+    /// Returns true if visibility can be learned in this mode.
     pub fn learns(self) -> bool {
         matches!(self, Self::Auto | Self::Visibility)
     }
@@ -43,7 +45,7 @@ impl SelectionMode {
 pub struct LightChoice {
     /// Mode of the choice.
     pub mode: SelectionMode,
-    /// Samples of the widest lamp at a vertex if all lamps are sampled, at least 1.
+    /// Samples of the largest lamp at a vertex if all lamps are sampled, at least 1.
     pub lamp_samples: u32,
 }
 
@@ -70,7 +72,7 @@ pub struct LightSelection {
     is_by_place: bool,
     mode: SelectionMode,
     /// Visible directions of the sky by place; empty until they are learned. The inner value is
-    /// `None` if the visibility has no gain.
+    /// `None` if sampling by visibility would bring no gain.
     visibility: OnceLock<Option<VisibilityGrid>>,
 }
 
@@ -232,7 +234,7 @@ impl LightSelection {
     }
 
     /// Probability that `light`, one of the scene's `lights`, is sampled at `context`. If all lamps
-    /// are sampled: the expected number of its samples.
+    /// are sampled, the expected number of samples of `light`.
     #[inline(always)]
     pub fn pmf(&self, lights: &[Light], context: &LightSampleContext, light: LightId) -> f32 {
         let visibility = self.visibility();

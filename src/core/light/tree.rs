@@ -16,8 +16,7 @@ pub(super) struct LightBounds {
     /// Mean of the directions of maximum emission, weighted by intensity. The mean is shorter if
     /// the directions differ.
     pub axis: Vec3,
-    /// Bound on the error of a cosine with `axis`, caused by the differences between the
-    /// directions.
+    /// Bound on the error of a cosine if `axis` replaces the direction of a single light.
     pub spread: f32,
 }
 
@@ -73,8 +72,9 @@ pub(super) struct ReceiverRegion {
 const NORMAL_SPREAD: f32 = 0.25;
 
 impl ReceiverRegion {
-    /// Mean clamped cosine between the normals and directions that differ from `wi` by up to
-    /// `spread`.
+    /// Mean of max(cos θ, 0), with θ between `wi` and the normals of the points. The positions of
+    /// points and light change cos θ by up to `spread`. The mean is 1/2 if both sides receive
+    /// light.
     pub fn cosine(&self, wi: Vec3, spread: f32) -> f32 {
         if self.normal == Vec3::ZERO {
             return 0.5;
@@ -90,11 +90,12 @@ impl ReceiverRegion {
     }
 
     /// Estimate of the mean irradiance from a spherical source. `intensity` takes the direction to
-    /// the source and the spread of this direction, and returns the intensity towards the region.
+    /// the source, and a bound on the change of cosines with this direction. It returns the
+    /// intensity towards the region.
     pub fn irradiance_by(&self, center: Vec3, radius: f32, intensity: impl FnOnce(Vec3, f32) -> f32) -> f32 {
         // The mean squared distance between points of two balls is larger than the squared distance
-        // of their centres. The direction is divided by the same distance, so it is shorter than 1,
-        // and near zero if the centres are close.
+        // of their centres. The direction is divided by the square root of this mean, so its length
+        // is less than 1, and near 0 if the centres are close.
         let d = center - self.center;
         let squared = d.length_squared() + 0.5 * (self.radius * self.radius + radius * radius);
         let inverse = 1.0 / squared.sqrt();
@@ -158,8 +159,8 @@ struct Node {
 }
 
 impl LightTree {
-    /// Tree over `sources`; each source has the index of its light. Both children of a node have
-    /// the same number of lights, up to one, so the depth is log₂ n.
+    /// Tree over `sources`; each source has the index of its light. The numbers of lights of both
+    /// children of a node differ by at most one, so the depth is log₂ n.
     pub fn new(mut sources: Vec<(usize, LightBounds)>) -> Self {
         let mut nodes = Vec::with_capacity(2 * sources.len());
         if !sources.is_empty() {

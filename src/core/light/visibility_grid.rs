@@ -1,5 +1,5 @@
-//! Visibility of the sky, and of lamps, from each cell of a grid, for the choice of lights and sky
-//! directions by place.
+//! Measured visibility of the sky and of lamps from each cell of a grid. Lights and directions of
+//! the sky are chosen by this visibility.
 //!
 //! In a room with windows, nearly all sky directions that are sampled by radiance are occluded.
 //! This grid stores, for each cell, the visible fraction of every bin of sky directions
@@ -9,12 +9,12 @@
 //!
 //! Each cell has a table for each of 27 normals; the normal nearest to the receiver's normal is
 //! used (`light_grid`). In a table, the probability of a bin is proportional to its radiance, the
-//! cosine with the normal and the square root of its visible fraction. The root minimises the
-//! variance if a bin is visible from a part of the cell: the bin's second moment is proportional to
-//! the fraction, and the optimal probability to the root of the second moment. A tenth of all
-//! directions is sampled by the light's own distribution, so that every direction can be sampled.
-//! Within a bin, directions follow the light's own distribution, so the density is the light's own
-//! density times one factor.
+//! cosine with the normal and the square root of its visible fraction. The square root minimises
+//! the variance if a bin is visible from a part of the cell. The second moment of the bin's light
+//! is proportional to the visible fraction, and the optimal probability is proportional to the
+//! square root of the second moment. A tenth of all directions is sampled by the light's own
+//! distribution, so that every direction can be sampled. Within a bin, directions follow the
+//! light's own distribution, so the density is the light's own density times one factor.
 //!
 //! Lights are chosen as in `light_grid`, with the irradiance of each light multiplied by a function
 //! of its visibility. If the sky is the only light, it is sampled less often in cells from which
@@ -87,7 +87,8 @@ struct SkyTable {
 /// Probabilities of sky bins and of lights in a cell, for normals near one direction.
 #[derive(Clone, Debug)]
 struct Table {
-    /// Starts of the intervals of the rows of bins, then of each bin in its row, in [`UNITS`]ths.
+    /// Starts of intervals in units of 1 / [`UNITS`]: of the rows of bins, then of the bins in each
+    /// row.
     starts: Box<[u16]>,
     /// Distribution over the lights; empty if the sky is the only light.
     entries: Box<[Entry]>,
@@ -95,7 +96,7 @@ struct Table {
     rate: f32,
 }
 
-/// Target of rays that learn visibility.
+/// Target of the rays that measure visibility.
 #[derive(Clone, Copy, Debug)]
 pub enum VisibilityTarget {
     /// Directions of the sky in the bin with this index.
@@ -217,7 +218,7 @@ impl VisibilityGrid {
     }
 
     /// The grid with the visible fractions `found` of all targets ([`VisibilityGrid::targets`]),
-    /// cell by cell. They come from few rays, so they are averaged with the fractions of
+    /// cell by cell. Few rays measure a fraction, so fractions are averaged with those of
     /// neighbouring bins and cells, which are probably similar. `counts` has the number of points
     /// of each cell.
     pub fn with_visibility(mut self, found: &[f32], counts: &[usize]) -> Self {

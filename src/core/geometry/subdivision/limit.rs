@@ -86,8 +86,8 @@ pub(super) fn normals(
 }
 
 impl Fan {
-    /// Collects the fan of `corner`, at a vertex with `count` corners. `count` limits the search:
-    /// fans of faces with repeated vertices may have no end.
+    /// Collects the fan of `corner`, at a vertex with `count` corners. `count` limits the search: a
+    /// fan of faces with repeated vertices may be endless.
     fn follow(&mut self, topology: &Topology, positions: &[DVec3], corner: u32, count: u32) {
         self.corners.clear();
         self.edges.clear();
@@ -187,7 +187,8 @@ impl Fan {
         }
     }
 
-    /// Mean of the normals of the faces, weighted by angle and edge lengths.
+    /// Mean of the face normals, weighted by the area of the triangle between the vertex and two
+    /// neighbours.
     fn mean_normal(&self, p: DVec3) -> DVec3 {
         let next = |i: usize| self.edges.get(i + 1).unwrap_or(&self.edges[0]);
         let facets = (0..self.corners.len()).map(|i| (self.edges[i] - p).cross(*next(i) - p));

@@ -12,8 +12,8 @@
 //! - Edges of three or more faces, and edges between faces of opposite orientation, stay sharp.
 //! - Texture coordinates are smooth inside their islands and linear along their boundaries. Colours
 //!   are means of their neighbours.
-//! - Vertices at one position are joined if this closes boundaries and creates no edge of three
-//!   faces: many programs write a vertex for each normal and texture coordinate.
+//! - Many programs write a separate vertex for each normal and texture coordinate. Vertices at one
+//!   position are therefore joined, if this closes boundaries and creates no irregular edges.
 
 mod limit;
 mod refine;
@@ -47,8 +47,9 @@ pub struct ControlMesh<'a> {
     /// Index of the texture coordinates of each corner; out of range if the corner has none. Empty
     /// if no corner has any.
     pub uv_corners: &'a [u32],
-    /// Angle in degrees. Edges between faces at a larger angle stay sharp. Vertices between sharp
-    /// edges at a larger angle keep their position.
+    /// Crease angle in degrees. An edge stays sharp if the angle between the normals of its faces
+    /// is larger. A vertex keeps its position if the sharp curve through it turns by a larger
+    /// angle. If `None`, no edge is sharp because of its angle.
     pub crease_angle: Option<f32>,
 }
 
@@ -71,7 +72,7 @@ pub struct SubdividedMesh {
     pub uv_triangles: Vec<[u32; 3]>,
     /// Indices of the normals of each triangle.
     pub normal_triangles: Vec<[u32; 3]>,
-    /// Numbers of edges at which the surface is not smooth.
+    /// Numbers of irregular edges, at which the surface is not smooth.
     pub irregular: IrregularEdges,
 }
 
@@ -261,7 +262,8 @@ impl UvMesh {
             let [first, second] = *corners;
             let of_positions = topology.edges[first as usize];
             *sharpness = sharpness.max(topology.sharpness[of_positions as usize]);
-            // Islands may overlap: separate faces that have a common edge in the texture only
+            // Islands may overlap: separate two faces if their common edge in the texture is no
+            // common edge of the mesh
             if second != NONE && topology.edges[second as usize] != of_positions {
                 *sharpness = f32::INFINITY;
                 corners[1] = NONE;

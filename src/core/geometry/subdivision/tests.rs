@@ -156,7 +156,8 @@ fn planes_stay_planes() {
             positions: &positions,
             sizes: &sizes,
             corners: &corners,
-            // Two corners of the square have two triangles each
+            // Two corners of the square belong to two triangles each. Only the crease angle pins
+            // these corners
             crease_angle: Some(30.0).filter(|_| !is_quads),
             ..ControlMesh::default()
         };

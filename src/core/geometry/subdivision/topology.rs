@@ -1,8 +1,8 @@
 //! Faces, edges and corners of a mesh, and their division in a subdivision step.
 //!
 //! A corner is an index into the list of the faces' vertices. It also represents the edge from its
-//! vertex to the next corner of its face. A step numbers new elements by the elements that it
-//! divides, so edges are searched only once, in the control mesh.
+//! vertex to the next corner of its face. The index of a new element follows from the index of the
+//! element that a step divides. Edges are therefore searched only once, in the control mesh.
 
 use rayon::prelude::*;
 
@@ -32,7 +32,8 @@ impl Scheme {
 /// Ranges of corners of the faces.
 #[derive(Clone, Debug)]
 pub(super) enum Faces {
-    /// First corner of each face, then the number of all corners; and the face of each corner.
+    /// `starts` has the first corner of each face, then the number of all corners. `of_corners` has
+    /// the face of each corner.
     Any { starts: Vec<u32>, of_corners: Vec<u32> },
     /// Number of corners of every face.
     Uniform(u32),
@@ -67,7 +68,7 @@ pub struct IrregularEdges {
 }
 
 impl Topology {
-    /// Control mesh of faces with these `sizes`. `vertices` is the vertex of each corner.
+    /// Control mesh of faces with `sizes` corners. `vertices` has the vertex of each corner.
     pub fn new(sizes: &[u32], vertices: Vec<u32>, vertex_count: u32) -> (Self, IrregularEdges) {
         let faces = match sizes {
             [first, others @ ..] if others.iter().all(|size| size == first) => Faces::Uniform(*first),

@@ -167,7 +167,7 @@ impl DiskLight {
         }
     }
 
-    /// Corners of the regular polygon with `sides` sides and the area of the disk.
+    /// Corners of the regular polygon with `sides` sides and with the same area as the disk.
     pub(super) fn polygon(&self, sides: u32) -> impl Iterator<Item = Vec3> {
         let turn = 2.0 * PI / f64::from(sides);
         let radius = f64::from(self.radius) * (turn / turn.sin()).sqrt();

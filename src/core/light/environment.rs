@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// Colours on the sphere of directions as a latitude-longitude image.
 ///
 /// The top row is +y. The middle of the image is −z, the view direction of a camera without
-/// rotation, and +x is to the right of it.
+/// rotation, and +x is to the right of −z.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LatLongImage {
     /// Number of columns.
@@ -87,8 +87,8 @@ impl EnvironmentLight {
     /// If the image is empty or incomplete; image readers check this.
     pub fn new(image: LatLongImage, scale: f32, rotation: Quat) -> Self {
         assert_eq!(image.texels.len(), image.width * image.height);
-        // The distribution is proportional to luminance × sin θ. A texel's weight is the mean of
-        // the interpolated image over it, so that no direction with light has density 0.
+        // The distribution is proportional to luminance × sin θ. The weight of a texel is the mean
+        // of the interpolated image over the texel, so that no direction with light has density 0.
         let (width, height) = (image.width, image.height);
         let mut weights = Vec::with_capacity(image.texels.len());
         let (mut sum, mut total) = ([0.0f64; 3], 0.0);

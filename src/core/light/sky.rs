@@ -1,11 +1,12 @@
 //! A clear daylight sky: the analytic model of Preetham, Shirley and Smits 1999, "A Practical
 //! Analytic Model for Daylight", without the sun's disc.
 //!
-//! The paper has luminance in kcd/m² and CIE chromaticity by direction, from the sun's elevation
-//! and the turbidity, a number for haze. Luminance is divided by [`KCD_PER_UNIT`] and chromaticity
-//! becomes linear Rec.709, so that a sky of turbidity 3 lights a horizontal surface with an
-//! irradiance of about 1 to 2: images need no exposure setting. The paper's simulations have
-//! turbidities 2 to 6 and a sun above the horizon; 6 to 10 is extrapolated with its formulas.
+//! The paper gives the luminance in kcd/m² and the CIE chromaticity of each direction. Both depend
+//! on the sun's elevation and on the turbidity, a measure of haze. Luminance is divided by
+//! [`KCD_PER_UNIT`], and colours are converted to linear Rec.709. A sky of turbidity 3 then lights
+//! a horizontal surface with an irradiance of about 1 to 2, so images need no exposure setting. The
+//! paper's simulations have turbidities 2 to 6 and a sun above the horizon; 6 to 10 is extrapolated
+//! with its formulas.
 //!
 //! Beyond the paper: with the sun below the horizon, the sky keeps the colours of sunset and
 //! darkens by a factor of ten every 2.9° (the illuminance of civil twilight falls from about 400 lx
@@ -17,7 +18,7 @@ use crate::color::Spectrum;
 use crate::math::Vec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Luminance in kcd/m² of radiance 1.
+/// Luminance in kcd/m² that becomes radiance 1.
 pub const KCD_PER_UNIT: f64 = 20.0;
 /// Irradiance of this sky's sun on a surface that faces it, W·m⁻²: two thirds of the value of a
 /// clear day at a turbidity of 3 in these units.

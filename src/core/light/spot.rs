@@ -73,7 +73,7 @@ impl SpotLight {
     }
 
     /// Estimate of the mean irradiance at `region`. A part of the region may be in the cone even if
-    /// its middle is not.
+    /// the middle of the region is not.
     pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         region.irradiance_by(self.position, 0.0, |wi, spread| {
             self.intensity.luminance() * self.falloff((spread - wi.dot(self.direction)).min(1.0))
@@ -81,8 +81,8 @@ impl SpotLight {
     }
 
     /// Power in watts. The integral of the falloff over directions is the solid angle of the inner
-    /// cone plus half of the solid angle between the cones, since the smooth step is odd about its
-    /// middle.
+    /// cone plus half of the solid angle between the cones, because the smooth step is
+    /// antisymmetric about its middle.
     pub(super) fn power(&self) -> f64 {
         let solid_angle = 2.0 * PI * (1.0 - 0.5 * (self.cos_inner as f64 + self.cos_outer as f64));
         solid_angle * self.intensity.luminance() as f64

@@ -4,10 +4,10 @@
 //! A large key lamp is high to the left of the camera. A wider and weaker fill lamp is low to the
 //! right. A tall narrow rim lamp is high behind the subject, on the side of the fill, so that the
 //! edge of the shadow side is lit. Each lamp is a rounded rectangle with a soft border, in the
-//! plane that touches the sphere of directions at the lamp's middle. Its brightness gives the
-//! stated irradiance on a surface that faces the lamp. The wall grows brighter upwards. A grey
-//! Lambertian subject of albedo 0.5 has a radiance of about 0.5 where it faces the key and 0.05 to
-//! 0.15 in its shadow: no exposure is needed.
+//! plane that touches the sphere of directions at the lamp's middle. A surface that faces the
+//! middle of a lamp receives the irradiance [`STUDIO_IRRADIANCE`] from this lamp. The wall becomes
+//! brighter upwards. A grey Lambertian subject of albedo 0.5 has a radiance of about 0.5 where it
+//! faces the key lamp, and of 0.05 to 0.15 in its shadow. So no exposure is needed.
 
 use super::LatLongImage;
 use crate::color::Spectrum;
@@ -16,8 +16,9 @@ use std::f64::consts::{PI, TAU};
 
 /// Columns and rows of the image.
 pub const STUDIO_SIZE: [usize; 2] = [256, 128];
-/// Irradiance of key, fill and rim, each on a surface that faces it, W·m⁻². The rim lamp is the
-/// brightest, because the camera sees only surfaces at grazing angles to it.
+/// Irradiance by the key, the fill and the rim lamp, each on a surface that faces the lamp, W·m⁻².
+/// The rim lamp is the brightest, because the camera sees only surfaces that this lamp lights at
+/// grazing angles.
 pub const STUDIO_IRRADIANCE: [f64; 3] = [3.2, 0.3, 4.0];
 
 /// Radiance of the wall at the nadir, at the horizon and at the zenith.

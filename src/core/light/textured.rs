@@ -19,8 +19,8 @@ use crate::texture::{Mapping, Texture, TextureId};
 
 /// Maximum number of parts along a side of the triangle, for the mean of the texture.
 const PARTS: f32 = 8.0;
-/// Minimum weight, in the choice of a light, of a triangle that may emit, as a fraction of the
-/// weight by the triangle's brightest texel.
+/// Minimum weight of a triangle that may emit, in the choice of a light. It is a fraction of the
+/// weight that the triangle would have if all its texels were as bright as the brightest texel.
 const MIN_SHARE: f32 = 1.0 / 1024.0;
 
 /// Variation of emission and opacity over a triangle.
@@ -47,8 +47,8 @@ pub struct TexturedTriangle {
     /// Triangle with constant emission. The textures multiply its radiance.
     even: UniformTriangle,
     variation: Variation,
-    /// Mean factor of the radiance, including opacity. The weight of the light in the choice of a
-    /// light is proportional to it.
+    /// Mean factor of the radiance, including opacity. In the choice of a light, the weight of this
+    /// light is proportional to the mean.
     mean: Spectrum,
 }
 
@@ -104,8 +104,8 @@ impl TexturedTriangle {
         self.color_at(b1, b2, 0.0, textures)
     }
 
-    /// [`TexturedTriangle::color`] times the opacity at the point: the mean over rays that stop and
-    /// rays that pass. Also returns the opacity.
+    /// [`TexturedTriangle::color`] times the opacity at the point: the mean over rays that stop at
+    /// the surface and rays that pass through it. Also returns the opacity.
     pub fn mean_color(&self, b1: f32, b2: f32, textures: &[Texture]) -> (Spectrum, f32) {
         let opacity = self.opacity_at(b1, b2, 0.0, textures);
         (self.color(b1, b2, textures) * opacity, opacity)

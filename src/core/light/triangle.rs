@@ -1,8 +1,8 @@
 //! Emitting triangles.
 //!
-//! Points are sampled by area. Sampling by solid angle needs arcs in f64, and costs more time than
-//! its lower error saves on the suite (docs/notebook/2026-11.md, "Sampling emitting triangles and
-//! choosing lights").
+//! Points are sampled by area. Sampling by solid angle needs arcs in f64. On the benchmark scenes,
+//! it costs more time than its lower error saves (docs/notebook/2026-11.md, "Sampling emitting
+//! triangles and choosing lights").
 
 use super::tree::{LightBounds, ReceiverRegion};
 use super::{Emission, LightSample};
@@ -26,7 +26,7 @@ pub enum TriangleSampling {
 
 /// Range of solid angles, sr, in which sampling by solid angle reduces noise. For a smaller
 /// triangle, area sampling is as good. If a triangle fills nearly the whole hemisphere, the
-/// receiver is so close to its plane that the arcs of its edges are inaccurate.
+/// receiver is so close to the plane of the triangle that the arcs of the edges are inaccurate.
 const SOLID_ANGLES: std::ops::Range<f64> = 3e-4..6.2;
 
 /// A triangle that emits the same radiance in every direction of its front side.
@@ -177,7 +177,8 @@ impl TriangleLight {
     /// Density per solid angle at `p` of sampling the point `q` of the triangle, in direction `wi`;
     /// 0 behind the triangle.
     ///
-    /// A uniform area density `1 / A` turns into solid angle by `r² / cos θ`.
+    /// For a point sampled by area, the density is the density per area, `1 / A`, times `r² / cos
+    /// θ`.
     pub fn pdf(&self, p: Vec3, q: Vec3, wi: Vec3) -> f32 {
         let cos_light = -wi.dot(self.normal);
         if cos_light <= 0.0 {
@@ -187,7 +188,8 @@ impl TriangleLight {
             return (1.0 / seen.solid_angle()) as f32;
         }
         let pdf = self.pdf_by_area(p.distance_squared(q), cos_light);
-        // Edge-on or degenerate triangles: the density may be NaN, and there is no sample.
+        // The density can be NaN if the triangle is degenerate or seen edge-on. There is no sample
+        // then.
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
@@ -282,7 +284,8 @@ impl TriangleLight {
     }
 }
 
-/// Times whose mean approximates the mean over the shutter interval.
+/// Times at which a moving triangle is evaluated. The mean of the values approximates the mean over
+/// the shutter interval.
 const TIMES: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
 /// A moving triangle that emits.
@@ -328,7 +331,7 @@ impl MovingTriangle {
         TriangleLight::placed(&placed, self.radiance, self.sampling)
     }
 
-    /// Mean of [`TriangleLight::irradiance`] over the times of `TIMES`.
+    /// Mean of [`TriangleLight::irradiance`] over [`TIMES`].
     pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         TIMES.iter().map(|&time| self.at(time).irradiance(region)).sum::<f32>() / TIMES.len() as f32
     }

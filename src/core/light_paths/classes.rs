@@ -51,7 +51,7 @@ struct States {
 impl States {
     /// Builds the states. `None` if there are more than [`MAX_STATES`] states.
     fn new(expressions: &[Positions]) -> Option<Self> {
-        // Make a start state for each light, even if two start states are equal:
+        // Make a start state for each kind of light, even if two start states are equal, because
         // `LightPaths::class_of` returns the class of a light without the automaton.
         let start = |&light: &u16| -> Vec<Set> { expressions.iter().map(|e| e.matching(e.first, light)).collect() };
         let mut sets: Vec<Vec<Set>> = LIGHTS.iter().map(start).collect();

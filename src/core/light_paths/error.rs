@@ -5,7 +5,7 @@ use std::fmt;
 pub struct LightPathError {
     /// Error message, with the position of the error.
     pub message: String,
-    /// Hint on how to correct it.
+    /// Hint on how to correct the error.
     pub help: String,
 }
 

@@ -3,13 +3,14 @@
 //!
 //! Every part is defined by an expression over the events of a path. `parts` lists the named parts,
 //! `syntax` parses expressions, and `positions` converts an expression to a position automaton
-//! (Glushkov 1961). `classes` combines the automata of all parts to one deterministic automaton.
-//! Its states are the classes of paths.
+//! (Glushkov 1961). `classes` combines the automata of all parts into one deterministic automaton.
+//! The states of this automaton are the classes of paths.
 //!
 //! The automaton reads a path from the light to the camera, even if the expression is written from
 //! the camera to the light. Light that arrives at a vertex then has the same class for all pixels
-//! that use the vertex. Path reuse needs this. A scattering event with several kinds of lobes
-//! divides the light of a class: each next class gets the share of its kind.
+//! that use the vertex. The reuse of paths between pixels needs this. A scattering event with
+//! several kinds of lobes divides the light of a class: each kind of lobe leads to a next class,
+//! which gets the light that these lobes scatter.
 //!
 //! Classes do not overlap, and the sum over all classes is exactly the image
 //! (`film/path_terms.rs`). The light of a part is a sum over classes.

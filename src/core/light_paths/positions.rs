@@ -40,8 +40,8 @@ impl Positions {
                 "write C…L as in C<RD>L, or L…E as in LS+DE",
             ));
         }
-        // Positions before position `i`. They become the next positions if the expression starts at
-        // the camera.
+        // Positions before position `i`. If the expression starts at the camera, these become the
+        // next positions, because the automaton reads paths from the light.
         let before = |i: usize| {
             let precedes = |&j: &usize| follow[j] >> i & 1 == 1;
             (0..symbols.len()).filter(precedes).fold(0, |set, j| set | 1 << j)

@@ -12,8 +12,8 @@ use std::path::Path;
 
 /// Checks the connected components of faces that refract, and of faces that emit. Faces with a
 /// common point belong to one component. `points` has, for each position, the index of the first
-/// equal position. A component around the whole file may face inwards if it encloses other faces,
-/// or if `is_around` is true: then the camera is inside.
+/// equal position. A component around the whole file can face inwards without a finding, if other
+/// faces are inside, or if `is_around` is true, which means that the camera is inside.
 pub(super) fn inspect(path: &Path, faces: &ObjFaces, uses: &[Use], points: &[u32], is_around: bool) -> Vec<Finding> {
     let mut findings = Vec::new();
     if uses.iter().any(|u| u.refracts) {
@@ -81,8 +81,9 @@ impl Components {
             }
         }
 
-        // All points of a component have the same root, which identifies the component. Its volume
-        // is the sum of the cones from its first point to its faces (the divergence theorem).
+        // All points of a component have the same root in `sets`, which identifies the component.
+        // The volume of a component is the sum of the pyramids from the component's first point to
+        // the faces (the divergence theorem).
         let mut index_of: BTreeMap<u32, usize> = BTreeMap::new();
         let mut components: Vec<Component> = Vec::new();
         let mut apexes: Vec<DVec3> = Vec::new();

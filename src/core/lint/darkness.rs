@@ -9,8 +9,8 @@ use crate::geometry::{GeomId, Hit};
 use crate::math::{Ray, UVec2};
 use crate::scene::Scene;
 
-/// Minimum fraction of the triangles of lamps that face inwards, or of the camera rays that hit the
-/// backs of lamps. Below this fraction, there is no message.
+/// Lamps are reported if at least this fraction of their triangles face inwards, or if at least
+/// this fraction of the camera rays that hit lamps hit their backs.
 const MIN_SHARE: f32 = 0.9;
 /// Maximum number of triangles of a lamp that are checked.
 const MAX_TRIANGLES: usize = 256;
@@ -36,8 +36,7 @@ pub fn reason_for_darkness(
     of_lamps.unwrap_or("no light reaches what the camera sees").into()
 }
 
-/// Fault of the lamps of `scene`, as text for a message. `None` if their fronts face the visible
-/// surfaces.
+/// Fault of the lamps of `scene`, as text for a message. `None` if no fault is found.
 pub fn dark_lamps(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution: UVec2) -> Option<&'static str> {
     if face_inwards(accel, scene) {
         return Some("the lamps face inwards: they light nothing but themselves");
@@ -50,7 +49,7 @@ pub fn dark_lamps(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution:
 const MAX_PASSED: usize = 64;
 
 /// Reason, in words, why a picture of `scene` from `camera` shows no surface of the scene. `None`
-/// if it shows a surface, or if the scene has no surfaces.
+/// if the picture shows a surface, or if the scene has no surfaces.
 pub fn reason_for_emptiness(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution: UVec2) -> Option<String> {
     if scene.triangle_count() == 0 {
         return None;

@@ -4,8 +4,8 @@ use crate::io::{Face, FileError, Finding, MAX_PLACES, ObjFaces, Position, Severi
 use crate::math::{Vec3, hash::mix};
 use std::path::Path;
 
-/// Share of faces with normals against their winding above which the finding is a warning, and not
-/// a note.
+/// Fraction of the faces with normals whose normals point against the winding. Above this fraction,
+/// the finding is a warning instead of a note.
 const FLIPPED_SHARE: f64 = 0.01;
 
 /// Checks the faces of an OBJ file one by one.

@@ -20,7 +20,7 @@ pub struct Inspection {
     pub materials: Vec<MaterialSource>,
     /// The OBJ files that were read without an error.
     pub objs: Vec<ObjSource>,
-    /// Filter of the parts of OBJ files that were read.
+    /// Filter that selected which parts of the OBJ files were read.
     pub parts: PartFilter,
     /// Files of the scene's textures, indexed by their id.
     pub textures: Vec<PathBuf>,
@@ -53,7 +53,7 @@ pub struct ObjSource {
 }
 
 impl ObjSource {
-    /// Source of the OBJ file `obj`, which was read from `path`.
+    /// Path and materials of the OBJ file `obj`, which was read from `path`.
     pub fn new(path: PathBuf, obj: &ObjFile) -> Self {
         let named = |m: &FileMaterial| (m.material.name.clone(), m.library.clone(), m.line);
         let materials = obj.materials.iter().map(named).collect();

@@ -5,7 +5,7 @@
 //! The readers of files report findings, too, which are not repeated here. `lint` reads OBJ files
 //! once more as `ObjFaces`: polygons before triangulation, each with its line, which a render does
 //! not keep. Faces are compared and joined by position and not by index, because exporters split
-//! vertices. All findings of a kind in a file are one finding, with the first places.
+//! vertices. All faults of one kind in a file are one finding, with the lines of the first faults.
 
 mod components;
 mod darkness;

@@ -25,9 +25,9 @@ const GRID: [usize; 2] = [256, 128];
 pub struct LobeAlbedo {
     /// The lobe.
     pub lobe: Lobe,
-    /// Share of the flux that the lobe scatters: to a viewer along the normal, to a viewer at 60°
-    /// to the normal, and in all directions for uniform light. Absorption by the layers above is
-    /// included, so the albedos of all lobes add up to [`directional_albedo`].
+    /// Fraction of the flux that the lobe scatters: to a viewer along the normal, to a viewer at
+    /// 60° to the normal, and in all directions for uniform light. Absorption by the layers above
+    /// is included, so the albedos of all lobes add up to [`directional_albedo`].
     pub albedo: [Spectrum; 3],
     /// Probability that the lobe is sampled: for a viewer along the normal, and for a viewer at 60°
     /// to the normal.
@@ -53,20 +53,20 @@ pub fn albedos(bsdf: &Bsdf) -> Vec<LobeAlbedo> {
     bsdf.places().enumerate().map(lobe).collect()
 }
 
-/// Directional albedo: share of the flux from all directions that `bsdf` scatters to `wo`, layers
-/// included.
+/// Directional albedo: fraction of the flux from all directions that `bsdf`, including its layers,
+/// scatters to `wo`.
 pub fn directional_albedo(bsdf: &Bsdf, wo: Vec3) -> Spectrum {
     integrate(|[u_lobe, u, v, ..]| {
-        // `Importance` scatters flux; radiance would be scaled by refraction.
+        // `Importance` samples carry flux; refraction would scale radiance.
         let sample = bsdf.sample(wo, u_lobe, Vec2::new(u, v), TransportMode::Importance);
         sample.map_or(Spectrum::ZERO, |sample| sample.weight)
     })
 }
 
-/// Estimate of the share of flux that the lobe at `place` of `bsdf` scatters to or from `wo`, minus
-/// the absorption of the layers above.
+/// Estimate of the fraction of the flux that the lobe at `place` of `bsdf` scatters to or from
+/// `wo`. Absorption by the layers above is included.
 fn scattered(bsdf: &Bsdf, (place, lobe): (usize, &Lobe), wo: Vec3, [u_lobe, u, v, ..]: [f32; 5]) -> Spectrum {
-    // `Importance` scatters flux; radiance would be scaled by refraction.
+    // `Importance` samples carry flux; refraction would scale radiance.
     let mode = TransportMode::Importance;
     if lobe.is_delta() {
         let directions = lobe.directions(wo, mode).into_iter().flatten();
@@ -78,8 +78,8 @@ fn scattered(bsdf: &Bsdf, (place, lobe): (usize, &Lobe), wo: Vec3, [u_lobe, u, v
 }
 
 /// Mean of `f` over the unit cube, by an additive recurrence of five dimensions (Roberts 2018, "The
-/// Unreasonable Effectiveness of Quasirandom Sequences": its steps are powers of the inverse of the
-/// root of x⁶ = x + 1).
+/// Unreasonable Effectiveness of Quasirandom Sequences": the steps are powers of 1 / x, where x is
+/// the positive solution of x⁶ = x + 1).
 fn integrate(f: impl Fn([f32; 5]) -> Spectrum) -> Spectrum {
     const ROOT: f64 = 1.134_724_138_401_519_4;
     let point = |i: u32| array::from_fn(|k| (0.5 + i as f64 * ROOT.powi(-1 - k as i32)).fract() as f32);
@@ -127,7 +127,8 @@ pub const PREVIEW_CAMERA: CameraParameters = CameraParameters {
     focus_distance: 5.0,
 };
 
-/// The unit sphere by longitude and latitude; u goes around +y, v from its lowest point up.
+/// The unit sphere by longitude and latitude; u goes around +y, v from the lowest to the highest
+/// point.
 fn sphere() -> Mesh {
     let [columns, rows] = GRID;
     let mut mesh = Mesh::default();

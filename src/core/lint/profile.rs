@@ -38,7 +38,7 @@ pub struct LobeProfile {
 pub struct DeltaDirection {
     /// Angle in degrees from the normal.
     pub angle: f32,
-    /// Share of the flux from this direction that is scattered to the viewer.
+    /// Fraction of the flux from this direction that is scattered to the viewer.
     pub share: Spectrum,
 }
 

@@ -46,8 +46,8 @@ fn inspect_bounds(scene: &Scene, whole: SceneErrorMaker) -> Option<Finding> {
 }
 
 /// Finds instances that are too far from the origin. The transformation of a ray into the
-/// instance's space has a rounding error, by which rays are offset. It must be small relative to
-/// the instance's size.
+/// instance's space has a rounding error, and rays start off the surface by this error. The offset
+/// must be small relative to the instance's size.
 fn inspect_instances(scene: &Scene, whole: SceneErrorMaker) -> Option<Finding> {
     let extents: Vec<Bounds3> = scene.prototypes().iter().map(|p| bounds_of(scene, p.clone())).collect();
     let share = |instance: &Instance| {
@@ -84,7 +84,7 @@ fn inspect_instances(scene: &Scene, whole: SceneErrorMaker) -> Option<Finding> {
     Some(Finding::new(Severity::Warning, "far-instance", error).repeated(far.len() as u64, []))
 }
 
-/// Bounds of the meshes of a prototype, in its space.
+/// Bounds of the meshes of a prototype, in the space of the prototype.
 fn bounds_of(scene: &Scene, meshes: Range<u32>) -> Bounds3 {
     let meshes = meshes.map(|geom| scene.mesh(GeomId(geom)));
     meshes
@@ -148,7 +148,7 @@ pub fn inspect_view(
     None
 }
 
-/// Minimum share of the visible surfaces that show their backs, for a warning that the camera is
+/// Minimum fraction of the visible surfaces that show their backs, for a warning that the camera is
 /// behind surfaces.
 const BEHIND: f32 = 0.8;
 /// Number of camera rays along a side of the image, to find small things.

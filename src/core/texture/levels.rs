@@ -123,8 +123,8 @@ fn halved(size: (usize, usize), channels: usize, read: impl Fn(usize, &mut [f32]
 /// Texels of a row of `n` texels that texel `i` of the next level covers, each with its weight.
 ///
 /// For odd `n` each coarse texel is 2 + 1/m fine texels wide and overlaps three of them (Guthe and
-/// Heckbert 2005, "Non-Power-of-Two Mipmap Creation"). The weights of each fine texel have the same
-/// sum.
+/// Heckbert 2005, "Non-Power-of-Two Mipmap Creation"). Over all coarse texels, the weights of each
+/// fine texel have the same sum.
 fn taps(n: usize, i: usize) -> impl Iterator<Item = (usize, f32)> {
     let m = n / 2;
     let weights = match (n, n % 2) {

@@ -102,7 +102,8 @@ impl Mapping {
     }
 
     /// Width, in the picture, of a `footprint` in texture coordinates. The axis with the smaller
-    /// scale determines the width, for the reason that [`Texture`] states.
+    /// scale determines the width. A level that is too fine causes noise, which more samples
+    /// remove; a level that is too coarse causes blur, which stays.
     pub fn footprint(&self, footprint: f32) -> f32 {
         footprint * self.scale.abs().min_element()
     }

@@ -32,8 +32,9 @@ impl Wrap {
         }
     }
 
-    /// The two of `n` texels whose centres, at (i + ½) / n, lie on both sides of the folded
-    /// coordinate `s`. The third value is the position of `s` between these centres, in [0, 1).
+    /// Indices of the two of `n` texels whose centres, at (i + ½) / n, lie on both sides of the
+    /// folded coordinate `s`. The third value is the position of `s` between these centres, in [0,
+    /// 1).
     pub(super) fn neighbors(self, s: f32, n: u32) -> (usize, usize, f32) {
         // Measured from the centre of the texel before the first texel, all positions are positive,
         // so truncation equals the floor.

@@ -30,7 +30,7 @@ pub struct SceneReport {
     pub repeated_instances: u64,
     /// Emitting triangles that coincide with other emitting triangles.
     pub coincident_emitters: CoincidentEmitters,
-    /// Largest number of triangles of different meshes at one place; 0 if the number is below
+    /// Largest number of coincident triangles of different meshes; 0 if the number is below
     /// [`MANY_COINCIDENT`](super::MANY_COINCIDENT).
     pub coincident_triangles: u64,
     /// Number of triangles without area whose material emits. They are left out.
@@ -133,7 +133,7 @@ impl SceneBuilder {
         if !varies {
             material.scale_to_one();
         }
-        // Accept a sum of 1 up to rounding: it is intended
+        // A sum that is above 1 only by rounding is not reported
         if scattered > 1.0 + 4.0 * f32::EPSILON && !varies {
             self.report.scaled_materials.push((material.name.clone(), scattered));
         }
@@ -310,7 +310,7 @@ impl SceneBuilder {
     }
 
     /// Exchanges the textures of a material's bump map and normal map, for files that confuse both.
-    /// The maps keep their mappings.
+    /// Each texture keeps its mapping.
     pub fn exchange_bumps(&mut self, id: MaterialId) {
         for id in [Some(id), self.hidden.get(&id).copied()].into_iter().flatten() {
             if let Some(material) = self.materials.get_mut(id.0 as usize) {
@@ -320,8 +320,9 @@ impl SceneBuilder {
         }
     }
 
-    /// Sets the scene's textures. Before this call, each map of a material has an index into `ids`
-    /// as its texture. `ids` has the new id of each texture; if it is `None`, the map is removed.
+    /// Sets the scene's textures. Before this call, the texture id of each map is an index into
+    /// `ids`. This call replaces it by the id that is stored there. If that id is `None`, the map
+    /// is removed.
     pub fn set_textures(&mut self, textures: Vec<Texture>, ids: &[Option<TextureId>]) {
         place_textures(&mut self.materials, |id| ids.get(id.0 as usize).copied().flatten());
         self.textures = textures;

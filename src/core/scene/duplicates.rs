@@ -153,14 +153,15 @@ pub(super) fn remove_repeated_instances<P>(
 /// front on the same side.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CoincidentEmitters {
-    /// Number of triangles.
+    /// Number of triangles, without the first of each set of coincident triangles.
     pub triangles: u64,
     /// Maximum number of triangles that coincide.
     pub max_at_one_place: u64,
 }
 
 impl Scene {
-    /// Emitting triangles that are bit-identical to others at shutter open.
+    /// Counts the emitting triangles that are bit-identical to another emitting triangle at shutter
+    /// open.
     pub(super) fn coincident_emitters(&self) -> CoincidentEmitters {
         let keys = || {
             self.emitters()
@@ -237,8 +238,8 @@ fn hash_of(words: &[u32]) -> u64 {
     })
 }
 
-/// Hashes that occur more than once, and a few hashes that occur once but share a bit with another
-/// hash. `count` is the number of all hashes.
+/// Hashes that occur more than once, and a few hashes that occur once but set the same bit as
+/// another hash. `count` is the number of all hashes.
 fn repeated(hashes: impl Iterator<Item = u64>, count: usize) -> HashSet<u64> {
     let mut repeated = HashSet::new();
     let bits = (16 * count as u64).next_power_of_two();

@@ -278,9 +278,9 @@ impl SceneBuilder {
 }
 
 impl Scene {
-    /// Adds a mesh as part of `object`, or of a prototype if `object` is `None`. Adds the mesh's
-    /// lights to the count `emitting`: one light per emitting triangle, or one light per mesh for
-    /// the lights in `lamps`.
+    /// Adds a mesh as part of `object`, or of a prototype if `object` is `None`. Adds the number of
+    /// the mesh's lights to `emitting`: one light per emitting triangle or rectangle, or one light
+    /// for the whole mesh if its material is in `lamps`.
     fn add_shape(
         &mut self,
         mesh: Mesh,
@@ -302,7 +302,8 @@ impl Scene {
             (true, None) => self.number_lights(&mesh, keeps_place && !varies_emission(surface), sampling),
         };
         *emitting += u64::from(light_count);
-        // Store facets only for triangles that do not move: facets of moving triangles change
+        // Store facets only for meshes in world space that do not deform. Other facets change with
+        // the placement and with time
         let prims = 0..mesh.triangles.len() as u32;
         self.facets.push(match keeps_place {
             true => prims.map(|prim| mesh.facet(PrimId(prim))).collect(),
@@ -322,7 +323,8 @@ impl Scene {
     }
 
     /// Returns the number of lights of an emitting mesh, and the map from triangles to lights. If
-    /// the mesh emits evenly and does not move, each rectangle of two triangles is one light.
+    /// `is_plain` is true, which means that the mesh emits evenly and does not move, each rectangle
+    /// of two triangles is one light.
     fn number_lights(&mut self, mesh: &Mesh, is_plain: bool, sampling: TriangleSampling) -> (u32, LightNumbering) {
         let count = mesh.triangles.len() as u32;
         if is_plain && sampling == TriangleSampling::Area {

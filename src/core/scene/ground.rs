@@ -7,16 +7,17 @@
 //! from all objects, the mean fraction is 1 and the ground looks like the background.
 //!
 //! - The path tracer accumulates the missing direct light, `E − E₀`, instead of the arriving light.
-//!   At a point with no object near it the missing light is 0, so that the background has no noise.
-//!   Samples may be negative, but their mean is negative only by noise. If the scene has lamps of
-//!   finite size, the path tracer accumulates the arriving light: if a ray hits a surface, the
-//!   light of a lamp behind this surface is unknown.
-//! - If there are infinitely distant lights, E₀ includes no finite light if one of them has an
-//!   emission texture, or if there are too many to be summed at each point. The ground around
-//!   finite lights is then brighter than the background.
+//!   If no object is near a point, the missing light there is 0, so that the background has no
+//!   noise. Samples can be negative, but their mean is negative only by noise. If the scene has
+//!   lamps of finite size, the path tracer accumulates the arriving light: if a ray hits a surface,
+//!   the light of a lamp behind this surface is unknown.
+//! - E₀ cannot include finite lights if one of them has an emission texture, or if there are too
+//!   many to be summed at each point. If there are lights at infinity, E₀ then includes only these,
+//!   and the ground around finite lights is brighter than the background. Otherwise this is an
+//!   error.
 //! - E₀ of infinitely distant lights is the same everywhere and is computed once. E₀ of finite
 //!   lights is computed for each point, without visibility: a lamp in the scene lights the ground
-//!   near the lamp, and does not darken the ground far away. Both have closed forms
+//!   near the lamp, and does not darken the ground far away. Both are computed without noise
 //!   (`light/irradiance.rs`).
 //! - Towards the rim of the ground the fraction approaches 1, so that no edge is visible.
 //! - For all other rays the ground is a diffuse surface: it stops light from below, and lights the
@@ -256,8 +257,8 @@ impl Ground {
         if is_known && count <= MAX_FINITE_LIGHTS {
             return Ok(ground);
         }
-        // If infinitely distant lights illuminate the ground, leave out all finite lights: they
-        // brighten it
+        // If infinitely distant lights illuminate the ground, leave out all finite lights, which
+        // then brighten the ground
         if !ground.irradiance.is_black() {
             ground.finite.clear();
             return Ok(ground);
@@ -297,8 +298,9 @@ impl Ground {
         self.plane.radius
     }
 
-    /// Returns true if the direct light that the hit surface of a ray blocks is known. False if
-    /// there are lamps of finite size: the light of a lamp behind the hit surface is unknown.
+    /// Returns true if the direct light that a surface blocks is known when a ray hits this
+    /// surface. False if there are lamps of finite size, because the light of a lamp behind the
+    /// surface is unknown.
     pub fn has_missing_light(&self) -> bool {
         self.has_missing_light
     }

@@ -3,8 +3,8 @@
 //! Backends support only triangles. The hull of a sphere is a polyhedron around it, and the hull of
 //! a disk is a square around it. If a ray hits a hull and misses the light, the ray continues, as
 //! at a surface of opacity 0 (`integrator/opacity.rs`). A hit on the hull of a sphere is moved to
-//! the sphere, in f64. Surfaces between the hull and the sphere are nearer than this hit
-//! (`World::first_opaque`).
+//! the sphere, in f64. Surfaces between the hull and the sphere are nearer than the moved hit, so
+//! they are searched again (`World::first_opaque`).
 //!
 //! Hulls are wider than their lights by bounds on rounding errors, so that the hull of every light
 //! has an area, for any size and position. The margin depends on the unit roundoff u, the largest
@@ -76,8 +76,7 @@ impl Scene {
         self.has_lamp_hulls && self.at_hull(hit, ray) == HullHit::Misses
     }
 
-    /// Returns [`HullHit`] for the surface at `hit`: if it is a hull, and if `ray` hits the light
-    /// inside.
+    /// Tests if the surface at `hit` is a hull, and if `ray` hits the light inside the hull.
     #[inline(always)]
     pub(crate) fn hull_hit(&self, hit: &Hit, ray: &Ray) -> HullHit {
         match self.has_lamp_hulls {

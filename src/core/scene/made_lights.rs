@@ -98,9 +98,10 @@ fn environment_of(
 }
 
 impl SceneBuilder {
-    /// Adds light from a disc at infinity that travels in `direction`. `irradiance`, W·m⁻², is the
-    /// irradiance of a surface that faces the light. `angle`, the angular diameter of the disc, is
-    /// 0.01 to 180 degrees, or 0 for the parallel light of [`SceneBuilder::add_directional_light`].
+    /// Adds light that comes from a disc at infinity and travels in `direction`. `irradiance`,
+    /// W·m⁻², is the irradiance of a surface that faces the light. `angle`, the angular diameter of
+    /// the disc, is 0.01 to 180 degrees, or 0 for the parallel light of
+    /// [`SceneBuilder::add_directional_light`].
     pub fn add_sun(&mut self, direction: Vec3, irradiance: Spectrum, angle: f32) -> Result<(), BuildError> {
         check_angle(angle)?;
         if angle == 0.0 {
@@ -157,8 +158,8 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds a rectangle that emits on one side, to the current light group. It is a separate object
-    /// of a black material.
+    /// Adds a rectangle that emits on one side, to the current light group. The rectangle is a
+    /// separate object of a black material.
     pub fn add_rectangle(&mut self, rectangle: &RectangleParameters) -> Result<(), BuildError> {
         const NAME: &str = "rectangle";
         let direction = unit(NAME, rectangle.direction)?;
@@ -210,8 +211,8 @@ impl SceneBuilder {
         self.add_lamp(RECTANGLE_NAME, Light::Rectangle(light), rectangle.radiance, mesh)
     }
 
-    /// Adds a sphere that emits from its outer side, to the current light group. It is a separate
-    /// object of a black material.
+    /// Adds a sphere that emits from its outer side, to the current light group. The sphere is a
+    /// separate object of a black material.
     pub fn add_sphere(&mut self, sphere: &SphereParameters) -> Result<(), BuildError> {
         const NAME: &str = "sphere";
         check_radius(NAME, sphere.radius)?;
@@ -222,8 +223,8 @@ impl SceneBuilder {
         self.add_lamp(SPHERE_NAME, Light::Sphere(light), sphere.radiance, hull)
     }
 
-    /// Adds a disk that emits on one side, to the current light group. It is a separate object of a
-    /// black material.
+    /// Adds a disk that emits on one side, to the current light group. The disk is a separate
+    /// object of a black material.
     pub fn add_disk(&mut self, disk: &DiskParameters) -> Result<(), BuildError> {
         const NAME: &str = "disk";
         let normal = unit(NAME, disk.direction)?;

@@ -102,7 +102,7 @@ pub struct Instance {
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Meshes that are not part of a prototype, then the meshes of the prototypes. Acceleration
-    /// structures read the same arrays and may outlive the scene.
+    /// structures read the same arrays, and can outlive the scene.
     meshes: Arc<Vec<Mesh>>,
     /// Range of the mesh ids of each prototype.
     prototypes: Vec<Range<u32>>,
@@ -115,11 +115,11 @@ pub struct Scene {
     /// Names of the parts of all meshes.
     parts: PartNames,
     materials: Vec<Material>,
-    /// BSDF of each material without its textures, for rays that do not pass the surface straight
-    /// on.
+    /// BSDF of each material without its textures, for rays that do not pass through the surface in
+    /// a straight line.
     bsdfs: Vec<Bsdf>,
-    /// For each material: the thin surface that some rays pass in a straight line, without
-    /// scattering, if the material has one.
+    /// Thin surface of each material that has one. Some rays pass through a thin surface in a
+    /// straight line, without scattering.
     thin_surfaces: Vec<Option<ThinSurface>>,
     is_compact: bool,
     has_alpha: bool,
@@ -161,8 +161,8 @@ impl Scene {
         Arc::clone(&self.meshes)
     }
 
-    /// Replaces the meshes by the meshes of `other`, if both scenes have equal meshes and
-    /// placements. Returns true if the meshes were replaced.
+    /// If both scenes have equal meshes and placements, frees the meshes of this scene and uses
+    /// those of `other`. Returns true if the meshes are shared now.
     pub fn share_meshes(&mut self, other: &Self) -> bool {
         let places = |scene: &Self| -> Vec<(u32, Placement)> {
             let instances = scene.instances.iter();
@@ -447,7 +447,7 @@ impl Scene {
         self.is_dispersive
     }
 
-    /// The BSDF at a hit for a wavelength in nanometres; `None` if it does not depend on the
+    /// The BSDF at a hit for a wavelength in nanometres; `None` if the BSDF does not depend on the
     /// wavelength.
     pub fn bsdf_of_wavelength(&self, hit: &Hit, nanometers: f32) -> Option<Bsdf> {
         let material = self.shape(hit.geom).material.0 as usize;
@@ -509,7 +509,7 @@ impl Scene {
     }
 
     /// Location for texture lookups at `hit` at `time`. `footprint` is in scene units. If the mesh
-    /// has no texture coordinates, they are (0, 0).
+    /// has no texture coordinates, the location is (0, 0).
     fn spot(&self, hit: &Hit, time: f32, footprint: f32) -> Spot<'_> {
         let mesh = &self.meshes[hit.geom.0 as usize];
         Spot {

@@ -1,4 +1,4 @@
-//! Sizes of the named parts of a scene. With them, users find the important parts.
+//! Sizes of the named parts of a scene. They show users which parts are important.
 
 use super::Scene;
 use crate::geometry::{GeomId, Mesh, PrimId, UNNAMED, triangle_area};

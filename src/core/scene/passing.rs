@@ -1,5 +1,5 @@
-//! Surfaces that rays pass without a change of direction: by opacity, or as thin glass
-//! (`material/thin_surface.rs`).
+//! Surfaces through which rays can pass without a change of direction: surfaces with an opacity
+//! below 1, and thin glass (`material/thin_surface.rs`).
 
 use super::Scene;
 use crate::color::Spectrum;
@@ -8,8 +8,8 @@ use crate::material::ThinSurface;
 use crate::math::Ray;
 
 impl Scene {
-    /// Returns true if rays may pass any surface without a change of direction: because of its
-    /// opacity, because it is thin glass, because the surface is the hull of a light that the ray
+    /// Returns true if rays can pass through any surface without a change of direction: because of
+    /// its opacity, because it is thin glass, because it is the hull of a light that the ray
     /// misses, or because only camera rays hit it.
     #[inline(always)]
     pub fn lets_light_pass(&self) -> bool {
@@ -39,7 +39,8 @@ impl Scene {
         self.has_alpha
     }
 
-    /// Returns true if there is a thin surface that rays pass without a change of direction.
+    /// Returns true if there is a thin surface through which rays can pass without a change of
+    /// direction.
     #[inline(always)]
     pub fn has_thin_surfaces(&self) -> bool {
         self.has_thin_surfaces
@@ -51,8 +52,8 @@ impl Scene {
         self.panes
     }
 
-    /// Probability that `ray` passes the thin glass at `hit` without a change of direction, and
-    /// factor by which the passing light is multiplied; `None` if the surface is not thin glass.
+    /// Probability that `ray` passes through the thin glass at `hit` without a change of direction,
+    /// and factor by which this light is multiplied; `None` if the surface is not thin glass.
     pub fn thin_surface_along(&self, hit: &Hit, ray: &Ray) -> Option<(f32, Spectrum)> {
         if !self.has_thin_surfaces {
             return None;

@@ -29,8 +29,9 @@ impl UnlitBuilder {
     }
 
     /// Moves the triangles and textures of `scene` to this builder and returns the builder. `scene`
-    /// was built from a copy of this builder. `None` if its triangles cannot be moved: the scene is
-    /// compact, has panes, has other meshes than this builder, or shares its meshes.
+    /// was built from a copy of this builder. `None` if the triangles of `scene` cannot be moved:
+    /// the scene is compact, has panes, has other meshes than this builder, or shares its meshes
+    /// with other code.
     pub fn with_parts_of(self, scene: Scene) -> Option<SceneBuilder> {
         let Self {
             mut builder,

@@ -2,9 +2,9 @@
 //!
 //! Coordinates beyond 10¹⁰ are errors. Scenes less than 10⁻⁹ wide are also errors. Both rules apply
 //! to world space and to the space of each instanced object. Embree computes distances as volumes
-//! of three lengths over areas, in f32: they underflow in small scenes and overflow in large ones.
-//! The limits keep a margin to the scales at which images were wrong (docs/notebook/2026-11.md,
-//! "Range of scales").
+//! (products of three lengths) divided by areas, in f32. The volumes underflow in small scenes and
+//! overflow in large ones. The limits keep a margin to the scales at which images were wrong
+//! (docs/notebook/2026-11.md, "Range of scales").
 
 use crate::geometry::{Mesh, Placement, retain_triangles, triangle_area};
 use crate::light::LightGroups;
@@ -21,8 +21,9 @@ const MAX_GROUP_NAME: usize = 23;
 /// areas, in f32. The results are wrong in scenes larger than some 5·10¹² units.
 pub(super) const MAX_COORDINATE: f32 = 1e10;
 
-/// Minimum extent of a scene or an instanced object: if triangles are a thousandth as long,
-/// Embree's volumes are still 10³ times the smallest normal f32.
+/// Minimum extent of a scene or an instanced object. If triangles are a thousandth as long,
+/// products of three of their lengths, 10⁻³⁶, are still larger than the smallest normal f32,
+/// 1.2·10⁻³⁸.
 const MIN_EXTENT: f32 = 1e-9;
 
 /// Maximum distance of lights from the origin. Also the maximum distance of the scene from an
@@ -243,7 +244,8 @@ fn check_attributes(mesh: &mut Mesh) -> Result<(), BuildError> {
             return bad("normal", mesh.normals.len().min(vertices));
         }
     }
-    // If normals are missing at one end of the motion, the normals at the other end are removed.
+    // The normals at shutter close are removed if they are incomplete, or if there are no normals
+    // at shutter open.
     if mesh.normals.is_empty() || mesh.normals_close.len() != vertices {
         mesh.normals_close = Vec::new();
     }

@@ -3,9 +3,10 @@
 //! Files model a window pane as a slab: two parallel faces and a narrow rim. Light is refracted at
 //! both faces and continues in its old direction, but a shadow ray cannot find this path. A thin
 //! dielectric in the middle of the slab, with the same index of refraction, has the same Fresnel
-//! transmittance with all reflections between the faces. Light passes the thin dielectric without a
-//! change of direction (`material/thin_surface.rs`). This neglects the sideways shift of light in
-//! the slab (`d sin θ (1 − cos θ / √(n² − sin² θ))` for a thickness d). The rim is left out.
+//! transmittance with all reflections between the faces. Light passes through the thin dielectric
+//! without a change of direction (`material/thin_surface.rs`). This neglects the sideways shift of
+//! light in the slab (`d sin θ (1 − cos θ / √(n² − sin² θ))` for a thickness d). The rim is left
+//! out.
 //!
 //! A slab must fulfil all of these conditions, so that bottles, lenses, bowls and thick tables do
 //! not change:
@@ -13,7 +14,7 @@
 //! - The material only refracts: smooth, without textures, alpha, emission or other lobes.
 //! - The connected component is closed, its faces point outwards, and almost all of its area lies
 //!   in two parallel planes, with equal areas and nothing beyond them. Vertices at the same
-//!   position are connected.
+//!   position count as one vertex.
 //! - Vertex normals, if any, are the normals of the planes.
 //! - The thickness is at most a twentieth of the width and a hundredth of the scene's radius.
 //!
@@ -31,12 +32,12 @@ use std::collections::HashMap;
 /// Treatment of thin glass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Panes {
-    /// Light passes thin glass without a change of direction: shadow rays pass it, and flat panes
-    /// of solid glass are treated as thin.
+    /// Light passes through thin glass without a change of direction, also along shadow rays. Flat
+    /// panes of solid glass are treated as thin glass.
     #[default]
     Straight,
-    /// Light passes thin glass only if a path scatters there, and panes of solid glass stay solid
-    /// bodies.
+    /// Light passes through thin glass only if a path scatters there. Panes of solid glass stay
+    /// solid bodies.
     Refract,
 }
 
@@ -363,7 +364,7 @@ impl Face {
         }
     }
 
-    /// Width of a strip that has the area of the face and its maximum length.
+    /// Mean width of the face: its area divided by its maximum length.
     fn width(&self) -> f64 {
         self.area / (2.0 * self.radius).max(f64::MIN_POSITIVE)
     }

@@ -1,9 +1,9 @@
 //! Rectangles among emitting triangles: each is a single light instead of two triangles.
 //!
-//! Points sampled on a single light are stratified over the whole rectangle. Near the rectangle,
-//! its solid angle is sampled. The tables of the selection of lights have half as many entries
-//! (docs/notebook/2026-11.md, "Rectangles"). A quad of an OBJ file becomes two consecutive
-//! triangles, and only consecutive triangles are checked.
+//! Points sampled on a single light are stratified over the whole rectangle. For points near the
+//! rectangle, directions are sampled uniformly over its solid angle. The tables for the selection
+//! of lights have half as many entries (docs/notebook/2026-11.md, "Rectangles"). A quad of an OBJ
+//! file becomes two consecutive triangles, and only consecutive triangles are checked.
 
 use crate::geometry::{Mesh, PrimId};
 use crate::math::{Vec3, float::gamma};

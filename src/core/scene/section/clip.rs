@@ -7,7 +7,8 @@ use crate::math::Vec3;
 use half::f16;
 use std::collections::HashMap;
 
-/// Edge in which a plane cuts a triangle. Its direction follows the outline of the cap.
+/// Edge along which a plane cuts a triangle. If the plane's normal points to the viewer, the inside
+/// of the solid is on the left of the edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CutEdge {
     pub from: Vec3,

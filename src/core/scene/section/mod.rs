@@ -62,7 +62,7 @@ pub struct SectionReport {
 pub struct OpenShell {
     /// Name of the surface's part, or of its object if the part has no name.
     pub name: String,
-    /// Point in the plane on the edge of the surface, world space.
+    /// A point at which the plane cuts the surface, world space.
     pub place: Vec3,
 }
 
@@ -122,10 +122,10 @@ struct CutObject {
     edges: Vec<CutEdge>,
 }
 
-/// Rules of a section for all meshes with a material.
+/// Treatment of all meshes of a material by a section.
 #[derive(Clone, Copy)]
 struct Treatment {
-    /// True if the removed parts are kept for light.
+    /// True if light still hits the removed parts.
     keeps_removed: bool,
     /// True if the section does not change the mesh.
     is_exempt: bool,
@@ -147,8 +147,8 @@ impl SceneBuilder {
         cap: Option<MaterialId>,
         light: CutLight,
     ) -> Result<SectionReport, BuildError> {
-        // Replace panes before the cut: a slab of glass that is cut would not be recognised as a
-        // pane
+        // Replace panes before the cut, because a slab of glass that is cut would not be recognised
+        // as a pane
         if self.panes == Panes::Straight {
             self.flatten_panes(self.bounds());
         }
@@ -297,8 +297,8 @@ impl SceneBuilder {
         PrototypeId(self.prototypes.len() as u32 - 1)
     }
 
-    /// Material for caps that only camera rays hit. It is black: light interacts with the whole
-    /// solid, so no light reaches the inside.
+    /// Material for caps that only camera rays hit. The material is black, because light interacts
+    /// with the whole solid, so no light reaches the inside.
     fn black_cap(&mut self, cap: MaterialId) -> MaterialId {
         let name = self.materials[cap.0 as usize].name.clone();
         let is_cap = |material: &Material| !material.light_visible && material.name == name;

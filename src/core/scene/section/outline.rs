@@ -5,7 +5,7 @@
 //! if it is within a solid. Otherwise it is the outline of a room whose walls have no thickness.
 //! Such a room gets no cap.
 //!
-//! Ends of edges that differ only by rounding are merged to one vertex. An outline without free
+//! Ends of edges that differ only by rounding are merged into one vertex. An outline without free
 //! ends has an even number of edges at each vertex. Edges that lead to a free end, and outlines
 //! with an odd number of edges at any vertex, belong to open surfaces.
 

@@ -1,9 +1,9 @@
-//! The plane of a section, and coordinates in it.
+//! The plane of a section, and coordinates in the plane.
 
 use crate::math::{DVec2, DVec3, Vec3};
 
-/// A plane that cuts the scene. Points behind the plane are kept. Points in front of it or in it
-/// are removed.
+/// A plane that cuts the scene. Points behind the plane are kept. Points in front of the plane or
+/// in the plane are removed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SectionPlane {
     /// Unit normal.
@@ -39,9 +39,9 @@ impl SectionPlane {
         self.normal.dot(p.as_dvec3()) - self.offset
     }
 
-    /// The point at which the plane crosses the edge from `kept` to `removed`, and its position on
-    /// the edge, from 0 to 1. Each end of the edge is given with its signed distance from the
-    /// plane.
+    /// The point at which the plane crosses the edge from `kept` to `removed`, and the position of
+    /// this point on the edge, from 0 at `kept` to 1 at `removed`. Each end of the edge is given
+    /// with its signed distance from the plane.
     pub(super) fn crossing(&self, kept: (Vec3, f64), removed: (Vec3, f64)) -> (Vec3, f32) {
         let share = kept.1 / (kept.1 - removed.1);
         let [a, b] = [kept.0, removed.0].map(Vec3::as_dvec3);

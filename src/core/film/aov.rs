@@ -1,12 +1,12 @@
 //! Auxiliary channels (arbitrary output variables) that `--aov` adds to an EXR.
 //!
-//! A new channel of the first surface takes these steps:
+//! A new channel of the first surface needs:
 //!
 //! 1. a variant of [`Aov`], its name in [`Aov::NAMES`], and its channels in `Aov::means`;
 //! 2. a field of [`Features`](super::Features), with a line of `SUMS` (`film/features.rs`) for each
 //!    component;
-//! 3. its value in `World::features_of` (`integrator/first_surface.rs`), or in the integrator,
-//!    where it records the first surface.
+//! 3. its value, which `World::features_of` (`integrator/first_surface.rs`) or the integrator sets
+//!    when the first surface is recorded.
 
 use super::{Channel, Coverage, FeatureSums, Film};
 
@@ -72,8 +72,8 @@ impl Aov {
         matches!(self, Self::Ids | Self::Cryptomatte)
     }
 
-    /// Number of channels. 0 for light groups and strategies: their number depends on scene and
-    /// method.
+    /// Number of channels. 0 for light groups and strategies, because their number depends on scene
+    /// and method.
     pub(super) fn channel_count(self) -> usize {
         match self {
             // Three kinds (objects, parts and materials), each with six ranks of two channels

@@ -1,9 +1,9 @@
 //! Further channels of the first surface: position, texture coordinates, motion, photons or
 //! irradiance records, object, part and material (`--aov`).
 //!
-//! The integrator adds the features to the first surface, and the film sums them. Coverage counts
-//! samples by id; the writers of ids and Cryptomattes (`io/cryptomatte.rs`) use these counts.
-//! Features are computed and stored only on request.
+//! The integrator adds the features to the first surface, and the film sums them. [`Coverage`]
+//! counts the samples of each id. The writers of ids and Cryptomattes (`io/cryptomatte.rs`) use
+//! these counts. Features are computed and stored only on request.
 
 use super::Fixed;
 use crate::math::{Vec2, Vec3};
@@ -21,7 +21,7 @@ pub struct Features {
     pub points: Points,
     /// Id of the object.
     pub object: u32,
-    /// Id of the part, by [`Scene::part`](crate::scene::Scene::part).
+    /// Id of the part, as returned by [`Scene::part`](crate::scene::Scene::part).
     pub part: u32,
     /// Id of the material.
     pub material: u32,

@@ -1,7 +1,7 @@
 //! Pixel filters, importance-sampled (Ernst, Stamminger and Greiner 2006, "Filter Importance
 //! Sampling").
 //!
-//! The filter sets the distribution of a pixel's samples in its support; no sample is spread over
+//! The filter determines the distribution of a pixel's sample positions; no sample is spread over
 //! several pixels. Tiles then do not touch their neighbours, and each sample belongs to one pixel.
 //! Negative lobes of a filter, such as Mitchell's, become negative weights. Auxiliary channels
 //! (albedo, normal, depth) use the same samples unweighted.
@@ -39,7 +39,7 @@ impl FilterKind {
         ("blackman-harris", Self::BlackmanHarris),
     ];
 
-    /// Returns true if the filter is negative somewhere. Pixels beside bright pixels may then be
+    /// Returns true if the filter is negative somewhere. Pixels beside bright pixels can then be
     /// negative.
     pub fn has_negative_lobes(self) -> bool {
         self == Self::Mitchell

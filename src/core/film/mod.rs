@@ -147,7 +147,8 @@ impl Film {
             if inside.area() == 0 {
                 continue;
             }
-            // Tiles are aligned to the full view, so that a crop has the same pixels.
+            // Tiles are aligned to the full view, not to the crop, so that pixels of a crop are the
+            // same as in the full view.
             let corner = part.crop.min / TILE_SIZE * TILE_SIZE;
             for y in (corner.y..part.crop.max.y).step_by(TILE_SIZE as usize) {
                 for x in (corner.x..part.crop.max.x).step_by(TILE_SIZE as usize) {

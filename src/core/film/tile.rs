@@ -308,7 +308,7 @@ impl Tile {
         self.background.get(self.index(pixel)?).copied()
     }
 
-    /// Mutable sum of [`Tile::background`].
+    /// Mutable [`Tile::background`].
     pub(super) fn background_mut(&mut self, pixel: UVec2) -> Option<&mut BackgroundSum> {
         let index = self.index(pixel)?;
         self.background.get_mut(index)

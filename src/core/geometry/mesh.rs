@@ -355,8 +355,9 @@ impl SurfacePoint {
         }
     }
 
-    /// The point on a curved surface, of which the triangle is a facet with the unit normals
-    /// `normals` at its corners. `b` are the weights of the corners.
+    /// The point with the shading normal and the height of a curved surface. The triangle is a
+    /// facet of this surface, with the unit normals `normals` at the corners. `b` are the
+    /// barycentric weights of the corners.
     ///
     /// The shading normal is interpolated. Rays start at the height of the curved surface over the
     /// facet, if the curved surface bulges to the side of the rays. Otherwise the facets' edges
@@ -419,10 +420,11 @@ impl SurfacePoint {
         height * 1f32.copysign(wo.dot(self.ng)) < MIN_HEIGHT
     }
 
-    /// The point with the shading normal bent by the minimum amount that puts the mirror direction
-    /// of `wo`, the unit direction to the viewer, outside the facet. Without the bend, there are
-    /// black rims (Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System",
-    /// appendix A.3: the mirror direction is moved to the horizon).
+    /// The point with a bent shading normal, so that the mirror direction of `wo` is in front of
+    /// the facet. The bend is as small as possible. `wo` is the unit direction to the viewer.
+    /// Without the bend, there are black rims (Keller et al. 2017, "The Iray Light Transport
+    /// Simulation and Rendering System", appendix A.3: the mirror direction is moved to the
+    /// horizon).
     pub fn seen_from(self, wo: Vec3) -> Self {
         if !self.bends_for(wo) {
             return self;

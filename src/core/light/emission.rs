@@ -9,8 +9,8 @@ use crate::texture::Texture;
 /// Start of a light path on a light source (Pharr, Jakob and Humphreys 2016, §16.1.2).
 #[derive(Clone, Copy, Debug)]
 pub struct Emission {
-    /// Start point, world space. For infinitely distant lights it lies on a disk in front of the
-    /// scene, with the scene's radius, perpendicular to `w`.
+    /// Start point, world space. For lights at infinity, the point lies on a disk in front of the
+    /// scene. The disk has the scene's radius and is perpendicular to `w`.
     pub p: Vec3,
     /// Origin of the ray, off the light's own surface.
     pub origin: Vec3,
@@ -122,10 +122,10 @@ impl Emission {
 
 impl Light {
     /// Samples emitted light at `time`; `None` if the light is black for this sample. `textures`
-    /// are the scene's, and `world` encloses all geometry of the scene.
+    /// are the textures of the scene, and `world` encloses all geometry of the scene.
     ///
     /// Triangles and other lights with a size emit from points uniform over their area, in
-    /// directions with a density proportional to the cosine. Light from infinity passes points
+    /// directions with a density proportional to the cosine. Light from infinity starts at points
     /// uniform over a disk in front of `world`.
     pub fn sample_emission(
         &self,

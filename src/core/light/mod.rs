@@ -106,7 +106,7 @@ pub struct LightSample {
     pub radiance: Spectrum,
     /// Density of `wi` per solid angle; 1 for delta lights.
     pub pdf: f32,
-    /// True if no other strategy can sample this direction, so that MIS does not apply.
+    /// True if BSDF sampling cannot find this light, so that MIS does not apply.
     pub is_delta: bool,
     /// End point of the shadow ray, off the light; `None` if infinitely far away.
     pub target: Option<Vec3>,
@@ -203,7 +203,7 @@ impl Encode for Light {
 
 impl Light {
     /// Samples light that arrives at `p` at `time`; `None` if no light arrives. `textures` are the
-    /// scene's.
+    /// textures of the scene.
     #[inline(always)]
     pub fn sample(&self, p: Vec3, time: f32, u: Vec2, textures: &[Texture]) -> Option<LightSample> {
         match self {
@@ -299,8 +299,9 @@ impl Light {
         }
     }
 
-    /// Emitted power in watts, luminance-weighted. For infinitely distant lights: power through a
-    /// disk of radius `scene_radius`.
+    /// Emitted power in watts, luminance-weighted. For lights at infinity, this is the power
+    /// through a disk with the radius `scene_radius`, perpendicular to the light, summed over all
+    /// directions of light.
     pub fn power(&self, scene_radius: f32) -> f64 {
         match self {
             Self::Triangle(light) => light.power(),
@@ -318,8 +319,8 @@ impl Light {
         }
     }
 
-    /// Emitting area in square scene units: 0 for points and parallel light, infinite for light
-    /// from many directions at infinity.
+    /// Emitting area in square scene units: 0 for points, parallel light and suns, infinite for
+    /// environments.
     pub(crate) fn area(&self) -> f64 {
         match self {
             Self::Triangle(light) => light.area(),
@@ -392,6 +393,6 @@ impl Light {
 fn area_pdf(p: Vec3, q: Vec3, wi: Vec3, normal: Vec3, area: f64) -> f32 {
     let cos = -wi.dot(normal);
     let pdf = p.distance_squared(q) / (cos * area as f32);
-    // If the area is seen edge-on, the density may be NaN: there is no sample.
+    // If the light is seen edge-on, the density can be NaN. There is no sample then.
     if cos > 0.0 && pdf.is_finite() { pdf } else { 0.0 }
 }

@@ -86,9 +86,9 @@ impl RectangleLight {
     }
 
     /// Solid angle of the rectangle at `p`; `None` if the rectangle is sampled by area at `p`. The
-    /// rectangle is sampled by solid angle only if the distance of `p` from its middle is at most
-    /// its diagonal. Farther away, the lower error is not worth the time (docs/notebook/2026-11.md,
-    /// "Rectangles").
+    /// rectangle is sampled by solid angle only if the distance between `p` and the middle of the
+    /// rectangle is at most the length of the diagonal. Farther away, the lower error is not worth
+    /// the time (docs/notebook/2026-11.md, "Rectangles").
     #[inline(always)]
     fn seen(&self, p: Vec3) -> Option<SphericalRectangle> {
         let [width, height] = self.lengths;

@@ -148,7 +148,7 @@ impl LightSelection {
     }
 
     /// Samples light of the light `id` of `lights` that arrives at `context` at `time`; `None` if
-    /// no light arrives. `textures` are the scene's.
+    /// no light arrives. `textures` are the textures of the scene.
     #[inline(always)]
     pub fn sample_light(
         &self,

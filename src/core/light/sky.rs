@@ -113,7 +113,8 @@ impl Sky {
         rgb_of_xyz([luminance * x / y, luminance, luminance * (1.0 - x - y) / y]).map(|v| v / KCD_PER_UNIT)
     }
 
-    /// Sky and ground as a latitude-longitude image whose top is up; the sun is above its middle.
+    /// Sky and ground as a latitude-longitude image whose top is up; the sun is above the middle of
+    /// the image.
     pub fn image(&self) -> LatLongImage {
         let [width, height] = SKY_SIZE;
         let mut texels = Vec::with_capacity(width * height);

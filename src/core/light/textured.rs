@@ -8,7 +8,7 @@
 //!
 //! A surface of opacity α emits α Le on average. A ray stops there with probability α and finds Le
 //! (`TexturedTriangle::color`). A sampled point has α Le (`TexturedTriangle::mean_color`). Both
-//! strategies estimate the same integral, so MIS weights don't depend on α.
+//! strategies estimate the same integral, so MIS weights do not depend on α.
 
 use super::tree::{LightBounds, ReceiverRegion};
 use super::{Emission, Light, LightSample, MovingTriangle, TriangleLight};
@@ -38,8 +38,8 @@ pub struct Variation {
     pub alphas: [f32; 3],
 }
 
-/// A triangle whose emission varies by textures or by its opacity, with the same radiance in every
-/// direction of its front side.
+/// A triangle whose emission varies with textures or opacity. Each point emits the same radiance in
+/// every direction of the front side.
 ///
 /// Every lookup uses the finest level, so that sampled light and hit light are the same.
 #[derive(Clone, Debug)]

@@ -4,8 +4,8 @@
 //! In a room with windows, nearly all sky directions that are sampled by radiance are occluded.
 //! This grid stores, for each cell, the visible fraction of every bin of sky directions
 //! (`sky_bins`) and of clusters of other lights. Rays measure the fractions before the first sample
-//! (`integrator/visibility.rs`); this module only stores and uses the result. With it, users need
-//! not place portals by hand.
+//! (`integrator/visibility.rs`); this module only stores and uses the result. With this grid, users
+//! need not place portals by hand.
 //!
 //! Each cell has a table for each of 27 normals; the normal nearest to the receiver's normal is
 //! used (`light_grid`). In a table, the probability of a bin is proportional to its radiance, the
@@ -382,7 +382,8 @@ impl VisibilityGrid {
         let entries = grid.map(|grid| grid.distribution(lights, &region, &corrected));
         let mean = self.sky.as_ref().map_or(0.0, |sky| sky.mean_share);
         let rate = match mean > 0.0 {
-            // The mean cosine of light from all sides is one half.
+            // The mean cosine of the arriving light is about 1/2, so twice `share` is about the
+            // visible fraction without the cosine.
             true => 2.0 * share / mean,
             false => 0.0,
         };

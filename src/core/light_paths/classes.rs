@@ -86,8 +86,8 @@ impl States {
         Some(states)
     }
 
-    /// Class of each state. Two states share a class if no sequence of events distinguishes them.
-    /// Classes are numbered in the order of their first states.
+    /// Class of each state. Two states have the same class if no sequence of events distinguishes
+    /// them. Classes are numbered in the order of their first states.
     fn minimised(&self) -> Vec<usize> {
         // Each start state keeps a separate class.
         let of_state = |state: usize| (state.min(LIGHTS.len()), self.parts[state]);

@@ -11,9 +11,9 @@ pub(super) type Set = u128;
 #[derive(Clone, Debug)]
 pub(super) struct Positions {
     symbols: Vec<Symbols>,
-    /// Positions of lights, at which a path may start.
+    /// Positions of lights, at which a path can start.
     pub first: Set,
-    /// For each position, the positions that may follow it.
+    /// For each position, the positions that can follow it.
     next: Vec<Set>,
     /// Positions of the camera symbol, which ends every path.
     camera: Set,
@@ -75,13 +75,13 @@ impl Positions {
         (0..self.symbols.len()).filter(matches).fold(0, |set, i| set | 1 << i)
     }
 
-    /// Positions that may follow any of `positions`.
+    /// Positions that can follow any of `positions`.
     pub fn following(&self, positions: Set) -> Set {
         let members = (0..self.symbols.len()).filter(|i| positions >> i & 1 == 1);
         members.fold(0, |set, i| set | self.next[i])
     }
 
-    /// Returns true if a path may end at the camera after one of `positions`.
+    /// Returns true if a path can end at the camera after one of `positions`.
     pub fn accepts(&self, positions: Set) -> bool {
         self.following(positions) & self.camera != 0
     }

@@ -1,7 +1,7 @@
 //! Checks that connected components of faces that refract or emit are closed and face outwards.
 //!
 //! Other faces are not checked, because closedness matters only if surfaces refract or emit. Edges
-//! are sorted, 16 bytes each. Volumes come from the divergence theorem.
+//! are found by sorting, and take 16 bytes each. Volumes are computed by the divergence theorem.
 
 use super::Use;
 use super::tally::{Tally, counted};
@@ -189,7 +189,8 @@ impl Components {
         [open, crowded, turned, inside_out].into_iter().flatten().collect()
     }
 
-    /// Findings for components that emit. They may be open, because lamps are often single faces.
+    /// Findings for components that emit. Open components are no fault, because lamps are often
+    /// single faces.
     fn emitting(&self, path: &Path, is_around: bool) -> Vec<Finding> {
         let warning = |code| (Severity::Warning, code);
         let lamps = |n| counted(n, "emitting part");

@@ -24,7 +24,7 @@ pub struct Inspection {
     pub parts: PartFilter,
     /// Files of the scene's textures, indexed by their id.
     pub textures: Vec<PathBuf>,
-    /// All files that were read. No output may overwrite them.
+    /// All files that were read. Outputs must not overwrite them.
     pub files: Vec<PathBuf>,
 }
 

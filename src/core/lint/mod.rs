@@ -40,7 +40,7 @@ pub type SceneErrorMaker<'a> = &'a dyn Fn(String) -> FileError;
 pub fn inspect(inspection: &Inspection, eye: Option<Vec3>, whole: SceneErrorMaker) -> Vec<Finding> {
     let mut findings = definitions::inspect(inspection);
     findings.extend(inspection.scene.iter().flat_map(|scene| inspect_extent(scene, whole)));
-    // If the camera is inside a component, the component may emit inwards.
+    // If the camera is inside a component, the component is allowed to emit inwards.
     let contains = |scene: &Scene, p: Vec3| scene.bounds().min.cmple(p).all() && scene.bounds().max.cmpge(p).all();
     let is_inside = eye
         .zip(inspection.scene.as_ref())

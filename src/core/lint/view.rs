@@ -52,7 +52,8 @@ fn inspect_instances(scene: &Scene, whole: SceneErrorMaker) -> Option<Finding> {
     let extents: Vec<Bounds3> = scene.prototypes().iter().map(|p| bounds_of(scene, p.clone())).collect();
     let share = |instance: &Instance| {
         let bounds = extents[instance.prototype as usize];
-        // Each step of a motion is measured separately: the path of a moving object may be long.
+        // Each step of a motion is measured separately, because the path of a moving object can be
+        // long.
         let shares = instance.placement.steps().iter().map(|&step| {
             let placed = Placement::Still(step).bounds(bounds);
             let corner = placed.min.abs().max(placed.max.abs());

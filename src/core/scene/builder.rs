@@ -259,8 +259,8 @@ impl SceneBuilder {
         self.materials.len()
     }
 
-    /// Sets the treatment of thin glass. By default, light passes thin glass without a change of
-    /// direction.
+    /// Sets the treatment of thin glass. By default, light passes through thin glass without a
+    /// change of direction.
     pub fn panes(&mut self, panes: Panes) {
         self.panes = panes;
     }
@@ -337,7 +337,7 @@ pub(super) fn place_textures(materials: &mut [Material], place: impl Fn(TextureI
     }
 }
 
-/// Positions of the vertices that triangles of `mesh` use, at both ends of the mesh's motion.
+/// Positions of the vertices that triangles of `mesh` use, at shutter open and at shutter close.
 pub(super) fn used_positions(mesh: &Mesh) -> impl Iterator<Item = Vec3> {
     let places = [&mesh.positions, &mesh.positions_close];
     let used = mesh.triangles.iter().flatten();

@@ -2,8 +2,9 @@
 //!
 //! A ray that hits one of n equal triangles is tested with all of them, so n rays need n² tests.
 //! Light sampling samples each of n equal emitters, but a ray hits only one of them. So the builder
-//! keeps only the first of equal triangles of a mesh, with its texture coordinates and normals, and
-//! only the first of equal instances. Triangles that differ in winding are different.
+//! keeps only the first of several equal triangles of a mesh, with its texture coordinates and
+//! normals, and only the first of several equal instances. Triangles that differ in winding are
+//! different.
 //!
 //! To save memory, each hash first sets a bit in a bit set of 2 to 4 bytes per item. Only items
 //! whose bit was already set are compared.

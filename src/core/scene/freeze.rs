@@ -340,8 +340,8 @@ impl Scene {
         (count, LightNumbering::Triangles)
     }
 
-    /// Makes one light for each emitting triangle, or one light for a whole mesh such as a sphere,
-    /// in the order of the light ids.
+    /// Makes one light for each emitting triangle or rectangle, or one light for a whole mesh such
+    /// as a sphere, in the order of the light ids.
     fn add_lights_of_meshes(&mut self, sampling: TriangleSampling, of_materials: LightsOfMaterials) {
         for geom in self.world_meshes() {
             self.add_lights_of(GeomId(geom), InstanceId::NONE, sampling, of_materials);

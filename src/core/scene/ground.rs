@@ -46,7 +46,7 @@ const FADE: f32 = 0.5;
 /// Minimum albedo of the ground. The fraction of arriving light is estimated as the reflected light
 /// divided by the albedo.
 const MIN_ALBEDO: f32 = 0.01;
-/// Minimum radius of the ground: the radius of the smallest valid scene.
+/// Minimum radius of the ground: the extent of the smallest valid scene.
 const MIN_RADIUS: f32 = 1e-9;
 /// Maximum number of finite lights that are summed at each point of the ground.
 const MAX_FINITE_LIGHTS: usize = 256;

@@ -4,7 +4,7 @@
 //! a disk is a square around it. If a ray hits a hull and misses the light, the ray continues, as
 //! at a surface of opacity 0 (`integrator/opacity.rs`). A hit on the hull of a sphere is moved to
 //! the sphere, in f64. Surfaces between the hull and the sphere are nearer than the moved hit, so
-//! they are searched again (`World::first_opaque`).
+//! the search continues up to this hit (`World::first_opaque`).
 //!
 //! Hulls are wider than their lights by bounds on rounding errors, so that the hull of every light
 //! has an area, for any size and position. The margin depends on the unit roundoff u, the largest
@@ -18,7 +18,7 @@
 //!   disk at a larger angle to its plane hit the square.
 //!
 //! For a camera far outside the scene the errors are larger. They matter only if the light covers
-//! an angle of a few roundings, which ray directions in f32 cannot resolve.
+//! an angle so small that ray directions in f32 cannot resolve it.
 //!
 //! Rays that start between the hull and a sphere hit the hull behind the sphere. A surface in this
 //! gap therefore hides the sphere. The gap is 2 % of the radius, plus the margin.

@@ -64,8 +64,8 @@ pub struct Shape {
     pub is_plain: bool,
     /// Index of the mesh's object in [`Scene::objects`], if the mesh is not part of a prototype.
     pub object: u32,
-    /// First light of the mesh, if the mesh emits. Other lights of the mesh have the following ids.
-    /// In a prototype the id is relative to [`Instance::first_light`].
+    /// First light of the mesh, if the mesh emits. The other lights of the mesh have the ids after
+    /// this one. In a prototype, the id is relative to [`Instance::first_light`].
     pub first_light: Option<LightId>,
     /// Number of lights of the mesh.
     pub light_count: u32,
@@ -155,7 +155,7 @@ impl Scene {
         &self.meshes
     }
 
-    /// The meshes, for code that may outlive a borrow of the scene.
+    /// The meshes, for code that can outlive a borrow of the scene.
     #[cfg_attr(not(feature = "embree"), allow(dead_code))]
     pub(crate) fn shared_meshes(&self) -> Arc<Vec<Mesh>> {
         Arc::clone(&self.meshes)

@@ -67,8 +67,8 @@ pub enum BuildError {
         /// Number of vertices at shutter close.
         close: usize,
     },
-    /// The placement of an instance flattens it, turns it inside out during its motion, or has
-    /// numbers that are too large or too small for backends.
+    /// The placement of an instance flattens the instance, turns it inside out during its motion,
+    /// or has numbers that are too large or too small for backends.
     #[error("instance {instance} {problem}")]
     BadPlacement {
         /// Index of the instance, in the order in which instances were added.

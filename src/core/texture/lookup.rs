@@ -156,8 +156,8 @@ impl Texture {
         self.max_value
     }
 
-    /// Returns true if all values are at most 1, as reflectances and opacities are. Floats may be
-    /// unbounded.
+    /// Returns true if all values are at most 1, as reflectances and opacities are. Textures of
+    /// floats can have larger values.
     pub fn is_reflectance(&self) -> bool {
         self.max_value <= 1.0
     }

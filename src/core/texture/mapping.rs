@@ -17,8 +17,8 @@ pub enum Channel {
     Luminance,
     /// Depth channel (`Z`) of OpenEXR pictures.
     Depth,
-    /// Alpha if the picture has it and is not fully opaque, else luminance. The default of opacity
-    /// maps.
+    /// Alpha if the picture has an alpha channel and is not fully opaque, else luminance. The
+    /// default of opacity maps.
     Opacity,
 }
 

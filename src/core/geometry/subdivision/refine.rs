@@ -1,15 +1,15 @@
 //! Values at vertices after a step of subdivision.
 //!
-//! Catmull and Clark 1978; Loop 1987 with the weights of Warren; creases of Hoppe et al. 1994, of
-//! finite sharpness of DeRose et al. 1998, eq. 8.
+//! Smooth surfaces: Catmull and Clark 1978, and Loop 1987 with the weights of Warren 1995. Creases:
+//! Hoppe et al. 1994. Creases of finite sharpness: DeRose et al. 1998, eq. 8.
 
 use super::topology::{Scheme, Topology};
 use crate::math::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::ops::{Add, AddAssign, Mul};
 
-/// Value at a vertex, in 64 bits: roundings of many steps stay below the rounding of 32-bit
-/// positions.
+/// Value at a vertex, in 64 bits, so that the roundings of many steps stay below the rounding of
+/// 32-bit positions.
 pub(super) trait VertexValue:
     Copy + Default + Send + Sync + Add<Output = Self> + AddAssign + Mul<f64, Output = Self>
 {

@@ -99,7 +99,7 @@ impl Topology {
         (topology, irregular)
     }
 
-    /// Finds the edges: corners that join the same two vertices.
+    /// Finds the edges. Corners whose edges join the same two vertices have one common edge.
     fn find_edges(&mut self) -> IrregularEdges {
         let corners = self.vertices.len() as u32;
         let key = |corner: u32| {

@@ -19,8 +19,8 @@
 //! - The thickness is at most a twentieth of the width and a hundredth of the scene's radius.
 //!
 //! Two separate faces with the same outline that point away from each other are also a pane: a slab
-//! without its rim. A single face of refracting glass is not a pane: it may be the surface of
-//! water.
+//! without its rim. A single face of refracting glass is not a pane, because it may be the surface
+//! of water.
 
 use super::components::{components, welded};
 use crate::bsdf::{Bsdf, Lobe};

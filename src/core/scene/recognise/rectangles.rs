@@ -1,4 +1,5 @@
-//! Rectangles among emitting triangles: each is a single light instead of two triangles.
+//! Rectangles among emitting triangles. Each rectangle becomes a single light instead of two
+//! triangles.
 //!
 //! Points sampled on a single light are stratified over the whole rectangle. For points near the
 //! rectangle, directions are sampled uniformly over its solid angle. The tables for the selection

@@ -10,7 +10,7 @@ use super::outline::OutlineEdge;
 use crate::math::DVec2;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// An edge that is not horizontal. It starts at its lower end.
+/// An edge that is not horizontal, from its lower to its upper end.
 struct Side {
     low: DVec2,
     high: DVec2,
@@ -108,7 +108,8 @@ fn crossings(sides: &[Side], active: &mut [usize], [low, high]: [f64; 2]) -> Vec
     ys
 }
 
-/// Pairs of sides that bound the inside of the outlines within a slab: left side, then right side.
+/// Pairs of sides that bound the inside of the outlines within a slab. Each pair has the left side,
+/// then the right side.
 fn inside(sides: &[Side], active: &[usize]) -> Vec<[usize; 2]> {
     let (mut winding, mut unoriented) = (0, BTreeSet::new());
     let (mut spans, mut left) = (Vec::new(), None);

@@ -76,7 +76,7 @@ enum Place {
 
 impl SectionPlane {
     /// Location of `points` relative to the plane. For moving meshes, `points` has the positions at
-    /// both ends of the motion.
+    /// shutter open and at shutter close.
     fn place(&self, mut points: impl Iterator<Item = Vec3>) -> Place {
         let Some(first) = points.next() else {
             return Place::Removed;

@@ -5,9 +5,10 @@
 //! the pixels that show it.
 //!
 //! An integrator passes the background or the ground that the camera ray sees (`CameraView`) to its
-//! sink, and the sink uses this view to finish the sample. The light of a sample is linear in its
-//! first vertex, so on the ground all light of the sample is multiplied by one factor. Path reuse,
-//! roulette and MIS weights therefore do not depend on the ground.
+//! sink, and the sink uses this view to finish the sample. The light of a sample is linear in the
+//! throughput at the first vertex. On the ground, the sink therefore multiplies all light of the
+//! sample by one factor. Path reuse, roulette and MIS weights therefore do not depend on the
+//! ground.
 
 use super::{FoundLight, LightSource};
 use crate::color::Spectrum;
@@ -58,7 +59,8 @@ impl Background {
     /// Default radiance of a gradient: light grey, below the clipping level of displays.
     pub const GRADIENT: Spectrum = Spectrum::splat(0.8);
 
-    /// Backing of display images that looks the same as this background, if there is one.
+    /// Backing of display images that looks the same as this background. `None` if no backing looks
+    /// the same.
     pub fn backing(self) -> Option<Backing> {
         match self {
             Self::Transparent => Some(Backing::Transparent),
@@ -103,7 +105,7 @@ pub enum CameraView {
 pub struct Shadow {
     /// Factor that converts reflected light to the fraction of unshadowed light.
     pub factor: Spectrum,
-    /// Summand of the fraction of unshadowed light.
+    /// Constant term of the fraction of unshadowed light.
     pub base: Spectrum,
     /// Light of the background that the ground shows. `None` if the background is transparent.
     pub background: Option<BackgroundLight>,
@@ -152,8 +154,8 @@ impl BackgroundLight {
 impl CameraView {
     /// Finishes a sample that found the light `radiance`. Returns the light of the sample, and the
     /// fraction of the sample that shows the background, per channel. `None` if a value is not
-    /// finite. On the ground both may be negative: a sample may find less light than the unshadowed
-    /// light that is subtracted.
+    /// finite. On the ground both may be negative, because a sample may find less light than the
+    /// unshadowed light that is subtracted.
     pub fn finish(&self, radiance: Spectrum) -> Option<(Spectrum, Spectrum)> {
         let (radiance, share) = match self {
             Self::Background(share) => (radiance, *share),

@@ -1,6 +1,6 @@
-//! First view of a camera ray. It is a surface with its auxiliary channels (albedo, normal and
-//! depth of every image, and the channels of `--aov`, `film/aov.rs`), the background, or the ground
-//! (`background.rs`).
+//! What a camera ray sees first: a surface, the background, or the ground (`background.rs`). A
+//! surface has auxiliary channels: the albedo, normal and depth of every image, and the channels of
+//! `--aov` (`film/aov.rs`).
 
 use super::background::{Background, BackgroundLight, CameraView, Shadow};
 use super::vertex::Vertex;

@@ -1,5 +1,6 @@
-//! Sinks that forward to the sink of a sample. `SummingSink` sums the light of the rest of a shared
-//! path, and `ClampingSink` limits indirect light.
+//! Sinks that forward to the sink of a sample. `SummingSink` sums the light that a path finds after
+//! a given vertex, so that the sum can be multiplied by a factor later. `ClampingSink` limits
+//! indirect light.
 
 use super::found_light::LightSum;
 use super::{CameraView, FoundLight, PathEvent, RayKind, RaySink, Sink};
@@ -36,13 +37,13 @@ macro_rules! rays_go_to_out {
     };
 }
 
-/// A sink that sums the light of the rest of a path. Forwards rays and records to the sink of the
-/// path.
+/// A sink that sums the light of the rest of a path, from a given vertex on. Forwards rays and
+/// records to the sink of the path.
 pub(crate) struct SummingSink<'o, O> {
     out: &'o mut O,
     /// Sum of the light received so far.
     pub sum: LightSum,
-    /// Number of scattering events of the path before its rest.
+    /// Number of scattering events of the path before this rest.
     depth: u32,
     /// Scattering events of the rest of the path, if the sink separates classes of paths.
     events: Vec<ScatteringEvent>,

@@ -2,8 +2,8 @@
 //! and do not depend on tiles and files.
 //!
 //! Each family of integrators has a folder: `path`, `bidirectional`, `photon`, `metropolis` and
-//! `irradiance_cache`. All families use the modules at the top. Families may use `path` and
-//! `bidirectional`; these two use no other family.
+//! `irradiance_cache`. All families use the files that are directly in this folder. Families may
+//! use `path` and `bidirectional`; these two use no other family.
 
 mod background;
 mod bidirectional;

@@ -8,7 +8,7 @@ use crate::sampler::{SampleKey, Sampler};
 /// Light tracing: paths start at lights, and every vertex is connected to the camera (Arvo 1986;
 /// Dutré, Lafortune and Willems 1993). Light that reaches the camera by a delta lobe (in mirrors
 /// and through glass) is missing, because no connection can find it. If the camera has parallel
-/// rays, only camera rays that hit lamps find them.
+/// rays, no connection finds lamps that the camera sees directly, so camera rays find them.
 #[derive(Debug)]
 pub struct LightIntegrator<'a, A> {
     /// World with the scene and the camera.

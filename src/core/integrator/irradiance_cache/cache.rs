@@ -23,13 +23,14 @@ pub struct IrradianceCache {
 struct Node {
     /// Index of the child in each octant, by the signs of x, y and z; 0 if there is no child.
     children: [u32; 8],
-    /// Indices of records whose reach overlaps the cube and is between half the side and the side
-    /// of the cube. The reach is the maximum distance at which a record is used.
+    /// Indices of the records whose reach overlaps the cube, and is between half the side and the
+    /// whole side of the cube. The reach of a record is the maximum distance at which the record is
+    /// used.
     records: Vec<u32>,
 }
 
 /// Fraction of the maximum error. A point needs a new record if the errors of all existing records
-/// are above this fraction. So records overlap, and few points of the image fall between them.
+/// are above this fraction. So records overlap, and few points of the image have no valid record.
 const COVERED: f32 = 0.7;
 
 /// Maximum distance between neighbouring records, relative to the larger of their reaches.
@@ -87,8 +88,8 @@ impl IrradianceCache {
     }
 
     /// Statistics of the records of layer `layer` that are valid at the point `p` with unit normal
-    /// `n`: their number, mean reach and mean gradient. `dot` is 1 in the result if a record is
-    /// within the distance `dot`, else 0.
+    /// `n`: their number, mean reach and mean gradient. In the result, `dot` is 1 if one of these
+    /// records is at most the distance `dot` away, else 0.
     pub fn points(&self, p: Vec3, n: Vec3, layer: u32, dot: f32) -> Points {
         let mut points = Points::default();
         let (mut gradient, mut weights) = (Vec3::ZERO, 0.0);
@@ -145,10 +146,10 @@ impl IrradianceCache {
 
     /// Adds `record` to the records of `layer`. The radius of the record is limited to the radius
     /// of each neighbour plus the distance to that neighbour, and the radii of the neighbours are
-    /// limited in the same way: one of two neighbours may find nearby surfaces that the other
-    /// missed (Křivánek, Bouatouch, Pattanaik and Žára 2006, "Making Radiance and Irradiance
-    /// Caching Practical: Adaptive Caching and Neighbor Clamping"). A record with an invalid
-    /// position or radius is not added.
+    /// limited in the same way. The reason is that one of two neighbours may find nearby surfaces
+    /// that the other missed (Křivánek, Bouatouch, Pattanaik and Žára 2006, "Making Radiance and
+    /// Irradiance Caching Practical: Adaptive Caching and Neighbor Clamping"). A record with an
+    /// invalid position or radius is not added.
     pub fn insert(&mut self, mut record: Record, layer: u32) {
         if !(record.radius > 0.0 && record.radius.is_finite() && record.p.is_finite()) {
             return;
@@ -173,7 +174,8 @@ impl IrradianceCache {
             other.radius = other.radius.min(record.radius + way);
         }
 
-        // Insert the record into all cubes that have its size and overlap its reach
+        // Insert the record into all cubes that overlap its reach, at the level at which cubes are
+        // about as large as the reach
         let index = self.records.len() as u32;
         self.records.push(record);
         self.insert_into(cube, index, 0);
@@ -205,8 +207,8 @@ impl IrradianceCache {
     /// Finds the records that are near enough to `record` to limit its radius. A record may be
     /// found several times.
     fn find_neighbours(&self, (node, center, half): (usize, Vec3, f32), record: &Record, found: &mut Vec<u32>) {
-        // The reach of records of a cube and of its children is not larger than the side of the
-        // cube.
+        // Records that are stored in the cube or in its children have a reach of at most the side
+        // of the cube.
         let reach = (self.error * record.radius).max(2.0 * half);
         if distance_to_cube(record.p, center, half) > NEIGHBOURHOOD * reach {
             return;

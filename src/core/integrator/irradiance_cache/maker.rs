@@ -67,8 +67,8 @@ impl<A: Accel> RecordMaker<'_, A> {
     }
 
     /// Finds the first matte surface on the path of the sample `key` through the film point `film`
-    /// (pixels). The path may pass mirrors and glass before. `None` if another lobe scatters the
-    /// path first, or if it hits no surface.
+    /// (pixels). Before that surface, the path may be reflected by mirrors and pass through glass.
+    /// `None` if another lobe scatters the path first, or if it hits no surface.
     pub fn find<S: Sampler>(
         &self,
         key: SampleKey,
@@ -148,8 +148,8 @@ impl<A: Accel> RecordMaker<'_, A> {
                 place.depth + 1,
                 out,
             );
-            // Nearer surfaces change within a pixel, so distances are at least the width of a
-            // pixel.
+            // Light from surfaces that are nearer than the width of a pixel changes within a pixel,
+            // so shorter distances are set to this width.
             seen.distance = seen.distance.max(place.pixel).max(f32::MIN_POSITIVE);
             if !seen.radiance.is_valid() {
                 seen.radiance = Spectrum::ZERO;

@@ -4,14 +4,14 @@
 //!
 //! `hemisphere` estimates irradiance and its gradients from rays, `record` defines an irradiance
 //! record, `cache` stores all records in an octree and interpolates between them, and `maker` makes
-//! records. `render/irradiance.rs` chooses the positions of records before the first sample; then
-//! the cache is frozen.
+//! records. `render/irradiance.rs` chooses the positions of records and fills the cache before the
+//! first sample. Samples do not change the cache.
 //!
 //! Only indirect light is biased. Direct light is estimated by light sampling and by scattered
 //! rays, as in `path`. So the rays of a hemisphere ignore the emission of the first surface, and
 //! find all other light. If there is no valid record at a point, the path continues as in `path`,
-//! which is unbiased there. Such points are few: a new record is made if the errors of all existing
-//! records are above 0.7 of the maximum error.
+//! which is unbiased there. Such points are few, because a new record is made if the errors of all
+//! existing records are above 0.7 of the maximum error.
 //!
 //! Behind mirrors, fewer scattering events are left until `max_depth`. So records are separated by
 //! the number of scattering events before the surface, unless the depth is unlimited.
@@ -21,9 +21,9 @@
 //!   plus the distance to this neighbour (Křivánek et al. 2006). Without this limit the scene
 //!   cornell needs a third of the records and has nearly twice the error, because neighbours find
 //!   surfaces that one record misses.
-//! - The weight of a record falls linearly to 0. Ward's weights, which are infinite at the record,
-//!   show the noise of each record; they had a tenth more error.
-//! - There is at most one record per 8 pixels: if more are needed, as among leaves, paths are
+//! - The weight of a record falls linearly to 0. Ward's weights are infinite at the record, so they
+//!   show the noise of each record. Their error was a tenth larger.
+//! - There is at most one record per 8 pixels. If more are needed, as among leaves, path tracing is
 //!   faster.
 //!
 //! docs/notebook/2026-11.md, "Irradiance cache", compares irradiance caching with `path`.

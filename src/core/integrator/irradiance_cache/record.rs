@@ -21,8 +21,8 @@ pub struct Record {
     pub effective_rays: f32,
 }
 
-/// Minimum number of effective rays of a reliable record. Below it, the irradiance has a standard
-/// error of a sixth or more.
+/// Minimum number of effective rays of a reliable record. With fewer effective rays, the relative
+/// standard error of the irradiance is above 1/6.
 const FEW_RAYS: f32 = 36.0;
 
 /// Gradients of irradiance, for each channel.
@@ -41,16 +41,16 @@ pub struct Gradients {
 const BEHIND: f32 = 0.1;
 
 impl Record {
-    /// Returns `true` if few of the record's rays found most of its light: they may have found a
-    /// caustic that other records missed.
+    /// Returns `true` if few of the record's rays found most of its light. These rays may have
+    /// found a caustic that other records missed.
     pub fn is_doubtful(&self) -> bool {
         self.effective_rays < FEW_RAYS
     }
 
     /// Estimated relative error of the record at the point `p` with normal `n`. It is the distance
-    /// divided by the radius, plus the root of 1 minus the cosine of the angle between the normals
-    /// (Ward et al. 1988, the bound of the split sphere model). `None` if the error is more than
-    /// `max`, or if the point lies behind the record and so may not see the same surfaces.
+    /// divided by the radius, plus the square root of 1 minus the cosine of the angle between the
+    /// normals (Ward et al. 1988, the bound of the split sphere model). `None` if the error is more
+    /// than `max`, or if the point lies behind the record and so may not see the same surfaces.
     #[inline(always)]
     // ANCHOR: error
     pub fn error(&self, p: Vec3, n: Vec3, max: f32) -> Option<f32> {

@@ -11,9 +11,9 @@
 //! not depend on the chains keeps them unbiased, and all parts of a render use the same function.
 //!
 //! The value of a cell is the median of five estimates, which a single bright path does not change.
-//! A fifth of the mean is mixed in: at places where the image found no light, paths then have
-//! weights that are at most five times too large. The image includes all light, also the light that
-//! chains do not find; `ImportanceImage` derives why this minimises relative errors.
+//! A fifth of the mean is mixed in. So at places where the image found no light, the weights of
+//! paths are at most five times too large. The image includes all light, also the light that chains
+//! do not find; `ImportanceImage` derives why this minimises relative errors.
 
 use super::options::name;
 use crate::accel::Accel;

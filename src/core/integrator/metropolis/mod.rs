@@ -2,9 +2,9 @@
 //!
 //! `pssmlt` mutates the random numbers that make a path, and `mlt` mutates paths. `options` has the
 //! options of both integrators. `importance_image` makes chains visit dark places as often as
-//! bright places. Both implement `IterationIntegrator`. Each iteration has separate start paths and
-//! chains, and is an unbiased estimate. So a render is bit-identical for any split into iterations.
-//! The disadvantage is that chains are short.
+//! bright places. `pssmlt` and `mlt` implement `IterationIntegrator`. Each iteration has separate
+//! start paths and chains, and is an unbiased estimate. So a render is bit-identical for any split
+//! into iterations. The disadvantage is that chains are short.
 //!
 //! By default, path tracing finds direct light, and lamps seen in mirrors and through glass
 //! (`OrdinaryLight`). If all light is easy to find, Metropolis sampling has no advantage (Veach and

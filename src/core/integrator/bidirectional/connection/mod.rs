@@ -139,7 +139,7 @@ impl Contribution {
         }
     }
 
-    /// Adds the weighted light to the pixel of the sample or at its film position.
+    /// Adds the weighted light to the pixel of the sample, or at the position `film`.
     pub fn add_to(&self, scene: &Scene, out: &mut impl SplatSink) {
         let light = self.light(self.radiance * self.weight, scene);
         self.record(out);
@@ -162,7 +162,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Number of light paths of an iteration for connections: one per pixel.
+    /// Number of light paths of an iteration: the number of pixels of the image.
     fn paths(&self) -> f32 {
         let size = self.world.camera.resolution();
         size.x as f32 * size.y as f32

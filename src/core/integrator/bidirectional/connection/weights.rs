@@ -8,9 +8,10 @@
 //! Antwerpen 2011, "Recursive MIS Computation for Streaming BDPT on the GPU"; Georgiev 2012,
 //! "Implementing Vertex Connection and Merging").
 //!
-//! The direction of a delta lobe has density 1. Both ends sample that direction, and the ratio of
-//! their densities is the Jacobian of one direction with respect to the other ([`super::subpath`]
-//! computes it). Strategies that would connect at a delta lobe are not counted.
+//! The direction of a delta lobe has density 1 if it is sampled from the start of the subpath. If
+//! it is sampled from the other end of the path, its density is the Jacobian of one direction with
+//! respect to the other ([`super::subpath`] computes it). Strategies that would connect at a delta
+//! lobe are not counted.
 //!
 //! Vertex merging (`photon/vcm.rs`) adds one term for each vertex that the path does not leave by a
 //! delta lobe. The term is the density of both subpaths that end at this vertex, times `π r² n` for
@@ -258,9 +259,9 @@ impl<A: Accel> Connector<'_, '_, A> {
     }
 
     /// Converts the sum `others` from "relative to the connection before a vertex" to "relative to
-    /// the connection after the vertex". The vertex has the density `other` from the other end of
-    /// the path, and `own` from its own end. Returns 0 if `others` is 0, even if the ratio of the
-    /// densities is infinite.
+    /// the connection after the vertex". `own` is the density of the vertex if it is sampled from
+    /// the start of its subpath. `other` is its density from the other end of the path. Returns 0
+    /// if `others` is 0, even if the ratio of the densities is infinite.
     fn beyond(&self, other: f32, own: f32, others: f64) -> f64 {
         match self.raised(other, own) {
             ratio if ratio == 0.0 || others == 0.0 => 0.0,

@@ -5,19 +5,20 @@
 //! density if the vertex is sampled from the start of the subpath, and the density if it is sampled
 //! from the other end of the whole path.
 //!
-//! Both ends must have the same measurement contribution. So BSDFs belong to the geometric normal
-//! (Veach 1997, §5.3). If a shading normal is bent for a viewer (`geometry/mesh.rs`), the viewer is
-//! the vertex on the camera's side, even if the path came from the light. Three rules follow:
+//! A path must have the same measurement contribution from both ends. So BSDFs are defined relative
+//! to the cosine of the geometric normal (Veach 1997, §5.3). If a shading normal is bent for a
+//! viewer (`geometry/mesh.rs`), the viewer is the vertex on the camera's side, even if the path
+//! came from the light. Three rules follow:
 //!
 //! - A ray towards a light starts on the light's side of the bent normal, as in `path/direct.rs`. A
 //!   ray of a light path starts on the side of the facet that faces the direction of the ray.
-//! - A light path has no viewer yet. It samples some directions around the normal of the facet
-//!   (`Surface::facet_share`). If the shading normal differs much from the normal of the facet,
-//!   light leaves in directions that a lobe around the shading normal never samples.
+//! - A light path has no viewer yet. If the shading normal differs much from the normal of the
+//!   facet, light leaves in directions that a lobe around the shading normal never samples. So a
+//!   light path samples some directions around the normal of the facet (`Surface::facet_share`).
 //! - A camera path may leave a vertex below the horizon of its facet, or of its shading normal
 //!   (`Surface::is_one_way`). The ray hits the same facet again, or the surface behind the rim of a
-//!   curved surface. Light from that direction hits the other side of the facet: no light path
-//!   arrives from it, and no connection uses the direction. Light samples use it.
+//!   curved surface. Light from that direction hits the other side of the facet, so no light path
+//!   arrives from there. No connection uses the direction, but light samples use it.
 //!
 //! Densities of directions sampled from delta lobes omit the delta distribution and the probability
 //! of the lobe, which both ends have in common. They include the geometry of the segment and the

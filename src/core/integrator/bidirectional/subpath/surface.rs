@@ -224,7 +224,8 @@ impl<'a> Surface<'a> {
                 let pdf = self.pdf_from_light(wi, w);
                 return (pdf > 0.0).then(|| BsdfSample::new(self.bsdf.eval(local, to), to, pdf, Scattering::Diffuse));
             }
-            // Rescale the rest of the random number to the smooth lobes, below all delta lobes
+            // Rescale the rest of the random number to the range of the smooth lobes, which is
+            // below the range of the delta lobes
             true => ((u_lobe - about_facet) / (1.0 - share)).min(smooth * (1.0 - f32::EPSILON)),
             false => u_lobe,
         };
@@ -242,8 +243,8 @@ impl<'a> Surface<'a> {
     /// geometric normal. The BSDF samples directions around the shading normal, and never
     /// directions above the facet but below the horizon of the shading normal. A viewer there still
     /// sees light, because the normal is bent for the viewer. The fraction is proportional to the
-    /// square root of the missed part, so that neither many paths are sampled badly, nor few paths
-    /// get large weights.
+    /// square root of the part that the BSDF misses. This limits both the number of badly sampled
+    /// paths and the weights of the few paths in the missed directions.
     fn facet_share(&self) -> f32 {
         match self.is_detailed {
             true => 0.5 * (1.0 - self.point.ns.dot(self.point.ng)).clamp(0.0, 1.0).sqrt(),

@@ -8,8 +8,8 @@ use crate::integrator::RaySink;
 /// Bidirectional mutation: deletes a part of the path, and replaces it by new vertices that are
 /// sampled from the camera's side and from the light's side (Veach 1997, §11.4.2.1).
 ///
-/// A mutation and its reverse mutation make some equal choices, such as the kept vertices. Equal
-/// choices do not affect the acceptance probability.
+/// A mutation and its reverse mutation make some choices with equal probability, such as the kept
+/// vertices. These probabilities cancel in the acceptance probability.
 #[derive(Debug)]
 pub(super) struct Bidirectional<'s, 'w, 'a, A> {
     pub space: &'s PathSpace<'w, 'a, A>,

@@ -205,8 +205,9 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         path.target * geometry_term
     }
 
-    /// Moves the light that leaves the vertex `start` of `x` and lights, through a specular chain,
-    /// a vertex that the camera sees.
+    /// Caustic perturbation: changes the direction in which light leaves the vertex `start` of `x`,
+    /// or the position of light from infinity. From `start`, a specular chain leads to a vertex
+    /// that the camera sees.
     pub fn move_light(
         &self,
         x: &Path<'a>,
@@ -271,8 +272,8 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         Some(Proposal::of(y, ratio))
     }
 
-    /// Range of perturbations of the light that leaves the vertex `start` of `x`, in radians. For
-    /// infinitely distant lights in scene units. The perturbations move the film point about as
+    /// Range of perturbations of the light that leaves the vertex `start` of `x`, in radians, or in
+    /// scene units for infinitely distant lights. The perturbations move the film point about as
     /// much as film perturbations do.
     fn range_of_light(&self, x: &Path, start: usize) -> [f32; 2] {
         let pixel = self.space.world.camera.pixel_width(x.vertices[1].p, x.camera.time);
@@ -290,8 +291,8 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
 
     /// Unit direction in which the last vertex of the new path `path` continues. The vertex
     /// scatters by the same kind of lobe as the vertex `old` of the old path, whose neighbours are
-    /// `before` and `after`. If this lobe is not a delta lobe, the result is `turn` of the old
-    /// direction.
+    /// `before` and `after`. If this lobe is not a delta lobe, the result is the old direction,
+    /// changed by `turn`.
     fn onwards(
         &self,
         path: &[Vertex<'a>],

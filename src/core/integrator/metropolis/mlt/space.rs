@@ -62,7 +62,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
 
     /// Vertex on the surface that `ray` hits. `None` if the ray leaves the scene.
     pub fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> Option<Vertex<'a>> {
-        // The transmittance is stored at the edge instead (`PathSpace::transmittance`).
+        // The transmittance along the ray is not used here. `PathSpace::transmittance` computes it
+        // for the edge.
         let (hit, _) = self.world.intersect(ray, kind, out);
         let hit = hit?;
         let surface = Surface::new(self.world, hit, ray);
@@ -208,8 +209,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(())
     }
 
-    /// Samples the ray that leaves the light `source` at `vertex`. Its direction is random, or its
-    /// position for light from infinity.
+    /// Samples the ray that leaves the light `source` at `vertex`. The direction of the ray is
+    /// random. For light from infinity, its position is random instead.
     fn set_out(&self, vertex: &Vertex, source: &LightSource, time: f32, numbers: &mut Numbers) -> Option<Ray> {
         let u = numbers.next_2d();
         let (origin, w) = match source.kind {
@@ -440,8 +441,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     }
 }
 
-/// Returns `true` if the surface `hit` is the point at the end of the camera subpath `camera`. Such
-/// paths are rejected, because only one end can make them.
+/// Returns `true` if `hit` is on the same triangle as the last vertex of the camera subpath
+/// `camera`. Paths with such a hit are rejected, because they can be sampled from one end only.
 pub(super) fn is_same_point(camera: &[Vertex], hit: &Option<Vertex>) -> bool {
     let ends = camera.last().zip(hit.as_ref());
     ends.is_some_and(|(last, hit)| hit.is_on_same_triangle(last))

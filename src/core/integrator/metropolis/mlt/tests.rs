@@ -262,7 +262,8 @@ fn mutations_balance_with_point_and_infinite_lights() {
 
 #[test]
 fn mutations_balance_with_near_and_infinite_lights() {
-    // A ray that misses the visible lamp hits one of four skies, by chance.
+    // A ray that misses the visible lamp hits one of four constant environment lights, chosen at
+    // random.
     let build = |b: &mut SceneBuilder| {
         let material = Material {
             emission: Spectrum::splat(2.0),

@@ -232,16 +232,17 @@ fn one_pass_gives_the_sum_over_all_strategies() {
     assert!(compared.iter().all(|&count| count > 200), "{compared:?}");
 }
 
-/// A path by mirrors and glass between two matte surfaces has the same density from both ends. Both
-/// ends sample directions by the cosine. A delta lobe changes the width of a beam, and the reverse
-/// lobe restores it.
+/// A path by mirrors and glass between two matte surfaces has the same density from both ends. The
+/// matte surfaces at both ends sample directions by the cosine. A delta lobe changes the width of a
+/// beam, and the reverse lobe restores it.
 #[test]
 fn density_along_delta_lobes_is_equal_from_both_ends() {
     let (mut mirrors, mut refractions) = (0, 0);
     in_room(|connector| {
         each_sample(connector, 1024, |paths| {
             for path in [&paths.camera, &paths.light] {
-                // Find delta lobes between two matte vertices that the path leaves
+                // Find chains of delta lobes between two matte vertices. The path continues after
+                // the second one
                 let mut start = 1;
                 for end in 2..path.len().saturating_sub(1) {
                     if path[end].is_delta {

@@ -85,7 +85,7 @@ pub enum PathEvent {
     /// The irradiance cache was used at the last vertex.
     Cached,
     /// Light of a path shared between pixels is added. The first vertex of the pixel was connected
-    /// to the end of that path.
+    /// to the second vertex of that path, which is called the end of the path.
     Shared {
         /// Column and row of the pixel whose path found the end.
         owner: [u32; 2],
@@ -164,8 +164,8 @@ pub struct ScatteringRecord {
     pub pdf: f32,
     /// Factor by which the throughput changes, without the factor `roulette`.
     pub weight: Spectrum,
-    /// Relative index of refraction: beyond the surface divided by the side of the path. 1 if the
-    /// path is not refracted.
+    /// Index of refraction beyond the surface, divided by the index on the side of the path. 1 if
+    /// the path is not refracted.
     pub eta: f32,
     /// Factor that compensates for paths that roulette terminates, and similar factors.
     pub roulette: f32,

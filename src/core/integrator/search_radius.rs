@@ -55,8 +55,8 @@ const MAX_SLOPE: f32 = 0.5;
 const MIN_SHARE: f32 = 1.0 / (1 << 20) as f32;
 
 /// Radius of iteration `iteration` (counted from 0) divided by the radius of the first iteration,
-/// in (0, 1]: the root of `∏ (i + α) / (i + 1)`, i from 1 to `iteration` (Knaus and Zwicker 2011).
-/// `alpha` of 1 keeps the radius.
+/// in (0, 1]: the square root of `∏ (i + α) / (i + 1)`, i from 1 to `iteration` (Knaus and Zwicker
+/// 2011). `alpha` of 1 keeps the radius.
 fn shrinkage(iteration: u32, alpha: f32) -> f32 {
     let alpha = alpha as f64;
     let ratio = |i: u32| (i as f64 + alpha) / (i as f64 + 1.0);

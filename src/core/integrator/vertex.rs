@@ -20,8 +20,8 @@ pub struct Vertex<'a> {
     pub bsdf: &'a Bsdf,
     /// Unit direction from which the path arrives (towards the camera), local frame.
     pub wo: Vec3,
-    /// View of `bsdf` from `wo`, made by [`Vertex::view_in`]. `None` if `bsdf` has a single lobe,
-    /// which needs no view.
+    /// `bsdf` prepared for the direction `wo` by [`Vertex::view_in`]. `None` if `bsdf` has a single
+    /// lobe, which needs no preparation.
     pub view: Option<&'a BsdfView<'a>>,
     /// True if the shading normal was bent so that the viewer is above it.
     pub is_bent: bool,
@@ -32,8 +32,8 @@ pub struct Vertex<'a> {
 }
 
 impl<'a> Vertex<'a> {
-    /// Makes the view of `bsdf` from `wo` in `slot`. `None` if `bsdf` has a single lobe, which
-    /// needs no view.
+    /// Prepares `bsdf` for the direction `wo`, and stores the result in `slot`. `None` if `bsdf`
+    /// has a single lobe, which needs no preparation.
     #[inline(always)]
     pub fn view_in(slot: &'a BsdfSlot<'a>, bsdf: &'a Bsdf, wo: Vec3) -> Option<&'a BsdfView<'a>> {
         Self::needs_view(bsdf).then(|| slot.view.get_or_init(|| BsdfView::new(bsdf, wo)))

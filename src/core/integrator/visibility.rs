@@ -34,8 +34,8 @@ const MAX_SURVIVAL: f32 = 0.9;
 const RAYS_A_PIXEL: u64 = 2;
 /// Minimum and maximum number of learning rays.
 const RAYS: [u64; 2] = [1 << 11, 1 << 20];
-/// Fraction of rays from surfaces that leave the scene. Above this fraction, learned visibility
-/// does not reduce the noise.
+/// If at least this fraction of the rays from surfaces leave the scene, learned visibility does not
+/// reduce the noise.
 const OPEN: f64 = 0.4;
 /// Maximum number of surface points from which a cell traces rays.
 const SITES_A_CELL: usize = 64;

@@ -4,8 +4,8 @@
 //! The filter width of textures is an eighth of the width that a pixel has on the surface in a
 //! direct view (`World::footprint`). This width depends only on the point and needs no state along
 //! a path, so both ends of a bidirectional path agree on it. The mean over the samples of the pixel
-//! does the rest of the filtering. After a diffuse bounce the filter is narrower than necessary:
-//! this costs noise but no blur. docs/notebook/2026-11.md, "Texture filters", has the widths that
+//! does the rest of the filtering. After a diffuse bounce, the filter is narrower than necessary.
+//! This adds noise, but no blur. docs/notebook/2026-11.md, "Texture filters", has the widths that
 //! were tried.
 //!
 //! `World::vertex` has a fast path for surfaces with one normal and one material.
@@ -329,8 +329,8 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// Transmittance along `ray`. It is clear or blocked, unless the ray crosses thin glass or
-    /// surfaces of opacity below 1, or lies in an absorbing body.
+    /// Transmittance along `ray`. It is 1 or 0, unless the ray crosses thin glass or surfaces of
+    /// opacity below 1, or lies in an absorbing body.
     #[inline(always)]
     pub fn transmittance(&self, ray: &Ray, out: &mut impl RaySink) -> Transmittance {
         let passed = self.transmittance_of_surfaces(ray, out);
@@ -389,7 +389,8 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     /// Vertex at `hit`, seen along `ray`. `wavelength` is the wavelength of the path, if it has
-    /// one. `slot` stores the BSDF if the BSDF varies over the surface, and the view of the BSDF.
+    /// one. `slot` stores the BSDF if the BSDF varies over the surface, and the `BsdfView` of the
+    /// BSDF.
     #[inline(always)]
     pub fn vertex<'v>(
         &'v self,
@@ -445,8 +446,8 @@ impl<'a, A: Accel> World<'a, A> {
     /// shading normal.
     ///
     /// If `w` is on the other side of the geometric normal, the ray still starts on `side`, so that
-    /// it never starts behind a wall. It then hits the surface itself or passes the rim of a curved
-    /// surface.
+    /// it never starts behind a wall. The ray then hits the surface itself, or goes past the rim of
+    /// a curved surface.
     #[inline(always)]
     pub fn origin_on(&self, point: &SurfacePoint, side: Side, w: Vec3) -> Vec3 {
         let height = point.height(side);
@@ -457,8 +458,8 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     /// Origin raised from the triangle to the curved surface that the triangle approximates. If
-    /// another surface lies in between, the origin is not raised: inside another object it would
-    /// receive no light.
+    /// another surface lies in between, the origin is not raised, because a ray that starts inside
+    /// another object finds no light.
     #[inline(never)]
     fn raised_origin(&self, point: &SurfacePoint, side: Side, height: f32) -> Vec3 {
         let (low, high) = (offset_to(point, side), point.raised(side, height));

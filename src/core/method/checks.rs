@@ -21,7 +21,7 @@ const MANY_SAMPLES: u32 = 32;
 const MAX_MERGED_PHOTONS: u32 = 1 << 24;
 
 /// Returns true if the integrator can show a background that differs from the lights, such as a
-/// transparent one.
+/// transparent background.
 fn shows_background(kind: IntegratorKind) -> bool {
     match kind {
         IntegratorKind::Path
@@ -159,7 +159,7 @@ impl Method {
     }
 
     /// Returns true if the method can show a background that differs from the lights, such as a
-    /// transparent one.
+    /// transparent background.
     pub fn shows_backgrounds(&self) -> bool {
         shows_background(self.kind())
     }
@@ -260,7 +260,7 @@ impl Method {
     }
 
     /// Returns true if the method is unbiased and omits no paths, so that its image can be a
-    /// reference. Lights of a single point or direction are a separate check
+    /// reference. Lights of a single point or direction are checked separately
     /// ([`Method::check_lights`]).
     pub fn finds_all_light(&self) -> bool {
         match self.kind() {

@@ -1,5 +1,5 @@
-//! Correlation of a method's errors between pixels. The renderer writes it as
-//! `embrasure.commonErrors`, for `compare/significance`.
+//! Correlation of a method's errors between pixels. The renderer writes this correlation to image
+//! files as `embrasure.commonErrors`, and `compare/significance` reads it.
 
 use crate::compare::CommonErrors;
 use crate::options::{Method, PathReuse};

@@ -1,7 +1,7 @@
 //! Renders with a method over a backend. `backend` chooses the backend, `run` chooses the
 //! integrator, `checks` rejects settings and scenes that the method does not support, and
-//! `common_errors` describes the correlation of its errors. Sessions use this module. `compiled` is
-//! for programs that construct their own integrators.
+//! `common_errors` describes how the errors of pixels are correlated. Sessions use this module.
+//! `compiled` is for programs that construct their own integrators.
 //!
 //! Functions take [`AnyAccel`] and [`RenderSampler`] and are not generic, so they are compiled
 //! here, with full optimisation, and not again in the calling program.

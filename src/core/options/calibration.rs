@@ -101,7 +101,8 @@ impl Value for DistortionCoefficients {
     }
 }
 
-/// Convention of a pose matrix: its direction, and the axes of the camera.
+/// Convention of a pose matrix: whether the matrix maps the world to the camera or the camera to
+/// the world, and the axes of the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PoseConvention {
     /// The matrix maps the world to the camera. The camera has x right, y down and z forward.
@@ -151,7 +152,7 @@ impl PoseMatrix {
         let axis = |column: usize| DVec3::from(self.rows.map(|row| row[column]));
         let (axes, offset) = (DMat3::from_cols(axis(0), axis(1), axis(2)), axis(3));
         let determinant = axes.determinant();
-        // Divide by the common length of the axes: the scale of a pose has no meaning
+        // Divide by the common length of the axes, because the scale of a pose has no meaning
         let scale = determinant.cbrt();
         let size = axes
             .to_cols_array()

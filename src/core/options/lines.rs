@@ -36,8 +36,8 @@ impl LineOptions {
     }
 }
 
-/// Colour of the lines over PNG files, or `None` for no lines, which a flag may set although the
-/// scene file has lines.
+/// Colour of the lines that are drawn over PNG files. `None` for no lines: with this value, a flag
+/// can switch off the lines of a scene file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnLines(pub Option<LineColor>);
 
@@ -59,7 +59,7 @@ impl Value for DrawnLines {
         self.0.map_or("off".into(), |color| color.text())
     }
 
-    /// The names of colours in the schema of a colour include `off`.
+    /// The schema of a colour: its names of colours include `off`.
     fn schema() -> serde_json::Value {
         LineColor::schema()
     }

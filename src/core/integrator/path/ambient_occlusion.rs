@@ -20,8 +20,8 @@ const PROBES: u32 = 32;
 
 impl<A: Accel> AmbientOcclusion<'_, A> {
     /// Default maximum distance of occluders, in scene units. In a closed room the walls would
-    /// occlude every long ray. So the default is half the median distance, to two digits, from
-    /// visible surfaces to the next surface in a cosine-weighted direction. If more than half of
+    /// occlude every long ray. So the default is half the median distance from visible surfaces to
+    /// the next surface in a cosine-weighted direction, rounded to two digits. If more than half of
     /// these directions leave the scene, the default is the diameter of the scene.
     pub fn usual_distance(world: &World<A>) -> f32 {
         let size = world.camera.resolution().as_vec2();

@@ -274,7 +274,7 @@ impl Direct {
                 (ids[i], pmfs[i]) = (Some(id), pmf);
             }
         }
-        // Sample directions to these lights, and their radiance
+        // Sample a direction to each of these lights, and evaluate the radiance from there
         let lights = selection.sample_four(scene.lights(), ids, (&context, time), points, scene.textures());
         for i in 0..4 {
             if let (Some(id), Some(light)) = (ids[i], &lights[i]) {

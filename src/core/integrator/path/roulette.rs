@@ -5,15 +5,16 @@
 //! probability is the largest channel of the throughput (in `path` divided by 0.5), at most 0.95.
 //! docs/notebook/2026-11.md, "Russian roulette", compares rules by the product of noise and time.
 //!
-//! Roulette multiplies the throughput by the squared indices of refraction by which the path was
-//! divided: radiance that shrinks on its way into glass grows again on its way out. `reuse` adds a
-//! minimum for shared paths. `integrator/visibility.rs`, which learns which parts of the sky are
-//! visible, has a separate roulette.
+//! For the survival probability, the throughput is multiplied by the squared indices of refraction
+//! by which refraction has divided it. The reason is that radiance that shrinks on its way into
+//! glass grows again on its way out. `reuse` adds a minimum for shared paths.
+//! `integrator/visibility.rs`, which learns which parts of the sky are visible, has a separate
+//! roulette.
 
 use crate::color::Spectrum;
 
-/// Maximum survival probability of the rules that use the throughput. It ends every path, even in a
-/// closed room without absorption.
+/// Maximum survival probability of the rules that use the throughput. Because it is below 1, every
+/// path ends, even in a closed room without absorption.
 const MAX_SURVIVAL: f32 = 0.95;
 
 // ANCHOR: roulette
@@ -72,8 +73,8 @@ impl Roulette {
 }
 
 impl Default for Roulette {
-    /// Roulette from depth 1 on. On the suite's scenes this depth has the smallest product of noise
-    /// and time, or is near it (docs/notebook/2026-11.md, "Russian roulette").
+    /// Roulette from depth 1 on. On the project's test scenes, this depth has the smallest product
+    /// of noise and time, or nearly the smallest (docs/notebook/2026-11.md, "Russian roulette").
     fn default() -> Self {
         Self::after(1)
     }

@@ -150,8 +150,8 @@ impl PathState {
     }
 }
 
-/// The segment of a path after a vertex. It has at most 128 bytes, which compilers move without a
-/// call.
+/// The segment of a path after a vertex. It has at most 128 bytes, so that compilers move it
+/// without a call of `memcpy`.
 pub(crate) struct NextSegment {
     pub ray: Ray,
     pub beta: Spectrum,

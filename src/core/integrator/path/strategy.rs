@@ -121,7 +121,7 @@ impl Directions {
             Self::Fibonacci | Self::PerturbedQmc => cosine_hemisphere_of_sphere(u),
             _ => cosine_hemisphere(u),
         };
-        // On transmitting surfaces, half of the directions are on either side.
+        // On transmitting surfaces, half of the directions are on each side.
         let passed = bsdf.glossy_eta(wo).filter(|_| u_lobe < 0.5 * smooth);
         wi.z = wi.z.copysign(if passed.is_some() { -wo.z } else { wo.z });
         let (f, pdf) = self.eval_pdf(vertex, wi);
@@ -145,7 +145,7 @@ impl Directions {
     /// Density per solid angle with which [`Directions::sample_hemisphere`] samples `wi`.
     #[inline(never)]
     fn hemisphere_pdf(self, bsdf: &Bsdf, wo: Vec3, wi: Vec3) -> f32 {
-        // Most lobes only reflect. Only the hemisphere of `wo` is sampled then.
+        // If all lobes only reflect, as on most surfaces, only the hemisphere of `wo` is sampled.
         let share = match (bsdf.glossy_eta(wo), wo.z * wi.z > 0.0) {
             (None, false) => return 0.0,
             (None, true) => 1.0,

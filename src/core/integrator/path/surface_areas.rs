@@ -75,8 +75,8 @@ mod tests {
     use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
     use crate::scene::SceneBuilder;
 
-    /// χ² over four parts of each triangle, which the midpoints of its edges separate. All points
-    /// have the same density: 1 divided by the total area.
+    /// χ² test over four equal parts of each triangle. The lines between the midpoints of the edges
+    /// separate the parts. All points have the same density: 1 divided by the total area.
     #[test]
     fn points_are_uniform_over_all_triangles() {
         const N: u32 = 400_000;

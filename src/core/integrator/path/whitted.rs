@@ -5,7 +5,8 @@ use crate::bsdf::TransportMode;
 use crate::integrator::{DirectLight, Integrator, Sink, Strategy, World};
 use crate::sampler::{SampleKey, Sampler};
 
-/// Minimum throughput of a branch; branches below it end (Hall and Greenberg 1983).
+/// Minimum throughput of a branch. Branches with a smaller throughput end (Hall and Greenberg
+/// 1983).
 const MIN_SHARE: f32 = 1e-3;
 
 /// Recursive ray tracing (Whitted 1980): mirrors and glass are followed, and all other surfaces

@@ -9,8 +9,8 @@ use crate::math::Vec3;
 use crate::scene::Scene;
 use std::f32::consts::PI;
 
-/// Minimum cosine between the normals of two points of one surface. Below it, the points are on
-/// different surfaces, such as two walls of a corner.
+/// Minimum cosine between the normals of two points of one surface. If the cosine is smaller, the
+/// points count as points of different surfaces, such as two walls of a corner.
 const MIN_COSINE: f32 = 0.7;
 
 /// Returns `true` if two neighbouring points with the unit geometric normals `ng` and `other` are
@@ -60,8 +60,8 @@ impl<'v> Density<'v> {
     }
 
     /// Adds the light of `photon`, if the photon is on the surface of the vertex. Light from the
-    /// other side counts if the surface transmits it. Camera paths estimate light from below the
-    /// horizon of one of the normals ([`Vertex::is_one_way`]), so it is not added.
+    /// other side counts if the surface transmits it. Light from below the horizon of one of the
+    /// normals ([`Vertex::is_one_way`]) is not added, because camera paths estimate this light.
     // ANCHOR: estimate
     pub fn add(&mut self, photon: &Photon) {
         if !self.is_of_surface(photon) || self.vertex.is_one_way(photon.wi()) {

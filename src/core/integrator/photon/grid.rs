@@ -2,7 +2,7 @@
 //!
 //! A counting sort fills the table in the order of the photons, so its contents do not depend on
 //! threads. The width of a cell follows the search radius at its position. The level of a photon is
-//! the power of two of the radius at the photon. A lookup reads one or two levels: the levels of
+//! the base-2 logarithm of the width of its cell. A lookup reads one or two levels: the levels of
 //! all radii near its point. So the grid suits near and far surfaces, and a lookup reads at most
 //! some dozens of cells.
 

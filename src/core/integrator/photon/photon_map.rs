@@ -290,7 +290,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         let dot = 0.5 * self.world.camera.pixel_width(point.p, point.time);
         let max = self.max_distance(FAR_SHARE);
         let nearest = slice.global.nearest(point.p, self.photon_count as usize, max, counts);
-        // Search two photons, because the search does not return the farthest photon.
+        // Search for two photons, because the search does not return the farthest photon.
         let is_dot = !slice.global.nearest(point.p, 2, dot, counts).photons.is_empty();
         let caustics = self.density(|slice| (&slice.caustics, NEAR_SHARE), (0, vertex), false);
         Points {

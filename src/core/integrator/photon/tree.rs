@@ -5,8 +5,8 @@
 //! 100 lines) because existing crates store points separately from their data and cannot filter
 //! points during the search.
 //!
-//! The farthest of the k photons sets the radius and is not counted: `(k − 1) / (π r²)` has no bias
-//! if the density of photons is uniform.
+//! The farthest of the k photons sets the radius and is not counted, because `(k − 1) / (π r²)` has
+//! no bias if the density of photons is uniform.
 
 use super::photons::Photon;
 use crate::math::{Bounds3, Vec3};
@@ -81,8 +81,8 @@ impl PhotonTree {
     /// these photons sets the radius and is not returned. If fewer photons are within `radius`,
     /// returns all of them.
     ///
-    /// If r is the distance of the photon with number `count`, the mean of `(count − 1) / (π r²)`
-    /// is the density of points that are uniformly distributed over a plane.
+    /// If r is the distance of the farthest of the `count` photons, the mean of `(count − 1) / (π
+    /// r²)` is the density of points that are uniformly distributed over a plane.
     pub fn nearest(&self, p: Vec3, count: usize, radius: f32, counts: impl Fn(&Photon) -> bool) -> NearestPhotons<'_> {
         // Heap of squared distances (as bits) and indices in the tree. Bits of non-negative floats
         // have the order of the floats, so the heap is sorted by distance.

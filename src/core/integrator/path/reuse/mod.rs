@@ -24,8 +24,8 @@
 //!   the pixel itself causes much of the remaining error. Sample s of the pixel uses the numbers 3s
 //!   to 3s + 2 of a separate stratified sequence, and the power heuristic includes all three
 //!   samples.
-//! - All paths of a group have the time of the first pixel's path: a point at one time cannot light
-//!   a vertex at another time.
+//! - All paths of a group have the time of the first pixel's path, because a point at one time
+//!   cannot light a vertex at another time.
 //! - If surfaces have alpha or are thin glass, the visibility of an end is a transmittance, even
 //!   for the path that found the end.
 //! - A shared point must be the same surface for all pixels that connect to it. A vertex with a

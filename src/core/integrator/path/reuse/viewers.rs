@@ -73,7 +73,8 @@ enum EndBsdf {
     Alike,
     /// The BSDF is evaluated for all viewers at once, in lanes.
     Lanes,
-    /// The BSDF is evaluated for each viewer, with a view if it has several lobes.
+    /// The BSDF is evaluated for each viewer separately. If the BSDF has several lobes, each viewer
+    /// has a `BsdfView`.
     Views,
 }
 
@@ -228,7 +229,7 @@ impl Viewers {
 
     /// Scattering events of light that arrives at `end` from `wi` (local frame), for the viewer
     /// number `i`: at its first vertex and at the end. Also returns the number of scattering events
-    /// before these events. A single owner sees the end by its own path.
+    /// before these events.
     #[inline(never)]
     pub fn events(&self, end: &End, work: &Workspace, i: usize, wi: Vec3) -> (u32, Vec<ScatteringEvent>) {
         let candidate = &work.candidates[i];

@@ -173,7 +173,7 @@ pub trait Sink: RaySink {
     }
 
     /// Receives a scattering event of the path. `depth` is the number of scattering events before
-    /// it.
+    /// this event.
     fn scattered(&mut self, _depth: u32, _event: ScatteringEvent) {}
 }
 

@@ -9,7 +9,7 @@ use super::{Named, OptionGroup, Value};
 use crate::integrator::{Directions, Survival};
 use std::any::Any;
 
-/// Text of a parameter's value for files: `auto` if the method chooses it.
+/// Text of a parameter's value for files. The text is `auto` if the method chooses the value.
 trait ParameterText {
     fn described(&self) -> String;
 }
@@ -98,8 +98,8 @@ macro_rules! methods {
                 }
             }
 
-            /// Value of the parameter `key`; `None` if the method does not read it, or if its type
-            /// is not `T`.
+            /// Value of the parameter `key`; `None` if the method does not read this parameter, or
+            /// if the type of the parameter is not `T`.
             pub fn value<T: Copy + 'static>(&self, key: &str) -> Option<T> {
                 self.any_value(key)?.downcast_ref().copied()
             }

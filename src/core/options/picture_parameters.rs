@@ -9,8 +9,8 @@ use crate::parameter::{Named, Range, Value, named, parameters};
 use crate::sampler::SamplerKind;
 use serde_json::json;
 
-/// Maximum width and height in pixels: EXR counts them in signed 32-bit integers, and an image with
-/// 2^16 pixels per side exceeds the memory of any machine we use.
+/// Maximum width and height in pixels: EXR stores sizes in signed 32-bit integers, and an image
+/// with 2^16 pixels per side exceeds the memory of any machine we use.
 const MAX_SIDE: u32 = 1 << 16;
 
 parameters! {

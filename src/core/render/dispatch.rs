@@ -1,6 +1,6 @@
-//! Integrators behind dynamic dispatch. One dynamic call traces a group of samples, and passes over
-//! tiles are compiled once for all integrators. This module decides for which types of sinks an
-//! integrator is compiled.
+//! Integrators behind dynamic dispatch. One dynamic call traces a group of samples. The loops over
+//! tiles are compiled only once, for all integrators. This module decides for which types of sinks
+//! an integrator is compiled.
 
 use super::pixel_sample::PixelSample;
 use crate::integrator::{Integrator, Sink};
@@ -9,7 +9,7 @@ use crate::sampler::{SampleKey, Sampler};
 /// A sink behind dynamic dispatch.
 pub type DynSink<'s> = &'s mut (dyn Sink + 's);
 
-/// An integrator behind dynamic dispatch, as passes over tiles call it.
+/// An integrator behind dynamic dispatch, as the loops over tiles call it.
 pub trait SampleIntegrator<S>: Sync {
     /// Number of pixels of a tile whose samples are traced together
     /// ([`Integrator::pixels_at_once`]).

@@ -3,8 +3,8 @@
 //! The errors of the pixels of a group are correlated. Groups are random within a tile, so that no
 //! pattern shows, and change with each block of 64 samples. Within a block the groups are fixed, so
 //! that the samples of a pixel stay stratified for every pixel of its group. Tiles have the same
-//! position in a crop as in the full image, and a group includes pixels outside of the crop, so a
-//! crop changes no bit.
+//! position in a crop as in the full image, and a group includes pixels outside of the crop. So the
+//! pixels of a crop are bit-identical to the pixels of the full image.
 //!
 //! `--pixel X,Y --sample K` also traces the companions of the sample, which are the other samples
 //! of its group, and prints the light that the pixel receives from them.
@@ -18,9 +18,9 @@ use crate::sampler::SampleKey;
 /// The pixels of the tile `cell` in random order, for the sample with index `sample`. Consecutive
 /// pixels form a group.
 ///
-/// Random groups make no pattern of the correlated errors, and the next block of samples has other
-/// groups. Within a block the groups are fixed, so that the samples of a pixel stay stratified for
-/// all pixels of the group.
+/// Groups are random, so that the correlated errors of a group show no pattern. The next block of
+/// samples has other groups. Within a block the groups are fixed, so that the samples of a pixel
+/// stay stratified for all pixels of the group.
 pub(super) fn shuffled(cell: Rect, sample: u32) -> Vec<UVec2> {
     let mut pixels: Vec<UVec2> = cell.pixels().collect();
     let place = ((cell.min.y as u64) << 32) | cell.min.x as u64;

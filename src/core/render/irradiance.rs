@@ -1,14 +1,15 @@
 //! Fills the irradiance cache before the first sample of a render.
 //!
 //! A cache that is filled while pixels are rendered depends on the order of the pixels. This cache
-//! is filled from positions that depend only on the whole image, and then frozen. Threads, crops,
-//! parts of a render and interruptions therefore change no bit.
+//! is filled before the first sample, from positions that depend only on the whole image, and does
+//! not change afterwards. The cache is therefore the same for every number of threads, every crop
+//! and every part of a render, and after every interruption.
 //!
 //! Passes trace camera rays through the centre of every 32nd, 16th, … pixel, then through random
 //! points, and collect the first matte surfaces that no record covers. Records are made in
-//! parallel, in batches of 64 that do not use each other. Then the records of the batch are
-//! inserted in order. A record is discarded if an earlier record of the batch covers its position,
-//! which wastes some 2 to 10 % of the records.
+//! parallel, in batches of 64. Records of one batch do not use each other. Then the records of the
+//! batch are inserted in order. A record is discarded if an earlier record of the batch covers its
+//! position, which wastes some 2 to 10 % of the records.
 //!
 //! A `Renderer` that is stopped while it fills the cache keeps the records. A checkpoint does not
 //! store them: filling the cache again makes the same records.
@@ -30,8 +31,8 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 /// on.
 ///
 /// The records depend on the scene, on the size and the camera of the whole image, and on the seed.
-/// They do not depend on threads, the crop, the samples or interruptions, so these change no bit of
-/// the image.
+/// They do not depend on the number of threads, the crop, the samples or interruptions. So the
+/// image is bit-identical for any of these.
 #[derive(Debug)]
 pub struct Irradiance {
     resolution: UVec2,
@@ -67,8 +68,8 @@ impl Irradiance {
     /// relative error at which a record is used. If `observer` stops, the state is kept, and the
     /// next call continues.
     ///
-    /// The cache stays empty if the scene moves while the shutter is open: a record is valid only
-    /// for its time.
+    /// The cache stays empty if the scene moves while the shutter is open, because a record is
+    /// valid only for one time.
     pub fn fill<A: Accel>(
         &self,
         maker: &RecordMaker<A>,
@@ -78,8 +79,9 @@ impl Irradiance {
         if self.full.get().is_some() {
             return (Outcome::Complete, Statistics::default());
         }
-        // Move the state out instead of holding the lock: a thread that waits for others may start
-        // a second render. That render begins with an empty state, and makes the same records.
+        // Move the state out instead of holding the lock, because a thread that waits for other
+        // threads may start a second render meanwhile. That render begins with an empty state, and
+        // makes the same records.
         let filling = || self.filling.lock().unwrap_or_else(PoisonError::into_inner);
         let begun = filling().take();
         let mut begun = begun.unwrap_or_else(|| Filling::new(maker, error, self.resolution, self.seed));

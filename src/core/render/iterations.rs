@@ -31,7 +31,7 @@ mod record;
 pub use record::{SampleRecord, record_iteration};
 
 /// Maximum number of work items whose light is kept until all earlier work items are added. This
-/// limits memory and changes no bit.
+/// limits memory, and does not change the image.
 const WORK_ITEMS_AT_ONCE: usize = 128;
 /// Approximate maximum size of the kept light, in bytes. Each thread keeps at least one work item,
 /// even if its light is larger.
@@ -475,9 +475,9 @@ impl<'a> IterationTarget<'a> {
         places.flat_map(move |film| self.seen_at(film))
     }
 
-    /// Film positions of a panorama that have the same direction as `film`, as far as the filter
-    /// reaches pixels from them. Such positions are whole turns away, or lie beyond a pole, half a
-    /// turn to the side.
+    /// Film positions of a panorama that have the same direction as `film`, including `film`. Only
+    /// positions from which the filter reaches pixels of the image are needed. Such positions are
+    /// whole turns away, or lie beyond a pole, half a turn to the side.
     fn repetitions(self, film: Vec2) -> impl Iterator<Item = Vec2> + 'a {
         let size = self.resolution.as_vec2();
         // Number of repetitions of the panorama that the filter reaches

@@ -2,8 +2,8 @@
 //!
 //! Light transport is linear in the lights. So the light that a path finds from one group is an
 //! estimate of the image that only this group lights. Classes do not overlap. The sum of all light
-//! is stored separately, because adding the parts would round differently: the channels `R G B`
-//! keep their bits.
+//! is stored separately, because the sum of the parts would be rounded differently. So the channels
+//! `R G B` are bit-identical with and without parts.
 
 use crate::bsdf::ScatteringEvent;
 use crate::color::Spectrum;
@@ -53,7 +53,7 @@ impl<'a> LightParts<'a> {
     }
 
     /// Records the scattering event at a vertex. `depth` is the number of scattering events before
-    /// it.
+    /// this event.
     pub fn scattered(&mut self, depth: u32, event: ScatteringEvent) {
         self.events.truncate(depth as usize);
         self.events.push(event);

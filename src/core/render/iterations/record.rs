@@ -10,7 +10,8 @@ use crate::sampler::{SampleKey, Sampler};
 /// Recorded path events of one sample or of one Markov chain of an iteration.
 #[derive(Clone, Debug)]
 pub struct SampleRecord {
-    /// Key of the sample. A chain has its number as column, and a row number that no image has.
+    /// Key of the sample. For a chain, the column is the number of the chain, and the row is a
+    /// number that no image has.
     pub key: SampleKey,
     /// Path events in the order in which the integrator recorded them.
     pub events: Vec<PathEvent>,

@@ -43,9 +43,9 @@
 //! - Film points of lens subpath mutations are stratified over the chains of an iteration. They are
 //!   not stratified along a chain: a point that depends on earlier points would depend on the state
 //!   of the chain. So each chain stays unbiased.
-//! - If surfaces have alpha or are thin glass, each edge has a transmittance. The reason is that a
-//!   traced ray passes such surfaces with a probability, which is part of the density of the path.
-//!   A connection tests no such probability.
+//! - If surfaces have alpha or are thin glass, each edge has a transmittance. A traced ray passes
+//!   such surfaces at random, so its density contains the transmittance. A connection is multiplied
+//!   by the transmittance instead.
 //!
 //! `tests` checks each mutation separately, without waiting for chains to mix. The tests take one
 //! step from paths sampled in proportion to their light. Statistics of the paths must have the same

@@ -9,16 +9,18 @@
 //! `Accumulator::squared_error` is the estimate for a pixel. Methods that render whole iterations
 //! compare the error of the whole image with LEVEL (`render/iterations.rs`).
 //!
-//! Tiles get samples in proportion to the root of the error after one block, which minimises the
-//! mean error (Neyman 1934). Stopping each tile at the same error would take as many samples as
-//! uniform sampling for the same mean error: errors fall as 1/n, so noisy tiles would gain what the
-//! other tiles lose.
+//! Tiles get samples in proportion to √v, where v is the squared error of a tile after one block.
+//! This minimises the mean squared error (Neyman 1934). Stopping all tiles at the same error would
+//! take as many samples as uniform sampling for the same mean squared error. Squared errors fall as
+//! 1/n, so the samples that noisy tiles need in addition would equal the samples that the other
+//! tiles save.
 //!
-//! Decisions are made between rounds and from the film only, so threads change no bit. The samples
-//! that decide are part of the image, which biases means a little (Kirk and Arvo 1991). Therefore
-//! the pixels of a tile decide together, after at least 128 samples, and after more samples if the
-//! image has fewer than 256 pixels. docs/notebook/2026-11.md, "Stopping at a noise level", shows
-//! that no visible bias is left. A crop decides from its own pixels, so they differ from the same
+//! Decisions are made between rounds and from the film only, so the image is bit-identical for any
+//! number of threads. The samples that decide are part of the image, which biases means a little
+//! (Kirk and Arvo 1991). Therefore the pixels of a tile decide together, after at least 128
+//! samples, and after more samples if the image has fewer than 256 pixels.
+//! docs/notebook/2026-11.md, "Stopping at a noise level", shows that no visible bias is left.
+//! Decisions for a crop use only the pixels of the crop. So these pixels differ from the same
 //! pixels of the full image.
 
 use super::dispatch::SampleIntegrator;
@@ -60,10 +62,10 @@ pub fn render_samples<S: Sampler>(
 /// error v of a tile after one block, Σ v/n is minimal for a given Σ n if n is proportional to √v
 /// (Neyman 1934). After each round, √v is estimated again from the differences between blocks.
 ///
-/// Decisions are made between rounds and from the film only, so bits do not depend on threads. The
-/// samples that decide are part of the image, which biases means a little (Kirk and Arvo 1991): a
-/// tile that is too dark by chance probably gets too few samples. Therefore all pixels of a tile
-/// decide together.
+/// Decisions are made between rounds and from the film only, so the result is bit-identical for any
+/// number of threads. The samples that decide are part of the image, which biases means a little
+/// (Kirk and Arvo 1991): a tile that is too dark by chance probably gets too few samples. Therefore
+/// all pixels of a tile decide together.
 fn render_to_noise<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
@@ -282,8 +284,8 @@ mod tests {
         assert_eq!(of(1), of(3));
     }
 
-    /// The mean over many images has almost no bias, although pixels decide on their number of
-    /// samples.
+    /// The mean over many images has almost no bias, although the samples of a tile decide how many
+    /// more samples the tile gets.
     #[test]
     fn noise_level_does_not_bias_means() {
         let pictures = 64;

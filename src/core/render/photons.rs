@@ -11,8 +11,8 @@ use crate::sampler::Sampler;
 /// Traces `paths` photon paths and makes maps of their photons. Photons that `tracer` omits are not
 /// stored. Returns the maps and the number of rays traced, or `None` if the observer stops.
 ///
-/// The maps are bit-identical for any number of threads, for crops and for parts of a render:
-/// photons depend only on the index of their path.
+/// The maps are bit-identical for any number of threads, for crops and for parts of a render,
+/// because photons depend only on the index of their path.
 pub fn photon_maps<A: Accel, S: Sampler>(
     tracer: &PhotonTracer<A>,
     paths: u32,

@@ -1,22 +1,22 @@
 //! Passes: ranges of sample indices that are rendered and summed together.
 //!
 //! Passes end at 1, 2, 4, 8, 16 and 32 samples, so that a whole image exists soon, and from 64 on
-//! at every multiple of 64. The cuts depend only on the sample indices. A pass is summed separately
-//! in f64 before it is added to the film, so the same cuts give the same bits.
+//! at every multiple of 64. These ends, called cuts, depend only on the sample indices. A pass is
+//! summed separately in f64 before it is added to the film, so the same cuts give the same bits.
 //!
 //! A render may end between two cuts. For example, 100 samples are two passes of 64 and 36. If more
 //! samples are needed later, the 36 samples are traced again and subtracted, and the whole block
-//! 64..128 is added: the sums equal the sums of a render that never stopped at 100.
+//! 64..128 is added. So the sums equal the sums of a render that never stopped at 100.
 
 use crate::film::BLOCK;
 use std::ops::Range;
 
 /// Divides the sample indices `samples` into passes over the image.
 ///
-/// The cuts depend only on the indices. They are at 1, 2, 4, 8, 16 and 32 within the first block,
-/// so that a whole image exists soon, then at every multiple of 64. A pass is summed separately
-/// before it is added to the film, so the same cuts give the same bits at any time and on any
-/// machine.
+/// The cuts (ends of passes) depend only on the indices. They are at 1, 2, 4, 8, 16 and 32 within
+/// the first block, so that a whole image exists soon, then at every multiple of 64. A pass is
+/// summed separately before it is added to the film, so the same cuts give the same bits at any
+/// time and on any machine.
 pub fn passes(samples: Range<u32>) -> impl Iterator<Item = Range<u32>> {
     let mut start = samples.start;
     std::iter::from_fn(move || {

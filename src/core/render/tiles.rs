@@ -1,8 +1,8 @@
 //! Passes over tiles: each tile of a pass is one task.
 //!
 //! A task takes the samples of its pixels, sums them, and adds the sums to the tile. The result of
-//! a task depends only on its pixels and sample indices, so bits do not depend on threads. If the
-//! render stops, the work of an incomplete tile is discarded.
+//! a task depends only on its pixels and sample indices, so the image is bit-identical for any
+//! number of threads. If the render stops, the work of an incomplete tile is discarded.
 
 use super::dispatch::{DynSink, SampleIntegrator};
 use super::groups::shuffled;

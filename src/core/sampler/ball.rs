@@ -1,9 +1,9 @@
-//! Point sets on the unit sphere: low-discrepancy points of the cube that lie in the ball,
-//! projected from its centre to the sphere.
+//! Point sets on the unit sphere: low-discrepancy points of the cube that lie in the unit ball,
+//! projected from the centre of the ball to the sphere.
 //!
 //! Points of the cube [−1, 1)³ outside the unit ball are rejected. If points are uniform in the
 //! ball, their directions are uniform on the sphere, so the projection keeps the uniformity of the
-//! points. The sets are the same in every render: they are not random.
+//! points. The sets are not random, and are the same in every render.
 
 use super::halton::plain_radical_inverse;
 use super::sobol::second_dimension;

@@ -146,7 +146,7 @@ impl Dimension {
     /// Dimension of repetition `index` of this decision, for decisions that are repeated at a
     /// vertex.
     pub fn nth(self, index: u32) -> Self {
-        // Use bits from 16 up: dimensions of path depths below 8191 end at bit 15
+        // Use bits from 16 up, because dimensions of path depths below 8191 end at bit 15
         Self(self.0.wrapping_add(index.wrapping_add(1) << 16))
     }
 
@@ -155,7 +155,7 @@ impl Dimension {
         self.0 >= Self::BLOCK && self.0 % Self::BLOCK == what as u32
     }
 
-    /// Position of the dimension in a numbering of all decisions along a path without gaps.
+    /// Position of the dimension in a numbering without gaps of all decisions along a path.
     fn ordinal(self) -> u32 {
         const OF_CAMERA: u32 = Dimension::LENS.0 + 1;
         /// Position of the time in the numbering: after all practical path depths, because few
@@ -207,15 +207,15 @@ pub trait Sampler: Clone + Send + Sync {
     /// Two variates that are stratified jointly.
     fn get_2d(&self, dimension: Dimension) -> Vec2;
 
-    /// Two variates in each of `N` dimensions, at most four, equal to the results of
+    /// Two variates in each of `N` dimensions. `N` is at most 4. The variates equal the results of
     /// [`Sampler::get_2d`]. Some samplers compute several dimensions together faster.
     fn get_2ds<const N: usize>(&self, dimensions: [Dimension; N]) -> [Vec2; N] {
         dimensions.map(|dimension| self.get_2d(dimension))
     }
 
-    /// Two variates in each of two dimensions, for `count` samples from `key` on, equal to the
-    /// results of [`Sampler::get_2d`]. `count` is at most four. Elements of the result from `count`
-    /// on are unspecified.
+    /// Two variates in each of two dimensions, for `count` samples from `key` on. `count` is at
+    /// most 4. The variates equal the results of [`Sampler::get_2d`]. Elements of the result from
+    /// `count` on are unspecified.
     fn get_2ds_of(&self, key: SampleKey, count: u32, dimensions: [Dimension; 2]) -> [[Vec2; 2]; 4] {
         let mut sampler = self.clone();
         std::array::from_fn(|i| {

@@ -48,9 +48,9 @@ pub struct PrimarySampler {
     /// Length of the longest small step.
     size: f32,
     /// Cache of the first coordinates. The upper half of a word is a value. The lower half is the
-    /// number of the step after which it is valid, counted over the whole chain from 1. The cache
-    /// saves repeated steps and changes no bit. Words are atomic because samplers are shared by
-    /// reference.
+    /// number of the step after which this value is valid, counted over the whole chain from 1. The
+    /// cache saves repeated steps and does not change any coordinate. Words are atomic because
+    /// samplers are shared by reference.
     cache: Vec<AtomicU64>,
     /// Number of accepted steps of the whole chain, up to and including the last accepted large
     /// step.

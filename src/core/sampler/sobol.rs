@@ -11,8 +11,8 @@ use std::array::from_fn;
 ///
 /// Each dimension of each pixel has a separate sequence. Seed, pixel and dimension select the
 /// scrambling of its order and digits, so that there is no correlation between dimensions. Within
-/// one dimension, the first 2ᵏ samples and every aligned 2ᵏ after them are stratified in all
-/// elementary intervals.
+/// one dimension, the first 2ᵏ samples and every later aligned block of 2ᵏ samples are stratified
+/// in all elementary intervals.
 #[derive(Clone, Copy, Debug)]
 pub struct Sobol {
     seed: u64,

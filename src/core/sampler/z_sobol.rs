@@ -5,18 +5,19 @@ use crate::math::{Vec2, hash::mix};
 use multiversion::multiversion;
 use std::array::from_fn;
 
-/// Base-2 logarithm of the side of the square of pixels that share a net, in pixels.
+/// Pixels of an aligned square share a net. Base-2 logarithm of the width of this square, in
+/// pixels.
 const SIDE_BITS: u32 = 16;
 
 /// Points of one net for the samples of many pixels.
 ///
-/// In each dimension, the first 2ᵏ samples of each pixel, and every aligned 2ᵏ after them, are a
-/// (0, k, 2)-net, as in [`Sobol`](super::Sobol). The samples of all pixels of an aligned square of
-/// 2ʳ × 2ʳ pixels are a (0, k + 2r, 2)-net. Neighbouring pixels therefore have different errors,
-/// which cancel over an area. Ahmed and Wonka 2020 ("Screen-Space Blue-Noise Diffusion of Monte
-/// Carlo Sampling Error via Hierarchical Ordering of Pixels") get this with a Z-shaped curve over
-/// the pixels, for a number of samples that is known before. This net has the property for all k
-/// and r at once.
+/// In each dimension, the first 2ᵏ samples of each pixel, and every later aligned block of 2ᵏ
+/// samples, are a (0, k, 2)-net, as in [`Sobol`](super::Sobol). The samples of all pixels of an
+/// aligned square of 2ʳ × 2ʳ pixels are a (0, k + 2r, 2)-net. Neighbouring pixels therefore have
+/// different errors, which cancel over an area. Ahmed and Wonka 2020 ("Screen-Space Blue-Noise
+/// Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels") reach this with a
+/// Z-shaped curve over the pixels, for a number of samples that is known in advance. This net has
+/// the property for all k and r at once.
 ///
 /// The construction follows nets from rational functions (Niederreiter and Özbudak 2002,
 /// "Constructions of digital nets using global function fields"), over GF(2). A point is a function

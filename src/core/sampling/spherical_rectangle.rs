@@ -95,7 +95,7 @@ impl SphericalRectangle {
         // Find x such that the rectangle up to x has the fraction u.x of the solid angle: |z| /
         // √(f² − b₀²) in the paper. In the paper, f and b₀ have the distance from the line of the
         // lower edge as denominator. We cancel this distance and the sine of f, so that only one
-        // root is left.
+        // square root is left.
         let (mut sin, mut cos) = ([0.0; N], [0.0; N]);
         for i in 0..N {
             let (s, c) = sin_cos_turns(u[i].x * self.solid_angle * (1.0 / TAU));

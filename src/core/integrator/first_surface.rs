@@ -69,8 +69,8 @@ impl<A: Accel> World<'_, A> {
     }
 
     /// Adds the background to `out` for the camera ray `ray`, which leaves the scene with
-    /// throughput `beta`. Returns `false` if the environment lights are the background: the
-    /// integrator then adds them.
+    /// throughput `beta`. Returns `false` if the environment lights are the background. The
+    /// integrator then adds their light.
     #[inline(always)]
     pub(super) fn see_background(&self, ray: &Ray, beta: Spectrum, out: &mut impl Sink) -> bool {
         if self.backdrop.background == Background::Light {

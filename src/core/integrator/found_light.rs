@@ -134,7 +134,7 @@ pub(crate) struct LightPart {
 }
 
 impl LightSum {
-    /// Stores a part of the light. `radiance` must already include it.
+    /// Stores a part of the light. The field `radiance` must already include this light.
     #[inline(never)]
     pub fn add_part(&mut self, light: FoundLight) {
         let Some(source) = light.source else { return };

@@ -9,10 +9,12 @@
 //! Two film points show the same surface if
 //!
 //! - object, part and material are the same,
-//! - the surface has no step between them (at a step, one point lies behind the tangent plane of
-//!   the other point, and the other point lies in front of the tangent plane of the first; at a
-//!   convex edge both points lie behind, at a concave edge both lie in front),
+//! - the surface has no step between them,
 //! - and the shading normals differ by less than the angle of a crease.
+//!
+//! At a step, one point lies behind the tangent plane of the other point, and the other point lies
+//! in front of the tangent plane of the first. At a convex edge each point lies behind the tangent
+//! plane of the other, and at a concave edge in front of it.
 //!
 //! Surfaces of opacity 0.5 and more have lines, including glass. The ground counts as background.
 

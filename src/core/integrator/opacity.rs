@@ -5,15 +5,16 @@
 //! Backends do not handle such surfaces. A walk keeps the origin and direction of its ray, and
 //! moves the near end of the ray's open interval to the parameter of the last hit. So each hit is
 //! strictly farther than the hit before, and no surface counts twice. A new ray from an offset
-//! origin behind each surface was tried: with two surfaces with large offsets the walk never ended.
+//! origin behind each surface was tried, but between two surfaces with large offsets the walk never
+//! ended.
 //!
 //! - `World::intersect` stops at a surface with the probability of its opacity, decided by a hash
 //!   of ray and hit.
 //! - `World::intersect` passes thin glass with the probability of its Fresnel transmittance, and
 //!   multiplies the throughput by the tint of the glass. All thin surfaces of a ray share one
-//!   random number: after a decision it is rescaled to be uniform again. For camera rays the
-//!   sampler provides this number, so that windows in the image are stratified; for all other rays
-//!   it is a hash.
+//!   random number. After a decision, the number is rescaled to be uniform again. For camera rays,
+//!   the sampler provides this number, so that windows in the image are stratified. For all other
+//!   rays, the number is a hash.
 //! - `World::transmittance` multiplies the factors 1 − opacity and the transmittances of glass
 //!   along a shadow ray, which is less noisy than random decisions.
 //! - Crossing a surface is not a scattering event: the depth and the previous vertex stay the same.
@@ -107,8 +108,8 @@ pub(super) struct ThinSurfaceChoices {
 }
 
 impl ThinSurfaceChoices {
-    /// Decisions of a ray before its first surface. `u` is the uniform random number of the ray; a
-    /// hash is used if it is `None`.
+    /// Decisions of a ray before its first surface. `u` is the uniform random number of the ray. If
+    /// `u` is `None`, a hash is used.
     pub fn new(u: Option<f32>) -> Self {
         Self { u, tint: Spectrum::ONE }
     }
@@ -179,8 +180,8 @@ impl<'a, A: Accel> OpacityWalk<'a, A> {
             let hit = self.accel.intersect(&self.ray)?;
             let is_same = self.last.is_some_and(|last| last.is_same_surface(&hit));
             self.pass(&hit);
-            // Skip a surface that is found twice: a ray packet and a single ray may find it at
-            // parameters that differ by a rounding error.
+            // Skip a surface that is found twice. A ray packet and a single ray may find the same
+            // surface at parameters that differ by a rounding error.
             if !is_same {
                 return Some(hit);
             }

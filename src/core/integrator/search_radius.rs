@@ -12,8 +12,8 @@
 use crate::camera::Camera;
 use crate::math::{Ball, Vec3};
 
-/// Search radius: maximum distance between a point and the photons or light subpath vertices that
-/// it uses.
+/// Search radius: maximum distance between a point and the photons, or vertices of light subpaths,
+/// that are used at the point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SearchRadius {
     /// One radius for the whole scene, in scene units.

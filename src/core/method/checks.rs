@@ -143,8 +143,8 @@ impl Method {
     }
 
     /// Returns an error if the method cannot show `background`. Methods that splat light to other
-    /// pixels show only the lights: they connect surfaces, and camera rays that leave the scene are
-    /// only one of their strategies.
+    /// pixels show only the lights, because they connect surfaces, and camera rays that leave the
+    /// scene are only one of their strategies.
     pub fn check_background(&self, background: Background) -> Result<(), InvalidSetting> {
         if background == Background::Light || shows_background(self.kind()) {
             return Ok(());

@@ -67,8 +67,8 @@ impl Method {
         }
     }
 
-    /// Sampling of emitting triangles. The scene builder needs it, because it decides which
-    /// triangles are joined to rectangles.
+    /// Sampling of emitting triangles. The scene builder needs this option, because the option
+    /// decides which triangles are joined to rectangles.
     pub fn triangle_sampling(&self) -> TriangleSampling {
         self.value("triangle_sampling").unwrap_or_default()
     }

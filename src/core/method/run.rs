@@ -349,7 +349,8 @@ impl Method {
         let even = ImportanceImage::even();
         let importance = prepared.importance.get().unwrap_or(&even);
         match self {
-            // Do not share dispersed paths: each has one wavelength, which differs between pixels.
+            // Do not share dispersed paths, because each path has one wavelength, which differs
+            // between pixels.
             Self::Path(s) if s.reuse == PathReuse::Pixels && !world.scene.is_dispersive() => run(
                 world,
                 ReusingPathIntegrator { path: path(world, s) },

@@ -162,7 +162,7 @@ impl CameraOptions {
     ];
 
     /// Replaces the option `pose` by the position and the directions of its matrix. An invalid
-    /// matrix is kept: it becomes an error when the camera is made.
+    /// matrix is kept, and becomes an error when the camera is made.
     pub fn placed(self) -> Self {
         let Some(Ok(Pose { position, look_at, up })) = self.pose.map(|matrix| matrix.pose()) else {
             return self;
@@ -227,7 +227,8 @@ impl CameraOptions {
                 ..Self::default()
             },
         };
-        // Leave out the field of view of calibrated cameras: it follows from the focal length
+        // Leave out the field of view of calibrated cameras, because it follows from the focal
+        // length
         let is_calibrated = of_projection.intrinsics.is_some();
         Self {
             position: Some(parameters.position.as_dvec3()),

@@ -7,8 +7,8 @@ use crate::color::tone::{Curve, Exposure};
 use crate::denoise::Denoiser;
 use std::fmt;
 
-/// Denoiser, exposure, tone curve and lines of a render. Checkpoints and files of parts store them,
-/// so that images made from these files equal the images of the render.
+/// Denoiser, exposure, tone curve and lines of a render. Checkpoints and files of parts store these
+/// settings, so that images made from the files equal the images of the render.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Finish {
     /// Exposure and tone curve of PNG files.

@@ -27,8 +27,8 @@ impl<T: Value> ParameterText for Option<T> {
 }
 
 /// Defines the integrators. The entry of an integrator has its name and the keys of the parameters
-/// that it reads. A value after `=` is the default of this integrator. It may use parameters that
-/// are before it in the list.
+/// that it reads. A value after `=` is the default of this integrator. This value may use
+/// parameters that stand before it in the list.
 macro_rules! methods {
     ($($(#[doc = $doc:literal])+ $kind:ident($settings:ident) = $name:literal {
         $($key:ident $(= $value:expr)?),* $(,)?
@@ -104,8 +104,8 @@ macro_rules! methods {
                 self.any_value(key)?.downcast_ref().copied()
             }
 
-            // Value of the parameter `key`, of any type. It is separate from `value`, so that it is
-            // compiled only once and not for each type.
+            // Value of the parameter `key`, of any type. This function is separate from `value`, so
+            // that it is compiled only once and not for each type.
             fn any_value(&self, key: &str) -> Option<&dyn Any> {
                 match self {
                     $(Self::$kind(settings) => {

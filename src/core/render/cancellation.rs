@@ -18,8 +18,8 @@ use std::cell::Cell;
 /// clock.
 const CALLS_PER_CHECK: u32 = 16;
 
-/// Cancellation flag of the loops of one work item. It is never cleared, so that an incomplete work
-/// item is recognised.
+/// Cancellation flag of the loops of one work item. The flag is never cleared, so that an
+/// incomplete work item is recognised.
 pub(super) struct Cancellation<'a> {
     observer: &'a dyn Observer,
     calls: Cell<u32>,

@@ -12,7 +12,7 @@
 //! position, which wastes some 2 to 10 % of the records.
 //!
 //! A `Renderer` that is stopped while it fills the cache keeps the records. A checkpoint does not
-//! store them: filling the cache again makes the same records.
+//! store the records, because filling the cache again makes the same records.
 
 use super::cancellation::CountedRays;
 use super::observer::{Observer, Outcome};

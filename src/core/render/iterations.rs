@@ -1,10 +1,10 @@
 //! Rendering of iterations, for methods whose light paths contribute to any pixel
 //! (`IterationIntegrator`).
 //!
-//! The work of an iteration is divided into work items: blocks of pixels, and Markov chains. They
-//! run on any number of threads. Their light is added in the order of the work items, so that plain
-//! f64 sums have the same bits for any number of threads. At most `WORK_ITEMS_AT_ONCE` items keep
-//! their light at the same time.
+//! The work of an iteration is divided into work items: blocks of pixels, and Markov chains. Work
+//! items run on any number of threads. Their light is added in the order of the work items, so that
+//! plain f64 sums have the same bits for any number of threads. At most `WORK_ITEMS_AT_ONCE` items
+//! keep their light at the same time.
 //!
 //! If a render stops, an incomplete iteration is discarded, like the work of a tile. If only files
 //! must be written, the render pauses at the end of an iteration instead
@@ -48,11 +48,11 @@ const PIXELS_BETWEEN_CHECKS: usize = 4;
 /// Adds iterations to `film`, after the existing iterations, until the stop condition holds. The
 /// error of the condition is compared with the estimated error of the image.
 ///
-/// The result is bit-identical for any number of threads: the light of a work item depends only on
-/// its index, and work items are added in order. If the observer stops, the incomplete iteration is
-/// discarded; if it pauses, the iteration is completed first. The error is checked at the ends of
-/// sample blocks, as in [`render_samples`](super::render_samples), but only for the whole image:
-/// light paths contribute to any pixel.
+/// The result is bit-identical for any number of threads, because the light of a work item depends
+/// only on its index, and work items are added in order. If the observer stops, the incomplete
+/// iteration is discarded; if it pauses, the iteration is completed first. The error is checked at
+/// the ends of sample blocks, as in [`render_samples`](super::render_samples), but only for the
+/// whole image, because light paths contribute to any pixel.
 pub fn render_iterations<I: IterationIntegrator, S: Sampler>(
     integrator: &I,
     (sampler, filter): (&S, &Filter),

@@ -4,10 +4,10 @@
 //! square root of relMSE as `compare/metrics.rs` defines it. For each pixel, the film stores the
 //! spread between blocks of 64 samples. The error of a tile is the mean over its pixels. The
 //! estimate is unbiased for independent blocks, even if pixels share paths. For low-discrepancy
-//! points it is a little too large: the blocks complement each other, so the image is better than
-//! the estimate. Unlike relMSE, the estimate includes all pixels, so fireflies make it larger.
-//! `Accumulator::squared_error` is the estimate for a pixel. Methods that render whole iterations
-//! compare the error of the whole image with LEVEL (`render/iterations.rs`).
+//! points, the estimate is a little too large. The blocks complement each other, so the image is
+//! better than the estimate. Unlike relMSE, the estimate includes all pixels, so fireflies make it
+//! larger. `Accumulator::squared_error` is the estimate for a pixel. Methods that render whole
+//! iterations compare the error of the whole image with LEVEL (`render/iterations.rs`).
 //!
 //! Tiles get samples in proportion to √v, where v is the squared error of a tile after one block.
 //! This minimises the mean squared error (Neyman 1934). Stopping all tiles at the same error would
@@ -64,7 +64,7 @@ pub fn render_samples<S: Sampler>(
 ///
 /// Decisions are made between rounds and from the film only, so the result is bit-identical for any
 /// number of threads. The samples that decide are part of the image, which biases means a little
-/// (Kirk and Arvo 1991): a tile that is too dark by chance probably gets too few samples. Therefore
+/// (Kirk and Arvo 1991). A tile that is too dark by chance probably gets too few samples. Therefore
 /// all pixels of a tile decide together.
 fn render_to_noise<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,

@@ -20,8 +20,8 @@ use std::ops::Range;
 
 /// Adds samples to every pixel of `film`, from the next sample of the pixel to index `end` − 1.
 ///
-/// The result is bit-identical for any number of threads and interruptions: each tile of a pass is
-/// one task, whose result depends only on its pixels and sample indices.
+/// The result is bit-identical for any number of threads and interruptions, because each tile of a
+/// pass is one task, whose result depends only on its pixels and sample indices.
 pub fn render<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,

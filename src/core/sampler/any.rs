@@ -1,7 +1,7 @@
 //! An enum of all samplers. Each draw matches on the variant.
 //!
-//! The renderer is not monomorphised per sampler: compiling each pair of backend and integrator
-//! once per sampler would gain little speed (docs/notebook/2026-11.md, "Shared paths").
+//! The renderer is not monomorphised per sampler, because compiling each pair of backend and
+//! integrator once per sampler would gain little speed (docs/notebook/2026-11.md, "Shared paths").
 
 use super::{Antithetic, Dimension, Halton, Hammersley, Independent, Orthogonal, SampleKey, Sampler};
 use super::{Sobol, Stratified, ZSobol};
@@ -256,7 +256,7 @@ mod tests {
     }
 
     /// Numbers of different dimensions are independent. Numbers of neighbouring pixels are
-    /// independent if [`Sampler::separate`] was called for at least one of both pixels.
+    /// independent if [`Sampler::separate`] was called for at least one of the two pixels.
     #[test]
     fn dimensions_and_separate_pixels_are_not_correlated() {
         let here = Dimension::bounce(0, Bounce::Direction);

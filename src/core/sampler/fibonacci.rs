@@ -1,9 +1,9 @@
 //! Directions from spherical Fibonacci points (`--directions fibonacci`).
 //!
 //! This sampler wraps the sampler of `--sampler`. `integrator/path/strategy.rs` has the matching
-//! warp. Any sampler can be combined with any warp: samplers return uniform numbers, and warps map
-//! uniform numbers to directions with a cosine density. Fibonacci directions cost more time than
-//! their lower error saves (docs/notebook/2026-11.md, "Fibonacci directions").
+//! warp. Any sampler can be combined with any warp, because samplers return uniform numbers, and
+//! warps map uniform numbers to directions with a cosine density. Fibonacci directions cost more
+//! time than their lower error saves (docs/notebook/2026-11.md, "Fibonacci directions").
 
 use super::hash::{numbered, permute, pixel};
 use super::sphere::{moved_on_disk, pair, rotation, set_bits};

@@ -31,7 +31,7 @@ const STEP_RATIO: f32 = 16.0;
 /// more frequent. In §3.2 of the paper the range is 1/1024 to 1/64. All steps of a chain and their
 /// decisions are hashes of the chain's key, the step's number and the dimension. Numbers can
 /// therefore be moved on request only, with the same result. Numbers are integer multiples of 2⁻³².
-/// A step is a permutation of them, so a chain that accepts all steps stays uniform.
+/// A step is a permutation of these multiples, so a chain that accepts all steps stays uniform.
 #[derive(Debug)]
 pub struct PrimarySampler {
     /// Key of the random decisions of the chain: steps, and acceptance.

@@ -9,10 +9,10 @@ use std::array::from_fn;
 /// Sobol's (0,2)-sequence with Owen scrambling by hashes (Burley 2020, "Practical Hash-based Owen
 /// Scrambling").
 ///
-/// Each dimension of each pixel has a separate sequence. Seed, pixel and dimension select the
-/// scrambling of its order and digits, so that there is no correlation between dimensions. Within
-/// one dimension, the first 2ᵏ samples and every later aligned block of 2ᵏ samples are stratified
-/// in all elementary intervals.
+/// Each dimension of each pixel has a separate sequence. Seed, pixel and dimension select how the
+/// order and the digits of the sequence are scrambled, so that there is no correlation between
+/// dimensions. Within one dimension, the first 2ᵏ samples and every later aligned block of 2ᵏ
+/// samples are stratified in all elementary intervals.
 #[derive(Clone, Copy, Debug)]
 pub struct Sobol {
     seed: u64,
@@ -81,8 +81,8 @@ impl Sampler for Sobol {
 
 // Several points are computed as vectors, and the code is also compiled for AVX2. Integer
 // arithmetic gives the same bits on all processors. The seeds of the sequences are passed in
-// registers: an array that is written number by number must reach memory before a vector can be
-// read from it.
+// registers, because an array that is written number by number must reach memory before a vector
+// can be read from the array.
 
 /// Points of four sequences at one index: the x coordinates of all points, then the y coordinates.
 #[multiversion(targets("x86_64+avx2"))]

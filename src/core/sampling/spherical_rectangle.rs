@@ -92,10 +92,10 @@ impl SphericalRectangle {
     pub fn sample<const N: usize>(&self, u: [Vec2; N]) -> [(Vec3, Vec3); N] {
         let ([x0, x1], [y0, y1]) = (self.x, self.y);
         let z_squared = self.z * self.z;
-        // Find x such that the rectangle up to x has the fraction u.x of the solid angle: |z| /
-        // √(f² − b₀²) in the paper. In the paper, f and b₀ have the distance from the line of the
-        // lower edge as denominator. We cancel this distance and the sine of f, so that only one
-        // square root is left.
+        // Find x such that the rectangle up to x has the fraction u.x of the solid angle. In the
+        // paper this is |z| / √(f² − b₀²). In the paper, f and b₀ have the distance from the line
+        // of the lower edge as denominator. We cancel this distance and the sine of f, so that only
+        // one square root is left.
         let (mut sin, mut cos) = ([0.0; N], [0.0; N]);
         for i in 0..N {
             let (s, c) = sin_cos_turns(u[i].x * self.solid_angle * (1.0 / TAU));
@@ -112,7 +112,8 @@ impl SphericalRectangle {
             let f = c * y0 + self.left_modulus * y1 * lower;
             let b = self.z * s;
             let below = larger((f - b) * (f + b), f64::MIN_POSITIVE);
-            // Select the sign without a branch: it is random, so branches would be mispredicted.
+            // Select the sign without a branch. The sign is random, so branches would be
+            // mispredicted.
             let side = -f * s;
             let max_x = [x0, x1][usize::from(side > 0.0)];
             let x_squared = smaller(b * b * lower / below, max_x * max_x);

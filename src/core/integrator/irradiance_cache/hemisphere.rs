@@ -117,8 +117,8 @@ impl Strata {
 
     /// Translational gradient (Ward and Heckbert 1992, the translation gradient). Radiance differs
     /// across the boundary between two strata. If the point moves, the boundary moves in the
-    /// opposite direction, faster if it is nearer. The distance of the boundary is the distance of
-    /// the nearer side, which hides the other side.
+    /// opposite direction, and faster if the boundary is nearer. The distance of the boundary is
+    /// the distance of the nearer side, which hides the other side.
     fn translational(&self, seen: &[HemisphereHit]) -> [Vec3; 3] {
         let Self { rows, columns } = *self;
         let ray = |row: u32, column: u32| {
@@ -128,8 +128,8 @@ impl Strata {
         let sin_to = |row: u32| (row as f32 / rows as f32).sqrt();
         let mut sums = [Vec3::ZERO; 3];
         for column in 0..columns {
-            // Sum over boundaries between rows. They move towards the normal if the point moves
-            // along the azimuth
+            // Sum over boundaries between rows. These boundaries move towards the normal if the
+            // point moves along the azimuth
             let mut along = Spectrum::ZERO;
             for row in 1..rows {
                 let (inner, outer) = (ray(row - 1, column), ray(row, column));
@@ -139,8 +139,8 @@ impl Strata {
             }
             add(&mut sums, along, self.tangent(column as f32 + 0.5, 0.0));
 
-            // Sum over boundaries with the previous column. They rotate away if the point moves
-            // across the azimuth
+            // Sum over boundaries with the previous column. These boundaries rotate away if the
+            // point moves across the azimuth
             let mut across = Spectrum::ZERO;
             let before = (column + columns - 1) % columns;
             for row in 0..rows {

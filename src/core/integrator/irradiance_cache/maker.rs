@@ -68,7 +68,7 @@ impl<A: Accel> RecordMaker<'_, A> {
 
     /// Finds the first matte surface on the path of the sample `key` through the film point `film`
     /// (pixels). Before that surface, the path may be reflected by mirrors and pass through glass.
-    /// `None` if another lobe scatters the path first, or if it hits no surface.
+    /// `None` if another lobe scatters the path first, or if the path hits no surface.
     pub fn find<S: Sampler>(
         &self,
         key: SampleKey,

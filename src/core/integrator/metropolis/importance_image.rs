@@ -8,7 +8,8 @@
 //!
 //! The image is made once, before the first iteration, from 60 samples of `bdpt` for each of about
 //! 1024 cells. Its random numbers do not belong to any iteration. Any positive function that does
-//! not depend on the chains keeps them unbiased, and all parts of a render use the same function.
+//! not depend on the chains keeps the chains unbiased, and all parts of a render use the same
+//! function.
 //!
 //! The value of a cell is the median of five estimates, which a single bright path does not change.
 //! A fifth of the mean is mixed in. So at places where the image found no light, the weights of
@@ -24,9 +25,9 @@ use crate::sampler::{Dimension, PrimarySampler, SampleKey, Sampler, Stream};
 
 /// Coarse image of the light. Each cell has its light relative to the mean of all cells.
 ///
-/// The target of chains is the luminance of a path divided by the importance image. So they visit
-/// dark places about as often as bright places (two-stage Metropolis light transport, Veach and
-/// Guibas 1997). Any importance image above 0 that does not depend on the chains is valid. The
+/// The target of chains is the luminance of a path divided by the importance image. So the chains
+/// visit dark places about as often as bright places (two-stage Metropolis light transport, Veach
+/// and Guibas 1997). Any importance image above 0 that does not depend on the chains is valid. The
 /// image with the minimum relative error includes all light, also the light that chains do not
 /// find. Let a place of the image have the light I of chains, the value T of the importance image,
 /// and the total light L. `I / T` paths fall on this place, each with the light T. So the sum of

@@ -162,7 +162,7 @@ impl Metropolis {
 
 /// Path tracing of the light that chains do not find: light that is scattered at most once, and
 /// lamps seen in mirrors and through glass. Camera paths find these lamps easily. The lamps cover
-/// few bright pixels: chains would either stay at these pixels or never visit them.
+/// few bright pixels, and chains would either stay at these pixels or never visit them.
 #[derive(Debug)]
 pub(crate) struct OrdinaryLight<'a, A> {
     pub world: World<'a, A>,

@@ -4,25 +4,25 @@
 //! A chain mutates the random numbers that make a path, and does not depend on surfaces.
 //! `bidirectional/connection` makes paths from the numbers as for `bdpt`. `sampler/primary.rs` is a
 //! sampler with the numbers of a chain. One additional number chooses among the strategies (s, t)
-//! for a path of the chain's length, so a chain prefers the best strategies at its place. The
-//! numbers of the camera end, of the light end and of this choice are different dimensions. So the
-//! ends stay the same if another strategy is tried. An iteration takes half the time of an
+//! for a path of the chain's length, so a chain prefers the best strategies for its current path.
+//! The numbers of the camera end, of the light end and of this choice are different dimensions. So
+//! the ends stay the same if another strategy is tried. An iteration takes half the time of an
 //! iteration of `bdpt`.
 //!
-//! Each iteration has separate seeds and chains. A seed is one path of a sample of `bdpt`. It is
-//! chosen among all paths of the sample in proportion to their targets, and its weight is the sum
-//! of the targets of all these paths. Chains start at seeds in proportion to the weights of the
-//! seeds. Seeds are sorted by length, and each chain chooses its seed in a separate stratum of the
-//! sum of all weights. All chains share this sum; `PrimarySpaceIntegrator` derives that an
-//! iteration is then unbiased.
+//! Each iteration has separate seeds and chains. A seed is one path of a sample of `bdpt`. This
+//! path is chosen among all paths of the sample in proportion to their targets. The weight of the
+//! seed is the sum of the targets of all these paths. Chains start at seeds in proportion to the
+//! weights of the seeds. Seeds are sorted by length, and each chain chooses its seed in a separate
+//! stratum of the sum of all weights. All chains share this sum; `PrimarySpaceIntegrator` derives
+//! that an iteration is then unbiased.
 //!
-//! A seed may be on a spike of the target, where small steps find only the spike itself. Its chains
-//! then stay there: the pixel gets their whole light, which is the light of the seed. If length and
-//! strategy of the seed were also sampled at random (multiplexing the bootstrap too), the light of
-//! the seed would be brighter by the reciprocal of both probabilities, some hundred times. On the
-//! scene `ring-caustic` single pixels then were 64 times too bright after 2048 iterations. A seed
-//! that represents all paths of its sample is as bright as in `bdpt`, times the number of mutations
-//! per seed.
+//! A seed may be on a spike of the target, where small steps find only the spike itself. Chains
+//! that start at this seed stay there, and one pixel gets their whole light, which is the light of
+//! the seed. If length and strategy of the seed were also sampled at random (multiplexing the
+//! bootstrap too), the light of the seed would be brighter by the reciprocal of both probabilities,
+//! some hundred times. On the scene `ring-caustic` single pixels then were 64 times too bright
+//! after 2048 iterations. A seed that represents all paths of its sample is as bright as in `bdpt`,
+//! times the number of mutations per seed.
 //!
 //! Defaults (docs/notebook/2026-11.md, "Metropolis light transport"): one chain per 256 mutations
 //! is a compromise between scenes with easy light and scenes with hidden light. Step sizes and the
@@ -351,8 +351,8 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         Connector::new(&self.world, self.heuristic, Roulette::after(u32::MAX), max_depth)
     }
 
-    /// Makes the path of `shape` from `numbers`. A path with invalid light has the target 0; its
-    /// light is dropped later, when it is added.
+    /// Makes the path of `shape` from `numbers`. A path with invalid light has the target 0. Its
+    /// light is dropped when [`Self::add`] passes it to the sink.
     fn state(&self, shape: PathShape, numbers: &impl Sampler, out: &mut impl RaySink) -> State {
         let mut state = State::default();
         let before = out.record_len();

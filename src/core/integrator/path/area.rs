@@ -14,9 +14,9 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 /// surfaces, connected by visibility (the three-point form of the light transport equation; PBR4
 /// §13.2). Delta lobes are followed as usual. Direct light comes from light sampling.
 ///
-/// The geometry term cos θ cos θ′ / d² stays in the estimate. Its variance has no bound near
-/// corners, and most sampled points are hidden. The integrator is a reference for comparisons with
-/// short paths.
+/// The geometry term cos θ cos θ′ / d² stays in the estimate. The variance of the estimate has no
+/// bound near corners, and most sampled points are hidden. The integrator is a reference for
+/// comparisons with short paths.
 #[derive(Debug)]
 pub struct AreaIntegrator<'a, A> {
     /// World with the scene and the camera.

@@ -183,8 +183,8 @@ pub(super) fn emitted<A: Accel>(world: &World<A>, path: &PathState, vertex: &Ver
         .emitted(world.light_selection, &vertex.hit, &context(path), segment, ray.time)
 }
 
-/// Light sampling context of the vertex at the start of the ray of `path`. MIS uses it for light
-/// that the ray hits.
+/// Light sampling context of the vertex at the start of the ray of `path`. MIS uses this context
+/// for light that the ray hits.
 #[inline(always)]
 fn context(path: &PathState) -> LightSampleContext {
     let prev = path.prev.as_ref();

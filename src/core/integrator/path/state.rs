@@ -30,7 +30,7 @@ pub(crate) struct PathState {
     pub prev: Option<PrevVertex>,
     /// True if the emission that `ray` hits is added elsewhere.
     pub skips_emission: bool,
-    /// True after glass dispersed the light: the path then has one wavelength.
+    /// True after glass dispersed the light. The path then has one wavelength.
     pub is_dispersed: bool,
 }
 

@@ -71,7 +71,7 @@ pub struct Strategy {
     pub heuristic: Heuristic,
 }
 
-/// The previous vertex of a ray. MIS needs it if the ray hits a light.
+/// The previous vertex of a ray. MIS needs this vertex if the ray hits a light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PrevVertex {
     /// Light sampling context of this vertex.
@@ -165,8 +165,8 @@ impl Strategy {
         self.direct != DirectLight::None
     }
 
-    /// Returns `true` if emission that a scattered ray hits may count. This is always so for delta
-    /// lobes.
+    /// Returns `true` if emission may count that a ray hits after a smooth lobe. Emission after a
+    /// delta lobe always counts.
     pub(crate) fn counts_emission_hits(&self) -> bool {
         self.direct != DirectLight::Light
     }

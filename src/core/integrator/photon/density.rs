@@ -30,9 +30,9 @@ pub(crate) fn is_one_surface(ng: Vec3, other: Vec3) -> bool {
 ///
 /// θ is the angle with the shading normal of the vertex, and θ' the angle with the geometric normal
 /// at the photon; on flat surfaces both angles are equal. The mean of the estimate is the mean
-/// scattered light over the disk. It has a bias that grows with r², for three reasons. Light varies
-/// within the disk. The disk may extend over the edge of a surface. A curved surface has more area
-/// within the ball than the disk has.
+/// scattered light over the disk. The estimate has a bias that grows with r², for three reasons.
+/// Light varies within the disk. The disk may extend over the edge of a surface. A curved surface
+/// has more area within the ball than the disk has.
 pub(crate) struct Density<'v> {
     scene: &'v Scene,
     vertex: &'v Vertex<'v>,

@@ -117,8 +117,8 @@ impl<T: GridItem> PhotonGrid<T> {
     /// Calls `found` with each photon within the distance `radius` of `p`. `radius` must be the
     /// search radius at `p`.
     pub fn each_within(&self, p: Vec3, radius: f32, mut found: impl FnMut(&T)) {
-        // Find the levels of photons within the radius. They depend on the search radii at the
-        // photons
+        // Find the levels of photons within the radius. The levels depend on the search radii at
+        // the photons
         let change = self.slope * radius * (1.0 + gamma(64)) + radius * gamma(64);
         let levels = level(radius - change)..=level(radius + change);
         // Make the reach larger than `radius` by more than rounding errors

@@ -9,16 +9,16 @@
 //! Each light path is counted once. Direct light is estimated as in `path`, by light sampling and
 //! by one scattered ray, weighted by MIS. So `sppm` stores photons only after their first
 //! scattering event. A camera path ends at the first surface that scatters widely
-//! (`Lobe::is_wide`). It continues through delta lobes and at surfaces that scatter narrowly, where
-//! few photons would have large weights. At a surface with a wide and a delta lobe, photons
+//! (`Lobe::is_wide`). The path continues through delta lobes and at surfaces that scatter narrowly,
+//! where few photons would have large weights. At a surface with a wide and a delta lobe, photons
 //! estimate the wide lobe and the path follows the delta lobe. `Bsdf::eval` is 0 for delta lobes,
 //! so the two parts do not overlap.
 //!
 //! - A photon stores its number of scattering events, so that `--max-depth` has the same meaning as
 //!   for `path`.
 //! - The power of a photon on a surface of opacity below 1 is divided by this opacity
-//!   (`Surface::over_opacity`): the photon and the camera path both stop at the surface with this
-//!   probability, but both hits are one vertex of the path.
+//!   (`Surface::over_opacity`). The reason is that the photon and the camera path both stop at the
+//!   surface with this probability, although both hits are one vertex of the path.
 //! - All photons and pixels of an iteration have the same time.
 //!
 //! Density estimation is biased, because it is the mean over a disk. The bias is proportional to

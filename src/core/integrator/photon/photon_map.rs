@@ -16,7 +16,7 @@
 //!   light paths, and so a larger search radius. Motion within a slice is still blurred, by at most
 //!   a sixteenth of the motion with 65,536 paths.
 //! - The errors of photons are common to all samples. The variance channel does not contain these
-//!   errors, and `embrasure compare` does not use it to test such images.
+//!   errors, and `embrasure compare` does not use the channel to test such images.
 
 use super::density::Density;
 use super::photons::Photon;

@@ -92,8 +92,8 @@ impl Subpaths<'_> {
 pub(crate) struct Contribution {
     /// Strategy (s, t): number of light vertices and number of camera vertices.
     pub strategy: (usize, usize),
-    /// Estimate of the light of all paths of this length without the MIS weight. It falls on the
-    /// pixel of the sample or on the position `film`.
+    /// Estimate of the light of all paths of this length without the MIS weight. The light falls on
+    /// the pixel of the sample or on the position `film`.
     pub radiance: Spectrum,
     /// MIS weight of the strategy.
     pub weight: f32,

@@ -166,7 +166,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         };
         let back = end.surface().map(|surface| surface.back);
         let w = end.direction_to(other);
-        // If the direction is one-way, no light path arrives at `end` from it.
+        // If the direction is one-way, no light path arrives at `end` from this direction.
         let is_one_way = end.surface().is_some_and(|surface| surface.is_one_way(surface.back, w));
         // A merged vertex may follow a delta lobe of the light path. Only this lobe can then have
         // sampled the vertex.
@@ -242,8 +242,9 @@ impl<A: Accel> Connector<'_, '_, A> {
             let (before, at) = (&path[m - 1], &path[m]);
             let mut others = connects(before, at);
             if m == 1 {
-                // The strategy s = 1 samples the light from the vertex `at`. Its density depends on
-                // the vertex after `at`, which does not exist at the end of the path.
+                // The strategy s = 1 samples the light from the vertex `at`. The density of this
+                // sample depends on the vertex after `at`, which does not exist at the end of the
+                // path.
                 let Some(next) = path.get(2) else { break };
                 let direct = self.direct(before, at, Some(at.direction_to(next)), time);
                 others *= self.raised(direct, before.forward);

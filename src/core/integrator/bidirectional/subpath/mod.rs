@@ -21,9 +21,10 @@
 //!   arrives from there. No connection uses the direction, but light samples use it.
 //!
 //! Densities of directions sampled from delta lobes omit the delta distribution and the probability
-//! of the lobe, which both ends have in common. They include the geometry of the segment and the
-//! Jacobian of one direction with respect to the other (`delta_jacobian`). Without these factors,
-//! the MIS weights would be wrong if the distances to the two neighbours of a mirror differ.
+//! of the lobe, which both ends have in common. The densities include the geometry of the segment
+//! and the Jacobian of one direction with respect to the other (`delta_jacobian`). Without these
+//! factors, the MIS weights would be wrong if the distances to the two neighbours of a mirror
+//! differ.
 //!
 //! The filter width of texture lookups must be the same from both ends, so it depends only on the
 //! surface point (`World::footprint`).
@@ -235,9 +236,9 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
 }
 
 /// Ratio of the solid angle around the outgoing direction of a delta lobe to the solid angle around
-/// the incoming direction: 1 for mirrors. For refraction it follows from the basic radiance
-/// `L / η²`, which stays constant: `η² cos θ dω` is the same on both sides. `eta` is the index of
-/// refraction on the far side relative to the near side.
+/// the incoming direction: 1 for mirrors. For refraction, the ratio follows from `η² cos θ dω`,
+/// which is the same on both sides, because the basic radiance `L / η²` stays constant. `eta` is
+/// the index of refraction on the far side relative to the near side.
 ///
 /// The two ends of a path sample the direction as delta distributions in different variables. This
 /// ratio converts between them.

@@ -100,9 +100,9 @@ impl<'a> Surface<'a> {
     }
 
     /// Returns `true` if only a camera path can continue in the direction `wi`. `wo` is the
-    /// direction to its previous vertex. This is so if `wi` is on different sides of the geometric
-    /// normal and of the shading normal bent for `wo`. Light from `wi` hits the other side of the
-    /// facet.
+    /// direction to its previous vertex. The condition is that `wi` is on different sides of the
+    /// geometric normal and of the shading normal bent for `wo`. Light from `wi` hits the other
+    /// side of the facet.
     pub fn is_one_way(&self, wo: Vec3, wi: Vec3) -> bool {
         self.is_detailed && !self.point.seen_from(wo).sides_agree(wi)
     }
@@ -279,8 +279,8 @@ impl<'a> Surface<'a> {
     }
 
     /// Reciprocal of the probability that the surface stops a ray. Both subpaths of a merged path
-    /// hit the surface with this probability, although it is one vertex of the path. This factor
-    /// removes one of the two probabilities.
+    /// hit the surface with this probability, although the two hits are one vertex of the path.
+    /// This factor removes one of the two probabilities.
     pub fn over_opacity(&self, scene: &Scene) -> f32 {
         match scene.lets_light_pass() {
             true => 1.0 / scene.stopping_share(&self.hit),

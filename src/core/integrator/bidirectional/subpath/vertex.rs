@@ -28,7 +28,7 @@ pub(crate) struct PathVertex<'a> {
     /// Density with which the subpath sampled the vertex.
     pub forward: f32,
     /// Density with which a path from the other end, with the same vertices, would sample this
-    /// vertex. It is set when the subpath continues.
+    /// vertex. Set when the subpath continues.
     pub reverse: f32,
     /// True if the subpath leaves the vertex by a delta lobe.
     pub is_delta: bool,

@@ -125,8 +125,8 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
     /// splits of the new vertices between both ends, without a factor of the kept vertices.
     ///
     /// The camera subpath keeps `kept` vertices, and the light subpath keeps all remaining
-    /// vertices. Both continue from there, and are then connected, unless the camera subpath hits a
-    /// light (Veach 1997, §10.2 and §11.4.2.1).
+    /// vertices. Both subpaths continue from these vertices, and are then connected, unless the
+    /// camera subpath hits a light (Veach 1997, §10.2 and §11.4.2.1).
     pub fn inverse_contribution(&self, path: &Path<'a>, kept: usize, count: usize) -> f64 {
         let n = path.len();
         let kept_light = n - kept - count;
@@ -158,8 +158,9 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
 }
 
 /// Geometry term of the edge between `at` and `next`, if the edge connects two subpaths:
-/// `transmittance |cos| / d²`, with the cosine at `next`. It is divided by the cosine at `next` of
-/// the light from `after`, which the value of `next` contains (Veach 1997, §8.2).
+/// `transmittance |cos| / d²`, with the cosine at `next`. The term is divided by the cosine at
+/// `next` of the direction to `after`, because the value of `next` contains this cosine (Veach
+/// 1997, §8.2).
 fn edge(at: &Vertex, next: &Vertex, after: Option<&Vertex>) -> f64 {
     if next.is_infinite() {
         return at.transmittance.pass as f64;

@@ -13,10 +13,10 @@
 //! are mutations. `seed` finds the start paths of chains.
 //!
 //! The acceptance probability of a mutation depends on the changed part. For a bidirectional
-//! mutation it uses the sum over all splits of the new vertices between both ends. For a
-//! perturbation it uses the integrand per film point and directions. A mutation that deletes some
-//! vertices and adds others is paired with the reverse mutation. Each pair is in detailed balance,
-//! so other mutations that lead to the same path do not matter.
+//! mutation, the probability uses the sum over all splits of the new vertices between both ends.
+//! For a perturbation, the probability uses the integrand per film point and directions. A mutation
+//! that deletes some vertices and adds others is paired with the reverse mutation. Each pair is in
+//! detailed balance, so other mutations that lead to the same path do not matter.
 //!
 //! The delta distributions of mirrors and glass appear in the contribution of a path and in every
 //! density, and cancel. A path stores which of its vertices scatter by delta lobes. At a vertex
@@ -26,13 +26,13 @@
 //!   step would be repeated.
 //! - A tenth of all mutations replaces the whole path. The distribution of its length comes from
 //!   the seeds of the iteration, except the samples that the chain may have started from
-//!   (`Seeds::lengths`). A step that depends on these samples would favour light that they found by
-//!   chance: a bias of a few percent if an iteration has few seeds.
+//!   (`Seeds::lengths`). A step that depends on these samples would favour light that the samples
+//!   found by chance. The bias would be a few percent if an iteration has few seeds.
 //! - An iteration has one chain per 256 mutations. Chains start at paths of bidirectional path
-//!   tracing, chosen in proportion to their light and stratified; an iteration is unbiased from the
+//!   tracing, chosen in proportion to their light and stratified. An iteration is unbiased from the
 //!   first mutation on. Many short chains are noisier than a long chain if seeds seldom find the
-//!   light. They are better if a long chain would never leave a corner of path space. `--chains`
-//!   sets the number of chains.
+//!   light. Short chains are better if a long chain would never leave a corner of path space.
+//!   `--chains` sets the number of chains.
 //! - Seeds are weighted by the balance heuristic over all strategies. This equals the sum over
 //!   splits of a mutation that deletes all vertices.
 //! - Vertices store their factors. Only factors next to new vertices are computed
@@ -41,8 +41,8 @@
 //!   lens point changes only if the camera end of the path is made anew. The time changes only by a
 //!   time mutation or by a new path.
 //! - Film points of lens subpath mutations are stratified over the chains of an iteration. They are
-//!   not stratified along a chain: a point that depends on earlier points would depend on the state
-//!   of the chain. So each chain stays unbiased.
+//!   not stratified along a chain, because a point that depends on earlier points would depend on
+//!   the state of the chain. So each chain stays unbiased.
 //! - If surfaces have alpha or are thin glass, each edge has a transmittance. A traced ray passes
 //!   such surfaces at random, so its density contains the transmittance. A connection is multiplied
 //!   by the transmittance instead.

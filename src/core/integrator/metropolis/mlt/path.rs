@@ -110,8 +110,8 @@ pub(super) struct LightSource {
     pub kind: LightSourceKind,
     /// Radiance, W·sr⁻¹·m⁻². For parallel light: irradiance, W·m⁻². Not used for point lights.
     pub radiance: Spectrum,
-    /// Opacity of the light's surface. `radiance` does not include the opacity: a ray stops at the
-    /// surface with this probability, but a sampled point is always on the surface.
+    /// Opacity of the light's surface. `radiance` does not include the opacity, because a ray stops
+    /// at the surface with this probability, but a sampled point is always on the surface.
     pub opacity: f32,
     /// Origin of rays from the light, offset from its surface.
     pub origin: Vec3,
@@ -219,8 +219,8 @@ impl<'a> Vertex<'a> {
         }
     }
 
-    /// Returns `true` if both vertices are on the same triangle: a ray from `other` hit the
-    /// triangle that it left. The quantities of a path cannot distinguish such points.
+    /// Returns `true` if both vertices are on the same triangle. This happens if a ray from `other`
+    /// hits the triangle that it leaves. The quantities of a path cannot distinguish such points.
     pub fn is_on_same_triangle(&self, other: &Self) -> bool {
         let triangle = |vertex: &Self| vertex.surface().map(|s| (s.hit.prim, s.hit.geom, s.hit.inst));
         triangle(self).is_some_and(|own| triangle(other) == Some(own))

@@ -24,11 +24,11 @@ use crate::math::Vec3;
 /// two strategies are weighted as at any other vertex. Light that is emitted at `y`, and light that
 /// arrives by a delta lobe, is added only to the pixel whose path found it.
 ///
-/// A first vertex can connect to `y` only if `y` is on the same side of its shading normal and of
-/// its geometric normal. A ray below the horizon of one normal can hit the surface that it leaves,
-/// and no other vertex can connect to that point. Such an end is used only by its own path, as
-/// without reuse. Whether a first vertex shares `y` depends only on these two points, and not on
-/// the path that found `y`. So the densities of the other vertices are right.
+/// A first vertex can connect to `y` only if `y` is on the same side of the shading normal and of
+/// the geometric normal of the first vertex. A ray below the horizon of one normal can hit the
+/// surface that it leaves, and no other vertex can connect to that point. Such an end is used only
+/// by its own path, as without reuse. Whether a first vertex shares `y` depends only on these two
+/// points, and not on the path that found `y`. So the densities of the other vertices are right.
 pub(super) struct End<'v> {
     /// The vertex, seen from the first vertex of its owner. The owner is the path that found the
     /// end.
@@ -44,8 +44,8 @@ pub(super) struct End<'v> {
     /// Unit geometric normal on the side of the viewers.
     pub(super) n: Vec3,
     /// Surface point, if its shading normal differs from the geometric normal. A viewer for which
-    /// this normal would be bent does not connect, because the bent normal would make another
-    /// surface of it.
+    /// this normal would be bent does not connect, because the surface at this point would be
+    /// different for this viewer.
     pub(super) curved: Option<SurfacePoint>,
 }
 

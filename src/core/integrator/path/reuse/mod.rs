@@ -10,12 +10,12 @@
 //! traced as one packet.
 //!
 //! The balance heuristic over all paths that could have found the end makes the estimate unbiased.
-//! It also limits the estimate to the light that the pixel's own path would add; the type `End` has
-//! the formulas. Two kinds of light are added only to the pixel whose path found them: light
-//! emitted at the second vertex, and light that arrives there by a delta lobe.
+//! The heuristic also limits the estimate to the light that the pixel's own path would add. The
+//! type `End` has the formulas. Two kinds of light are added only to the pixel whose path found
+//! them: light emitted at the second vertex, and light that arrives there by a delta lobe.
 //!
-//! - The first vertex is the first surface that is not a mirror or smooth glass: the vertices
-//!   before it count as part of the camera.
+//! - The first vertex is the first surface that is not a mirror or smooth glass. Mirrors and glass
+//!   before the first vertex count as part of the camera.
 //! - Groups have sixteen pixels. Groups of 32 pixels have hardly less error in the same time, and a
 //!   larger part of the error is common to all pixels.
 //! - Random numbers of different pixels are independent up to the first vertices. Random numbers of
@@ -109,8 +109,8 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
             // All paths of a group must have one time.
             packet.trace(&integrator.world, keys, &mut of_first_vertices, true, out);
 
-            // Trace each path to its end, or completely if it has no end.
-            // Slots are on the heap: they are large, and an array would be copied when it is made.
+            // Trace each path to its end, or completely if it has no end. Slots are on the heap,
+            // because they are large, and an array would be copied when it is made.
             let slots: Vec<BsdfSlot> = (0..MAX_VERTICES_TO_END * SAMPLES_AT_ONCE)
                 .map(|_| BsdfSlot::new())
                 .collect();

@@ -141,7 +141,7 @@ impl<'f, 'v> Workspace<'f, 'v> {
     }
 
     /// Prepares the BSDF of `end` for the first `count` candidates. Returns the method to evaluate
-    /// it.
+    /// the BSDF.
     #[inline(never)]
     fn view(&mut self, end: &End<'v>, count: usize) -> EndBsdf {
         let bsdf = end.vertex.bsdf;

@@ -17,7 +17,7 @@ parameters! {
         ///
         /// The camera is guessed, from this side; not with `position` or `orbit`.
         view: View, default "auto";
-        /// Elevation: an orthographic view of the front, back, left or right
+        /// Elevation: an orthographic view of front, back, left or right, or a plan
         ///
         /// It shows the whole box of the scene. `plan` is the view from above, with the front
         /// below. The upright axis is the axis nearest to `up`. Without `up` it is the axis that
@@ -93,7 +93,7 @@ parameters! {
         vertical_fov: f32, default "40; 35 or 62 with a guessed camera", in Range::Between(0.0, 180.0), flag "fov";
         /// Radius of the lens in scene units; 0 is a pinhole
         lens_radius: f32, default "0", in Range::AtLeast(0.0);
-        /// F-number: the lens radius is half the focal length over N
+        /// F-number N: the lens radius is half the focal length divided by N
         ///
         /// In place of `lens_radius`. The focal length follows from `vertical_fov` and
         /// `sensor_height`, for a lens focused at infinity.

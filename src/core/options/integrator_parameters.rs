@@ -40,7 +40,7 @@ parameters! {
         directions: Directions = Directions::Bsdf;
         /// Points in the cube from which perturbed-qmc makes directions
         direction_points: CubePoints = CubePoints::Halton;
-        /// Radius of the disks of perturbed-qmc; 0 moves no point, 1 covers its area
+        /// Radius of the disks on which perturbed-qmc moves points; 0 moves none
         ///
         /// A disk of radius 1 is as large as the area of the sphere divided by the number of
         /// points.
@@ -64,8 +64,8 @@ parameters! {
         light_selection: SelectionMode = SelectionMode::Auto;
         /// Samples of the widest lamp at each vertex, for light selection all
         ///
-        /// Other lamps take at least one sample, in proportion to the root of their area. Skies
-        /// take as many as the widest lamp.
+        /// Other lamps take at least one sample, in proportion to the square root of their area.
+        /// Skies take as many as the widest lamp.
         lamp_samples: u32 = 1, in Range::FromTo(1, 64);
         /// Sampling of emitting triangles: by area or by solid angle
         triangle_sampling: TriangleSampling = TriangleSampling::Area;
@@ -91,7 +91,7 @@ parameters! {
         direct_probability: f32 = 0.5, in Range::FromTo(0.01, 0.99);
         /// Rays that leave each vertex of distributed
         branching: u32 = 4, in Range::AtLeast(1);
-        /// Maximum number of scattering events of distributed, in addition to max_depth
+        /// Maximum number of scattering events of distributed; max_depth applies too
         tree_depth: u32 = 4, in Range::FromTo(1, 1024);
         /// Distance in scene units within which surfaces occlude, in ao
         ao_distance: f32, default "from the size of the room; outdoors the diameter of the scene", in Range::Above(0.0);
@@ -131,9 +131,9 @@ parameters! {
         chains: u32, default "one per 256 mutations, at least 16", in Range::AtLeast(1);
         /// Samples of bdpt per iteration, from which chains start
         bootstrap: u32, default "one per 8 mutations, at least 512", in Range::AtLeast(1);
-        /// Share of large steps among the mutations of pssmlt
+        /// Fraction of large steps among the mutations of pssmlt
         large_step_probability: f32 = 0.3, in Range::FromTo(0.0, 1.0);
-        /// Maximum small step of pssmlt, as a share of the range of a random number
+        /// Maximum small step of pssmlt, as a fraction of the range of a random number
         mutation_size: f32 = 1.0 / 64.0, in Range::AboveTo(0.0, 0.5);
     }
 }

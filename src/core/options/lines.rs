@@ -16,7 +16,7 @@ parameters! {
         lines: DrawnLines, default "off";
         /// Width of lines in pixels
         lines_width: f32 = 1.5, in Range::FromTo(0.1, 64.0);
-        /// Angle in degrees between two faces from which on their edge is a line
+        /// Minimum angle in degrees between two faces for a line on their edge
         lines_angle: f32 = 30.0, in Range::FromTo(1.0, 180.0);
     }
 }

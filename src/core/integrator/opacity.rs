@@ -24,8 +24,9 @@
 //! - A walk has at most 10,000 queries. All surfaces behind the last query count as opaque, and
 //!   `cut_walks` of `--stats` counts such walks.
 //! - A surface of opacity α with emitted radiance Le emits α Le on average. A ray that stops at the
-//!   surface finds Le; a light sample there has α Le (`light/textured.rs`). Rays that miss a round
-//!   lamp pass the hull of the lamp (`scene/lamp_hulls.rs`).
+//!   surface finds Le; a light sample there has α Le (`light/textured.rs`). Rays that hit the hull
+//!   mesh of a sphere or disk lamp, but miss the lamp, pass through the hull
+//!   (`scene/lamp_hulls.rs`).
 //!
 //! Each ray query checks once if the scene has alpha or thin glass. docs/notebook/2026-11.md,
 //! "Alpha", has the cost of alpha, and "Window panes" the cost of glass.

@@ -27,7 +27,8 @@ pub struct Vertex<'a> {
     pub is_bent: bool,
     /// True if `bsdf` is the BSDF of one wavelength.
     pub is_dispersing: bool,
-    /// Body behind the surface, as in [`Ray::body`](crate::math::Ray::body).
+    /// Index of the absorbing body behind the surface, as in [`Ray::body`](crate::math::Ray::body);
+    /// 0 if there is none.
     pub body: u32,
 }
 
@@ -106,7 +107,7 @@ impl<'a> Vertex<'a> {
         !self.point.sides_agree(w)
     }
 
-    /// Body in which rays in the direction `wi` (local frame) start, as in
+    /// Index of the absorbing body in which rays in the direction `wi` (local frame) start, as in
     /// [`Ray::body`](crate::math::Ray::body).
     #[inline(always)]
     pub fn body_towards(&self, wi: Vec3) -> u32 {

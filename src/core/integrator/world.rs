@@ -221,7 +221,7 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     /// Closest hit of `ray`, and the transmittance up to the hit. Rays pass surfaces with alpha and
-    /// thin glass at random; thin glass and bodies tint the light.
+    /// thin glass at random. Thin glass and absorbing bodies tint the light.
     #[inline(always)]
     pub fn intersect(&self, ray: &Ray, kind: RayKind, out: &mut impl RaySink) -> (Option<Hit>, Spectrum) {
         out.ray(kind);
@@ -286,8 +286,9 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     /// First surface along `ray` for which `is_opaque` returns `true`. `first` is the closest hit
-    /// of the ray. The ground does not stop camera rays from below. Surfaces between the hull of a
-    /// lamp and the lamp count as in front of the lamp.
+    /// of the ray. The ground does not stop camera rays from below. The hull of a sphere or disk
+    /// lamp is a mesh around it (`scene/lamp_hulls.rs`). Surfaces between the hull and the lamp
+    /// count as in front of the lamp.
     #[inline(always)]
     pub(super) fn first_that(
         &self,

@@ -39,9 +39,9 @@ const FIRST_DIFFERENCES: u64 = 256;
 /// limited because each round makes the estimate of the tile's error more accurate.
 const GROWTH: f64 = 0.25;
 
-/// Adds samples to every pixel of `film` until the condition `stop` holds. Without a noise level,
-/// all samples are taken as by [`render`]. With a noise level, the render ends when the estimated
-/// error of the film reaches the level.
+/// Adds samples to every pixel of `film` until the stop condition holds. Without a noise level, all
+/// samples are taken as by [`render`]. With a noise level, the render ends when the estimated error
+/// of the film reaches the level.
 pub fn render_samples<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,

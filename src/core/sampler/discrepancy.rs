@@ -89,7 +89,7 @@ mod tests {
                 assert!((found - expected).abs() < 1e-12, "{name} {n}: {found} for {expected}");
             }
         }
-        // Points at the same place, and points on one line
+        // Equal points, and points on one line
         let line = [[0.5, 0.25], [0.5, 0.25], [0.5, 0.75], [0.0, 0.75], [0.25, 0.25]].map(Vec2::from);
         assert!((star_discrepancy(&line) - by_brute_force(&line)).abs() < 1e-12);
         assert_eq!(star_discrepancy(&[Vec2::splat(0.5)]), 0.75);

@@ -29,8 +29,8 @@ use crate::sampler::{Dimension, PrimarySampler, SampleKey, Sampler, Stream};
 /// visit dark places about as often as bright places (two-stage Metropolis light transport, Veach
 /// and Guibas 1997). Any importance image above 0 that does not depend on the chains is valid. The
 /// image with the minimum relative error includes all light, also the light that chains do not
-/// find. Let a place of the image have the light I of chains, the value T of the importance image,
-/// and the total light L. `I / T` paths fall on this place, each with the light T. So the sum of
+/// find. Let a region of the image have the light I of chains, the value T of the importance image,
+/// and the total light L. `I / T` paths fall on this region, each with the light T. So the sum of
 /// variances `I T / L²`, for a given number of paths, is minimal if T is proportional to L.
 #[derive(Clone, Debug)]
 pub struct ImportanceImage {

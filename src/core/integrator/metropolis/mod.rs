@@ -13,8 +13,8 @@
 //! in a dozen pixels, the mean light of the lamp was then between a quarter and twice the correct
 //! value.
 //!
-//! The errors of neighbouring pixels are correlated, because a chain that stays in one place
-//! brightens its neighbourhood. The variance channel is correct for each pixel separately.
+//! The errors of neighbouring pixels are correlated, because a chain that stays near one pixel
+//! brightens the neighbouring pixels. The variance channel is correct for each pixel separately.
 //! `embrasure compare` assumes the worst case, that all pixels of a tile have common errors.
 //! `tests/it/transport/metropolis.rs` compares regions by their variance over iterations.
 //!

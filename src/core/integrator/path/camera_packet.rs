@@ -50,8 +50,8 @@ impl CameraPacket {
         }
     }
 
-    /// Replaces each hit by the first surface that stops the ray. Rays pass surfaces with alpha and
-    /// thin glass, and bodies absorb their light.
+    /// Replaces each hit by the first surface that stops the ray. Rays pass through surfaces with
+    /// alpha and thin glass, and absorbing bodies tint their light.
     fn pass_surfaces<A: Accel>(
         &mut self,
         world: &World<A>,

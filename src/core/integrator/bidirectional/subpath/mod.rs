@@ -11,14 +11,15 @@
 //! came from the light. Three rules follow:
 //!
 //! - A ray towards a light starts on the light's side of the bent normal, as in `path/direct.rs`. A
-//!   ray of a light path starts on the side of the facet that faces the direction of the ray.
-//! - A light path has no viewer yet. If the shading normal differs much from the normal of the
-//!   facet, light leaves in directions that a lobe around the shading normal never samples. So a
-//!   light path samples some directions around the normal of the facet (`Surface::facet_share`).
-//! - A camera path may leave a vertex below the horizon of its facet, or of its shading normal
-//!   (`Surface::is_one_way`). The ray hits the same facet again, or the surface behind the rim of a
-//!   curved surface. Light from that direction hits the other side of the facet, so no light path
-//!   arrives from there. No connection uses the direction, but light samples use it.
+//!   ray of a light path starts on the side of the triangle that faces the direction of the ray.
+//! - A light path has no viewer yet. If the shading normal differs much from the geometric normal,
+//!   light leaves in directions that a lobe around the shading normal never samples. So a light
+//!   path samples some directions around the geometric normal (`Surface::facet_share`).
+//! - A camera path may leave a vertex in a direction below the horizon of the geometric normal, or
+//!   of the shading normal (`Surface::is_one_way`). The ray hits the same triangle again, or the
+//!   surface behind the rim of a curved surface. Light from that direction hits the other side of
+//!   the triangle, so no light path arrives from there. No connection uses the direction, but light
+//!   samples use it.
 //!
 //! Densities of directions sampled from delta lobes omit the delta distribution and the probability
 //! of the lobe, which both ends have in common. The densities include the geometry of the segment

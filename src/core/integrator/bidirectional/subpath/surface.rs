@@ -40,7 +40,7 @@ pub(crate) struct Surface<'a> {
     pub point: SurfacePoint,
     frame: Frame,
     pub bsdf: BsdfRef<'a>,
-    /// Body behind the surface, as in [`Ray::body`].
+    /// Index of the absorbing body behind the surface, as in [`Ray::body`]; 0 if there is none.
     body: u32,
     /// True if shading normals or the material vary over the surface.
     is_detailed: bool,
@@ -102,7 +102,7 @@ impl<'a> Surface<'a> {
     /// Returns `true` if only a camera path can continue in the direction `wi`. `wo` is the
     /// direction to its previous vertex. The condition is that `wi` is on different sides of the
     /// geometric normal and of the shading normal bent for `wo`. Light from `wi` hits the other
-    /// side of the facet.
+    /// side of the triangle.
     pub fn is_one_way(&self, wo: Vec3, wi: Vec3) -> bool {
         self.is_detailed && !self.point.seen_from(wo).sides_agree(wi)
     }
@@ -199,7 +199,7 @@ impl<'a> Surface<'a> {
         Ray::new(origin, w).when(self.point.time).within(self.body_towards(w))
     }
 
-    /// Body in which rays in direction `w` start, as in [`Ray::body`].
+    /// Index of the absorbing body in which rays in direction `w` start, as in [`Ray::body`].
     pub fn body_towards(&self, w: Vec3) -> u32 {
         if w.dot(self.point.ng) < 0.0 { self.body } else { 0 }
     }
@@ -241,10 +241,11 @@ impl<'a> Surface<'a> {
 
     /// Fraction of the smooth samples of light paths that are cosine-distributed around the
     /// geometric normal. The BSDF samples directions around the shading normal, and never
-    /// directions above the facet but below the horizon of the shading normal. A viewer there still
-    /// sees light, because the normal is bent for the viewer. The fraction is proportional to the
-    /// square root of the part that the BSDF misses. This limits both the number of badly sampled
-    /// paths and the weights of the few paths in the missed directions.
+    /// directions above the horizon of the geometric normal but below the horizon of the shading
+    /// normal. A viewer there still sees light, because the normal is bent for the viewer. The
+    /// fraction is proportional to the square root of the part that the BSDF misses. This limits
+    /// both the number of badly sampled paths and the weights of the few paths in the missed
+    /// directions.
     fn facet_share(&self) -> f32 {
         match self.is_detailed {
             true => 0.5 * (1.0 - self.point.ns.dot(self.point.ng)).clamp(0.0, 1.0).sqrt(),

@@ -80,7 +80,7 @@ use space::PathSpace;
 
 /// Metropolis light transport: Markov chains of paths, each a mutation of the previous path. Paths
 /// are visited in proportion to their luminance divided by the importance image, so all visits to
-/// one place add equal luminance (Veach and Guibas 1997; Veach 1997, ch. 11).
+/// one region of the image add equal luminance (Veach and Guibas 1997; Veach 1997, ch. 11).
 ///
 /// Each iteration has separate chains, and as many mutations as pixels. Its chains start from paths
 /// of bidirectional path tracing. These paths also estimate the total light, so each iteration is

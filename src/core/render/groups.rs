@@ -1,10 +1,10 @@
 //! Groups of pixels that share their paths (`integrator/path/reuse`).
 //!
-//! The errors of the pixels of a group are correlated. Groups are random within a tile, so that no
-//! pattern shows, and change with each block of 64 samples. Within a block the groups are fixed, so
-//! that the samples of a pixel stay stratified for every pixel of its group. Tiles have the same
-//! position in a crop as in the full image, and a group includes pixels outside of the crop. So the
-//! pixels of a crop are bit-identical to the pixels of the full image.
+//! The errors of the pixels of a group are correlated. Groups are random within a tile, so that the
+//! correlation shows no pattern, and change with each block of 64 samples. Within a block the
+//! groups are fixed, so that the samples of a pixel stay stratified for every pixel of its group.
+//! Tiles have the same position in a crop as in the full image, and a group includes pixels outside
+//! of the crop. So the pixels of a crop are bit-identical to the pixels of the full image.
 //!
 //! `--pixel X,Y --sample K` also traces the companions of the sample, which are the other samples
 //! of its group, and prints the light that the pixel receives from them.

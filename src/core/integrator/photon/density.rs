@@ -19,8 +19,8 @@ pub(crate) fn is_one_surface(ng: Vec3, other: Vec3) -> bool {
     ng.dot(other).abs() >= MIN_COSINE
 }
 
-/// Estimate of the light that photons around a vertex bring and that the vertex scatters to its
-/// viewer: an estimate of the density of flux (Jensen 1996, eq. 6).
+/// Estimate of the light that a vertex scatters to its viewer, from the photons around the vertex.
+/// The photons give the density of flux at the vertex (Jensen 1996, eq. 6).
 ///
 /// With N paths, and photons i of power Φᵢ within a disk of radius r,
 ///

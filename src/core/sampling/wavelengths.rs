@@ -72,9 +72,9 @@ fn bands() -> &'static Bands {
     })
 }
 
-/// Positive part of the matching functions of linear Rec.709 at a wavelength in nanometres, by the
-/// fit of CIE 1931 of Wyman, Sloan and Shirley 2013 ("Simple Analytic Approximations to the CIE XYZ
-/// Color Matching Functions", eq. 4).
+/// Positive part of the colour matching functions of linear Rec.709 at a wavelength in nanometres.
+/// The functions use the fit of CIE 1931 by Wyman, Sloan and Shirley 2013 ("Simple Analytic
+/// Approximations to the CIE XYZ Color Matching Functions", eq. 4).
 fn matching(nanometers: f64) -> [f64; 3] {
     let lobe = |height: f64, middle: f64, widths: [f64; 2]| {
         let width = widths[usize::from(nanometers >= middle)];

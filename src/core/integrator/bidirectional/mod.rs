@@ -18,9 +18,9 @@
 //! of a sample. Camera and light subpaths use alternate blocks of dimensions.
 //!
 //! `--aov strategies` sums the light of each strategy, weighted and unweighted, in the same way as
-//! light groups. `tests/it/transport/bidirectional.rs` compares the unweighted image of each of the
-//! 20 strategies for paths of up to five segments with the image of that path length. This test
-//! finds any wrong density.
+//! light groups. `tests/it/transport/bidirectional.rs` renders the unweighted image of each of the
+//! 20 strategies for paths of up to five segments. Each of these images must equal the image of all
+//! paths of the same length. This test finds any wrong density.
 
 pub(crate) mod bdpt;
 pub(crate) mod connection;

@@ -53,12 +53,12 @@ use std::ops::RangeInclusive;
 /// v are added to the image, each with b f / f*, times 1 − a for u and times a for v: the mean over
 /// the decision (Veach and Guibas 1997).
 ///
-/// **Each iteration is unbiased.** It first makes M seeds. A seed has all random numbers except the
-/// number that chooses the strategy, and all strategies for paths of all n from these numbers. For
-/// each strategy, f* / n is the target that it adds to b. One strategy is sampled in proportion to
-/// this target. The weight w of the seed is the sum over all strategies, divided by M; the sum B of
-/// the weights has the mean b. Chains start at seeds sampled by these weights: of C chains, `C w /
-/// B` are expected to start at a seed.
+/// **Each iteration is unbiased.** It first makes M seeds. For a seed, all random numbers are drawn
+/// except the number that chooses the strategy. From these numbers, the paths of all strategies for
+/// all n are made. For each strategy, f* / n is the target that it adds to b. One strategy is
+/// sampled in proportion to this target. The weight w of the seed is the sum over all strategies,
+/// divided by M; the sum B of the weights has the mean b. Chains start at seeds sampled by these
+/// weights: of C chains, `C w / B` are expected to start at a seed.
 ///
 /// If the chain at u adds g(u) = f(u) / f*(u), all chains at their starts add B / C times the sum
 /// of g over them. Given the seeds, the mean of this is Σ w g, whose mean over the seeds is ∫ f* g

@@ -22,8 +22,8 @@ pub struct SampleRecord {
 }
 
 /// Renders iteration `index` on the calling thread; only the preparation may use other threads.
-/// Calls `keep` with the record of each sample and chain that contributes to `pixel` of an image of
-/// `resolution` pixels, and with the record of the pixel's own sample.
+/// Calls `keep` with the record of each sample and chain that contributes to the pixel `pixel`, and
+/// with the record of the pixel's own sample. The image has `resolution` pixels.
 pub fn record_iteration<I: IterationIntegrator, S: Sampler>(
     integrator: &I,
     (sampler, filter): (&S, &Filter),

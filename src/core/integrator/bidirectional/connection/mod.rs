@@ -52,8 +52,8 @@ pub(crate) struct Merging<'w> {
 }
 
 impl Merging<'_> {
-    /// Factor that converts the density of light vertices per area to the expected number of
-    /// vertices accepted for merging at the point `p`: `π r² n` (eq. 7 of Georgiev et al.).
+    /// The factor `π r² n` (eq. 7 of Georgiev et al.). It converts the density of light vertices
+    /// per area to the expected number of light vertices that are merged at the point `p`.
     fn acceptance(&self, p: Vec3, time: f32) -> f64 {
         let radius = self.radii.at(p, time) as f64;
         std::f64::consts::PI * radius * radius * self.paths as f64

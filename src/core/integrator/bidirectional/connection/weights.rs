@@ -336,8 +336,8 @@ struct ConnectionDensities {
     other: f32,
     /// Density of the vertex before the last vertex of the light subpath, sampled from the camera.
     next: f32,
-    /// Density with which light sampling at the neighbour of the light vertex finds the light
-    /// vertex. 0 if neither of these vertices is next to the connection.
+    /// Density of the vertex on the light, if light sampling at the neighbour of this vertex finds
+    /// it. 0 if neither of these two vertices is next to the connection.
     direct: f32,
 }
 

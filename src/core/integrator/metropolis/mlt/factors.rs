@@ -120,9 +120,10 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
         }
     }
 
-    /// Density with which bidirectional path tracing makes the `count` vertices of `path` after the
-    /// first `kept` vertices, divided by the contribution of the path. It is the sum over all
-    /// splits of the new vertices between both ends, without a factor of the kept vertices.
+    /// Density with which bidirectional path tracing makes the new vertices of `path`, divided by
+    /// the contribution of the path. The new vertices are the `count` vertices after the first
+    /// `kept` vertices. The density is the sum over all splits of the new vertices between both
+    /// ends, without the factors of the kept vertices.
     ///
     /// The camera subpath keeps `kept` vertices, and the light subpath keeps all remaining
     /// vertices. Both subpaths continue from these vertices, and are then connected, unless the

@@ -27,12 +27,7 @@ fn number(value: f32) -> f64 {
 fn light(scene: &Scene, id: LightId) -> Value {
     let group = scene.light_groups().names().get(scene.light_groups().of(id)).cloned();
     let kind = scene.lights().get(id.0 as usize).map(|light| match light {
-        Light::Triangle(_)
-        | Light::MovingTriangle(_)
-        | Light::Textured(_)
-        | Light::Rectangle(_)
-        | Light::Sphere(_)
-        | Light::Disk(_) => "surface",
+        Light::Area(_) => "surface",
         Light::Point(_) | Light::Spot(_) => "point",
         Light::Constant(_) | Light::Directional(_) | Light::Sun(_) | Light::Environment(_) => "background",
     });

@@ -48,14 +48,7 @@ impl LightSource {
     #[inline(always)]
     pub fn of(id: LightId, scene: &Scene) -> Self {
         let kind = match scene.lights().get(id.0 as usize) {
-            Some(
-                Light::Triangle(_)
-                | Light::MovingTriangle(_)
-                | Light::Textured(_)
-                | Light::Sphere(_)
-                | Light::Disk(_)
-                | Light::Rectangle(_),
-            ) => PathLight::Surface,
+            Some(Light::Area(_)) => PathLight::Surface,
             Some(Light::Point(_) | Light::Spot(_)) => PathLight::Point,
             Some(Light::Constant(_) | Light::Directional(_) | Light::Sun(_) | Light::Environment(_)) | None => {
                 PathLight::Background

@@ -136,12 +136,7 @@ impl Light {
         world: &Ball,
     ) -> Option<Emission> {
         let emission = match self {
-            Self::Triangle(light) => light.sample_emission(u_position, u_direction),
-            Self::MovingTriangle(light) => light.at(time).sample_emission(u_position, u_direction),
-            Self::Textured(light) => light.sample_emission(time, u_position, u_direction, textures),
-            Self::Sphere(light) => light.sample_emission(u_position, u_direction),
-            Self::Disk(light) => light.sample_emission(u_position, u_direction),
-            Self::Rectangle(light) => light.sample_emission(u_position, u_direction),
+            Self::Area(light) => light.sample_emission(time, u_position, u_direction, textures),
             Self::Point(light) => light.sample_emission(u_direction),
             Self::Constant(light) => light.sample_emission(u_position, u_direction, world),
             Self::Directional(light) => light.sample_emission(u_position, world),
@@ -159,12 +154,7 @@ impl Light {
     pub fn emission_pdfs(&self, ng: Vec3, w: Vec3, time: f32, world: &Ball) -> [f32; 2] {
         let of_disk = |pdf_direction: f32| [1.0 / world.disk_area(), pdf_direction];
         match self {
-            Self::Triangle(light) => light.emission_pdfs(ng, w),
-            Self::MovingTriangle(light) => light.at(time).emission_pdfs(ng, w),
-            Self::Textured(light) => light.at(time).emission_pdfs(ng, w),
-            Self::Sphere(light) => light.emission_pdfs(ng, w),
-            Self::Disk(light) => light.emission_pdfs(ng, w),
-            Self::Rectangle(light) => light.emission_pdfs(ng, w),
+            Self::Area(light) => light.emission_pdfs(ng, w, time),
             Self::Point(light) => [1.0, light.emission_pdf()],
             Self::Constant(light) => of_disk(light.pdf()),
             Self::Directional(_) => of_disk(1.0),

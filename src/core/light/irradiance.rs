@@ -3,7 +3,7 @@
 
 use super::environment::EnvironmentLight;
 use super::triangle::TriangleLight;
-use super::{Light, LightSample, SunLight};
+use super::{DiskLight, Light, LightSample, SunLight};
 use crate::color::Spectrum;
 use crate::math::{DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
@@ -13,14 +13,7 @@ impl Light {
     pub fn is_infinite(&self) -> bool {
         match self {
             Self::Constant(_) | Self::Directional(_) | Self::Sun(_) | Self::Environment(_) => true,
-            Self::Triangle(_)
-            | Self::MovingTriangle(_)
-            | Self::Textured(_)
-            | Self::Sphere(_)
-            | Self::Disk(_)
-            | Self::Rectangle(_)
-            | Self::Point(_)
-            | Self::Spot(_) => false,
+            Self::Area(_) | Self::Point(_) | Self::Spot(_) => false,
         }
     }
 
@@ -37,22 +30,10 @@ impl Light {
             Self::Environment(light) => Some(of_environment(light, n)),
             Self::Point(light) => Some(of_point(light.sample(p))),
             Self::Spot(light) => Some(of_point(light.sample(p))),
-            Self::Triangle(light) => Some(of_triangle(light, p, n)),
-            Self::MovingTriangle(light) => Some(of_triangle(&light.at(time), p, n)),
-            Self::Sphere(light) => Some(light.irradiance_at(p, n)),
-            Self::Disk(light) => {
-                let corners: Vec<Vec3> = light.polygon(DISK_SIDES).collect();
-                Some(light.radiance() * of_polygon(&corners, light.normal(), p, n))
-            }
-            Self::Rectangle(light) => Some(light.radiance() * of_polygon(&light.corners(), light.normal(), p, n)),
-            // The irradiance by a texture has no closed form.
-            Self::Textured(light) => Some(of_triangle(&light.without_textures(time)?, p, n)),
+            Self::Area(light) => light.irradiance_at(p, n, time),
         }
     }
 }
-
-/// Sides of the polygon that approximates a disk.
-const DISK_SIDES: u32 = 128;
 
 /// Number of quadrature points along each side of the square that is mapped to the sun's disc.
 const DISC_PLACES: usize = 256;
@@ -113,13 +94,22 @@ fn of_environment(light: &EnvironmentLight, n: Vec3) -> Spectrum {
 /// rᵢ₊₁|`, where βᵢ is the angle between two neighbouring corners as seen from `p` (Lambert 1760;
 /// Arvo 1995, "Analytic Methods for Simulated Light Transport", §4.2). The sum is over the corners
 /// of the part above the horizon.
-fn of_triangle(light: &TriangleLight, p: Vec3, n: Vec3) -> Spectrum {
+pub(super) fn of_triangle(light: &TriangleLight, p: Vec3, n: Vec3) -> Spectrum {
     light.radiance() * of_polygon(&light.corners(), light.normal(), p, n)
+}
+
+/// Sides of the polygon that approximates a disk.
+const DISK_SIDES: u32 = 128;
+
+/// Irradiance at `p` by a disk.
+pub(super) fn of_disk(light: &DiskLight, p: Vec3, n: Vec3) -> Spectrum {
+    let corners: Vec<Vec3> = light.polygon(DISK_SIDES).collect();
+    light.radiance() * of_polygon(&corners, light.normal(), p, n)
 }
 
 /// Irradiance divided by radiance, at the point `p` with unit normal `n`, of a convex polygon whose
 /// front has the unit normal `front`.
-fn of_polygon(corners: &[Vec3], front: Vec3, p: Vec3, n: Vec3) -> f32 {
+pub(super) fn of_polygon(corners: &[Vec3], front: Vec3, p: Vec3, n: Vec3) -> f32 {
     let (p, n) = (p.as_dvec3(), n.as_dvec3());
     let corners: Vec<DVec3> = corners.iter().map(|corner| corner.as_dvec3() - p).collect();
     // The point must be in front of the light.
@@ -220,7 +210,7 @@ mod tests {
             let [a, b, c] = corners;
             let corners = if turned { [a, c, b] } else { [a, b, c] };
             let light = TriangleLight::new(corners, Spectrum::splat(3.0), TriangleSampling::Area);
-            let light = Light::Triangle(light);
+            let light = Light::from(light);
             for (p, n) in [
                 (Vec3::ZERO, Vec3::Y),
                 (Vec3::new(0.0, -2.0, 0.0), Vec3::Y),

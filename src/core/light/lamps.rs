@@ -124,7 +124,7 @@ mod tests {
     /// A triangle whose legs have the length `width`.
     fn triangle(width: f32, radiance: f32) -> Light {
         let corners = [Vec3::ZERO, width * Vec3::X, width * Vec3::Y];
-        Light::Triangle(TriangleLight::new(
+        Light::from(TriangleLight::new(
             corners,
             Spectrum::splat(radiance),
             TriangleSampling::Area,

@@ -25,6 +25,7 @@
 //! Moving lights are placed at the time of each sample. An emitting triangle stores its normal and
 //! the largest ray offset of its points, so that the end of a shadow ray costs one product.
 
+mod area;
 mod cell_grid;
 mod constant;
 mod directional;
@@ -50,6 +51,7 @@ mod tree;
 mod triangle;
 mod visibility_grid;
 
+pub use area::AreaLight;
 pub use constant::ConstantLight;
 pub use directional::DirectionalLight;
 pub use disk::DiskLight;
@@ -127,18 +129,8 @@ impl LightSample {
 /// A light source.
 #[derive(Clone, Debug)]
 pub enum Light {
-    /// An emitting triangle.
-    Triangle(TriangleLight),
-    /// A moving triangle that emits.
-    MovingTriangle(Box<MovingTriangle>),
-    /// A triangle with an emission texture, or with opacity below 1.
-    Textured(Box<TexturedTriangle>),
-    /// A sphere.
-    Sphere(SphereLight),
-    /// A disk.
-    Disk(DiskLight),
-    /// A rectangle.
-    Rectangle(RectangleLight),
+    /// A light with a surface that rays can hit.
+    Area(AreaLight),
     /// A point that emits the same intensity in every direction.
     Point(PointLight),
     /// An environment with the same radiance from every direction.
@@ -153,14 +145,11 @@ pub enum Light {
     Environment(Box<EnvironmentLight>),
 }
 
-/// Of a light that is part of a mesh, only the kind is encoded. The mesh, its material and its
-/// placement determine the rest.
+/// The first byte is the kind of the light. Area lights have several kinds.
 impl Encode for Light {
     fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
         match self {
-            Self::Triangle(_) => sink(&[0]),
-            Self::MovingTriangle(_) => sink(&[1]),
-            Self::Textured(_) => sink(&[2]),
+            Self::Area(light) => light.encode(sink),
             Self::Point(light) => {
                 sink(&[3]);
                 light.encode(sink);
@@ -185,18 +174,6 @@ impl Encode for Light {
                 sink(&[8]);
                 light.encode(sink);
             }
-            Self::Sphere(light) => {
-                sink(&[9]);
-                light.encode(sink);
-            }
-            Self::Disk(light) => {
-                sink(&[10]);
-                light.encode(sink);
-            }
-            Self::Rectangle(light) => {
-                sink(&[11]);
-                light.encode(sink);
-            }
         }
     }
 }
@@ -207,12 +184,7 @@ impl Light {
     #[inline(always)]
     pub fn sample(&self, p: Vec3, time: f32, u: Vec2, textures: &[Texture]) -> Option<LightSample> {
         match self {
-            Self::Triangle(light) => light.sample(p, u),
-            Self::MovingTriangle(light) => light.at(time).sample(p, u),
-            Self::Textured(light) => light.sample(p, time, u, textures),
-            Self::Sphere(light) => light.sample(p, u),
-            Self::Disk(light) => light.sample(p, u),
-            Self::Rectangle(light) => light.sample(p, u),
+            Self::Area(light) => light.sample(p, time, u, textures),
             Self::Point(light) => light.sample(p),
             Self::Constant(light) => Some(light.sample(u)),
             Self::Directional(light) => Some(light.sample()),
@@ -227,12 +199,7 @@ impl Light {
     /// for lights that rays cannot hit.
     pub fn pdf(&self, p: Vec3, q: Vec3, wi: Vec3, time: f32) -> f32 {
         match self {
-            Self::Triangle(light) => light.pdf(p, q, wi),
-            Self::MovingTriangle(light) => light.at(time).pdf(p, q, wi),
-            Self::Textured(light) => light.at(time).pdf(p, q, wi),
-            Self::Sphere(light) => light.pdf(p),
-            Self::Disk(light) => light.pdf(p, q, wi),
-            Self::Rectangle(light) => light.pdf(p, q, wi),
+            Self::Area(light) => light.pdf(p, q, wi, time),
             Self::Constant(light) => light.pdf(),
             Self::Sun(light) => light.pdf(wi),
             Self::Environment(light) => light.pdf(wi),
@@ -244,12 +211,7 @@ impl Light {
     /// surface.
     pub fn normal(&self, q: Vec3, time: f32) -> Option<Vec3> {
         match self {
-            Self::Triangle(light) => Some(light.normal()),
-            Self::MovingTriangle(light) => Some(light.at(time).normal()),
-            Self::Textured(light) => Some(light.at(time).normal()),
-            Self::Sphere(light) => Some(light.normal_at(q)),
-            Self::Disk(light) => Some(light.normal()),
-            Self::Rectangle(light) => Some(light.normal()),
+            Self::Area(light) => Some(light.normal(q, time)),
             Self::Point(_)
             | Self::Constant(_)
             | Self::Directional(_)
@@ -261,36 +223,21 @@ impl Light {
 
     /// Returns true if the light moves.
     pub fn is_moving(&self) -> bool {
-        match self {
-            Self::MovingTriangle(_) => true,
-            Self::Textured(light) => light.is_moving(),
-            _ => false,
-        }
+        matches!(self, Self::Area(light) if light.is_moving())
     }
 
     /// Returns true if rays cannot hit the light.
     pub fn is_delta(&self) -> bool {
         match self {
             Self::Point(_) | Self::Directional(_) | Self::Spot(_) => true,
-            Self::Triangle(_)
-            | Self::MovingTriangle(_)
-            | Self::Textured(_)
-            | Self::Sphere(_)
-            | Self::Disk(_)
-            | Self::Rectangle(_)
-            | Self::Constant(_)
-            | Self::Sun(_)
-            | Self::Environment(_) => false,
+            Self::Area(_) | Self::Constant(_) | Self::Sun(_) | Self::Environment(_) => false,
         }
     }
 
     /// Type of the light, as users write it.
     pub fn kind(&self) -> &'static str {
         match self {
-            Self::Triangle(_) | Self::MovingTriangle(_) | Self::Textured(_) => "triangle",
-            Self::Sphere(_) => "sphere",
-            Self::Disk(_) => "disk",
-            Self::Rectangle(_) => "rectangle",
+            Self::Area(light) => light.kind(),
             Self::Point(_) => "point",
             Self::Constant(_) => "constant",
             Self::Directional(_) | Self::Sun(_) => "directional",
@@ -304,12 +251,7 @@ impl Light {
     /// directions of light.
     pub fn power(&self, scene_radius: f32) -> f64 {
         match self {
-            Self::Triangle(light) => light.power(),
-            Self::MovingTriangle(light) => light.power(),
-            Self::Textured(light) => light.power(),
-            Self::Sphere(light) => light.power(),
-            Self::Disk(light) => light.power(),
-            Self::Rectangle(light) => light.power(),
+            Self::Area(light) => light.power(),
             Self::Point(light) => light.power(),
             Self::Constant(light) => light.power(scene_radius),
             Self::Directional(light) => light.power(scene_radius),
@@ -323,12 +265,7 @@ impl Light {
     /// environments.
     pub(crate) fn area(&self) -> f64 {
         match self {
-            Self::Triangle(light) => light.area(),
-            Self::MovingTriangle(light) => light.at(0.5).area(),
-            Self::Textured(light) => light.at(0.5).area(),
-            Self::Sphere(light) => light.area(),
-            Self::Disk(light) => light.area(),
-            Self::Rectangle(light) => light.area(),
+            Self::Area(light) => light.area(),
             Self::Point(_) | Self::Spot(_) | Self::Directional(_) | Self::Sun(_) => 0.0,
             Self::Constant(_) | Self::Environment(_) => f64::INFINITY,
         }
@@ -337,12 +274,7 @@ impl Light {
     /// Bounding sphere and emission of the light; `None` if the light is at infinity.
     fn bounds(&self) -> Option<LightBounds> {
         match self {
-            Self::Triangle(light) => Some(light.bounds()),
-            Self::MovingTriangle(light) => Some(light.at(0.5).bounds()),
-            Self::Textured(light) => Some(light.bounds()),
-            Self::Sphere(light) => Some(light.bounds()),
-            Self::Disk(light) => Some(light.bounds()),
-            Self::Rectangle(light) => Some(light.bounds()),
+            Self::Area(light) => Some(light.bounds()),
             Self::Point(light) => Some(LightBounds::isotropic(light.position, light.intensity.luminance())),
             Self::Spot(light) => Some(light.bounds()),
             Self::Constant(_) | Self::Directional(_) | Self::Sun(_) | Self::Environment(_) => None,
@@ -352,18 +284,11 @@ impl Light {
     /// Estimate of the mean irradiance in `region` by a finite light, without shadows.
     fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         match self {
-            Self::Triangle(light) => light.irradiance(region),
-            Self::MovingTriangle(light) => light.irradiance(region),
-            Self::Textured(light) => light.irradiance(region),
+            Self::Area(light) => light.irradiance(region),
             Self::Spot(light) => light.irradiance(region),
-            Self::Rectangle(light) => light.irradiance(region),
-            Self::Sphere(_)
-            | Self::Disk(_)
-            | Self::Point(_)
-            | Self::Constant(_)
-            | Self::Directional(_)
-            | Self::Sun(_)
-            | Self::Environment(_) => self.bounds().map_or(0.0, |bounds| region.irradiance(&bounds)),
+            Self::Point(_) | Self::Constant(_) | Self::Directional(_) | Self::Sun(_) | Self::Environment(_) => {
+                self.bounds().map_or(0.0, |bounds| region.irradiance(&bounds))
+            }
         }
     }
 

@@ -3,7 +3,7 @@
 use super::lamps::Lamps;
 use super::light_grid::LightGrid;
 use super::visibility_grid::VisibilityGrid;
-use super::{Light, LightId, LightSample, LightSampleContext};
+use super::{AreaLight, Light, LightId, LightSample, LightSampleContext};
 use crate::math::{Bounds3, Vec2, Vec3};
 use crate::sampling::AliasTable;
 use crate::texture::Texture;
@@ -183,7 +183,7 @@ impl LightSelection {
         // If all samples are on the same rectangle, compute its solid angle only once
         let is_one = ids.iter().all(|id| id.is_none() || *id == ids[0]);
         match ids[0].map(|id| &lights[id.0 as usize]) {
-            Some(Light::Rectangle(light)) if is_one => light.sample_four(to.0.p, u),
+            Some(Light::Area(AreaLight::Rectangle(light))) if is_one => light.sample_four(to.0.p, u),
             _ => {
                 let mut samples = [None; 4];
                 for ((sample, id), u) in samples.iter_mut().zip(ids).zip(u) {

@@ -50,16 +50,7 @@ impl SkyBins {
         match light {
             Light::Constant(_) => Some(Self::of_constant()),
             Light::Environment(light) => Some(Self::of_environment(light)),
-            Light::Triangle(_)
-            | Light::MovingTriangle(_)
-            | Light::Textured(_)
-            | Light::Sphere(_)
-            | Light::Disk(_)
-            | Light::Rectangle(_)
-            | Light::Point(_)
-            | Light::Directional(_)
-            | Light::Sun(_)
-            | Light::Spot(_) => None,
+            Light::Area(_) | Light::Point(_) | Light::Directional(_) | Light::Sun(_) | Light::Spot(_) => None,
         }
     }
 

@@ -11,7 +11,7 @@
 //! strategies estimate the same integral, so MIS weights do not depend on α.
 
 use super::tree::{LightBounds, ReceiverRegion};
-use super::{Emission, Light, LightSample, MovingTriangle, TriangleLight};
+use super::{AreaLight, Emission, LightSample, MovingTriangle, TriangleLight};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::uniform_triangle;
@@ -59,7 +59,7 @@ enum UniformTriangle {
     Moving(Box<MovingTriangle>),
 }
 
-impl Light {
+impl AreaLight {
     /// If this light is a triangle, multiplies its emission by the textures and the opacity of
     /// `variation`. A triangle that emits nowhere gets radiance 0.
     pub fn varied(self, variation: Variation, textures: &[Texture]) -> Self {
@@ -268,7 +268,7 @@ impl TexturedTriangle {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::TriangleSampling;
+    use crate::light::{Light, TriangleSampling};
     use crate::texture::{Curve, Texels, Wrap};
 
     /// A texture of 256 × 256 black texels, except the texel in column `x` and row `y`, which emits
@@ -289,7 +289,7 @@ mod tests {
             opacity_map: None,
             alphas: [1.0; 3],
         };
-        Light::Triangle(triangle).varied(variation, &[texture])
+        AreaLight::from(triangle).varied(variation, &[texture]).into()
     }
 
     const LOWER: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
@@ -313,7 +313,7 @@ mod tests {
         let power = |variation: Variation, textures: &[Texture]| {
             let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
             let triangle = TriangleLight::new(corners, Spectrum::splat(3.0), TriangleSampling::Area);
-            let light = Light::Triangle(triangle).varied(variation, textures).power(1.0);
+            let light = AreaLight::from(triangle).varied(variation, textures).power(1.0);
             light / (std::f64::consts::PI * 0.5 * 3.0)
         };
         let half = Variation {
@@ -359,7 +359,7 @@ mod tests {
                 let uvs = at(40.5 + shift + 256.0 * turns, 55.5, 0.5);
                 let light = light(uvs, plain, lone_texel(40, 200, Wrap::Repeat));
                 assert_eq!(light.power(1.0) > 0.0, emits, "{shift} {turns}");
-                assert_eq!(matches!(light, Light::Triangle(_)), !emits);
+                assert_eq!(matches!(light, AreaLight::Triangle(_)), !emits);
             }
         }
         // Test a long triangle whose parts are larger than the texel and only touch it

@@ -6,7 +6,7 @@ use super::ground::GroundPlane;
 use super::recognise::Panes;
 use super::validate::{BuildError, check_extent, check_material, check_mesh, check_placement, remove_degenerate};
 use crate::geometry::{Mesh, PartNames, Placement};
-use crate::light::{EnvironmentLight, Light, LightGroupId, TriangleSampling};
+use crate::light::{AreaLight, EnvironmentLight, Light, LightGroupId, TriangleSampling};
 use crate::material::{Map, Material, MaterialId};
 use crate::math::{Bounds3, Vec3};
 use crate::texture::{Texture, TextureFilter, TextureId};
@@ -79,7 +79,7 @@ pub struct SceneBuilder {
     pub(super) material_groups: HashMap<MaterialId, LightGroupId>,
     /// Lights whose surface is a whole mesh, such as sphere lights. The key is the material of the
     /// mesh.
-    pub(super) lamps: HashMap<MaterialId, Light>,
+    pub(super) lamps: HashMap<MaterialId, AreaLight>,
     pub(super) triangle_sampling: TriangleSampling,
     pub(super) ground: Option<GroundPlane>,
     pub(super) panes: Panes,

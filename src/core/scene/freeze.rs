@@ -10,7 +10,7 @@ use super::{Instance, LightNumbering, Scene, Shape};
 use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, InstanceId, Mesh, PlacedTriangle, Placement, PrimId};
 use crate::light::{
-    ConstantLight, Light, LightGroupId, LightGroups, LightId, MovingTriangle, RectangleLight, TriangleLight,
+    AreaLight, ConstantLight, Light, LightGroupId, LightGroups, LightId, MovingTriangle, RectangleLight, TriangleLight,
     TriangleSampling, Variation,
 };
 use crate::material::{Map, Material, MaterialId, ThinSurface};
@@ -27,7 +27,10 @@ const BYTES_OF_A_LIGHT: u64 = 3 * size_of::<Light>() as u64 + 100;
 
 /// Two maps from a material: to the light group of its surfaces, and to the light whose surface is
 /// a whole mesh of this material.
-type LightsOfMaterials<'a> = (&'a HashMap<MaterialId, LightGroupId>, &'a HashMap<MaterialId, Light>);
+type LightsOfMaterials<'a> = (
+    &'a HashMap<MaterialId, LightGroupId>,
+    &'a HashMap<MaterialId, AreaLight>,
+);
 
 impl SceneBuilder {
     /// Freezes the scene. If a scene has no lights and no emitting surfaces, a constant environment
@@ -86,7 +89,7 @@ impl SceneBuilder {
             has_lamp_hulls: self
                 .lamps
                 .values()
-                .any(|light| matches!(light, Light::Sphere(_) | Light::Disk(_))),
+                .any(|light| matches!(light, AreaLight::Sphere(_) | AreaLight::Disk(_))),
             has_thin_surfaces: thin_surfaces.iter().any(Option::is_some),
             thin_surfaces,
             panes: self.report.panes,
@@ -286,7 +289,7 @@ impl Scene {
         mesh: Mesh,
         material: MaterialId,
         object: Option<u32>,
-        (lamps, sampling, emitting): (&HashMap<MaterialId, Light>, TriangleSampling, &mut u64),
+        (lamps, sampling, emitting): (&HashMap<MaterialId, AreaLight>, TriangleSampling, &mut u64),
     ) {
         let surface = &self.materials[material.0 as usize];
         let keeps_place = object.is_some() && !mesh.deforms();
@@ -315,7 +318,7 @@ impl Scene {
             material,
             object: object.unwrap_or(0),
             // The hit point on the hull of a sphere light is not on the sphere.
-            is_plain: keeps_place && is_uniform && !matches!(lamp, Some(Light::Sphere(_))),
+            is_plain: keeps_place && is_uniform && !matches!(lamp, Some(AreaLight::Sphere(_))),
             first_light,
             light_count,
             numbering,
@@ -402,7 +405,7 @@ impl Scene {
         let group = groups.get(&shape.material).copied();
         if let Some(lamp) = lamps.get(&shape.material) {
             self.light_groups.push(group, 1);
-            self.lights.push(lamp.clone());
+            self.lights.push(lamp.clone().into());
             return;
         }
         let material = &self.materials[shape.material.0 as usize];
@@ -414,12 +417,12 @@ impl Scene {
             _ if is_moving => {
                 let ends = [0.0, 1.0].map(|time| mesh.corners_at(prim, time));
                 let placement = placement.cloned().unwrap_or(Placement::Still(Affine3A::IDENTITY));
-                Light::MovingTriangle(Box::new(MovingTriangle::new(ends, placement, radiance, sampling)))
+                AreaLight::MovingTriangle(Box::new(MovingTriangle::new(ends, placement, radiance, sampling)))
             }
-            None => Light::Triangle(TriangleLight::new(mesh.corners(prim), radiance, sampling)),
+            None => AreaLight::Triangle(TriangleLight::new(mesh.corners(prim), radiance, sampling)),
             Some(placement) => {
                 let placed = PlacedTriangle::new(mesh.corners(prim), None, Some(placement.at(0.0)));
-                Light::Triangle(TriangleLight::placed(&placed, radiance, sampling))
+                AreaLight::Triangle(TriangleLight::placed(&placed, radiance, sampling))
             }
         };
         let placed = |map: Option<Map>| map.map(|Map { texture, mapping }| (texture, mapping));
@@ -436,21 +439,21 @@ impl Scene {
             }
             false => light(prim),
         };
-        let lights: Vec<Light> = match shape.numbering {
+        let lights: Vec<AreaLight> = match shape.numbering {
             LightNumbering::Listed(_) => recognise::parts(mesh)
                 .0
                 .into_iter()
                 .map(|part| match part {
                     EmitterShape::Triangle(prim) => varied(prim),
                     EmitterShape::Rectangle(corner, edges) => {
-                        Light::Rectangle(RectangleLight::new(corner, edges, radiance))
+                        AreaLight::Rectangle(RectangleLight::new(corner, edges, radiance))
                     }
                 })
                 .collect(),
             _ => (0..mesh.triangles.len() as u32).map(PrimId).map(varied).collect(),
         };
         self.light_groups.push(group, lights.len());
-        self.lights.extend(lights);
+        self.lights.extend(lights.into_iter().map(Light::Area));
     }
 }
 

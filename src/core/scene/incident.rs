@@ -3,7 +3,7 @@
 use super::{LightNumbering, Scene, Shape};
 use crate::color::Spectrum;
 use crate::geometry::{Hit, PrimId};
-use crate::light::{Light, LightId, LightSampleContext, LightSelection, TriangleLight};
+use crate::light::{Light, LightId, LightSampleContext, LightSelection};
 use crate::math::Vec3;
 
 /// Light that a traced ray finds.
@@ -46,44 +46,10 @@ impl Scene {
         let before = self.instance(hit.inst).map_or(0, |i| i.first_light.0);
         let of_shape = self.number_of_light(shape, hit.prim);
         let id = LightId(before + first.0 + of_shape);
-        let Light::Triangle(light) = &self.lights[id.0 as usize] else {
-            return self.emitted_otherwise(selection, id, hit, context, (q, wi), time);
+        let Light::Area(light) = &self.lights[id.0 as usize] else {
+            return None;
         };
-        Some(Incident {
-            id,
-            radiance: light.emitted(-wi),
-            pdf: selection.pmf(&self.lights, context, id) * light.pdf(context.p, q, wi),
-        })
-    }
-
-    /// [`Scene::emitted`] for lights that move or have textures, and for spheres, disks and
-    /// rectangles.
-    #[inline(never)]
-    fn emitted_otherwise(
-        &self,
-        selection: &LightSelection,
-        id: LightId,
-        hit: &Hit,
-        context: &LightSampleContext,
-        (q, wi): (Vec3, Vec3),
-        time: f32,
-    ) -> Option<Incident> {
-        let of_triangle = |light: TriangleLight, factor| (light.emitted(-wi) * factor, light.pdf(context.p, q, wi));
-        let (radiance, pdf) = match &self.lights[id.0 as usize] {
-            Light::MovingTriangle(light) => of_triangle(light.at(time), Spectrum::ONE),
-            Light::Textured(light) => of_triangle(light.at(time), light.color(hit.b1, hit.b2, &self.textures)),
-            Light::Sphere(light) => (light.radiance_at(context.p), light.pdf(context.p)),
-            Light::Disk(light) => (light.emitted(-wi), light.pdf(context.p, q, wi)),
-            Light::Rectangle(light) => (light.emitted(-wi), light.pdf(context.p, q, wi)),
-            // These lights have no surface that a ray can hit, or the caller handles them
-            Light::Triangle(_)
-            | Light::Point(_)
-            | Light::Constant(_)
-            | Light::Directional(_)
-            | Light::Sun(_)
-            | Light::Spot(_)
-            | Light::Environment(_) => return None,
-        };
+        let (radiance, pdf) = light.incident(context.p, (q, wi), [hit.b1, hit.b2], time, &self.textures);
         Some(Incident {
             id,
             radiance,
@@ -111,15 +77,7 @@ impl Scene {
                 // Return the sun even if the ray misses its disc; the radiance is then 0
                 Light::Sun(light) => (light.radiance(wi), light.pdf(wi)),
                 // Rays cannot hit these lights, or the lights are not at infinity.
-                Light::Directional(_)
-                | Light::Triangle(_)
-                | Light::MovingTriangle(_)
-                | Light::Textured(_)
-                | Light::Sphere(_)
-                | Light::Disk(_)
-                | Light::Rectangle(_)
-                | Light::Point(_)
-                | Light::Spot(_) => return None,
+                Light::Directional(_) | Light::Area(_) | Light::Point(_) | Light::Spot(_) => return None,
             };
             let factor = selection.pdf_factor(&self.lights, id, &context, wi);
             let pdf = selection.pmf(&self.lights, &context, id) * pdf * factor;

@@ -26,7 +26,7 @@
 use super::builder::SceneBuilder;
 use super::{LightNumbering, Scene};
 use crate::geometry::{Hit, Mesh, SurfacePoint};
-use crate::light::{DiskLight, Light, LightId, SphereLight};
+use crate::light::{AreaLight, DiskLight, Light, LightId, SphereLight};
 use crate::math::float::gamma;
 use crate::math::{DVec3, Frame, Ray, Vec3};
 use std::collections::HashMap;
@@ -50,8 +50,8 @@ impl SceneBuilder {
         let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
         for (mesh, material) in &mut self.meshes {
             match self.lamps.get(material) {
-                Some(Light::Sphere(light)) => *mesh = around_sphere(light, reach),
-                Some(Light::Disk(light)) => *mesh = around_disk(light, reach),
+                Some(AreaLight::Sphere(light)) => *mesh = around_sphere(light, reach),
+                Some(AreaLight::Disk(light)) => *mesh = around_disk(light, reach),
                 _ => {}
             }
         }
@@ -88,20 +88,23 @@ impl Scene {
     #[inline(never)]
     fn at_hull(&self, hit: &Hit, ray: &Ray) -> HullHit {
         match self.lamp_of(hit) {
-            Some(Light::Sphere(light)) if light.is_missed(ray) => HullHit::Misses,
-            Some(Light::Disk(light)) if light.is_missed(ray) => HullHit::Misses,
-            Some(Light::Sphere(light)) => HullHit::Enters(light.entry(ray).map_or(hit.t, |entry| entry.t)),
+            Some(AreaLight::Sphere(light)) if light.is_missed(ray) => HullHit::Misses,
+            Some(AreaLight::Disk(light)) if light.is_missed(ray) => HullHit::Misses,
+            Some(AreaLight::Sphere(light)) => HullHit::Enters(light.entry(ray).map_or(hit.t, |entry| entry.t)),
             // The square lies in the plane of the disk.
-            Some(Light::Disk(_)) => HullHit::Enters(hit.t),
+            Some(AreaLight::Disk(_)) => HullHit::Enters(hit.t),
             _ => HullHit::NoHull,
         }
     }
 
     /// The light of the mesh that was hit, if the whole mesh is one light.
-    fn lamp_of(&self, hit: &Hit) -> Option<&Light> {
+    fn lamp_of(&self, hit: &Hit) -> Option<&AreaLight> {
         let shape = self.shape(hit.geom);
         let LightId(id) = shape.first_light.filter(|_| shape.numbering == LightNumbering::One)?;
-        self.lights.get(id as usize)
+        match self.lights.get(id as usize) {
+            Some(Light::Area(light)) => Some(light),
+            _ => None,
+        }
     }
 
     /// The point at which `ray` hits the surface at `hit`. If the surface is a hull, the point is
@@ -112,7 +115,7 @@ impl Scene {
             return point;
         }
         match self.lamp_of(hit) {
-            Some(Light::Sphere(light)) => light.entry(ray).map_or(point, |entry| SurfacePoint {
+            Some(AreaLight::Sphere(light)) => light.entry(ray).map_or(point, |entry| SurfacePoint {
                 p: entry.p,
                 ng: entry.n,
                 ns: entry.n,

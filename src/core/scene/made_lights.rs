@@ -9,8 +9,8 @@ use crate::color::Spectrum;
 use crate::geometry::{Mesh, triangle_area};
 use crate::light::sky::{Sky, TURBIDITIES};
 use crate::light::{
-    DiskLight, EnvironmentKind, EnvironmentLight, LatLongImage, Light, RectangleLight, SphereLight, SunLight,
-    studio_image,
+    AreaLight, DiskLight, EnvironmentKind, EnvironmentLight, LatLongImage, Light, RectangleLight, SphereLight,
+    SunLight, studio_image,
 };
 use crate::material::Material;
 use crate::math::{Horizon, Quat, Vec3, list};
@@ -208,7 +208,7 @@ impl SceneBuilder {
             return Err(bad_light(NAME, "size", list(&rectangle.size), rule));
         }
         let light = RectangleLight::new(corners[0], [2.0 * right, 2.0 * up], rectangle.radiance);
-        self.add_lamp(RECTANGLE_NAME, Light::Rectangle(light), rectangle.radiance, mesh)
+        self.add_lamp(RECTANGLE_NAME, light, rectangle.radiance, mesh)
     }
 
     /// Adds a sphere that emits from its outer side, to the current light group. The sphere is a
@@ -220,7 +220,7 @@ impl SceneBuilder {
         check_place(NAME, sphere.position, sphere.radius)?;
         let light = SphereLight::new(sphere.position, sphere.radius, sphere.radiance);
         let hull = around_sphere(&light, 0.0);
-        self.add_lamp(SPHERE_NAME, Light::Sphere(light), sphere.radiance, hull)
+        self.add_lamp(SPHERE_NAME, light, sphere.radiance, hull)
     }
 
     /// Adds a disk that emits on one side, to the current light group. The disk is a separate
@@ -233,12 +233,18 @@ impl SceneBuilder {
         check_place(NAME, disk.position, disk.radius)?;
         let light = DiskLight::new(disk.position, normal, disk.radius, disk.radiance);
         let hull = around_disk(&light, 0.0);
-        self.add_lamp(DISK_NAME, Light::Disk(light), disk.radiance, hull)
+        self.add_lamp(DISK_NAME, light, disk.radiance, hull)
     }
 
     /// Adds a light whose surface is `mesh`, with a separate object and material, both called
     /// `name`, in the current light group.
-    fn add_lamp(&mut self, name: &str, light: Light, radiance: Spectrum, mesh: Mesh) -> Result<(), BuildError> {
+    fn add_lamp(
+        &mut self,
+        name: &str,
+        light: impl Into<AreaLight>,
+        radiance: Spectrum,
+        mesh: Mesh,
+    ) -> Result<(), BuildError> {
         let material = self.add_material(Material {
             name: name.into(),
             emission: radiance,
@@ -247,7 +253,7 @@ impl SceneBuilder {
         if let Some(group) = self.current_light_group() {
             self.group_material(material, group);
         }
-        self.lamps.insert(material, light);
+        self.lamps.insert(material, light.into());
         self.begin_object(name);
         self.add_checked_mesh(mesh, material);
         Ok(())

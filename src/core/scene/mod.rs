@@ -43,7 +43,7 @@ use crate::geometry::{
     Facet, GeomId, Hit, InstanceId, Mesh, PartNames, PlacedTriangle, Placement, SurfacePoint, UNNAMED,
 };
 use crate::light::{
-    EmissionSelection, Lamps, Light, LightChoice, LightGroups, LightId, LightSelection, TexturedTriangle,
+    AreaLight, EmissionSelection, Lamps, Light, LightChoice, LightGroups, LightId, LightSelection, TexturedTriangle,
 };
 use crate::material::{Material, MaterialId, Spot, ThinSurface};
 use crate::math::{Ball, Bounds3, Frame, Vec2, Vec3};
@@ -311,7 +311,7 @@ impl Scene {
             .map(|light| match light {
                 Light::Environment(light) if !pictures.insert(std::ptr::from_ref(light.image()) as usize) => 0,
                 Light::Environment(light) => light.bytes(),
-                Light::Textured(_) => size_of::<TexturedTriangle>(),
+                Light::Area(AreaLight::Textured(_)) => size_of::<TexturedTriangle>(),
                 _ => 0,
             })
             .sum();

@@ -86,10 +86,10 @@ fn cases() -> Vec<Case> {
     let color = Spectrum::rgb(3.0, 2.0, 5.0);
     let position = Vec3::new(0.3, 1.2, -0.2);
     let downwards = Vec3::new(0.3, -1.0, 0.2).normalize();
-    let triangle = |sampling| Light::Triangle(TriangleLight::new(CORNERS, color, sampling));
+    let triangle = |sampling| Light::from(TriangleLight::new(CORNERS, color, sampling));
     let moving = || {
         let (ends, placement) = motion();
-        Light::MovingTriangle(Box::new(MovingTriangle::new(
+        Light::from(Box::new(MovingTriangle::new(
             ends,
             placement,
             color,
@@ -169,7 +169,7 @@ impl Case {
     /// Similar light that is black nowhere, so that all samples can be counted.
     fn even(&self) -> Light {
         match &self.light {
-            Light::Textured(light) => Light::Triangle(light.at(TIME)),
+            Light::Area(AreaLight::Textured(light)) => Light::from(light.at(TIME)),
             Light::Environment(light) => {
                 let (scale, rotation) = light.placement();
                 let (width, height) = (12, 6);
@@ -384,10 +384,10 @@ fn power(case: &Case) -> [f64; 3] {
     let area = case.corners.map_or(0.0, |[a, b, c]| triangle_area(a, b, c));
     let disk = PI * (WORLD.radius as f64).powi(2);
     match &case.light {
-        Light::Triangle(_) | Light::MovingTriangle(_) => color.map(|c| PI * area * c),
+        Light::Area(AreaLight::Triangle(_) | AreaLight::MovingTriangle(_)) => color.map(|c| PI * area * c),
         // `shaped_lights` tests these lights.
-        Light::Sphere(_) | Light::Disk(_) | Light::Rectangle(_) => [f64::NAN; 3],
-        Light::Textured(light) => {
+        Light::Area(AreaLight::Sphere(_) | AreaLight::Disk(_) | AreaLight::Rectangle(_)) => [f64::NAN; 3],
+        Light::Area(AreaLight::Textured(light)) => {
             let (mut sum, mut n) = ([0.0; 3], 0.0);
             for p in grid(1000).filter(|p| p.x + p.y < 1.0) {
                 n += 1.0;
@@ -446,7 +446,7 @@ fn mean_emission_weight_is_the_power() {
             .map(|(m, w)| m.value * w)
             .sum();
         let close = match case.light {
-            Light::MovingTriangle(_) | Light::Textured(_) => 0.25,
+            Light::Area(AreaLight::MovingTriangle(_) | AreaLight::Textured(_)) => 0.25,
             _ => 0.03,
         };
         let chosen = case.light.power(WORLD.radius);
@@ -526,7 +526,7 @@ fn splats_match_camera_rays() {
         Camera::moving(lens, motion, size).unwrap(),
     ];
     let filters = [Filter::BOX, Filter::new(FilterKind::Mitchell, 2.0)];
-    let lamp = Light::Triangle(TriangleLight::new(CORNERS, Spectrum::ONE, TriangleSampling::Area));
+    let lamp = Light::from(TriangleLight::new(CORNERS, Spectrum::ONE, TriangleSampling::Area));
     // The floor is large and has albedo 1
     const REFLECTED: f64 = 1.0 / PI;
     let samples = budget(1_600_000).min(400_000);

@@ -99,7 +99,7 @@ fn directions_follow_their_densities() {
     }
     for sampling in [TriangleSampling::Area, TriangleSampling::SolidAngle] {
         let triangle = triangle(sampling);
-        let light = Light::Triangle(triangle);
+        let light = Light::from(triangle);
         let sample = |i| {
             let s = light.sample(Vec3::ZERO, 0.0, at(i), &[])?;
             if let Some(q) = met(s.wi) {
@@ -156,7 +156,7 @@ fn at_a_border(wi: Vec3, rotation: Quat) -> bool {
 #[test]
 fn triangle_densities_sum_to_the_solid_angle() {
     for sampling in [TriangleSampling::Area, TriangleSampling::SolidAngle] {
-        let light = Light::Triangle(triangle(sampling));
+        let light = Light::from(triangle(sampling));
         for (p, tolerance) in [
             (Vec3::ZERO, 5e-3),
             (Vec3::new(0.3, 0.9, 0.1), 5e-2),

@@ -55,7 +55,7 @@ fn directions_follow_their_densities() {
     let center = Vec3::new(0.4, -0.7, 0.8);
     for share in [0.3, 0.9, 0.9999] {
         let radius = share * center.length();
-        let light = Light::Sphere(SphereLight::new(center, radius, Spectrum::ONE));
+        let light = Light::from(SphereLight::new(center, radius, Spectrum::ONE));
         let depth = 1.0 - (1.0 - f64::from(share).powi(2)).sqrt();
         // For unit vectors, half the squared distance is 1 − cosine.
         let is_met = |w: Vec3| 0.5 * f64::from(w.distance_squared(center.normalize())) < depth;
@@ -68,7 +68,7 @@ fn directions_follow_their_densities() {
         (Vec3::Y, 4.0),
         (Vec3::Y, 30.0),
     ] {
-        let light = Light::Disk(DiskLight::new(center, normal, radius, Spectrum::ONE));
+        let light = Light::from(DiskLight::new(center, normal, radius, Spectrum::ONE));
         let is_on = |q: &Vec3| q.distance(center) < radius;
         check(&format!("disk {radius}"), &light, &|w| {
             on_plane(center, normal, w).filter(is_on)
@@ -84,7 +84,7 @@ fn directions_follow_their_densities() {
             [a, b].iter().all(|e| (0.0..e.length_squared()).contains(&to.dot(*e)))
         };
         let normal = a.cross(b).normalize();
-        check(&format!("rectangle {size}"), &Light::Rectangle(light), &|w| {
+        check(&format!("rectangle {size}"), &Light::from(light), &|w| {
             on_plane(corner, normal, w).filter(is_on)
         });
     }
@@ -97,33 +97,33 @@ fn directions_follow_their_densities() {
 fn irradiance_matches_the_sum_of_samples() {
     let up = Vec3::Y;
     let lights = [
-        Light::Sphere(SphereLight::new(Vec3::new(0.5, 0.8, -0.4), 0.5, Spectrum::splat(3.0))),
-        Light::Sphere(SphereLight::new(Vec3::new(0.5, 0.2, -0.4), 0.5, Spectrum::splat(3.0))),
-        Light::Sphere(SphereLight::new(Vec3::new(0.5, -0.3, -0.4), 0.5, Spectrum::splat(3.0))),
-        Light::Disk(DiskLight::new(
+        Light::from(SphereLight::new(Vec3::new(0.5, 0.8, -0.4), 0.5, Spectrum::splat(3.0))),
+        Light::from(SphereLight::new(Vec3::new(0.5, 0.2, -0.4), 0.5, Spectrum::splat(3.0))),
+        Light::from(SphereLight::new(Vec3::new(0.5, -0.3, -0.4), 0.5, Spectrum::splat(3.0))),
+        Light::from(DiskLight::new(
             Vec3::new(0.5, 0.8, -0.4),
             Vec3::NEG_Y,
             0.7,
             Spectrum::splat(3.0),
         )),
-        Light::Disk(DiskLight::new(
+        Light::from(DiskLight::new(
             Vec3::new(0.5, 0.2, -0.4),
             Vec3::new(-0.8, -0.6, 0.0),
             0.7,
             Spectrum::splat(3.0),
         )),
-        Light::Rectangle(RectangleLight::new(
+        Light::from(RectangleLight::new(
             Vec3::new(-0.5, 0.9, -0.6),
             [Vec3::new(1.2, 0.0, 0.0), Vec3::new(0.0, 0.0, 0.9)],
             Spectrum::splat(3.0),
         )),
         // From afar rectangles are sampled by area.
-        Light::Rectangle(RectangleLight::new(
+        Light::from(RectangleLight::new(
             Vec3::new(3.0, 90.0, -40.0),
             [Vec3::new(1.2, 0.0, 0.0), Vec3::new(0.0, 0.3, 0.9)],
             Spectrum::splat(3.0),
         )),
-        Light::Sphere(SphereLight::new(
+        Light::from(SphereLight::new(
             Vec3::new(300.0, 9000.0, -4000.0),
             0.5,
             Spectrum::splat(3e6),

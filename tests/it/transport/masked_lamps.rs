@@ -10,7 +10,7 @@ use embrasure::color::Spectrum;
 use embrasure::film::Filter;
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{DirectLight, MetropolisDirect, PathIntegrator, Strategy};
-use embrasure::light::Light;
+use embrasure::light::{AreaLight, Light};
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::scene::{Scene, SceneBuilder};
@@ -181,7 +181,7 @@ fn masked_lamps() -> (Scene, CameraParameters) {
 fn integrators_agree_on_masked_lamps() {
     let (scene, camera) = masked_lamps();
     assert!(scene.has_alpha());
-    let is_masked = |light: &&Light| matches!(light, Light::Textured(_));
+    let is_masked = |light: &&Light| matches!(light, Light::Area(AreaLight::Textured(_)));
     assert_eq!(scene.lights().iter().filter(is_masked).count(), 4);
     let mut wrong = Vec::new();
     let mut check = |backend: &str, found: Vec<(&'static str, f64)>| {

@@ -24,7 +24,7 @@ const BOX: Bounds3 = Bounds3 {
 };
 
 fn triangle(corners: [Vec3; 3]) -> Light {
-    Light::Triangle(TriangleLight::new(
+    Light::from(TriangleLight::new(
         corners,
         Spectrum::splat(3.0),
         TriangleSampling::Area,

@@ -11,9 +11,10 @@ pub(super) struct AovList {
     pub light_paths: Vec<PathPart>,
 }
 
-/// Additional channels of `--aov`. The name `all` leaves out light groups and points if the render
-/// has none. It always leaves out lines, which take many more rays, and strategies and light paths,
-/// which may be hundreds of channels. A later check reports channels that are unavailable.
+/// Returns the additional channels of `--aov`. The name `all` leaves out light groups and points
+/// (photons or irradiance records) if the render has none. It always leaves out lines, strategies
+/// and light paths: lines take many more rays, and the others may be hundreds of channels. A later
+/// check reports channels that are unavailable.
 pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Result<AovList, CliError> {
     let wanted: Vec<&str> = wanted.iter().flat_map(|list| names(list)).collect();
     let mut light_paths = Vec::new();
@@ -59,7 +60,8 @@ pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Res
     })
 }
 
-/// Names of a list. Commas in brackets do not separate names: expressions have commas in `{1,3}`.
+/// Splits `list` into names. A comma within brackets is a part of a name, because light path
+/// expressions have commas, as in `{1,3}`.
 fn names(list: &str) -> Vec<&str> {
     let mut depth = 0i32;
     list.split(|c| {

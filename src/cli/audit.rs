@@ -26,14 +26,15 @@ use std::process::ExitCode;
 /// Maximum number of ray-triangle pairs (triangles × rays) for a check by brute force.
 const MAX_BRUTE: u64 = 2_000_000_000;
 
-/// Accepted leaks per ray: in Embree and other backends, a ray passes through an edge now and then.
+/// Accepted number of leaks per ray. Embree and other backends have a few: a ray leaks if it passes
+/// through a shared edge of triangles.
 const LEAK_BUDGET: f64 = 1e-6;
 
 /// Number of copies of a ray in a packet. `--replay` traces these copies if the first backend
 /// traced the recorded ray in a packet.
 const PACKET: usize = 16;
 
-/// Maximum number of disagreements in the text; the report has more.
+/// Maximum number of disagreements that the text lists. The JSON report may have more.
 const MAX_LISTED: usize = 5;
 
 /// Report of an audit as JSON. It has enough data to trace every ray again, also on another
@@ -55,7 +56,7 @@ pub(super) struct Report {
     causes: BTreeMap<&'static str, u64>,
     /// Number of errors of each backend in `rays`.
     wrong: BTreeMap<&'static str, u64>,
-    /// The first disagreements; unexplained ones come first, then leaks.
+    /// The disagreements that were kept: unexplained ones first, then leaks.
     rays: Vec<Entry>,
 }
 

@@ -10,7 +10,7 @@ use std::path::Path;
 /// Checks that the files of cameras below `path` can be written.
 pub(super) fn prepare_cameras(path: &Path, outputs: &mut Outputs) -> Result<(), CliError> {
     for file in FileCamera::files(path)? {
-        // A missing folder is created.
+        // A missing folder is created later.
         if file
             .parent()
             .is_none_or(|folder| folder.as_os_str().is_empty() || folder.is_dir())
@@ -21,8 +21,8 @@ pub(super) fn prepare_cameras(path: &Path, outputs: &mut Outputs) -> Result<(), 
     Ok(())
 }
 
-/// Writes the camera of `session` to `path`. The camera has the name of its picture, the first of
-/// `images`.
+/// Writes the camera of `session` to `path`. The name of the camera is the path of its picture,
+/// which is the first of `images`, or the path of the scene if there are no images.
 pub(super) fn write_camera(path: &Path, images: &Images, job: &Job, session: &Session) -> Result<(), CliError> {
     let image = images.iter().next().map(|(_, output)| output.path());
     let picture = image.unwrap_or(&job.scene_path);

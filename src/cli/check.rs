@@ -100,7 +100,7 @@ impl Report {
             "two-sided" => !names_sides,
             _ => true,
         };
-        // The command `render` chooses the light of a bare OBJ.
+        // For a bare OBJ, `render` adds its own light instead of the default light.
         let is_bare = matches!(kind_of(&args.scene), Ok(SceneKind::Obj));
         let reworded = |mut f: Finding| {
             if is_bare && f.code == DEFAULT_LIGHT {
@@ -169,7 +169,7 @@ impl Report {
         self.memory = Some(Memory::new(scene, &job.settings));
     }
 
-    /// Adds a note for each setting that the scene leaves to the program.
+    /// Adds notes about settings that are missing in the scene file, so that defaults apply.
     fn note_defaults(&mut self, file: &SceneFile) {
         if file.options.camera == CameraOptions::default() {
             let message = "no camera: it is guessed (`embrasure info` prints it, `embrasure views` shows others)";
@@ -227,7 +227,8 @@ impl Report {
         self.findings.sort_by_cached_key(key);
     }
 
-    /// Replaces many findings of one kind by a single finding.
+    /// Replaces the findings of one kind in a file by a single finding, if there are more than
+    /// [`MAX_ALIKE`].
     fn gather(&mut self) {
         type Kind = (PathBuf, &'static str);
         let kind = |f: &Finding| -> Kind { (f.error.file.clone(), f.code) };
@@ -240,7 +241,7 @@ impl Report {
         for mut finding in std::mem::take(&mut self.findings) {
             let kind = kind(&finding);
             let count = counts.get(&kind).copied().unwrap_or(0);
-            // The reader already limits the number of wrong statements.
+            // The reader of the file already limits the number of wrong statements.
             if count <= MAX_ALIKE || finding.code == "wrong-statement" {
                 gathered.push(finding);
             } else if let Some(known) = first.get(&kind).and_then(|&i| gathered.get_mut(i)) {

@@ -19,8 +19,8 @@ pub(super) struct Checkpointer {
 }
 
 impl Checkpointer {
-    /// Checkpointer that writes to `output`, if given. An existing checkpoint is not overwritten,
-    /// unless the render resumes from it.
+    /// Returns a checkpointer that writes to `output`; `None` without `output`. An existing
+    /// checkpoint is an error, unless the render resumes from it.
     pub fn new(args: &RenderArgs, output: Option<Output>) -> Result<Option<Self>, CliError> {
         let Some(output) = output else {
             return Ok(None);

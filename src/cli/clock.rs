@@ -1,7 +1,7 @@
 //! Timers of a render: checkpoints, images, previews and the time limit.
 //!
-//! If a timer is due, the observer stops the render. Files are written, and the render continues.
-//! The module `render` does not depend on time.
+//! If a timer is due, the observer stops the render. The command writes files, and then continues
+//! the render. The module `render` does not depend on time.
 
 use std::time::{Duration, Instant};
 
@@ -12,7 +12,7 @@ pub(super) struct Clock {
     pub preview: Timer,
     /// Time at which `--time-limit` ends the render, if there is a limit.
     end: Option<Instant>,
-    /// The render does not pause before this time, so that it continues even if writing is slow.
+    /// Earliest time of the next pause, so that the render makes progress even if writing is slow.
     rest: Option<Instant>,
 }
 
@@ -30,7 +30,7 @@ impl Clock {
         }
     }
 
-    /// Next time at which the render pauses.
+    /// Time at which the render pauses next.
     pub fn pause(&self) -> Option<Instant> {
         let timers = [&self.checkpoint, &self.images, &self.preview];
         let due = timers.into_iter().filter_map(|timer| timer.due).min();
@@ -42,7 +42,8 @@ impl Clock {
         self.end
     }
 
-    /// Continues the render after a pause, for at least the length of `pause`.
+    /// Sets the earliest time of the next pause: the render continues for at least as long as
+    /// `pause`, the duration of the last pause.
     pub fn rest_after(&mut self, pause: Duration) {
         self.rest = Instant::now().checked_add(pause);
     }
@@ -102,7 +103,7 @@ mod tests {
                 .pause()
                 .is_some_and(|due| due > Instant::now() + Duration::from_secs(50))
         );
-        // The time limit applies even during this pause.
+        // The time limit ends the render even before the next pause.
         assert!(soon(clock.end()));
         let never = Clock::new(None, None, None, None);
         assert_eq!((never.pause(), never.end()), (None, None));

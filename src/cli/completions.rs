@@ -1,4 +1,4 @@
-//! `embrasure completions`: scripts for shells that complete commands and flags.
+//! `embrasure completions`: completion scripts for shells.
 
 use super::args::{Args, CompletionsArgs};
 use super::error::CliError;
@@ -6,7 +6,7 @@ use super::words::print_bytes;
 use clap::CommandFactory;
 use std::process::ExitCode;
 
-/// Prints the shell's script.
+/// Prints the completion script of a shell.
 pub(super) fn completions(args: &CompletionsArgs) -> Result<ExitCode, CliError> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Args::command(), "embrasure", &mut script);

@@ -1,9 +1,9 @@
-//! `--dump-scene`: a scene file that renders the same as this command. It is written after the
-//! scene is loaded, before the first sample.
+//! `--dump-scene`: writes a scene file that renders the same picture as this command. The file is
+//! written after the scene is loaded, before the first sample.
 //!
-//! It has camera, image, render options, objects, lights, materials and patches, if scene files
-//! have keys for them. Flags for a single run are not written: `--crop`, `--samples`, `--noise`,
-//! `--time-limit`, `--aov`, `--threads` and the outputs.
+//! The file has camera, image, render options, objects, lights, materials and patches, if scene
+//! files have keys for them. Flags for a single run are not written: `--crop`, `--samples`,
+//! `--noise`, `--time-limit`, `--aov`, `--threads` and the outputs.
 
 use super::error::CliError;
 use super::job::Job;

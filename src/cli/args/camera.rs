@@ -7,7 +7,8 @@ use crate::session::CameraSettings;
 use clap::error::Error;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 
-/// Pairs of flags that exclude each other, in addition to the exclusive keys of scene files.
+/// Two more flags that exclude each other. [`CameraOptions::EXCLUSIVE`] has the pairs of keys that
+/// also exclude each other in scene files.
 const EXCLUSIVE: [&str; 2] = ["focus_at", "focus_distance"];
 
 /// Camera flags. Settings that neither flags nor the scene file have are guessed.

@@ -53,7 +53,7 @@ pub(in crate::cli) struct CompareArgs {
 
     /// Content of the picture of the difference
     ///
-    /// error: relative difference of luminance; flip: FLIP; z: difference over its standard
+    /// error: relative difference of luminance; flip: FLIP; z: difference divided by its standard
     /// deviation.
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Map>::new(), default_value = "error", requires = "output")]
     pub map: Map,

@@ -35,8 +35,8 @@ pub(in crate::cli) struct DevelopArgs {
 
     /// Mask of the names that match, from --aov cryptomatte
     ///
-    /// Names are of parts, objects and materials. White is what they cover. LAYER:GLOB searches one
-    /// layer, such as CryptoMaterial:wood.
+    /// Names are those of parts, objects and materials. The mask is white where the named things
+    /// are. LAYER:GLOB searches one layer, such as CryptoMaterial:wood.
     #[arg(long, value_name = "GLOB", conflicts_with_all = ["channel", "list", "denoise", "lines", "exposure", "tone"])]
     pub matte: Option<String>,
 
@@ -59,7 +59,7 @@ pub(in crate::cli) struct DevelopArgs {
     #[arg(long, value_name = "PIXELS", requires = "denoise", value_parser = parse_radius)]
     pub denoise_radius: Option<f32>,
 
-    /// Draw the lines of --aov lines in black or a colour, or not: off [default: as the render]
+    /// Colour of lines (--aov lines), black without a value; off: none [default: as the render]
     #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true, value_parser = parse_lines)]
     pub lines: Option<Option<DrawnLines>>,
 

@@ -7,7 +7,7 @@ use clap::{Arg, ArgMatches, Args, Command, FromArgMatches};
 use std::ffi::OsStr;
 use std::marker::PhantomData;
 
-/// Options of a group that flags set.
+/// The options of the group `G`, with the values of the flags.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::cli) struct Flags<G>(pub G);
 
@@ -130,7 +130,7 @@ impl<T: Named + Send + Sync> TypedValueParser for NameParser<T> {
     }
 }
 
-/// Parses `text` as a value of the type `T` of a parameter.
+/// Parses `text` as a value of the parameter type `T`.
 pub(in crate::cli) fn value_parser<T: Value>(text: &str) -> Result<T, String> {
     T::of_text(text).ok_or_else(|| format!("use {}", T::KIND))
 }

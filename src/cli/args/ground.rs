@@ -13,7 +13,7 @@ pub(in crate::cli) struct GroundArgs {
 }
 
 impl GroundArgs {
-    /// Adds the ground to `scene`, or removes it.
+    /// Adds the ground to `scene`, or removes it, if a flag says so.
     pub fn apply(self, scene: &mut SceneFile) {
         if self.no_ground {
             scene.ground = None;

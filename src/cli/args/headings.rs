@@ -1,9 +1,10 @@
 //! Headings under which `--help` lists commands and flags, and the flags that `-h` shows.
 //!
-//! `-h` shows the first line of each help, `--help` all lines, and `embrasure help COMMAND` also
-//! rare flags. Within a heading, flags are in the order of the fields in `cli/args`, and parameters
-//! in the order of their entries in `options`. Headings are in the order of [`FIRST_TITLES`], then
-//! of their first flags.
+//! `-h` shows the first line of each help text. `--help` shows all lines, and
+//! `embrasure help COMMAND` also shows rare flags. The headings of [`FIRST_TITLES`] come first, in
+//! that order. Other headings are in the order of their first flags. Within a heading, flags are in
+//! the order of the fields in `cli/args`, and parameters are in the order of their entries in
+//! `options`.
 
 use clap::builder::{Resettable, StyledStr};
 use clap::{Arg, Command};
@@ -111,8 +112,8 @@ const HEADINGS: [(&str, &[&str]); 6] = [
     ),
 ];
 
-/// Flags of single commands by the titles of their groups. These override [`HEADINGS`]; an empty
-/// title is "Options".
+/// Titles of groups and their flags, for single commands. They override [`HEADINGS`]. An empty
+/// title stands for "Options".
 const HEADINGS_OF_COMMANDS: [(&str, &str, &[&str]); 8] = [
     // In `paths`, the flag `samples` means samples to record, not a part of a render
     ("paths", "", &["samples"]),
@@ -256,13 +257,13 @@ fn is_rare(arg: &Arg) -> bool {
         .is_some_and(|flag| RARE.contains(&flag) || is_parameter && !USUAL_PARAMETERS.contains(&flag))
 }
 
-/// Returns true if a command has the flags of [`HEADINGS`].
+/// Returns true if `command` loads a scene, and so has the flags of [`HEADINGS`].
 fn loads_a_scene(command: &Command) -> bool {
     command.get_arguments().any(|arg| arg.get_long() == Some("texture-dir"))
 }
 
-/// Title of the group of a flag of `command`. `None` for flags without a group: they have their own
-/// heading, or are under "Options".
+/// Title of the group of `flag` in `command`. `None` if these tables have no group for the flag.
+/// The flag then keeps its own heading, or is under "Options".
 fn heading_of(command: &Command, flag: &str) -> Option<&'static str> {
     let of_command = HEADINGS_OF_COMMANDS
         .iter()
@@ -274,7 +275,8 @@ fn heading_of(command: &Command, flag: &str) -> Option<&'static str> {
     group.map(|(heading, _)| *heading).filter(|_| loads_a_scene(command))
 }
 
-/// Titles that `--help` lists first, in this order. The titles of integrators come last.
+/// Titles that `--help` lists first, in this order. [`LAST_TITLE`], the title of the integrators,
+/// comes last.
 const FIRST_TITLES: [&str; 4] = ["Camera", "Light", "Image", "Materials and files"];
 const LAST_TITLE: &str = "Integrator";
 
@@ -446,8 +448,8 @@ mod tests {
         assert_eq!(after_options.last(), Some(&"Integrator:"), "{titles:?}");
     }
 
-    /// A group of a command has at most 24 flags, except the parameters of integrators. Commands
-    /// with more than a dozen flags have groups.
+    /// Fewer than 20 flags of a command have no heading. Commands with 12 or more flags have
+    /// groups.
     #[test]
     fn long_helps_have_groups() {
         for command in Args::program().get_subcommands() {

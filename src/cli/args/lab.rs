@@ -16,7 +16,8 @@ use clap::{Arg, Command, Parser};
 use std::ffi::OsStr;
 use std::path::PathBuf;
 
-/// Equal samples with --spp, equal time with --time.
+/// Arguments of `lab`. Estimators are compared at equal samples with --spp, and at equal time with
+/// --time.
 #[derive(Debug, Parser)]
 #[command(after_help = "\
 Files:
@@ -112,7 +113,7 @@ pub(in crate::cli) struct LabArgs {
 /// An integrator of `--methods` with its settings.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::cli) struct MethodFlag {
-    /// Text of the flag without blanks. It names the method in the ladder.
+    /// Text of the method without blanks. It is the name of the method in the results.
     pub name: String,
     /// The integrator and its parameters.
     pub integrator: IntegratorOptions,
@@ -215,7 +216,8 @@ impl MethodFlag {
     }
 }
 
-/// Error for a parameter that all methods share. It names the flag that sets the parameter.
+/// Error for a parameter that all methods have in common. It names the flag that sets the
+/// parameter. `None` if methods may differ in the parameter, or if it is unknown.
 fn refusal_of_common(key: &str) -> Option<String> {
     let is_of = |parameters: &[Parameter]| parameters.iter().any(|parameter| parameter.is_called(key));
     if is_of(LoadParameters::PARAMETERS) {

@@ -44,7 +44,7 @@ pub(in crate::cli) struct MergeArgs {
 
     /// Write the joined sums to this EXR file, to merge or resume it later
     ///
-    /// Without -o the sums may be incomplete.
+    /// Without -o, samples may be missing.
     #[arg(long, value_name = "FILE")]
     pub checkpoint: Option<PathBuf>,
 
@@ -64,7 +64,8 @@ pub(in crate::cli) struct MergeArgs {
 }
 
 impl MergeArgs {
-    /// Denoiser and tone of these flags. Missing flags keep the values `noted` in the render.
+    /// Denoiser, tone curve and lines of the merged picture. Where a flag is missing, the value is
+    /// that of `noted`, which the render stored in the parts.
     pub fn finish(&self, noted: Finish) -> Finish {
         let denoiser = match self.denoise {
             None => noted.denoiser.filter(|denoiser| is_there(*denoiser)),

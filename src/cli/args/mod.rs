@@ -121,9 +121,10 @@ impl Args {
     }
 }
 
-/// Writes `--denoise NAME` in `words` as `--denoise=NAME`, and `--key-light STRENGTH` likewise. The
-/// value of these flags is optional, and clap would read it as a scene. A scene has a `.` in its
-/// name, a denoiser has none; a strength is a number.
+/// Joins `--denoise NAME` in `words` to `--denoise=NAME`, and `--key-light STRENGTH` likewise. The
+/// values of these flags are optional, so clap would read a separate value as the scene. A word
+/// after `--denoise` is the name of a denoiser if it has no `.`, because each scene has a `.` in
+/// its name. A word after `--key-light` is a strength if it is a number.
 fn with_values(words: impl Iterator<Item = OsString>) -> Vec<OsString> {
     let is_filter = |word: &str| !word.is_empty() && !word.starts_with('-') && !word.contains(['.', '/', '\\']);
     let is_number = |word: &str| word.parse::<f32>().is_ok();
@@ -284,7 +285,7 @@ mod tests {
                 .split([']', ';'])
                 .next()
                 .unwrap();
-            // Other defaults depend on the scene.
+            // A default with a blank is no value, because it depends on the scene.
             if !parameter.default().contains(' ') {
                 let mut options = IntegratorOptions::default();
                 let read = options.set(parameter.key, Input::Flag(default));

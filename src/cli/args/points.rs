@@ -8,15 +8,16 @@ use crate::sampler::SamplerKind;
 use clap::Parser;
 use std::path::PathBuf;
 
-/// Maximum number of points. The time of the star discrepancy grows with its square.
+/// Maximum number of points. The time to compute the star discrepancy grows with the square of the
+/// number.
 const MAX_POINTS: i64 = 1 << 14;
 
-/// A point set.
+/// A set of points for `embrasure points`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::cli) enum PointSet {
     /// All dimensions of a sampler.
     Sampler(SamplerKind),
-    /// Directions from points on the sphere.
+    /// Directions on the sphere, as in `render --directions`.
     Directions(Directions),
 }
 

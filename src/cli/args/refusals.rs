@@ -1,15 +1,16 @@
-//! Errors of arguments in the terms of the program.
+//! Errors of arguments, in the words of this program.
 //!
 //! clap names the error and prints the usage, which does not help if a command has a hundred flags.
-//! The flags and values come from clap's error contexts, and the sentences of this module add the
-//! remedy. Errors of our own value parsers are printed without the words that clap adds.
+//! This module takes flags and values from the error contexts of clap, and adds the remedy. Errors
+//! of our own value parsers are printed without the words that clap adds.
 
 use super::unknown;
 use clap::Command;
 use clap::error::{ContextKind, ContextValue, Error, ErrorKind};
 
-/// Rewords an `error` of clap in the terms of `program`. `words` are all arguments, with the name
-/// of the program first. Help and version are returned unchanged.
+/// Returns `error` of clap in the words of this program. `program` has all commands and flags.
+/// `words` are all arguments, with the name of the program first. Help and version are returned
+/// unchanged.
 pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Error {
     let command = words.iter().skip(1).find_map(|word| program.find_subcommand(word));
     let name = command.map_or("embrasure".into(), |command| command.get_name().to_string());
@@ -84,7 +85,7 @@ pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Er
                 format!("write {flag}=VALUE"),
             )
         }
-        // Our parsers describe the expected value.
+        // Our own value parsers describe the expected value.
         ErrorKind::ValueValidation if !invalid.is_empty() => (format!("{} {value}", flag(&invalid)), reason(&error)),
         ErrorKind::TooManyValues | ErrorKind::TooFewValues | ErrorKind::WrongNumberOfValues => (
             format!("{} {value}: the number of values is wrong", flag(&invalid)),
@@ -134,7 +135,8 @@ fn surplus(command: &str, value: &str, lists: &str) -> (String, String) {
     (message, help.into())
 }
 
-/// Text of a context. Several values are separated by commas.
+/// Text of the context `kind` of `error`, such as the invalid flag. Several values are separated by
+/// commas. Empty if the error has no such context.
 fn text(error: &Error, kind: ContextKind) -> String {
     match error.get(kind) {
         Some(ContextValue::String(text)) => text.clone(),
@@ -143,7 +145,7 @@ fn text(error: &Error, kind: ContextKind) -> String {
     }
 }
 
-/// A flag without its value. clap writes `--view <NAME>`.
+/// The flag of `written` without its value: `--view` for `--view <NAME>`, as clap writes it.
 fn flag(written: &str) -> &str {
     written.split_once([' ', '=', '[']).map_or(written, |(flag, _)| flag)
 }

@@ -54,7 +54,7 @@ pub(in crate::cli) struct RenderArgs {
 
     /// Image to write, .exr (linear) or .png (display); repeatable [default: SCENE's stem + .exr]
     ///
-    /// A bare OBJ also gets a .png. --samples with --checkpoint gets no image.
+    /// A bare OBJ also gets a .png. Without -o, --samples with --checkpoint writes no image.
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
 
@@ -193,7 +193,7 @@ pub(in crate::cli) struct RenderArgs {
 
     /// Write the camera to a transforms.json, or to a COLMAP folder
     ///
-    /// Cameras of other pictures that are there stay.
+    /// Cameras of other pictures stay in an existing file.
     #[arg(long, value_name = "FILE")]
     pub write_cameras: Option<PathBuf>,
 

@@ -28,7 +28,7 @@ pub(in crate::cli) struct CheckArgs {
     #[command(flatten)]
     pub common: SceneArgs,
 
-    /// Also list the parts of the memory of a render
+    /// Also list what a render needs memory for
     #[arg(short, long)]
     pub verbose: bool,
 }

@@ -16,8 +16,8 @@ pub(in crate::cli) fn parse_duration(text: &str) -> Result<f64, String> {
     good.ok_or_else(|| "a time above 0 is expected, such as 90s, 10m or 2h".into())
 }
 
-/// Parses a relative error such as `0.02` or `2%`. A number of 1 or more needs the percent sign,
-/// because `2` is meant as 2 %. The minimum is checked later.
+/// Parses a relative error such as `0.02` or `2%`. A number of 1 or more without the percent sign
+/// is an error, because `2` is probably meant as 2 %. The minimum is checked later.
 pub(in crate::cli) fn parse_level(text: &str) -> Result<f64, String> {
     let (number, unit) = match text.strip_suffix('%') {
         Some(percent) => (percent, 0.01),
@@ -62,7 +62,7 @@ pub(in crate::cli) fn parse_range(text: &str) -> Result<[u32; 2], String> {
     }
 }
 
-/// Parses `500M`, `8G` or a number of bytes. Units are multiples of 1000, with or without a B.
+/// Parses `500M`, `8G`, `8GB` or a number of bytes. Units are powers of 1000.
 pub(in crate::cli) fn parse_bytes(text: &str) -> Result<u64, String> {
     let number = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     let unit = match text[number.len()..].to_ascii_uppercase().as_str() {

@@ -26,7 +26,7 @@ pub(in crate::cli) struct ViewsArgs {
     #[arg(long, value_name = "NAME", value_parser = NameParser::<View>::new())]
     pub view: Option<View>,
 
-    /// Size of each picture in pixels, in the shape of your render [default: 240x240]
+    /// Size of each picture in pixels, in the aspect ratio of your render [default: 240x240]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
 

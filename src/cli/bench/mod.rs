@@ -27,12 +27,12 @@ use tables::tables;
 /// Maximum number of recorded samples over all pixels: enough to fill every cache, and few enough
 /// to fit in memory.
 const MAX_SAMPLES: u64 = 1 << 19;
-/// Indices of the recorded samples: a single pass.
+/// Indices of the recorded samples. Renders take them in a single pass.
 const SAMPLES: Range<u32> = 16..32;
 /// Minimum time of a measurement in seconds. A shorter measurement is repeated.
 const SHORTEST: f64 = 0.05;
 
-/// Everything measured in one run.
+/// Report of `embrasure bench`.
 #[derive(Debug, Serialize)]
 struct Report {
     pub version: &'static str,
@@ -74,8 +74,8 @@ struct Run {
     pub render_s: f64,
     /// Seconds to trace the rays of the render without the integrator.
     pub replay_s: f64,
-    /// Median of the ratios of consecutive measurements. Noise affects it less than the ratio of
-    /// the medians.
+    /// Median of render time / replay time. Each ratio is of two measurements, one directly after
+    /// the other, so it has less noise than the ratio of the medians.
     pub render_over_replay: f64,
 }
 
@@ -139,7 +139,7 @@ fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneRuns, CliError> {
     let (scene, settings) = (session.scene(), session.settings());
     let name = job.scene_path.file_stem().unwrap_or_default().to_string_lossy();
 
-    // Brute force is not a useful measure, unless the user names it.
+    // Measure brute force only if the user names it, or if there is no other backend.
     let chosen = |b: &Backend| match args.backend {
         Some(_) => *b == settings.backend,
         None => *b != Backend::Brute || Backend::ALL.len() == 1,
@@ -179,8 +179,8 @@ fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneRuns, CliError> {
     })
 }
 
-/// Scales the image down until sixteen samples per pixel fit [`MAX_SAMPLES`]. With fewer samples,
-/// camera rays would not be traced together as in renders.
+/// Scales the image down until it has at most [`MAX_SAMPLES`] samples with 16 samples per pixel.
+/// With fewer samples per pixel, camera rays would not be traced together as in renders.
 fn shrink(job: &mut Job) {
     let resolution = &mut job.settings.resolution;
     let pixels = (MAX_SAMPLES / SAMPLES.len() as u64) as f64;

@@ -11,7 +11,7 @@ use crate::io::Figure;
 ///
 /// # Errors
 ///
-/// `Map::Z` for images without variance channels.
+/// `Map::Scores` for images without variance channels.
 pub(super) fn draw(map: Map, pair: &Pair, comparison: &Comparison) -> Result<Figure, CliError> {
     let size = pair.window.size();
     let figure = |pixels, legend| Figure {
@@ -49,7 +49,8 @@ pub(super) fn draw(map: Map, pair: &Pair, comparison: &Comparison) -> Result<Fig
     }
 }
 
-/// Next of 1, 2, 5, 10 … above the 99th percentile of the absolute values, with a minimum of 0.01.
+/// The smallest of 0.01, 0.02, 0.05, 0.1, 0.2, … that is not below the 99th percentile of the
+/// absolute values.
 fn round_range(values: &[f32]) -> f32 {
     let mut sizes: Vec<f32> = values.iter().map(|v| v.abs()).collect();
     sizes.sort_by(f32::total_cmp);

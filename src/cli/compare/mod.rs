@@ -1,5 +1,5 @@
-//! `embrasure compare`: the difference between an image and a reference, and a test if it exceeds
-//! their noise.
+//! `embrasure compare`: measures the difference between an image and a reference, and tests whether
+//! the difference exceeds the noise of both.
 
 mod json;
 mod map;
@@ -55,8 +55,8 @@ pub(super) fn compare(args: &CompareArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::from(u8::from(comparison.fails())))
 }
 
-/// The output of `embrasure compare --json` for two pictures with names: `image` against
-/// `reference`. `significance` is the probability of a false alarm.
+/// Returns the output of `embrasure compare --json` for two pictures. `reference` and `image` are
+/// their names. `significance` is the probability of a false alarm.
 ///
 /// # Errors
 ///
@@ -85,11 +85,11 @@ fn prepare(path: &Path, outputs: &mut Outputs) -> Result<Output, CliError> {
     }
 }
 
-/// Maximum difference of a channel, in levels of 255, between equal pictures without noise: the
-/// rounding error.
+/// Maximum difference of a channel between display pictures that count as equal, in levels of 255.
+/// It allows for rounding errors.
 const TOLERANCE: f64 = 1.0;
 
-/// Largest difference of a channel of a pixel, in levels of 255 of sRGB values.
+/// Largest difference of a channel of a pixel. The unit is one of the 255 levels of 8-bit sRGB.
 fn max_levels(reference: &RgbImage, image: &RgbImage) -> f64 {
     let pairs = reference.pixels.iter().flatten().zip(image.pixels.iter().flatten());
     let difference = |(a, b): (&f32, &f32)| f64::from((srgb::encode(*a) - srgb::encode(*b)).abs());
@@ -97,7 +97,7 @@ fn max_levels(reference: &RgbImage, image: &RgbImage) -> f64 {
     (255e3 * pairs.map(difference).fold(0.0, f64::max)).round() / 1e3
 }
 
-/// Result of a comparison of two images.
+/// Verdict of a comparison of two images.
 #[derive(Clone, Copy, PartialEq)]
 enum Outcome {
     Identical,
@@ -121,13 +121,13 @@ impl Outcome {
     }
 }
 
-/// Result of a comparison.
+/// Measured errors and test results of a comparison.
 struct Comparison<'a> {
     args: &'a CompareArgs,
     pair: &'a Pair,
     errors: Errors,
     flip: Flip,
-    /// Largest difference of a channel of a pixel, in levels of 255 of sRGB values.
+    /// Largest difference of a channel of a pixel. The unit is one of the 255 levels of 8-bit sRGB.
     levels: f64,
     significance: Option<Significance>,
     outcome: Outcome,
@@ -197,7 +197,7 @@ fn scale_name(scale: Scale) -> &'static str {
     }
 }
 
-/// Text for the case without tests: about `rare` rare samples cause nearly all noise.
+/// Text for a comparison without tests, because about `rare` rare samples cause nearly all noise.
 fn heavy_tails(rare: f64) -> String {
     format!(
         "heavy tails: not testable at this count; nearly all noise comes from about {rare:.0} rare samples, and the test needs {MIN_RARE}; take more samples per pixel"

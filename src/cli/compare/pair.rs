@@ -29,7 +29,7 @@ impl Pair {
         Self::new((reference, read_rendering(reference)?), (image, read_rendering(image)?))
     }
 
-    /// Crops two pictures to their common pixels. Errors use their names.
+    /// Crops two pictures to their common pixels. Errors use the names `reference` and `image`.
     ///
     /// # Errors
     ///

@@ -98,7 +98,8 @@ impl Comparison<'_> {
         }
     }
 
-    /// Approximate number of rare samples that cause the noise, if it limits the tests.
+    /// Approximate number of rare samples that cause nearly all noise, if it is too small for some
+    /// tests.
     fn rare(&self) -> Option<f64> {
         self.significance.as_ref().and_then(|significance| significance.rare)
     }
@@ -186,7 +187,8 @@ fn place(window: Rect) -> String {
     }
 }
 
-/// A fraction in percent: 0 without any difference, and `-` if the reference is 0.
+/// The fraction `share` in percent. The text is `0` if there is no difference. It is `-` if the
+/// fraction is not finite, because the reference is 0.
 fn percent(share: f64) -> String {
     if share == 0.0 {
         "0".into()

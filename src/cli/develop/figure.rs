@@ -167,7 +167,7 @@ fn unit_code(value: f32) -> u8 {
     (f32::max(value, 0.0).min(1.0) * 255.0).round() as u8
 }
 
-/// Position of `value` between the ends, 0 to 1; 0.5 if the ends are equal.
+/// Position of `value` between `low` and `high`, from 0 to 1; 0.5 if both ends are equal.
 fn share(value: f32, [low, high]: [f32; 2]) -> f32 {
     if high > low {
         ((value - low) / (high - low)).clamp(0.0, 1.0)
@@ -176,7 +176,8 @@ fn share(value: f32, [low, high]: [f32; 2]) -> f32 {
     }
 }
 
-/// Range of the finite values without the trimmed ends; zeros if there are none.
+/// Range of the finite values without the fraction [`TRIMMED`] at each end. Zeros if there are no
+/// finite values.
 fn range(values: impl Iterator<Item = f32>) -> [f32; 2] {
     let mut values: Vec<f32> = values.filter(|v| v.is_finite()).collect();
     values.sort_by(f32::total_cmp);
@@ -206,7 +207,8 @@ fn color_of(bits: u32) -> [u8; 3] {
     })
 }
 
-/// 8-bit colours in another size, averaged as linear light.
+/// Scales 8-bit colours from the size `from` to the size `to`. Colours are averaged as linear
+/// light. If `is_exact` is true, each pixel has the colour of the nearest pixel instead.
 fn scaled(colors: &[[u8; 3]], from: [u32; 2], to: [u32; 2], is_exact: bool) -> Vec<[u8; 3]> {
     let (from, size) = (from.map(|n| n as usize), to.map(|n| n as usize));
     let planes = [0, 1, 2].map(|c| {

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 /// Maximum number of names in a message.
 const MAX_NAMES: usize = 40;
-/// Last words in the name of the colour layer of files by other renderers.
+/// Last words, in lower case, of the names that other renderers give to the layer of the picture.
 const PICTURES: [&str; 6] = ["combined", "beauty", "rgba", "rgb", "image", "color"];
 
 /// Kind of the numbers in a layer.
@@ -60,7 +60,7 @@ impl Kind {
 /// Channels of one layer.
 #[derive(Clone, Debug)]
 pub(super) struct Layer {
-    /// Name without components; empty for the `R G B` of the file.
+    /// Name without components, such as `albedo` for `albedo.R`. Empty for `R G B` of the file.
     pub name: String,
     pub kind: Kind,
     /// True if the components are the colours of the file's picture.
@@ -78,7 +78,9 @@ impl Layer {
         }
     }
 
-    /// Names of the channels to read, with their indices in the file. Colours are always `R G B`.
+    /// Names of the channels in the developed picture, each with the index of the channel in the
+    /// file that has its values. Colours always become `R G B`, even if the file has one grey
+    /// channel.
     pub fn sources(&self) -> impl Iterator<Item = (String, usize)> + '_ {
         let is_grey = self.kind.is_colors() && self.components.len() <= 2 && !self.has("B");
         self.components.iter().flat_map(move |(component, index)| {
@@ -224,7 +226,8 @@ pub(super) fn find(layers: &Layers, name: Option<&str>) -> Result<Layer, (String
     if let Some(index) = layers.channels.iter().position(|channel| channel.name == name) {
         return Ok(single(layers, index));
     }
-    // Other renderers write the name of a view before the layer.
+    // Files of other renderers have the name of a view layer before the name of a layer, so the end
+    // of a name is enough.
     let ending = format!(".{}", name.to_lowercase());
     let mut ending = all.iter().filter(|layer| {
         let own = layer.title().to_lowercase();
@@ -284,8 +287,8 @@ fn single(layers: &Layers, index: usize) -> Layer {
     }
 }
 
-/// Channels for metering and denoising, with their names in this program: channels that this
-/// program wrote, and the denoising data of Cycles.
+/// Channels for metering and denoising that this program wrote, and the denoising data of Cycles.
+/// Each has its name in this program, and its index in the file.
 pub(super) fn guides(layers: &Layers) -> Vec<(&'static str, usize)> {
     const OWN: [&str; 23] = [
         "raw.R",
@@ -330,8 +333,8 @@ pub(super) fn guides(layers: &Layers) -> Vec<(&'static str, usize)> {
     own.chain(cycles).collect()
 }
 
-/// Layer and component in the name of a channel. A name without a dot is the name of both, except
-/// for colours, which belong to the layer with the empty name.
+/// Splits the name of a channel into layer and component. A name without a dot is both. Only `R`,
+/// `G`, `B`, `A` and `Y` are components of the layer with the empty name.
 fn split(channel: &str) -> (&str, &str) {
     match channel.rsplit_once('.') {
         Some(split) => split,
@@ -347,7 +350,7 @@ fn rank(component: &str) -> usize {
     ORDER.iter().position(|known| *known == upper).unwrap_or(ORDER.len())
 }
 
-/// Kind of a layer, by its names.
+/// Kind of the numbers in a layer, according to its names and its number format.
 fn kind(layer: &Layer, layers: &Layers) -> Kind {
     let name = layer.name.to_lowercase();
     let last = name.rsplit('.').next().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Masks of parts, objects and materials, from the mattes of the file.
+//! Masks of parts, objects and materials, from the Cryptomatte layers of the file.
 
 use super::{cropped, scaled, scaled_size};
 use crate::cli::args::DevelopArgs;
@@ -14,8 +14,8 @@ use std::process::ExitCode;
 /// Maximum number of names in a message.
 const MAX_NAMES: usize = 8;
 
-/// Writes the mask of the names that match `pattern`: the coverage of each pixel, 0 to 1. A PNG has
-/// linear codes of the coverage, without a tone curve. An EXR has the channel `Y`.
+/// Writes the mask of the names that match `pattern`: the coverage of each pixel, 0 to 1. The codes
+/// of a PNG are proportional to the coverage, without a tone curve. An EXR has the channel `Y`.
 pub(super) fn write(
     args: &DevelopArgs,
     layers: &Layers,

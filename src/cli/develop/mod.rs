@@ -116,8 +116,8 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
         steps.extend(face.map(|index| format!("face={}", FACE_NAMES[index])));
         steps.extend(size.map(|[width, height]| format!("scale={width}x{height}")));
         let steps = steps.join(" ");
-        // The matrices of the camera do not apply to a face or a scaled crop: they become whole
-        // pictures.
+        // A face or a scaled crop becomes a whole picture. The matrices of the camera do not
+        // describe this picture, so they are left out.
         let is_whole = image.crop == Rect::full(image.resolution);
         let camera = layers.camera.filter(|_| face.is_none() && (size.is_none() || is_whole));
         let developed = |image| DevelopedPicture {
@@ -130,7 +130,8 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
             (Format::Exr(_), kind) => {
                 said.push(format!("{name}: linear values"));
                 let mut image = scaled(image.clone(), size, kind.is_colors());
-                // Lines that the render draws over PNG files are not light.
+                // Lines are not light, so an EXR file has them over its picture only if `--lines`
+                // is given.
                 if let Some(color) = lines.filter(|_| args.lines.is_some()) {
                     draw_lines(&mut image, color);
                 }
@@ -255,7 +256,8 @@ fn denoiser(args: &DevelopArgs, layers: &Layers, found: &Layer) -> Result<(Optio
     Ok((denoiser?, args.denoise_radius))
 }
 
-/// Colour of the lines over the picture. Without the flag, it is the colour that the render noted.
+/// Colour of the lines to draw over the picture; `None` for no lines. Without `--lines`, it is the
+/// colour that the render stored in the file.
 fn lines(args: &DevelopArgs, layers: &Layers, found: &Layer) -> Result<Option<Spectrum>, CliError> {
     let noted = layers.finish.lines.filter(|_| found.is_picture);
     let color = match args.lines {
@@ -295,8 +297,8 @@ fn draw_lines(image: &mut Image, color: Spectrum) {
     }
 }
 
-/// Tone from the flags. Missing flags keep the tone that the render noted in the file. Reflectances
-/// are shown without a tone curve.
+/// Tone curve and exposure. Missing flags keep the values that the render stored in the file.
+/// Reflectances are shown without a tone curve.
 fn tone(args: &DevelopArgs, layers: &Layers, kind: Kind) -> Tone {
     let noted = match kind {
         Kind::Colors => layers.finish.tone,
@@ -305,7 +307,7 @@ fn tone(args: &DevelopArgs, layers: &Layers, kind: Kind) -> Tone {
     args.tone.0.over(noted)
 }
 
-/// The image cropped to `x0, y0` inclusive to `x1, y1` exclusive in the full image.
+/// Crops the image to the pixels from `x0, y0` to `x1, y1` of the full image. The end is excluded.
 fn cropped(image: &Image, [x0, y0, x1, y1]: [u32; 4]) -> Result<Image, CliError> {
     let crop = Rect {
         min: UVec2::new(x0, y0),

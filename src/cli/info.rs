@@ -136,7 +136,7 @@ pub(super) fn decimal(values: [f32; 3]) -> [f64; 3] {
     values.map(|v| v.to_string().parse().unwrap_or(v as f64))
 }
 
-/// `value`, a sum of products of `f32`, rounded to the digits of an `f32`.
+/// `value` rounded to the digits of an `f32`, because it is a sum of products of `f32`.
 fn decimal_of(value: f64) -> f64 {
     format!("{value:.6e}").parse().unwrap_or(value)
 }
@@ -248,8 +248,8 @@ fn print_text(info: &Value, (parts, names): (&[PartSize], &PartNames), warnings:
     }
 }
 
-/// The [`MAX_PARTS`] parts with the most triangles, in the order of the file. Of equal ones, the
-/// first are chosen.
+/// The [`MAX_PARTS`] parts with the most triangles, in the order of the file. Among parts with
+/// equally many triangles, the first are chosen.
 fn largest(parts: &[PartSize]) -> Vec<&PartSize> {
     let mut order: Vec<usize> = (0..parts.len()).collect();
     if parts.len() > MAX_PARTS {

@@ -27,7 +27,7 @@ pub(super) struct Job {
     pub scene: SceneFile,
     pub scene_path: PathBuf,
     pub settings: Settings,
-    /// Picture options of the scene file and flags.
+    /// Options of the picture: those of the scene file, overridden by flags.
     pub options: SceneOptions,
     /// Maximum render time in seconds.
     pub time_limit: Option<f64>,
@@ -42,8 +42,8 @@ pub(super) struct Job {
 }
 
 impl Job {
-    /// Reads the scene file and resolves all settings, for commands that measure. Uses the sample
-    /// count of the file and ignores `quality`.
+    /// Reads the scene file and resolves all settings, for commands that measure, such as `bench`.
+    /// The number of samples is that of the file: the `quality` of the file is ignored.
     pub fn new(args: &RenderArgs) -> Result<Self, CliError> {
         let mut scene = read_scene(&args.scene, &args.load)?;
         scene.options.quality = QualityOptions::default();
@@ -100,7 +100,8 @@ impl Job {
     }
 }
 
-/// Defaults to guess for a bare OBJ: all settings that `options` leave open.
+/// Settings to guess for a bare OBJ: light, ground, and the background if `options` has none.
+/// [`Job::to_show_scene`] decides about the exposure.
 pub(super) fn guesses(scene: &SceneFile, options: &SceneOptions) -> Guesses {
     let is_bare = !scene.is_file();
     Guesses {
@@ -137,8 +138,8 @@ pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) -> bool {
     guesses_exposure
 }
 
-/// Options of the picture. Flags override the scene file. The size of `camera` is the size of its
-/// picture.
+/// Options of the picture. Flags override the scene file. Without `--size`, the size is that of the
+/// picture of `camera`, the camera of `--cameras`.
 fn options(args: &RenderArgs, scene: &SceneFile, camera: Option<&FileCamera>) -> SceneOptions {
     let size = args.size.map(UVec2::from).or_else(|| camera?.size);
     let projection = args.camera.0.or(scene.options.camera).projection();
@@ -163,8 +164,8 @@ fn options(args: &RenderArgs, scene: &SceneFile, camera: Option<&FileCamera>) ->
     }
 }
 
-/// Settings of a render. Flags override `camera`, the camera of a file. `camera` overrides the
-/// scene file.
+/// Settings of a render. Flags override `of_file`, the camera of `--cameras`. `of_file` overrides
+/// the camera of the scene file.
 fn settings(
     args: &RenderArgs,
     scene: &SceneFile,
@@ -266,7 +267,7 @@ pub(super) fn scene_of_text(path: &Path, text: &str, args: &LoadArgs) -> Result<
     with_flags(SceneFile::of_text(path, text.into(), &args.set)?, args)
 }
 
-/// Applies the flags `args` to a scene, except the flags that set keys.
+/// Applies the flags `args` to a scene, except `--set`, which applies when the file is read.
 fn with_flags(mut scene: SceneFile, args: &LoadArgs) -> Result<SceneFile, CliError> {
     scene.patch_materials(&args.patches)?;
     scene.patch_parts(&args.parts)?;
@@ -276,7 +277,7 @@ fn with_flags(mut scene: SceneFile, args: &LoadArgs) -> Result<SceneFile, CliErr
     Ok(scene)
 }
 
-/// Kind of a scene file, or of a bare model file.
+/// Kind of a file that describes a scene: a scene file, or a bare OBJ.
 pub(super) enum SceneKind {
     Toml,
     Obj,
@@ -330,7 +331,7 @@ const FORMATS: [(&str, &[&str], &str); 8] = [
     ),
 ];
 
-/// Sets the load options of a scene from its own keys, overridden by flags.
+/// Sets the load options of a scene. Flags override the keys of the scene file.
 pub(super) fn set_load(scene: &mut SceneFile, args: &LoadArgs) {
     scene.load = LoadOptions {
         parameters: args.parameters.0.or(scene.options.load),

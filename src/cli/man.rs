@@ -46,7 +46,7 @@ fn write_page(command: &Command) -> io::Result<Vec<u8>> {
     if command.has_subcommands() {
         man.render_subcommands_section(&mut page)?;
     }
-    // Examples keep their lines, unlike in the crate's own section.
+    // Keep the lines of the examples. The section that clap_mangen makes would join them.
     if let Some(words) = command.get_after_help() {
         let mut section = Roff::new();
         section.control("SH", ["NOTES AND EXAMPLES"]).control("nf", []);

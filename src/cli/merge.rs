@@ -30,7 +30,8 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
     outputs.refuse_inputs(args.parts.iter().map(PathBuf::as_path))?;
     let _lock = checkpoint.as_ref().map(Output::lock).transpose()?;
     let pool = thread_pool(settings.threads)?;
-    // A picture needs all samples. Sums for a checkpoint may be incomplete.
+    // A picture needs all samples, unless `--allow-gaps` is given. A checkpoint alone may be
+    // incomplete.
     let mut joined = pool.install(|| parts.join(args.output.is_empty(), args.allow_gaps))?;
     let failures: Vec<FileError> = pool.install(|| {
         let unkept = checkpoint.and_then(|output| joined.state.keep(&output, &joined.metadata).err());

@@ -2,7 +2,7 @@
 //! command, such as `run`.
 //!
 //! Commands use the library. `run` and `merge` use only sessions, files and observers
-//! (`tests/it/project/layers.rs` checks it). `lab`, `audit`, `bench`, `check`, `explain`, `paths`
+//! (`tests/it/project/layers.rs` checks this). `lab`, `audit`, `bench`, `check`, `explain`, `paths`
 //! and `points` also use lower layers.
 
 // This module comes first, because the following modules use its macros.
@@ -64,7 +64,8 @@ use std::process::ExitCode;
 ///
 /// 0 success, 1 failure, 2 wrong usage, 130 interrupted.
 pub fn main() -> ExitCode {
-    // Do not print the message of a caught panic, which is reported as an error of its file.
+    // Do not print the message of a panic that is caught: it is reported as an error of the file
+    // that was read.
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         if !is_guarded() {

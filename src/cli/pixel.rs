@@ -13,8 +13,9 @@ use crate::session::{Preparation, RenderContext, Renderer, Session};
 use std::cell::RefCell;
 use std::process::ExitCode;
 
-/// Traces one sample. Prints every ray with its result and its contribution to the pixel, or as
-/// JSON the vertices, densities, weights and contributions of `embrasure paths`.
+/// Traces one sample, and prints every ray with its result and the light that it adds to the pixel.
+/// If `as_json` is true, prints the vertices, densities, weights and contributions of
+/// `embrasure paths` instead.
 pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32, as_json: bool) -> Result<ExitCode, CliError> {
     let [x, y] = pixel;
     renderer.session().check_one_view("pixel", &format!("{x},{y}"))?;
@@ -36,7 +37,8 @@ pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32, as_json: 
     )))
 }
 
-/// Traces the sample and prints it. Returns true if the sample exists.
+/// Traces the sample and prints it. Returns false if the integrator has no samples of single
+/// pixels.
 fn print_sample(session: &Session, prepared: &Preparation, accel: &dyn Accel, key: SampleKey) -> bool {
     let settings = session.settings();
     let recorder = Recorder::new(&accel);
@@ -105,7 +107,7 @@ struct RayLog<'a> {
 }
 
 impl RayLog<'_> {
-    /// Adds the rays since the last call.
+    /// Adds a line for each ray since the last call.
     fn take_rays(&mut self) {
         for ((kind, is_requested), (query, answer)) in self.kinds.drain(..).zip(self.recorder.take()) {
             if !is_requested {

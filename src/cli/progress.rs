@@ -1,14 +1,14 @@
 //! Interrupts, and the progress of long work.
 //!
-//! An interrupt ends a command at once with exit code 130, unless the command holds an
-//! [`InterruptGuard`]. Then it sets a flag that the observers of renders check
-//! (`render/cancellation.rs`). Signals within a second of the first count as one. A scheduler that
-//! ends a job signals its script and its programs, and the script forwards the signal; this must
-//! not count as a second Ctrl-C of the user.
+//! An interrupt ends a command at once with exit code 130. If the command holds an
+//! [`InterruptGuard`], the first interrupt only sets a flag, which the observers of renders check
+//! (`render/cancellation.rs`). Signals within a second of the first signal count as one. The
+//! reason: a scheduler that ends a job signals its script and its programs, and the script forwards
+//! the signal. The forwarded signal must not count as a second Ctrl-C of the user.
 //!
-//! Work without an observer runs in a separate thread, which the command can abandon. It abandons
-//! denoising half a second after an interrupt. It abandons a tev viewer that has not read a band of
-//! the last picture for a second. Such a command ends without exit handlers.
+//! Work without an observer runs in a separate thread, which the command can abandon. Denoising is
+//! abandoned half a second after an interrupt. A tev viewer is abandoned if it reads no band of
+//! rows of the last picture for a second. A command with abandoned work ends without exit handlers.
 
 use super::words::{escaped, in_colour, percent};
 use crate::film::Film;
@@ -32,7 +32,7 @@ static IS_HEEDED: AtomicBool = AtomicBool::new(false);
 /// Set by the first signal that counts.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Signals within this time count as one: schedulers signal a job's script and its program, and the
+/// Signals within this time count as one. Schedulers signal a job's script and its program, and the
 /// script forwards the signal.
 const ONE_SIGNAL: Duration = Duration::from_secs(1);
 
@@ -81,8 +81,8 @@ impl Drop for InterruptGuard {
     }
 }
 
-/// Ends an interrupted command at once, after it has written all results. Abandoned work may still
-/// run in other threads, and must not use libraries during their exit handlers.
+/// Ends an interrupted command at once, after it has written all results. Exit handlers of
+/// libraries do not run, because abandoned work in other threads may still use the libraries.
 pub(super) fn leave_interrupted() -> ! {
     leave(INTERRUPTED_CODE)
 }
@@ -167,7 +167,7 @@ impl Progress {
         }
     }
 
-    /// Starts with `samples` samples of earlier runs.
+    /// Starts the bar at `samples`, the number of samples of earlier runs.
     pub fn skip(&self, samples: u64) {
         self.bar.set_position(samples);
         self.bar.reset_eta();

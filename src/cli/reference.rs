@@ -1,4 +1,5 @@
-//! Pages of the guide, compiled into the program: an installed program has no folder docs/guide.
+//! Pages of the guide. They are compiled into the program, because an installed program has no
+//! folder docs/guide.
 
 /// Width of the text in characters.
 const WIDTH: usize = 96;
@@ -95,8 +96,8 @@ fn title(text: &str) -> &str {
     text.lines().next().unwrap_or_default().trim_start_matches("# ")
 }
 
-/// Converts Markdown to text for a terminal. A table row becomes its first cell with the other
-/// cells below it. Cells from the third on get the header of their column.
+/// Converts Markdown to text for a terminal. For each row of a table, the first cell is printed
+/// with the other cells below it. The third and later cells begin with the header of their column.
 fn plain(markdown: &str) -> String {
     let mut text = String::new();
     let mut heads: Vec<String> = Vec::new();

@@ -45,7 +45,8 @@ const INCIDENCES: [f32; 4] = [0.0, 30.0, 60.0, 80.0];
 /// Number of points per degree of a curve in a plot. Narrow lobes need this resolution at their
 /// peaks.
 const FINE: u32 = 8;
-/// Angles of albedos in degrees: multiples of the step, and an angle near the horizon.
+/// Angles of the viewer, in degrees, at which the albedo is computed: multiples of `ALBEDO_STEP`
+/// below 90, and `GRAZING`.
 const ALBEDO_STEP: usize = 5;
 const GRAZING: f32 = 89.0;
 /// Maximum albedo without an energy gain: 1 plus the error of the integral.
@@ -132,7 +133,8 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
     }
 }
 
-/// Albedo of all lobes together, with the angle of the viewer in degrees.
+/// Albedo of all lobes together, for several angles of the viewer. Each entry has the angle in
+/// degrees first.
 fn albedos_by_angle(bsdf: &Bsdf) -> Vec<(f32, Spectrum)> {
     let angles = (0..90).step_by(ALBEDO_STEP).map(|angle| angle as f32).chain([GRAZING]);
     angles

@@ -1,12 +1,13 @@
-//! Polar plots of a BSDF in the plane of incidence, and its albedo over the angle, as an SVG
-//! picture.
+//! SVG picture of a BSDF: polar plots in the plane of incidence, and the albedo over the angle of
+//! the viewer.
 
 use crate::cli::plot::{Place, color, escaped, points, svg_head};
 use crate::color::Spectrum;
 use crate::lint::{LobeProfile, Profile};
 use std::fmt::Write;
 
-/// Width and radius of a polar plot, and its height with and without the other side of the surface.
+/// Width and radius of a polar plot. `HEIGHTS` has the height of a plot without and with the lower
+/// side of the surface.
 const WIDTH: f64 = 225.0;
 const RADIUS: f64 = 95.0;
 const HEIGHTS: [f64; 2] = [175.0, 275.0];
@@ -66,7 +67,7 @@ pub(super) fn rows(profiles: &[Profile]) -> Vec<Vec<&LobeProfile>> {
     let total = profiles.iter().map(|profile| &profile.total).collect();
     let single =
         (0..if lobes > 1 { lobes } else { 0 }).map(|i| profiles.iter().map(|profile| &profile.lobes[i]).collect());
-    // A lobe of single directions (delta lobe) has no curve. The row of the sum shows its
+    // A delta lobe has single directions instead of a curve. The row of the sum shows these
     // directions.
     let has_curve = |row: &Vec<&LobeProfile>| row.iter().any(|lobe| largest(&lobe.pdf) > 0.0);
     single.filter(has_curve).chain([total]).collect()
@@ -92,7 +93,7 @@ pub(super) fn largest(values: &[f32]) -> f32 {
     values.iter().copied().fold(0.0, f32::max)
 }
 
-/// Point at `angle` degrees and at the fraction `share` of the radius.
+/// Point of a plot at `angle` degrees from the normal, and at the fraction `share` of the radius.
 fn place(angle: f32, share: f32) -> [f64; 2] {
     let (sin, cos) = f64::from(angle).to_radians().sin_cos();
     let radius = RADIUS * f64::from(share);

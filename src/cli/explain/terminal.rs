@@ -46,8 +46,9 @@ fn print_row(what: &str, profiles: &[Profile], row: &[&LobeProfile], values: Vec
     }
 }
 
-/// Lines of a plot: the surface as dots, a curve, and delta directions with lengths proportional to
-/// their shares.
+/// Lines of text that show a plot: the surface as dots, the curve of `values`, and a line for each
+/// delta direction. The length of this line is proportional to the fraction of light in the
+/// direction.
 fn plot(profile: &Profile, lobe: &LobeProfile, values: &[f32], max: f32, is_two_sided: bool) -> Vec<String> {
     let mut picture = Braille::new(COLUMNS, if is_two_sided { 9 } else { 5 });
     let origin = [COLUMNS as f64 - 0.5, RADIUS + 1.0];

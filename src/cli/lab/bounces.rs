@@ -62,7 +62,7 @@ pub(super) fn write_sheet(mut job: Job, output: &Output, named: &Outputs, quiet:
     Ok(())
 }
 
-/// Title of the light of a layer.
+/// Title of the picture of `layer`, such as `2 bounces`.
 fn title(layer: &str) -> String {
     match layer.strip_prefix("bounce.") {
         Some("0") => "0 bounces: emission".into(),

@@ -37,8 +37,8 @@ impl Budget {
         budgets
     }
 
-    /// Number of snapshots until `budgets` are spent. For seconds it is an upper bound: the
-    /// snapshots up to 4⁹ samples.
+    /// Maximum number of snapshots until `budgets` are spent. For seconds, the snapshots up to 4⁹
+    /// samples are counted.
     pub fn snapshots(budgets: &[Self]) -> u64 {
         const MAX_POINTS: u32 = 10;
         let marks = budgets.iter().map(|budget| match budget {
@@ -55,8 +55,8 @@ impl Budget {
         }
     }
 
-    /// The step after `done` samples, which took `seconds`: to the next power of 4, or to the end
-    /// of the budget.
+    /// The step after `done` samples, which took `seconds`. The step ends at the next power of 4 at
+    /// the latest, or at the end of the budget.
     pub fn step(self, done: u32, seconds: f64) -> Step {
         let mark = next_mark(done);
         match self {
@@ -75,8 +75,9 @@ impl Budget {
                         is_last: false,
                     }
                 } else {
-                    // A step that does not end at a cut between passes must be the last step: a
-                    // following step would take some of its samples again.
+                    // A cut is a sample count between two passes of the renderer. A step that does
+                    // not end at a cut must be the last step, because a following step would take
+                    // some samples again.
                     Step {
                         end: done.saturating_add(affordable),
                         is_last: true,
@@ -133,8 +134,8 @@ mod tests {
         assert!([1, 4, 16, 64, 256].into_iter().all(is_mark) && ![0, 2, 8, 63].into_iter().any(is_mark));
     }
 
-    /// A step that does not end at a cut between passes is the last step. At a constant rate the
-    /// whole budget is spent, except for the time of one sample.
+    /// A step that does not end at a cut between passes is the last step. At a constant number of
+    /// samples per second, the whole budget is spent, except for the time of one sample.
     #[test]
     fn seconds_are_spent() {
         for (seconds, expected) in [(0.01, 1), (0.5, 5), (1.0, 10), (2.5, 25), (10.0, 100), (100.0, 1000)] {

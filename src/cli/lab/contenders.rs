@@ -1,4 +1,5 @@
-//! The contenders: the ladder, whose rungs each add one idea, or the methods of `--methods`.
+//! The contenders are the estimators to compare: those of `--methods`, or else the ladder. Each
+//! rung of the ladder adds one idea to the rung below.
 
 use super::lessons::{self, Lesson};
 use crate::cli::args::MethodFlag;
@@ -46,7 +47,8 @@ impl Contender {
     /// Sets `refused` if the estimator cannot render the scene of `session`.
     pub fn judge(&mut self, session: &Session) {
         let method = self.method();
-        // A random ray never hits a point light, or a light from a single direction.
+        // Methods that find lights only by random rays miss point lights, and lights from a single
+        // direction.
         let lights = match method.check_lights(session.scene()) {
             Ok(missing) => missing,
             Err(error) => Some(error.to_string()),
@@ -69,7 +71,8 @@ impl Contender {
     }
 }
 
-/// The rungs of the ladder. Each adds one idea to the rung before; the last is `best`.
+/// The rungs of the ladder, from the lowest up. Each adds one idea to the rung below. The last rung
+/// is `best`.
 pub(super) fn ladder(best: &Settings) -> Vec<Contender> {
     let options = &best.integrator;
     let alone = IntegratorOptions {
@@ -111,7 +114,7 @@ pub(super) fn ladder(best: &Settings) -> Vec<Contender> {
     rungs.map(contender).collect()
 }
 
-/// The integrators of `--methods`. Each has its own settings over the settings of the scene.
+/// The integrators of `--methods`. The settings of a method override the settings of the scene.
 pub(super) fn methods(base: &Settings, flags: &[MethodFlag]) -> Vec<Contender> {
     let contender = |flag: &MethodFlag| {
         let SamplingOptions {

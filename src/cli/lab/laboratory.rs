@@ -1,4 +1,5 @@
-//! Order of the renders: contenders that share a scene in memory, and the render of the reference.
+//! Runs the renders of all contenders, and the render of the reference. Successive contenders use
+//! the same scene in memory, if possible.
 
 use super::budget::Budget;
 use super::contenders::Contender;

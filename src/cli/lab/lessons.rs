@@ -1,4 +1,4 @@
-//! Description of each contender's change in a sentence, and its paper.
+//! A sentence about what each contender changes, and the paper of its method.
 
 use crate::cli::args::MethodFlag;
 use crate::options::{IntegratorKind, OptionGroup, Parameter};
@@ -122,7 +122,7 @@ fn paper(kind: IntegratorKind) -> Option<Paper> {
     })
 }
 
-/// Description of an integrator, and of each setting that differs from its default.
+/// Description of the integrator of `flag`, of each setting in `flag`, and of the bias.
 pub(super) fn of_method(flag: &MethodFlag, settings: &Settings) -> Lesson {
     let kind = flag.integrator.integrator();
     let mut sentence = String::from(kind.help());
@@ -150,7 +150,7 @@ mod tests {
     use super::*;
     use crate::options::Named;
 
-    /// The course names the same papers with the same DOI.
+    /// The course (`docs/guide/learn`) names the same papers with the same DOI.
     #[test]
     fn papers_are_those_of_the_course() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide/learn");

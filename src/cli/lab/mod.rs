@@ -173,7 +173,7 @@ fn sheet_of_bounces(args: &LabArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Prefix of all outputs with `ending`; dots in the prefix are kept.
+/// Path of an output: the common prefix of all outputs, then `ending`. Dots in the prefix are kept.
 fn output_path(args: &LabArgs, ending: &str) -> PathBuf {
     let mut name = match &args.output {
         Some(prefix) => prefix.clone().into_os_string(),
@@ -233,7 +233,8 @@ impl Files {
     }
 }
 
-/// Arguments of a render that differs from a contender only in its settings.
+/// Arguments of a render of the scene. The settings of each contender are those of this render,
+/// changed by the contender.
 fn render_args(args: &LabArgs, budgets: &[Budget]) -> RenderArgs {
     let samples = budgets.iter().rev().find_map(|budget| match budget {
         Budget::Samples(samples) => Some(*samples),
@@ -277,7 +278,8 @@ fn check_memory(session: &Session, job: &Job, contenders: usize, budgets: &[Budg
     }
 }
 
-/// `error` with the name of `contender`.
+/// `error` with the name of `contender` before its text, if the contender is a method with
+/// settings.
 fn named_error(contender: &Contender, error: CliError) -> CliError {
     match error {
         CliError::Usage(words) if contender.name.contains(':') => {

@@ -1,9 +1,9 @@
 //! A comparison as a single HTML page without links to other files, so that browsers show it from a
 //! disk without a network.
 //!
-//! `page.html`, `page.css` and `page.js` are the page. Figures are JSON in a script element, and
-//! pictures are PNG files in base64. An error map is a grey PNG; a filter of the page turns its
-//! codes into colours, by signed or absolute error.
+//! `page.html`, `page.css` and `page.js` are the page. Numbers are JSON in a script element, and
+//! pictures are PNG files in base64. An error map is a grey PNG. A filter of the page turns its
+//! grey values into colours, either by signed or by absolute error.
 
 use super::Comparison;
 use super::budget::Budget;
@@ -22,8 +22,8 @@ use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 
-/// Maximum number of pixels of all pictures of a page, so that browsers can show it. Larger
-/// pictures are averaged down.
+/// Maximum number of pixels of all pictures of a page together, so that browsers can show the page.
+/// If there are more, blocks of pixels are averaged.
 const MAX_PIXELS: usize = 8 << 20;
 /// Number of colours of the error map palette.
 const COLORS: usize = 65;
@@ -44,8 +44,8 @@ pub(super) fn write(writer: &mut impl Write, comparison: &Comparison) -> io::Res
     writer.write_all(filled(include_str!("page/page.html"), &values).as_bytes())
 }
 
-/// `template` with each `{{name}}` replaced by the value of `name`. Values are not searched,
-/// because file names may contain such marks.
+/// `template` with each `{{name}}` replaced by the value of `name`. Marks within values are not
+/// replaced, because file names may contain such marks.
 fn filled(template: &str, values: &[(&str, &str)]) -> String {
     let mut pieces = template.split("{{");
     let mut page = pieces.next().unwrap_or_default().to_string();
@@ -104,7 +104,7 @@ fn palette(color: impl Fn(f32) -> [u8; 3]) -> Vec<[u8; 3]> {
     (0..COLORS).map(|i| color(i as f32 / (COLORS - 1) as f32)).collect()
 }
 
-/// Side of the pixel blocks to average, for `pictures` pictures of `size`.
+/// Side in pixels of the blocks to average, if a page has `pictures` pictures of the given size.
 fn factor([width, height]: [usize; 2], pictures: usize) -> usize {
     let largest = width.min(height).max(1);
     let fits = |factor: &usize| (width / factor) * (height / factor) * pictures <= MAX_PIXELS;
@@ -166,7 +166,7 @@ impl Pictures<'_> {
         }))
     }
 
-    /// A picture with the tone of the scene.
+    /// PNG file of `image` with the tone of the comparison, in base64.
     fn picture(&self, image: &RgbImage) -> io::Result<String> {
         let image = shown(&image.averaged(self.factor, |v| v), &self.comparison.tone);
         let bytes: Vec<u8> = image
@@ -177,8 +177,8 @@ impl Pictures<'_> {
         encoded(3, &image, &bytes)
     }
 
-    /// The relative error `e` of luminance as a code of its signed square root: 0 is −100 % or
-    /// less, 255 is +100 % or more.
+    /// PNG file of the relative error of luminance, in base64. The code is 127.5 + 127.5 ·
+    /// sign(error) · √|error|. Code 0 means −100 % or less, and code 255 means +100 % or more.
     fn error_map(&self, image: &RgbImage, reference: &RgbImage) -> io::Result<String> {
         let [image, reference] = [image, reference].map(|image| image.averaged(self.factor, |v| v));
         let code = |error: f32| 127.5 + 127.5 * error.signum() * error.abs().min(1.0).sqrt();

@@ -1,10 +1,11 @@
 //! The renders of a comparison: each contender takes samples until its budgets are spent, and
 //! stores snapshots.
 //!
-//! Snapshots are taken at 1, 4, 16, 64, … samples and at the end of each budget. The main render
-//! ends only at cuts between passes (`render/schedule.rs`). A budget that ends between two cuts is
-//! completed on a copy of the film, and the time of the copy counts only for that snapshot. A
-//! sampler that depends on the number of samples renders each snapshot from the start.
+//! Snapshots are taken at 1, 4, 16, 64, … samples per pixel and at the end of each budget. The film
+//! of the main render ends only at cuts, which are sample counts between two passes
+//! (`render/schedule.rs`). If a budget ends between two cuts, its last samples are added to a copy
+//! of the film. The time of these samples counts only for this snapshot. If the sampler depends on
+//! the total number of samples, each snapshot is rendered from the start.
 
 use super::budget::{Budget, Step, is_mark};
 use super::contenders::Contender;
@@ -55,8 +56,8 @@ pub(super) struct Run {
 }
 
 impl Run {
-    /// Seconds of the first sample and the largest budget that it exceeds by more than a tenth. An
-    /// estimator is shown only with at least one sample per pixel.
+    /// Seconds of the first snapshot, and the largest budget that they exceed by more than a tenth.
+    /// The first snapshot always has one sample per pixel, even if this takes longer than a budget.
     pub fn overspent(&self, budgets: &[Budget]) -> Option<[f64; 2]> {
         let first = self.snapshots.first()?;
         let budgets = first.budgets.iter().filter_map(|&index| match budgets[index] {
@@ -111,8 +112,8 @@ struct Estimate<'a> {
     prepared: Preparation,
     /// Pixel filter of the contender.
     filter: Filter,
-    /// Light selection of the contender. The learning of the selection counts in the contender's
-    /// time.
+    /// Light selection of the contender. The time to learn the selection counts in the time of the
+    /// contender.
     light_selection: LightSelection,
     progress: &'a Progress,
     /// Seconds of the preparation before the first sample.

@@ -64,8 +64,8 @@ impl Comparison {
     }
 }
 
-/// `image` with `tone`, in linear light of the display. The default tone does not change `image`:
-/// the display clips values above 1.
+/// `image` with `tone`, decoded to linear light of a display. The default tone returns `image`
+/// unchanged, because only values above 1 would change, and the display clips these values.
 pub(super) fn shown(image: &RgbImage, tone: &Tone) -> RgbImage {
     if *tone == Tone::default() {
         return image.clone();

@@ -1,4 +1,4 @@
-//! The figures of a comparison as CSV and Markdown.
+//! The numbers of a comparison as CSV and Markdown.
 
 use super::Comparison;
 use super::curves::Measure;
@@ -31,7 +31,7 @@ impl Comparison {
         text
     }
 
-    /// The table, and a text with the slopes of the curves.
+    /// Markdown with the table of results, and a list of the slopes of the curves.
     pub fn markdown(&self) -> String {
         let mut text = String::from("| estimator | samples | seconds | relMSE | efficiency |\n|---|---|---|---|---|\n");
         for (contender, run) in &self.runs {

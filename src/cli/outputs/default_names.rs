@@ -1,9 +1,11 @@
-//! Names of the pictures of a render without `-o`: the scene's stem in the current folder with
-//! `.exr`, and for a bare OBJ also with `.png`.
+//! Names of the pictures of a render without `-o`. The pictures are written to the current folder.
 //!
-//! The texture of a bare OBJ often has its name. If such a file exists at the place of a picture,
-//! the picture gets another name. A default name never replaces files that the scene reads, or
-//! files that this program did not write.
+//! A scene file `room.toml` gives `room.exr`. A bare OBJ `room.obj` gives `room.png` and
+//! `room.exr`.
+//!
+//! A texture often has the stem of its OBJ file. If a picture of a bare OBJ would replace a file
+//! that the scene reads, or a file that this program did not write, both pictures get other names,
+//! such as `room.render.png`.
 
 use crate::files::FileId;
 use std::ffi::OsString;
@@ -19,11 +21,11 @@ const MAX_NAMES: u32 = 100;
 /// Names for the pictures of a bare OBJ.
 pub(super) struct DefaultNames {
     pub paths: Vec<PathBuf>,
-    /// Reason why the names differ from the name of the OBJ; `None` if they do not.
+    /// Reason why the names do not have the stem of the OBJ; `None` if they have it.
     pub reason: Option<String>,
 }
 
-/// The name of `scene` with `extension` instead of its last extension.
+/// File name of `scene`, without its folder, with `extension` instead of its last extension.
 fn with_extension(scene: &Path, extension: &str) -> PathBuf {
     let mut name = OsString::from(scene.file_stem().unwrap_or_default());
     name.push(".");

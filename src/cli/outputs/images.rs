@@ -25,7 +25,8 @@ impl Outputs {
     /// A name without an image extension, a file that cannot be written, or the same file as
     /// another output.
     pub fn prepare_images(&mut self, paths: &[PathBuf], tone: Tone, exr: &ExrFormat) -> Result<Images, CliError> {
-        // A name of another format is wrong usage; an unwritable folder is a failure.
+        // A name of another format is wrong usage (exit code 2). An unwritable folder is a failure
+        // (exit code 1).
         let prepared = paths.iter().map(|path| {
             if path.to_str().is_some_and(|text| text.contains(FACE)) {
                 let help = format!("render one file, and then: embrasure develop cube.exr -o 'cube_{FACE}.png'");
@@ -51,8 +52,8 @@ pub(in crate::cli) fn show(images: &mut Images, tone: Tone) {
     }
 }
 
-/// Images of a render, which are added to `outputs`, and a warning if the default names are
-/// unusual. `read` are the known files of the scene.
+/// Returns the images of a render, and a warning if their default names do not have the stem of the
+/// scene. Adds the images to `outputs`. `read` are the known files of the scene.
 pub(in crate::cli) fn images_of_render(
     args: &RenderArgs,
     job: &Job,

@@ -7,21 +7,23 @@ use crate::integrator::PathEvent;
 use crate::math::{UVec2, Vec2, Vec3};
 use crate::sampler::SampleKey;
 
-/// Builder of a trace. It receives the events of a record in their order.
+/// Builder of a trace. It takes the recorded events of a sample in their order.
 struct Builder<'a> {
     trace: Trace,
     pixel: UVec2,
     filter: &'a Filter,
     /// The current path: index of the last vertex of each depth.
     stack: Vec<usize>,
-    /// Vertices of the last paths from the camera and from a light.
+    /// Vertices of the last path from the camera.
     camera: Vec<usize>,
+    /// Vertices of the last path from a light.
     light: Vec<usize>,
     /// Technique that finds the next light, unless a later event names another technique.
     technique: Technique,
-    /// Parts of the next light: technique, radiance, vertex.
+    /// Parts of the light that the next event `Added` adds: technique, radiance, vertex.
     parts: Vec<(Technique, Spectrum, Option<usize>)>,
-    /// True if the path is the rest of a shared path. Its light does not belong to the pixel yet.
+    /// True if the path is the rest of a path that several pixels reuse. The light of this rest
+    /// does not belong to the pixel yet.
     is_shared: bool,
     /// Vertex and index of each light sample whose shadow ray is still to come.
     waiting: Vec<(usize, usize)>,
@@ -168,7 +170,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Adds light of the pixel, split into its known parts.
+    /// Adds light of the pixel, split into parts by technique if they are known.
     fn add_light(&mut self, film: Option<Vec2>, radiance: Spectrum) {
         let parts = std::mem::take(&mut self.parts);
         let factor = match film {
@@ -200,7 +202,7 @@ impl Builder<'_> {
         self.technique = Technique::Other;
     }
 
-    /// Known vertices between the camera and the light.
+    /// Indices of the known vertices between the camera and the light.
     fn path(&self, technique: Technique, vertex: Option<usize>) -> Vec<usize> {
         if let Technique::Merging(_, t, ..) = technique {
             return self.camera.iter().take(t).copied().collect();

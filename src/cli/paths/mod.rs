@@ -1,9 +1,9 @@
 //! `embrasure paths`: the paths that light a pixel, with their densities, weights and
 //! contributions.
 //!
-//! `recording` traces samples with a record, and `builder` builds vertices and contributions from
-//! it (`trace`). `json`, `obj` and `svg` write them. `render --pixel --json` prints the same
-//! numbers.
+//! `recording` traces samples and records their events. `builder` makes vertices and contributions
+//! from the events (`trace`). `json`, `obj` and `svg` write the traces. `render --pixel --json`
+//! prints the same numbers.
 
 mod builder;
 mod json;
@@ -83,7 +83,7 @@ fn render_args(args: &PathsArgs) -> RenderArgs {
     }
 }
 
-/// Traces of the samples, limited to light of the pixel.
+/// Traces of `samples`, with only the light that reaches the pixel.
 pub(super) fn traces(
     renderer: &Renderer,
     [x, y]: [u32; 2],

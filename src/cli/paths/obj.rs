@@ -7,8 +7,8 @@ use std::fmt::Write;
 /// Length of the line towards an infinitely distant light, relative to the size of the paths.
 const FAR: f32 = 0.25;
 
-/// Text of the file: an object for each sample, with groups of paths, of unoccluded shadow rays,
-/// and of occluded shadow rays.
+/// Text of the file: an object for each sample. Its groups are paths, unoccluded shadow rays,
+/// occluded shadow rays, and connections.
 pub(super) fn text(samples: &[(u32, Vec<Trace>)]) -> String {
     let mut file = File {
         text: "# embrasure paths: scattered paths, shadow rays and connections as lines\n".into(),
@@ -72,7 +72,7 @@ pub(super) fn paths(trace: &Trace) -> Vec<Vec<Vec3>> {
     .collect()
 }
 
-/// Shadow rays that are occluded, or not occluded.
+/// Shadow rays of `trace`: the occluded ones if `is_occluded` is true, else the others.
 pub(super) fn shadow_rays(trace: &Trace, is_occluded: bool) -> Vec<Vec<Vec3>> {
     let points = trace.vertices.iter().map(|vertex| vertex.p);
     let size = points
@@ -91,7 +91,8 @@ pub(super) fn shadow_rays(trace: &Trace, is_occluded: bool) -> Vec<Vec<Vec3>> {
     trace.vertices.iter().flat_map(of_vertex).collect()
 }
 
-/// Connections of subpaths, and of first vertices to shared path ends.
+/// Connections as lines: between a subpath from the camera and a subpath from a light, and for path
+/// reuse from the first surface of the pixel to the end of a reused path.
 pub(super) fn connections(trace: &Trace) -> Vec<Vec<Vec3>> {
     let at = |v: &usize| trace.vertices[*v].p;
     let connection = |contribution: &super::trace::Contribution| match contribution.technique {

@@ -1,4 +1,4 @@
-//! Samples traced with a record of their paths.
+//! Traces samples, and records the events of their paths.
 
 use super::trace::Trace;
 use crate::film::FirstSurface;
@@ -8,9 +8,9 @@ use crate::sampler::SampleKey;
 use crate::session::{RenderContext, Renderer};
 use std::cell::RefCell;
 
-/// Traces of the sample `index` that light `pixel`. The pixel's own sample comes first. Integrators
-/// with iterations (photons, Markov chains) add all samples and chains that send light to the
-/// pixel.
+/// Traces of the sample `index` that send light to `pixel`. The sample of the pixel itself comes
+/// first. With integrators that take samples in iterations (photons, Markov chains), all samples of
+/// other pixels and all chains that send light to the pixel follow.
 pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace> {
     let (session, accel) = (renderer.session(), renderer.accel().as_dyn());
     let settings = session.settings();

@@ -70,7 +70,7 @@ pub(super) fn text(session: &Session, [x, y]: [u32; 2], samples: &[(u32, Vec<Tra
     text + "</svg>\n"
 }
 
-/// Begins a view that `</svg>` ends. Lines outside are clipped.
+/// Begins a view; `</svg>` ends it. Lines outside of the view are clipped.
 fn begin(text: &mut String, name: &str, x: f64) {
     let [width, height] = VIEW;
     let _ = writeln!(
@@ -79,7 +79,7 @@ fn begin(text: &mut String, name: &str, x: f64) {
     );
 }
 
-/// Edges of the scene: of its triangles, or of the boxes of its meshes.
+/// Edges to draw: those of all triangles for a small scene, else those of the boxes of the meshes.
 fn context(scene: &Scene) -> Vec<[Vec3; 2]> {
     let mut edges = Vec::new();
     if scene.placed_triangle_count() <= MAX_TRIANGLES {
@@ -106,8 +106,8 @@ fn context(scene: &Scene) -> Vec<[Vec3; 2]> {
     edges
 }
 
-/// A projection across the camera's view direction that fits the traces without the camera. It also
-/// fits the scene if the scene is not much larger.
+/// Parallel projection from the side, across the view direction of the camera. The view contains
+/// all traces, but not the camera. It also contains the scene, if the scene is not much larger.
 fn side_view(session: &Session, samples: &[(u32, Vec<Trace>)]) -> impl Fn(Vec3) -> Option<[f64; 2]> {
     let camera = session.world(&()).camera;
     let resolution = session.settings().resolution.as_vec2();
@@ -208,7 +208,7 @@ fn is_near([x, y]: [f64; 2]) -> bool {
     x.abs() < 1e4 && y.abs() < 1e4
 }
 
-/// Path of a segment. The part behind the viewer is clipped.
+/// SVG path of a segment. The part behind the viewer is clipped.
 fn segment(view: View, [a, b]: [Vec3; 2]) -> Option<String> {
     let (seen, unseen) = match (view(a), view(b)) {
         (Some(a), Some(b)) => return line([a, b]),

@@ -7,7 +7,7 @@ use crate::light::LightId;
 use crate::math::{Vec2, Vec3};
 use crate::sampler::SampleKey;
 
-/// A sample, or a Markov chain, limited to its light in the pixel.
+/// Paths of a sample or of a Markov chain, with only the light that reaches the pixel.
 pub(in crate::cli) struct Trace {
     pub key: SampleKey,
     /// Filter weight in the sample's own pixel.
@@ -26,9 +26,9 @@ pub(in crate::cli) struct Vertex {
     pub beta: Spectrum,
     pub emissions: Vec<EmissionRecord>,
     pub light_samples: Vec<LightSampleRecord>,
-    /// Scattering events: several in trees of rays.
+    /// Scattering events at the vertex; several if the path branches.
     pub scatterings: Vec<ScatteringRecord>,
-    /// Number and radius of photons of density estimates.
+    /// Number of photons and search radius of each density estimate at the vertex.
     pub photons: Vec<(u32, f32)>,
 }
 
@@ -59,8 +59,9 @@ pub(in crate::cli) enum Technique {
     Cache,
     /// A Markov chain found the light.
     Chain,
-    /// A path shared between pixels: the pixel that it belongs to, and its end point. The pixel may
-    /// be the own pixel.
+    /// Path reuse: the first vertex was connected to the end of a path that several pixels share.
+    /// The fields are the pixel that traced this path, which may be the pixel itself, and the
+    /// position of the end.
     Shared([u32; 2], Vec3),
     /// Another technique found the light.
     Other,
@@ -103,7 +104,7 @@ impl Trace {
             .fold(Spectrum::ZERO, |sum, c| sum + c.radiance)
     }
 
-    /// Removes paths of other samples and of chains that do not light the pixel.
+    /// Removes all vertices that do not belong to a contribution to the pixel.
     pub fn keep_what_counts(&mut self) {
         let mut is_kept = vec![false; self.vertices.len()];
         for contribution in &self.contributions {

@@ -127,7 +127,7 @@ impl Axis {
         self.start + share * (self.end - self.start)
     }
 
-    /// Powers of ten on the axis; a maximum of ten.
+    /// Exponents of the powers of ten with a grid line: ten at most.
     fn ticks(&self) -> Vec<i32> {
         let (from, to) = (self.from as i32, self.to as i32);
         let step = ((to - from) / 8 + 1) as usize;

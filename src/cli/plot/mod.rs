@@ -34,8 +34,8 @@ pub(super) enum Place {
 
 const STYLE: &str = "<style>.curves{color:#222;background:#fff}@media (prefers-color-scheme:dark){.curves{color:#ddd;background:#16161a}}</style>";
 
-/// Beginning of a picture of `width` × `height` units. `label` describes it for screen readers.
-/// `</svg>` ends it.
+/// Beginning of an SVG picture of `width` × `height` units. `label` describes the picture for
+/// screen readers. The caller ends the picture with `</svg>`.
 pub(super) fn svg_head([width, height]: [f64; 2], label: &str, place: Place) -> String {
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"curves\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" \
@@ -59,7 +59,7 @@ pub(super) fn escaped(text: &str) -> String {
         .replace('"', "&quot;")
 }
 
-/// Mark of a curve. Curves differ in shape and colour.
+/// Draws a mark of the curve `index` at `x`, `y`. The marks of curves differ in shape and colour.
 pub(super) fn mark(text: &mut String, index: usize, x: f64, y: f64) {
     let color = color(index);
     let shape = match index % 4 {

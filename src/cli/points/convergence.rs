@@ -8,7 +8,8 @@ use std::f64::consts::PI;
 
 /// Number of seeds over which errors are averaged.
 pub(super) const SEEDS: u64 = 64;
-/// Minimum number of samples for the fit of slopes: smaller sets have no pattern yet.
+/// Minimum number of samples for an error to be used in the fit of a slope. Smaller sets of points
+/// have no pattern yet.
 pub(super) const FIRST_FITTED: u32 = 4;
 /// Axis `a` in the integrands on the sphere. The point sets are not symmetric about this axis.
 const AXIS: Vec3 = Vec3::new(1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0);
@@ -63,7 +64,8 @@ fn integrals() -> [Integral; 4] {
 /// Errors of the mean of one integrand.
 pub(super) struct Convergence {
     pub integral: Integral,
-    /// Curve of each decision of a path: points of number of samples and root mean square error.
+    /// A curve for each decision of a path, such as the point on the lens: its name, and pairs of
+    /// number of samples and root mean square error.
     pub curves: Vec<(&'static str, Vec<[f64; 2]>)>,
 }
 
@@ -132,15 +134,15 @@ mod tests {
         }
     }
 
-    /// Independent samples have the error of their variance. Errors of Sobol points fall with the
-    /// rate of theory (Owen 1997).
+    /// The mean of independent samples has the error that follows from the variance. Errors of
+    /// Sobol points fall about as fast as in theory (Owen 1997).
     #[test]
     fn errors_fall_as_they_should() {
         for convergence in convergences(PointSet::Sampler(SamplerKind::Independent), 5, 1024) {
             let expected = |n: f64| (convergence.integral.variance / n).sqrt();
             for (name, curve) in &convergence.curves {
-                // χ² of 64 squares of errors has a relative standard deviation of √(2/64), which
-                // the root halves.
+                // The mean of 64 squared errors has a relative standard deviation of √(2/64). The
+                // square root halves this deviation.
                 let is_near =
                     |[n, error]: &[f64; 2]| (error / expected(*n) - 1.0).abs() < 5.0 * 0.5 * (2f64 / 64.0).sqrt();
                 assert!(curve.iter().all(is_near), "{name}: {curve:?}");

@@ -1,7 +1,7 @@
-//! `embrasure points`: the distribution of a sampler's points, its discrepancy, and the convergence
-//! of integrals.
+//! `embrasure points`: the points of a sampler, their discrepancy, and the convergence of
+//! integrals.
 //!
-//! `projections` has the points, `convergence` the integrals, and `picture` draws both.
+//! `projections` has the points, `convergence` has the integrals, and `picture` draws both.
 
 mod convergence;
 mod picture;
@@ -27,7 +27,7 @@ fn compared(count: u32) -> u32 {
     ((1 << 28) / count.pow(2).max(1)).clamp(1, 16)
 }
 
-/// A decision of a path, with its name.
+/// A random decision of a path, such as the point on the lens: its name and its dimension.
 type Decision = (&'static str, Dimension);
 
 impl PointSet {
@@ -72,7 +72,8 @@ impl PointSet {
         }
     }
 
-    /// Pairs of decisions whose first numbers are shown together.
+    /// Pairs of decisions. A projection shows the first random number of one over that of the
+    /// other.
     fn pairs(self) -> Vec<[Decision; 2]> {
         let direction = |depth| Dimension::bounce(depth, Bounce::Direction);
         let directions = [("direction 1", direction(0)), ("direction 2", direction(1))];

@@ -17,7 +17,7 @@ pub(super) enum Shape {
 }
 
 impl Shape {
-    /// Key of the measured discrepancy.
+    /// JSON key of the discrepancy that is measured in this domain.
     pub fn measure(self) -> &'static str {
         match self {
             Self::Square => "star_discrepancy",
@@ -68,7 +68,8 @@ pub(super) fn projections(set: PointSet, seed: u64, count: u32) -> Vec<Projectio
     squares.into_iter().chain(on_sphere).collect()
 }
 
-/// Directions at the first vertex: on the sphere from above and from below, and on the hemisphere.
+/// Four projections of the directions at the first vertex: the upper and the lower half of the
+/// sphere, the uniform hemisphere, and the hemisphere with a density proportional to the cosine.
 fn directions(set: PointSet, points: &[Vec2]) -> [Projection; 4] {
     let on_sphere: Vec<Vec3> = points.iter().map(|u| uniform_sphere(*u)).collect();
     let disk = |name: &str, points: Vec<Vec3>, discrepancy| Projection {

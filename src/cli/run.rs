@@ -1,4 +1,4 @@
-//! `embrasure render`: the observer of a render, its checkpoints, previews and pictures, and its
+//! `embrasure render`: renders a scene, writes checkpoints, previews and pictures, and returns the
 //! exit code.
 
 use super::args::RenderArgs;
@@ -63,10 +63,10 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let session = Session::load(&job.scene, job.settings.clone(), &loading);
     loading.finish();
     let session = session?;
-    // The exposure may depend on the light, which is known now.
     let elevation = job.settings.camera.elevation;
     // The size of a drawing to scale is computed from the scene.
     job.settings.resolution = session.settings().resolution;
+    // The exposure may depend on the light, which is known now.
     job.settings.tone = session.settings().tone;
     outputs::show(&mut files.images, job.settings.tone);
     // Default names avoid the scene's files, which are known now.
@@ -167,7 +167,7 @@ struct Run<'a> {
     load_s: f64,
 }
 
-/// Results after the last sample.
+/// Measurements after the last sample.
 #[derive(Default)]
 struct RenderResults {
     denoised: Option<DenoiseStats>,
@@ -175,8 +175,8 @@ struct RenderResults {
 }
 
 impl Run<'_> {
-    /// Renders and writes all files. `audit` returns the report about the backend after the render,
-    /// if rays were audited.
+    /// Renders and writes all files. If rays are audited, `audit` returns the report about the
+    /// backend after the render.
     fn render(
         &self,
         mut checkpointer: Option<Checkpointer>,
@@ -315,7 +315,8 @@ impl Run<'_> {
         let unwritten = self.renderer.write(state, &image, images, &metadata);
         failures.extend(unwritten.iter().map(FileError::to_string));
         results.write_s = start.elapsed().as_secs_f64();
-        // A replaced file is complete, even if later writes fail.
+        // An EXR file with a new identity was replaced. It is complete, even if later writes have
+        // failed.
         let mut files = images.iter().zip(&before);
         let has_floats =
             files.any(|((format, output), before)| matches!(format, Format::Exr(_)) && output.id() != *before);
@@ -334,7 +335,8 @@ impl Run<'_> {
         image
     }
 
-    /// The picture of `state`, without additional channels if making them fails.
+    /// The picture of `state`. If making the additional channels panics, the picture has only the
+    /// usual channels.
     fn develop(&self, state: &RenderState, failures: &mut Vec<String>) -> Image {
         guarded(|| self.renderer.develop(state)).unwrap_or_else(|panic| {
             failures.push(fault("the picture has only the usual channels", &panic));
@@ -342,7 +344,7 @@ impl Run<'_> {
         })
     }
 
-    /// Error: no sample was taken before `stop`. It includes all other failures.
+    /// Error that no sample was taken before `stop`. It also includes all other `failures`.
     fn nothing_written(&self, mut failures: Vec<String>, stop: Stop) -> CliError {
         let came = match stop {
             Stop::Interrupt => "interrupted".into(),
@@ -434,7 +436,7 @@ impl Run<'_> {
         failures
     }
 
-    /// Values of `--stats`, except values that only some renders have.
+    /// Values of `--stats` that every render has.
     fn stats<'a>(&'a self, state: &'a RenderState, stop: Stop, info: &'a BackendInfo) -> Stats<'a> {
         let (session, settings) = (self.renderer.session(), &self.job.settings);
         let (scene, statistics) = (session.scene(), &state.statistics);
@@ -494,7 +496,7 @@ fn warn_of(failures: &[FileError]) {
     }
 }
 
-/// Message for a caught panic and its consequence.
+/// Message for a caught panic. `outcome` is its consequence.
 fn fault(outcome: &str, panic: &str) -> String {
     format!("internal error, so {outcome}: {panic}\n  help: please report this, with the command")
 }
@@ -503,7 +505,8 @@ fn finish(failures: Vec<String>, stop: Stop) -> Result<ExitCode, CliError> {
     if !failures.is_empty() {
         return Err(CliError::of_failures(&failures));
     }
-    // An interrupt after the last sample counts too, because work may have been cancelled for it.
+    // An interrupt after the last sample counts too, because it may have cancelled work such as
+    // denoising.
     if is_interrupted() && stop != Stop::Interrupt {
         return Ok(ExitCode::from(INTERRUPTED));
     }

@@ -83,7 +83,7 @@ pub(super) struct Stats<'a> {
     pub scene_hash: &'a str,
     pub scene_bytes: u64,
     pub bvh_bytes: u64,
-    /// `null` if the system does not report it.
+    /// Peak memory of the process; `null` if the system does not report it.
     pub peak_rss_bytes: Option<u64>,
     /// Number of rays that were cut off after 10,000 surfaces with opacity below 1.
     pub cut_walks: u64,
@@ -133,7 +133,7 @@ pub(super) struct Mutations {
     acceptance: Option<f64>,
 }
 
-/// Markov chains, and their motion between pixels.
+/// Statistics of Markov chains, and of their motion between pixels.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Chains {
     pub count: u64,
@@ -213,7 +213,7 @@ impl NoiseOfRender {
         }
     }
 
-    /// Returns true if the picture has the requested quality.
+    /// Returns true if the estimated error is not above the requested noise level.
     pub fn is_reached(&self) -> bool {
         self.error <= self.level
     }

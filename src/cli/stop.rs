@@ -13,7 +13,7 @@ pub(super) enum Stop {
 }
 
 impl Stop {
-    /// Reason for the end of a render that was not interrupted.
+    /// Reason for the end of a render that neither an interrupt nor the time limit ended.
     pub fn of_complete(film: &Film, noise: Option<f64>) -> Self {
         match noise {
             Some(level) if NoiseOfRender::new(film, level).is_reached() => Self::Noise,

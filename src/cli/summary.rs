@@ -8,8 +8,8 @@ use super::words;
 use crate::color::{Exposure, tone::MAX_EXPOSURE};
 use crate::session::Session;
 
-/// Prints the choices of the program: guessed camera and light, and the distance found by
-/// `--focus-at`.
+/// Prints choices of the program: the origin, the guessed camera, the distance found by
+/// `--focus-at`, the distance of the eyes, the guessed light and the guessed ground.
 pub(super) fn print_choices(session: &Session) {
     if let Some(list) = session.settings().camera.origin_text() {
         errln!("origin: {list} is subtracted from all positions (--origin off keeps them)");
@@ -168,8 +168,8 @@ pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
     }
 }
 
-/// Total time in seconds, and the time of each step; the steps add up to the total. It does not
-/// include earlier runs of a resumed render.
+/// Total time in seconds, and the time of each step; the steps add up to the total. Earlier runs of
+/// a resumed render are not included.
 fn times(stats: &Stats) -> String {
     let denoise = stats.denoise.as_ref().map_or(0.0, |denoised| denoised.seconds);
     let known = [stats.load_s, stats.guess_s, stats.build_s, denoise, stats.write_s].map(hundredths);

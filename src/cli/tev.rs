@@ -1,14 +1,14 @@
 //! Live preview in tev (<https://github.com/Tom94/tev>) or another viewer with its TCP protocol:
 //! `--tev`.
 //!
-//! The render waits while a picture is sent. The next picture is due after fifty times the duration
-//! of the last one, with a minimum of a second. Therefore only `R G B` are sent during the render,
-//! and all channels at the end: developing fourteen channels takes several times as long. A picture
-//! is sent in bands of rows, which limits memory and keeps the packet length within 32 bits.
+//! A separate thread sends the pictures. The next picture is due after fifty times the duration of
+//! the last one, with a minimum of a second. During the render only `R G B` are sent, because
+//! developing fourteen channels takes several times as long. The last picture has the default
+//! channels of image files. A picture is sent in bands of rows, which limits memory and keeps the
+//! packet length within 32 bits.
 //!
 //! A viewer that reads nothing for 3 s, or takes 10 s for a picture, is dropped like a closed
-//! viewer. Sending from a separate thread would save these seconds, and would need a rule for
-//! pictures that come faster than they are sent.
+//! viewer. Only the last picture makes the program wait.
 
 use super::args::RenderArgs;
 use super::progress::interrupted_for;
@@ -30,8 +30,8 @@ const PATIENCE: Duration = Duration::from_secs(3);
 /// Maximum time for a viewer to read one picture.
 const LONGEST: Duration = Duration::from_secs(10);
 
-/// Maximum time for a viewer to read a band of the last picture, for which the program waits. After
-/// an interrupt, maximum time for the whole picture.
+/// Maximum time for a viewer to read a band of the last picture. The program waits for this
+/// picture. After an interrupt, it is the maximum time for the whole picture.
 const PATIENCE_AT_END: Duration = Duration::from_secs(1);
 
 /// Time between two checks for interrupts.
@@ -40,8 +40,8 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// Minimum time between two pictures.
 const SHORTEST_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Ratio of the interval to the duration of the last picture: the preview takes less than 2 % of a
-/// render.
+/// Ratio of the time between two pictures to the duration of the last picture. The preview
+/// therefore takes less than 2 % of a render.
 const INTERVAL_FACTOR: u32 = 50;
 
 /// Maximum number of floats in a packet, unless one row has more. The packet length must fit 32
@@ -52,7 +52,7 @@ const PACKET: usize = 1 << 17;
 /// not delay the render. A picture that is due while the previous one is being sent is skipped.
 pub(super) struct Preview {
     viewer: Option<SenderThread>,
-    /// Time until the next picture; `None` without a viewer.
+    /// Time between two pictures; `None` without a viewer.
     pub interval: Option<Duration>,
 }
 
@@ -60,7 +60,7 @@ pub(super) struct Preview {
 struct SenderThread {
     /// Address as the user wrote it.
     address: String,
-    /// Connection of the thread. Closing it ends the thread.
+    /// Connection of the thread. The thread ends if this connection is closed.
     connection: TcpStream,
     work: Sender<Work>,
     /// Result of each work item.
@@ -234,8 +234,9 @@ impl SenderThread {
         }
     }
 
-    /// Waits until the thread is idle, while it sends bands, until [`LONGEST`] after `start`. An
-    /// interrupt shortens the wait.
+    /// Waits until the thread is idle. Returns an error if the thread sends no band for
+    /// [`PATIENCE_AT_END`], if this time has passed since an interrupt, or if [`LONGEST`] has
+    /// passed since `start`.
     fn wait(&mut self, start: Instant) -> io::Result<()> {
         let (mut bands, mut moved) = (self.bands.load(Ordering::Relaxed), Instant::now());
         let is_interrupted = interrupted_for(PATIENCE_AT_END);
@@ -261,7 +262,7 @@ fn slow(patience: Duration) -> io::Error {
     io::Error::other(format!("it reads too slowly; the limit is {seconds} s"))
 }
 
-/// Error of the viewer at `address`.
+/// Error that the viewer at `address` is lost.
 fn lost(address: &str, error: &io::Error) -> FileError {
     let message = match error.kind() {
         // Systems report a time-out with different kinds.
@@ -285,7 +286,7 @@ impl Viewer {
         })
     }
 
-    /// Sends the opened channels of `image` in bands of rows.
+    /// Sends the channels of `image` that `open` has created, in bands of rows.
     fn send(&mut self, image: &Image) -> io::Result<()> {
         let channels: Vec<&Channel> = Image::channel_names().filter_map(|name| image.channel(name)).collect();
         let names: Vec<&str> = channels.iter().map(|c| c.name.as_ref()).collect();

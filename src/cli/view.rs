@@ -1,4 +1,4 @@
-//! `embrasure view`: the functions of the command line for the viewer (`crate::view`), which serves
+//! `embrasure view`: the part of the viewer that belongs to the command line. `crate::view` serves
 //! the page and renders.
 
 use super::args::{LoadArgs, RenderArgs, ViewArgs};
@@ -137,7 +137,8 @@ fn job(render: &RenderArgs, changes: &SceneChanges) -> Result<(Job, Vec<FileLigh
     Ok((Job::to_show_scene(render, scene)?, lights))
 }
 
-/// Reads the scene of the file contents `text` like `render` with `args`.
+/// Checks `text`, the new contents of the scene file, with the flags `args`. If only the camera has
+/// changed (`part`), it checks only the camera. Else it loads the whole scene.
 fn check_text(args: &RenderArgs, text: &str, part: SavedPart) -> Result<(), CliError> {
     let scene = scene_of_text(&args.scene, text, &args.load)?;
     let job = Job::to_show_scene(args, scene)?;
@@ -181,7 +182,7 @@ fn request(job: Job, lights: Vec<FileLight>, render: &RenderArgs) -> Result<Scen
 struct Commands<'a> {
     render: &'a RenderArgs,
     args: &'a ViewArgs,
-    /// File that redirects the browser to the page. It is deleted with the viewer.
+    /// File that redirects the browser to the page. It is deleted when the viewer ends.
     redirect: Mutex<Option<NamedTempFile>>,
     shown_warnings: ShownWarnings,
 }
@@ -191,7 +192,7 @@ impl Commands<'_> {
         *self.redirect.lock().unwrap_or_else(PoisonError::into_inner) = file;
     }
 
-    /// Ends the program after an interrupt: loading cannot be stopped in another way.
+    /// Ends the program after an interrupt, because loading cannot be stopped in another way.
     fn leave_if_interrupted(&self) {
         if is_interrupted() {
             self.set_redirect(None);
@@ -291,8 +292,9 @@ fn has_display() -> bool {
     cfg!(target_os = "macos") || ((is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")) && !is_remote)
 }
 
-/// A file that redirects a browser to `link` and is readable only by its owner. All users of a
-/// machine can read program arguments.
+/// Writes a file that redirects a browser to `link`. Only the owner can read the file. The link
+/// itself is no argument of the browser, because all users of a machine can read arguments of
+/// programs.
 fn redirect(link: &str) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix("embrasure-").suffix(".html");
@@ -317,7 +319,7 @@ fn open(file: &Path) {
         .stderr(Stdio::null())
         .spawn();
     if let Ok(mut browser) = started {
-        // Waits for its end, so that no zombie process remains.
+        // Wait for the end of the browser, so that no zombie process remains.
         drop(thread::Builder::new().spawn(move || browser.wait()));
     }
 }

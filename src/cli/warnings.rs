@@ -34,8 +34,8 @@ impl ShownWarnings {
         }
     }
 
-    /// Prints `warnings` that are not about the scene's files. They are few, and `embrasure check`
-    /// does not report them.
+    /// Prints `warnings` that are not about the files of the scene. Each is printed, because there
+    /// are few, and `embrasure check` does not report them.
     pub fn show_each(self, warnings: &[Warning]) {
         if self != Self::None {
             for warning in warnings {
@@ -82,8 +82,8 @@ fn with_code(warning: &Warning) -> String {
     format!("{line} [{}]{rest}", warning.kind)
 }
 
-/// Text for a warning and `others` of its kind: the first place, the number, a hint to the others,
-/// and the remedy of the first.
+/// Text for the warning `first` and `others` more of its kind: the text of the first, the number of
+/// others, a hint to `embrasure check`, and the remedy of the first.
 fn summary(first: &Warning, others: usize, path: &Path) -> String {
     let (line, remedy) = first.text.split_at(first.text.find('\n').unwrap_or(first.text.len()));
     let path = path.display();

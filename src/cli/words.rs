@@ -2,11 +2,12 @@
 //! if the terminal shows colours.
 //!
 //! `anstream` decides about colour from the terminal, `NO_COLOR`, `CLICOLOR`, `CLICOLOR_FORCE` and
-//! `TERM`, as in clap. The progress bar uses the same decision, because indicatif has other rules
-//! if these conflict.
+//! `TERM`, as in clap. The progress bar follows this decision, because indicatif would decide
+//! differently if these variables conflict.
 //!
-//! Control characters are escaped, because names may have terminal escapes. The first error of the
-//! standard output is stored, and makes the exit code 1. A closed pipe is not an error.
+//! Control characters are escaped, because names may have terminal escapes. The first error of
+//! writing to the standard output is stored. The exit code is then 1. A closed pipe is not an
+//! error.
 
 use crate::math::{rounded, rounded_list, significant};
 use anstream::{AutoStream, ColorChoice};
@@ -55,7 +56,7 @@ pub(super) fn count(number: u64, noun: &str) -> String {
     format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
 }
 
-/// The shortest decimal of a number, such as 0.04 for the `f32` nearest to it.
+/// A number with six significant digits at most, such as 0.04 for the `f32` nearest to 0.04.
 pub(super) fn number(value: f64) -> String {
     rounded(value)
 }
@@ -70,12 +71,12 @@ pub(super) fn percent(share: f64) -> String {
     format!("{} %", significant(100.0 * share, 3))
 }
 
-/// Shortest decimals of numbers, in brackets.
+/// List of numbers, each as by [`number`], in brackets.
 pub(super) fn list(values: &[f32]) -> String {
     rounded_list(values)
 }
 
-/// Text with the number of detected panes; `None` without panes.
+/// Text with the number of detected window panes; `None` without panes.
 pub(super) fn panes(number: u64) -> Option<String> {
     (number > 0).then(|| format!("{}, light passes straight", count(number, "pane")))
 }
@@ -86,8 +87,8 @@ pub(super) fn print(words: Arguments) {
     print_bytes(escaped(&words.to_string()).as_bytes());
 }
 
-/// Prints bytes to the standard output. [`finish`] reports an error later, so that the command
-/// continues.
+/// Prints bytes to the standard output. If this fails, the command continues, and [`finish`]
+/// reports the error.
 pub(super) fn print_bytes(bytes: &[u8]) {
     remember(io::stdout().lock().write_all(bytes));
 }

@@ -1,4 +1,4 @@
-//! Camera settings. The camera is made from the settings, and from a guess if settings are missing.
+//! Camera settings. They describe the camera, together with a guess if settings are missing.
 
 use crate::accel::Accel;
 use crate::camera::{
@@ -25,12 +25,13 @@ const DEFAULT_FOV: f32 = 40.0;
 pub struct CameraSettings {
     /// Camera options of the scene file and of flags.
     pub options: CameraOptions,
-    /// Length in metres of one unit of the OBJ file, if the comments of the file state it. It is
-    /// evidence for guesses.
+    /// Length in metres of one unit of the OBJ file, if the comments of the file state it. Guesses
+    /// use this length.
     pub unit: Option<f32>,
-    /// Axes according to the comments of the OBJ file. They are evidence for guesses.
+    /// Axes according to the comments of the OBJ file. Guesses use these axes.
     pub axes: FileAxes,
-    /// Point in OBJ coordinates that is the origin of the scene. It is used in messages.
+    /// Point in OBJ coordinates that is the origin of the scene. Messages use this point to print
+    /// OBJ coordinates.
     pub origin: DVec3,
 }
 
@@ -81,9 +82,9 @@ impl CameraSettings {
     }
 
     /// Properties of `camera` as attributes of image files. If the unit of the scene is unknown, it
-    /// is taken as the metre. If the settings have a sensor height or an f-number, the sensor
-    /// height is given in scene units. Else the sensor is a full-frame sensor.
-    /// The camera of a stereo picture is in the middle of the eyes.
+    /// is taken as the metre. If the settings have a sensor height or an f-number, the sensor has
+    /// the height `sensor_height`, in scene units. Else it is a full-frame sensor, 24 mm high. The
+    /// camera of a stereo picture is in the middle of the eyes.
     pub(crate) fn attributes(&self, camera: &Camera) -> CameraAttributes {
         const FULL_FRAME: f32 = 0.024;
         let metres = self.unit.unwrap_or(1.0);
@@ -270,8 +271,8 @@ impl CameraSettings {
         })
     }
 
-    /// Size of the view of an eye of a stereo picture of `resolution` pixels; else the size of the
-    /// picture.
+    /// Size in pixels of one view of a picture of `resolution` pixels. A stereo picture has a view
+    /// for each eye. Else the picture itself is the view.
     fn view_size(&self, resolution: UVec2) -> UVec2 {
         self.stereo.map_or(resolution, |layout| layout.view_size(resolution))
     }
@@ -355,7 +356,7 @@ pub(crate) struct FoundCamera {
     pub description: CameraDescription,
     /// Guess of the camera, if one was needed.
     pub guess: Option<CameraGuess>,
-    /// Evidence from other files of the folder, if it was needed.
+    /// Evidence about the upright axis from other files of the folder, if it was needed.
     pub siblings: SiblingFiles,
 }
 
@@ -383,8 +384,8 @@ fn nearest_axis(v: Vec3) -> Option<Vec3> {
     (v.is_finite() && v != Vec3::ZERO).then_some(axis)
 }
 
-/// Finding about the camera: about its view, or else about its position, if `settings` give the
-/// position. `None` if there is nothing to report.
+/// Finding about the view of the camera. If there is none, a finding about the position of the
+/// camera, if `settings` give the position. `None` if there is nothing to report.
 pub(crate) fn inspect_camera(
     settings: &CameraSettings,
     (scene, accel): (&Scene, &dyn Accel),

@@ -60,10 +60,10 @@ impl Session {
         Ok(self.pool.install(|| finder().candidates()))
     }
 
-    /// Changes the session to `settings`, which it must [serve](Session::serves), and to the camera
-    /// of `description`. The learned visibility of lights is dropped, unless `keeps_visibility` is
-    /// true. If it is kept, the picture is equally correct, but has other noise than the picture of
-    /// a new session.
+    /// Changes the session to `settings` and to the camera of `description`. [`Session::serves`]
+    /// must be true for `settings`. The learned visibility of lights is dropped, unless
+    /// `keeps_visibility` is true. With the kept visibility, the picture is equally correct, but
+    /// has other noise than the picture of a new session.
     ///
     /// # Errors
     ///

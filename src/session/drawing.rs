@@ -8,7 +8,7 @@ use crate::math::{DVec3, UVec2, Vec3};
 use crate::options::{SizeOptions, Value};
 use crate::scene::Scene;
 
-/// Margin around the scene, as a fraction of its larger side in the picture.
+/// Margin around the scene, as a fraction of the larger side of the scene in the picture.
 const MARGIN: f64 = 0.02;
 
 impl Settings {
@@ -83,8 +83,8 @@ impl Settings {
         }
     }
 
-    /// Settings for a picture of `size` scene units, with `pixels` per scene unit. The size in
-    /// pixels is rounded up.
+    /// Settings for a picture of `size` pixels, which is rounded up to whole pixels. `pixels` is
+    /// the number of pixels per scene unit.
     fn sized(mut self, size: [f64; 2], pixels: f64) -> Result<Self, Error> {
         let [width, height] = size.map(|side| side.ceil().max(1.0));
         let options = SizeOptions {
@@ -105,7 +105,8 @@ impl Settings {
 }
 
 impl Session {
-    /// Description of the view of a scene that was drawn as `elevation`: its side and its axes.
+    /// Text for a drawing of the scene as `elevation`: the axis from which the scene is seen, and
+    /// the axis that is up.
     pub fn words_of(&self, elevation: Elevation) -> String {
         let camera = &self.camera_description().parameters;
         let axis = |v: Vec3| {
@@ -124,8 +125,8 @@ impl Session {
     }
 }
 
-/// Name of the axis for a section above the lowest point of a scene. `up` is the upright axis of
-/// the scene.
+/// Name of the axis of a section above the lowest point of the scene, such as `-z`. `up` is the
+/// upright axis of the scene.
 pub(crate) fn name_of_axis(up: DVec3) -> &'static str {
     match (up.abs().max_position(), up.max_element() > 0.0) {
         (0, true) => "x",

@@ -1,12 +1,11 @@
 //! Numbers of subdivision steps that depend on the camera (`subdivision = "pixels:1.5"`).
 //!
-//! The number of steps is the smallest after which the longest edge of the object, as seen from the
-//! camera, is not longer than the given number of pixels. A step halves edges. The limit holds for
-//! the longest edge, and so for all edges. A percentile of the edges would ignore the few near
-//! edges of a large ground, which fill the picture. The length of an edge in pixels is computed as
-//! if the edge were parallel to the image plane, at the distance of its nearest point. Edges
-//! outside the picture count, because reflections and shadows show them, so the number does not
-//! depend on the crop.
+//! The number of steps is the smallest number after which no edge of the object is longer in the
+//! picture than the given number of pixels. Each step halves the edges. A limit for a percentile of
+//! the edges would ignore the few near edges of a large ground, which fill the picture. The length
+//! of an edge in pixels is computed as if the edge were parallel to the image plane, at the
+//! distance of its nearest point. Edges outside the picture count, because reflections and shadows
+//! show them. The number therefore does not depend on the crop.
 
 use super::lighting::settled;
 use super::{Error, LitWords, Session, Settings};
@@ -19,10 +18,11 @@ use crate::math::{Affine3A, Bounds3, Vec3};
 use std::collections::BTreeMap;
 
 /// Minimum distance of edges from the camera, as a fraction of the diagonal of the object. Without
-/// it, the number of subdivision steps for an edge that passes the camera would be unlimited.
+/// this minimum, an edge that passes the camera would need an unlimited number of subdivision
+/// steps.
 const NEAR: f32 = 0.01;
-/// Tolerance of the number of subdivision steps, for rounding errors: the length of an edge may be
-/// exactly a power of two times the maximum.
+/// Tolerance of the number of subdivision steps. The length of an edge may be exactly a power of
+/// two times the maximum, and a rounding error must not add a step.
 const ROUNDING: f32 = 1e-3;
 /// Maximum number of objects in a message.
 const MAX_NAMES: usize = 8;
@@ -130,7 +130,7 @@ fn level(cage: &ObjectCage, cameras: &[Camera]) -> u32 {
             let transform = placement.at(time);
             for camera in cameras {
                 let view = CameraAt::new(camera, time, shape, &transform);
-                // Most copies need no more steps than the copies before: skip their edges
+                // Skip the edges of a copy that surely needs no more steps than the copies before
                 if steps(view.max_pixels(shape, &transform) / cage.pixels) > level {
                     let pixels = shape
                         .ends()

@@ -40,8 +40,8 @@ pub(super) fn may_need_light(file: &SceneFile, settings: &Settings, (scene, warn
     settings.guesses.light && scene.triangle_count() > 0 && (is_dark() || is_lit_by_surfaces())
 }
 
-/// Returns true if `--env` lights an object that may get a guessed ground. There must be no finite
-/// light, because a ground supports only few of them.
+/// Returns true if a ground may be guessed, because `--env` lights the scene. There must be no
+/// finite light, because a ground supports only few finite lights.
 pub(super) fn may_need_ground(file: &SceneFile, settings: &Settings, scene: &Scene) -> bool {
     let method = settings.method();
     settings.guesses.ground
@@ -64,8 +64,8 @@ fn written(up: Vec3) -> Option<Spanned<[f32; 3]>> {
     (up != Vec3::Y).then(|| Spanned::new(0..0, up.to_array()))
 }
 
-/// Places the ground of `file` below `survey.part`, if guesses are made only for this part of the
-/// scene.
+/// Places the ground of `file` below `survey.part`, if the survey is about this part of the scene
+/// only.
 fn place_ground(file: &mut SceneFile, survey: &Survey) {
     if let (Some(ground), Some(part)) = (&mut file.ground, survey.part) {
         let plane = GroundPlane::below(part, survey.horizon.up());

@@ -11,15 +11,15 @@ use crate::scene::Scene;
 
 /// Bytes of the program with its libraries and threads.
 const PROCESS: u64 = 25 << 20;
-/// Bytes per triangle of an acceleration structure: measured are 64 to 79, without memory for the
-/// build.
+/// Bytes per triangle of an acceleration structure. Measurements gave 64 to 79, without memory for
+/// the build.
 const ACCELERATION: u64 = 80;
 /// Bytes per triangle of Embree's structure for a compact scene.
 const COMPACT_ACCELERATION: u64 = 40;
 /// Bytes per pixel to make and write pictures.
 const WRITING: u64 = 124;
-/// Bytes per pixel to denoise a picture with a background, which has separate colours, albedos and
-/// normals.
+/// Further bytes per pixel to denoise a picture with a backing (a transparent or coloured
+/// background): colours, albedos and normals of the objects are separate.
 const DENOISED_ALPHA: u64 = 120;
 
 /// Estimated memory of a render in bytes.
@@ -171,15 +171,16 @@ fn light_bytes(settings: &Settings, scene: &Scene) -> u64 {
     /// Bytes of the photons of one path, and of a camera path to merge with.
     const PHOTONS: u64 = 310;
     const MERGED_PATH: u64 = 1560;
-    /// Bytes of a path from which a Markov chain may start.
+    /// Bytes of a path from which a Markov chain may start, in path space and in primary sample
+    /// space.
     const SEED: u64 = 240;
     const PRIMARY_SEED: u64 = 48;
     /// Bytes per triangle that the integrator `area` samples.
     const TRIANGLE: u64 = 24;
     let pixels = u64::from(settings.resolution.x) * u64::from(settings.resolution.y);
     let number = |given: Option<u32>, usual: u64| given.map_or(usual, u64::from);
-    // An iteration has its own sums, and stores the light of some pixels before the light is added
-    // to them
+    // An iteration has its own sums. The light of some pixels is stored before it is added to these
+    // sums
     let iteration = 64 * pixels + (400 * pixels).min(128 << 20);
     match settings.method() {
         Method::Light(_) | Method::Bidirectional(_) => iteration,

@@ -101,13 +101,13 @@ impl Parts {
     }
 
     /// Joins the sums of all parts to the sums of one render. The order of the parts does not
-    /// matter. The parts must contain all samples of the picture. If `is_enough` is true, they must
-    /// only contain all samples between their first and last sample.
+    /// matter. The parts must contain all samples of the picture. If `is_enough` is true, it is
+    /// enough that they contain all samples between the first and the last sample of any part.
     ///
     /// # Errors
     ///
-    /// Samples are repeated; samples are missing, or parts are unfinished, unless `allow_gaps` is
-    /// true; files are damaged.
+    /// Samples are repeated, or files are damaged. Unless `allow_gaps` is true: samples are
+    /// missing, or parts are unfinished.
     pub fn join(&self, is_enough: bool, allow_gaps: bool) -> Result<Joined, Error> {
         let Self { parts, extent } = self;
         let wanted = match is_enough {
@@ -218,8 +218,8 @@ impl PartsExtent {
         }
     }
 
-    /// Returns true if any of the samples `wanted` is missing, which is an error unless
-    /// `allow_gaps`. A repeated sample is an error.
+    /// Returns true if any of the samples `wanted` is missing, or if a part is unfinished. Unless
+    /// `allow_gaps` is true, this is an error. A repeated sample is always an error.
     fn check(&self, parts: &[PicturePart], wanted: Range<u32>, allow_gaps: bool) -> Result<bool, Error> {
         let mut gap = None;
         if let Some(part) = parts.iter().find(|part| !part.description.metadata.complete) {

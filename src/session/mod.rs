@@ -6,10 +6,9 @@
 //! stops the render. A render may be stopped and resumed any number of times: the result is
 //! bit-identical to a single run.
 //!
-//! The values of a scene file are checked separately when `Settings` are made from them. These
-//! errors have a place in the file. Combinations of values are checked by `Settings::check`, after
-//! flags or a program have changed the values. These errors name flags, because most users have
-//! typed flags.
+//! Single values of a scene file are checked when the file is read. These errors name the place in
+//! the file. `Settings::check` checks combinations of values, after flags or a program have changed
+//! the values. These errors name flags, because most users have typed flags.
 //!
 //! [`method`](crate::method) selects the acceleration structure and the integrator once, before the
 //! first ray.
@@ -104,13 +103,13 @@ pub struct Session {
     light_selection: LightSelection,
     /// The acceleration structure, if it is kept for several renderers.
     kept: Option<AnyAccel<'static>>,
-    /// Time in seconds that guessing the camera and the light took.
+    /// Time in seconds to guess the camera and the light.
     guess_seconds: f64,
 }
 
 impl Session {
-    /// Reads the files of the scene. `observer` is informed about the progress; use `&()` to ignore
-    /// it.
+    /// Reads the files of the scene. `observer` is informed about the progress; `&()` ignores the
+    /// progress.
     ///
     /// # Errors
     ///
@@ -138,7 +137,7 @@ impl Session {
         &self.camera
     }
 
-    /// Time in seconds that guessing the camera and the light took, or placing a named camera.
+    /// Time in seconds to guess the camera and the light, or to place a named camera.
     pub(crate) fn guess_seconds(&self) -> f64 {
         self.guess_seconds
     }
@@ -215,7 +214,8 @@ impl Session {
         })
     }
 
-    /// Session with the light of `file`. Reads the scene again only if its files have changed.
+    /// Session with the light of `file`. Keeps the triangles and textures of `scene`, unless
+    /// `unlit` is missing or refuses them. Then the scene is read again.
     fn relit(
         (file, settings): (&SceneFile, Settings),
         (scene, unlit): (Scene, Option<UnlitScene>),

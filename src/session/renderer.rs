@@ -85,7 +85,8 @@ impl<'a> Renderer<'a> {
     }
 
     /// Fraction of the records of an irradiance cache that are supported by too few of their rays.
-    /// `None` if there are no records.
+    /// If the picture has several views, it is the maximum over the views. `None` if there are no
+    /// records.
     pub(crate) fn doubtful_records(&self) -> Option<f64> {
         let all = std::iter::once(&self.prepared).chain(self.views.iter().map(|view| &view.prepared));
         all.filter_map(Preparation::doubtful_records).reduce(f64::max)
@@ -98,7 +99,7 @@ impl<'a> Renderer<'a> {
         }
     }
 
-    /// World of the session, with lines if the picture has a channel of them.
+    /// World of the session. It finds lines along edges if the picture has the channel `lines`.
     fn world(&self) -> World<'_, AnyAccel<'a>> {
         let settings = self.session.settings();
         World {
@@ -214,7 +215,7 @@ impl<'a> Renderer<'a> {
         Ok(state)
     }
 
-    /// Makes `state` separate light paths, if light path channels are requested.
+    /// Prepares `state` to store light paths separately, if light path channels are requested.
     fn separate_paths(&self, state: &mut RenderState) {
         if let Some(paths) = self.session.paths() {
             state.film.separate_paths(paths);

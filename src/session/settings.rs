@@ -83,8 +83,8 @@ pub struct Settings {
 /// Maximum number of samples per pixel if only a noise level is set.
 pub const MAX_SAMPLES_FOR_NOISE: u32 = 1 << 14;
 
-/// Maximum number of threads per processor. It is larger than useful, but so small that threads
-/// start quickly.
+/// Maximum number of threads per processor. More threads than processors are useless, but this
+/// number is so small that the threads start quickly.
 const THREADS_OF_A_PROCESSOR: usize = 64;
 
 impl Default for Settings {
@@ -330,8 +330,8 @@ impl Settings {
         }
     }
 
-    /// The backing: the background if it replaces the light behind the scene. It is transparent or
-    /// has a colour.
+    /// The backing of the picture: a transparent or coloured background that replaces the light
+    /// behind the scene. `None` if the picture has none.
     pub fn backing(&self) -> Option<Backing> {
         self.background.backing()
     }
@@ -428,8 +428,8 @@ impl Settings {
         let total = self.total_samples();
         match self.noise {
             Some(level) => settings + &format!(" noise={level} max_samples={total}"),
-            // Other samplers do not depend on the count, so that samples can be added later or in
-            // parts.
+            // Name the number of samples only if the sampler depends on it. With other samplers,
+            // samples can be added later or in parts.
             None if self.sampler.needs_count() || method.needs_count() => settings + &format!(" count={total}"),
             None => settings,
         }

@@ -20,7 +20,7 @@ const MAX_BYTES: u64 = 1 << 20;
 const MAX_COMPARED: usize = 64;
 
 /// Evidence from files beside `obj` that the same program wrote. Interiors and unreadable files
-/// have none.
+/// give no evidence.
 pub(super) fn siblings(obj: &Path, backend: Backend, pool: &rayon::ThreadPool) -> SiblingFiles {
     let mut siblings = SiblingFiles::default();
     for path in beside(obj) {

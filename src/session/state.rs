@@ -149,7 +149,7 @@ impl RenderState {
 
     /// Counts and time as JSON text.
     fn counted(&self) -> String {
-        // The structure has only numbers, so that this cannot fail.
+        // The structure has only numbers, so serialization cannot fail.
         serde_json::to_string(&StoredStatistics::new(&self.statistics, self.seconds)).unwrap_or_default()
     }
 }

@@ -10,8 +10,8 @@ impl Session {
         &self.views
     }
 
-    /// Camera whose properties image files have: of a stereo picture, the camera in the middle of
-    /// the eyes, with the size of a view.
+    /// Camera whose properties are stored in image files. For a stereo picture, it is the camera in
+    /// the middle of the eyes, with the size of one view.
     pub(crate) fn mean_camera(&self) -> Camera {
         let of_view = || self.description.camera(self.view_size()).ok();
         let is_stereo = self.description.stereo.is_some();
@@ -49,7 +49,7 @@ impl Session {
     }
 }
 
-/// Views of a picture of `settings`.
+/// Views of a picture with the camera of `description` and the size of `settings`.
 ///
 /// # Errors
 ///

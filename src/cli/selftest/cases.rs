@@ -106,7 +106,7 @@ pub(super) const CASES: &[Case] = &[
     },
 ];
 
-/// Tolerated relative error, because a case has few samples.
+/// Maximum relative error of a mean. It is this large because a case has few samples.
 const TOLERANCE: f64 = 3e-3;
 
 /// A measurement and its exact value.
@@ -184,7 +184,7 @@ impl Probe {
         Ok(mean(&picture(view, self.settings(side, spp))?))
     }
 
-    /// Ratio of the means of a room by the integrator `kind` and by path tracing.
+    /// Mean of a room rendered by the integrator `kind`, divided by the mean by path tracing.
     fn over_path(&self, kind: IntegratorKind, spp: u32) -> Result<Measurement, CliError> {
         let by = |kind, spp| {
             let integrator = IntegratorOptions {

@@ -1,5 +1,6 @@
-//! `embrasure selftest`: renders with exactly known results, by each built-in backend. It shows
-//! that an installed program works: its libraries, its processor's instructions, its files.
+//! `embrasure selftest`: renders scenes with exactly known results, with each built-in backend.
+//! This shows that an installed program works with the libraries, the processor and the file system
+//! of the machine.
 //!
 //! `cases` has the cases and their results, `scenes` their scenes.
 

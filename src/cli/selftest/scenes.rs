@@ -94,7 +94,7 @@ pub(super) fn glowing_room() -> Result<View, BuildError> {
     Ok((scene([(room(), matte(0.5, 1.0))], |_| Ok(()))?, view))
 }
 
-/// A room with a lamp and a block, with light paths of all kinds.
+/// A matte room with a lamp and a block. It has direct light, indirect light and shadows.
 pub(super) fn furnished_room() -> Result<View, BuildError> {
     let lamp = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[x, z]| Vec3::new(x, 0.95, z));
     let parts = [
@@ -106,7 +106,8 @@ pub(super) fn furnished_room() -> Result<View, BuildError> {
     Ok((scene(parts, |_| Ok(()))?, view))
 }
 
-/// A point of a wide matte floor at y = 0 of reflectance 0.8, under `light`.
+/// A wide matte floor of reflectance 0.8 at y = 0, below the meshes `above` and the lights of
+/// `light`. The camera sees only the origin.
 pub(super) fn floor(
     above: impl IntoIterator<Item = (Mesh, Material)>,
     light: impl FnOnce(&mut SceneBuilder) -> Result<(), BuildError>,
@@ -117,7 +118,7 @@ pub(super) fn floor(
     Ok((scene(parts, light)?, camera(Vec3::new(0.4, 0.7, 1.0), Vec3::ZERO, 0.01)))
 }
 
-/// A lamp of radiance 1 on the z axis behind `mesh`. The camera sees it through `mesh`.
+/// A lamp of radiance 1 on the z axis behind `mesh`. The camera sees the lamp through `mesh`.
 pub(super) fn lamp_behind(mesh: Mesh, material: Material) -> Result<View, BuildError> {
     let lamp = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| Vec3::new(0.3 * x, 0.3 * y, -3.0));
     let parts = [(mesh, material), (quad(lamp), matte(0.0, 1.0))];

@@ -46,9 +46,9 @@ impl Renderer<'_> {
     }
 }
 
-/// `image` denoised according to `settings`, and the name of the denoiser if they have one. It uses
-/// separate threads. If `is_cancelled` returns true before the end, the function returns and does
-/// not wait for them.
+/// Returns `image` denoised according to `settings`, and the name of the denoiser, if the settings
+/// have one. The denoiser runs on separate threads. If `is_cancelled` returns true before the end,
+/// the function returns and does not wait for these threads.
 ///
 /// # Errors
 ///

@@ -36,9 +36,10 @@ impl ViewData {
 }
 
 /// Stages of a render with several views. All views take the samples of a stage before the next
-/// stage begins, so that a render that is stopped has similar views, and no view without samples.
-/// The stages end between passes, where a render can stop and resume without repeated work. Each
-/// view must reach the noise level separately, so there is only one further stage then.
+/// stage begins. The views of a stopped render therefore have similar numbers of samples, and no
+/// view is without samples. The stages end between passes, where a render can stop and resume
+/// without repeated work. With a noise level, each view must reach the level separately, so only
+/// one stage follows the first.
 fn stages(samples: Range<u32>, noise: Option<f64>) -> Vec<StopCondition> {
     let first = render::passes(samples.clone()).next().map(|pass| pass.end);
     let later = std::iter::successors(Some(BLOCK), |end| end.checked_mul(4));

@@ -15,8 +15,8 @@ use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Prints the findings about a scene. `is_verbose` adds the parts of the memory. The exit code is 1
-/// if there is an error.
+/// Prints the findings about a scene. If `is_verbose` is true, also prints what a render needs
+/// memory for. The exit code is 1 if there is an error.
 pub(super) fn check(args: &SceneArgs, is_verbose: bool) -> Result<ExitCode, CliError> {
     let mut report = Report::default();
     if let Some(file) = report.open(args)? {

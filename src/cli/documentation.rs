@@ -62,13 +62,14 @@ fn rows(section: &str, parameters: &[Parameter]) -> Vec<String> {
 
 /// Text of the reference page `page`, with the current rows in its tables.
 fn documented(page: &str) -> String {
-    // Start of the old rows to replace, and the new rows
+    // Rows of the keys of the section `of`
     let options = |of: &str| -> Vec<String> {
         let groups = SceneOptions::GROUPS.iter().filter(|(section, _)| *section == of);
         groups
             .flat_map(|(_, parameters)| rows(&format!("{of}."), parameters))
             .collect()
     };
+    // Start of the old rows to replace, and the new rows
     let mut tables: Vec<(String, Vec<String>)> = vec![
         ("| `camera.".into(), options("camera")),
         ("| `image.".into(), options("image")),

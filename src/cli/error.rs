@@ -55,7 +55,7 @@ impl From<FileError> for CliError {
 impl From<SessionError> for CliError {
     fn from(error: SessionError) -> Self {
         match error {
-            // Settings are flags on the command line.
+            // On the command line, a setting is a flag, so its error is an error of usage.
             SessionError::Setting(InvalidSetting { setting, value, help }) => {
                 Self::Usage(format!("--{setting} {value}\n  help: {help}"))
             }

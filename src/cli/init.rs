@@ -14,7 +14,8 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Writes a scene file that renders the same as the OBJ, with all values to edit.
+/// Writes a scene file that renders the same picture as the OBJ. The file has all values, so that
+/// users can edit them.
 pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     if let SceneKind::Toml = kind_of(&args.scene)? {
         let error = FileError::new(&args.scene, "this is already a scene file");

@@ -31,7 +31,7 @@ pub(super) struct Job {
     pub options: SceneOptions,
     /// Maximum render time in seconds.
     pub time_limit: Option<f64>,
-    /// Pixel and sample to explain instead of rendering.
+    /// Pixel and index of the sample whose rays are printed, instead of a render.
     pub pixel: Option<([u32; 2], u32)>,
     pub quiet: bool,
     pub verbose: bool,

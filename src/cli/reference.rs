@@ -51,7 +51,7 @@ fn cells(row: &str) -> impl Iterator<Item = &str> {
     row.trim().trim_matches('|').split(" | ").map(str::trim)
 }
 
-/// Rows of the tables of codes, each with its codes.
+/// Rows of the tables of codes. Each row comes with the codes in its first cell.
 fn rows_of_codes() -> impl Iterator<Item = (Vec<&'static str>, &'static str)> {
     let mut is_table_of_codes = false;
     CODES.lines().filter_map(move |line| {

@@ -158,7 +158,7 @@ struct Files {
     write_every: Option<f64>,
 }
 
-/// A render before its start.
+/// Inputs of a render.
 struct Run<'a> {
     job: &'a Job,
     files: &'a Files,

@@ -139,8 +139,8 @@ pub(super) struct Chains {
     pub count: u64,
     /// Mean number of mutations per chain.
     pub mutations: f64,
-    /// Integrated autocorrelation time of the pixel of a chain, in mutations: the ratio of a
-    /// pixel's variance to the variance of independent samples.
+    /// Integrated autocorrelation time, in mutations, of the pixel in which a chain is. It is the
+    /// variance of a pixel divided by the variance of as many independent samples.
     pub autocorrelation_time: f64,
     /// Fraction of chains with at least half of their mutations in one pixel.
     pub stuck: f64,
@@ -158,7 +158,7 @@ impl Chains {
         })
     }
 
-    /// Warning that chains hardly move, if they do.
+    /// Warning that chains hardly move between pixels; `None` if they move enough.
     pub fn warning(&self) -> Option<String> {
         let Self {
             mutations,

@@ -54,11 +54,11 @@ pub(super) fn print_choices(session: &Session) {
     }
 }
 
-/// Minimum number of triangles without normals for the note that they look faceted.
+/// Minimum number of triangles without normals for the note that such triangles look faceted.
 const ROUND: usize = 500;
 
 /// Prints samples, denoiser and tone curve of a picture of a bare OBJ, with the flags that change
-/// them, and a note if it looks faceted.
+/// them. Also prints a note if the scene looks faceted.
 pub(super) fn print_picture(session: &Session) {
     let flat = session.scene().meshes().iter().filter(|mesh| mesh.normals.is_empty());
     let triangles: usize = flat.map(|mesh| mesh.triangles.len()).sum();

@@ -218,7 +218,8 @@ impl SenderThread {
         self.poll_for(Duration::ZERO)
     }
 
-    /// Duration of the last work item, waiting at most `patience` for it.
+    /// Waits at most `patience` for the end of the last work item. Returns the duration of this
+    /// item; `None` if the thread is still busy.
     fn poll_for(&mut self, patience: Duration) -> io::Result<Option<Duration>> {
         let Some(since) = self.since else {
             return Ok(Some(Duration::ZERO));

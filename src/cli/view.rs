@@ -276,7 +276,7 @@ impl Host for Commands<'_> {
             errln!("Open this link in a browser; Ctrl-C ends the render.");
         }
         if !self.args.no_open && has_display() {
-            // Without the file, the user has the printed link.
+            // If the file cannot be written, the user has the printed link.
             if let Ok(file) = redirect(link) {
                 open(file.path());
                 self.set_redirect(Some(file));

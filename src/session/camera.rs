@@ -129,8 +129,9 @@ impl CameraSettings {
         CameraFinder::new(scene, accel, request, view.x as f32 / view.y as f32)
     }
 
-    /// Returns the camera's description, and the guess if one was made. If [`Self::needs_scene`]
-    /// returns true, `finder` must be given. It must come from these settings.
+    /// Returns the description of the camera, and the guess if one was made. If
+    /// [`Self::needs_scene`] returns true, `finder` must be given. `finder` must come from these
+    /// settings.
     fn describe(
         &self,
         finder: Option<&CameraFinder>,

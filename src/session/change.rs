@@ -12,8 +12,9 @@ use crate::options::CameraOptions;
 use std::sync::OnceLock;
 
 impl Session {
-    /// If both scenes have the same meshes, shares the acceleration structure that `other` keeps.
-    /// Else builds a new structure. Returns true if the structure is shared.
+    /// Shares the acceleration structure that `other` keeps, if both sessions have the same meshes,
+    /// backend and number of threads. Else builds a new structure. Returns true if the structure is
+    /// shared.
     ///
     /// # Errors
     ///

@@ -12,7 +12,8 @@ use crate::scene::Scene;
 const MARGIN: f64 = 0.02;
 
 impl Settings {
-    /// If an elevation or a scale is requested, sets the camera and the image size for it.
+    /// If an elevation or a scale is requested, returns settings with the camera and the image size
+    /// for it. Else returns the settings unchanged.
     ///
     /// # Errors
     ///

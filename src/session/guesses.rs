@@ -1,5 +1,5 @@
-/// Requested guesses for a session, except the guess of the camera. By default there are none:
-/// commands that measure, and programs that use the library, render the scene of the files
+/// Requested guesses for a session, except the guess of the camera. By default there are none, so
+/// that commands that measure, and programs that use the library, render the scene of the files
 /// unchanged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]

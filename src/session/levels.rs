@@ -52,7 +52,7 @@ impl Session {
             !settings.camera.needs_scene() && settings.camera.elevation.is_none() && settings.print.is_none();
         if is_given {
             let found = settings.camera.found(None, settings.resolution);
-            // Loading the scene reports an error of the camera, with its place
+            // If the camera has an error, loading the scene reports it with its place in the file
             if let Ok(found) = found {
                 let levels = levels(&cages, &found.description, &settings)?;
                 drop(cages);

@@ -32,7 +32,7 @@ pub(super) fn settled(settings: &Settings, parameters: &CameraParameters) -> Set
     settings
 }
 
-/// Returns true if the scene may need guessed light: nothing in it emits, according to the
+/// Returns true if the scene may need guessed light: nothing in the scene emits, according to the
 /// `warnings` of loading, or only surfaces of the OBJ file emit.
 pub(super) fn may_need_light(file: &SceneFile, settings: &Settings, (scene, warnings): (&Scene, &[Warning])) -> bool {
     let is_dark = || warnings.iter().any(|w| w.kind == DEFAULT_LIGHT);

@@ -357,8 +357,9 @@ impl Settings {
         Ok(self.camera_and_survey(file, scene, pool, GuessSelection::default())?.0)
     }
 
-    /// Like [`Settings::camera_of`], but also returns a survey of the scene, if the camera needs a
-    /// survey or `selection` requests it, and a guess of the light, if `selection` requests it.
+    /// Like [`Settings::camera_of`]. Also returns a survey of the scene, if the camera needs a
+    /// survey or `selection` requests one. The survey has a guess of the light, if `selection`
+    /// requests it.
     pub(super) fn camera_and_survey(
         &self,
         file: &SceneFile,
@@ -366,7 +367,7 @@ impl Settings {
         pool: &rayon::ThreadPool,
         selection: GuessSelection,
     ) -> Result<(FoundCamera, Option<SceneSurvey>), Error> {
-        // Guesses trace rays.
+        // Guesses trace rays, so they need an acceleration structure.
         let accel = match selection.survey || selection.light || self.camera.needs_scene() {
             true => Some(self.backend.for_guesses().build(scene, pool)?),
             false => None,
@@ -468,8 +469,9 @@ impl Settings {
 
     /// Sampler of the render, with its seed and its number of samples.
     pub(crate) fn random_numbers(&self) -> RenderSampler {
-        // If the number of samples is not known before, samples are taken in blocks. Use a block as
-        // the number: each block is then a complete point set.
+        // With a noise level, the number of samples is not known before. Samples are then taken in
+        // blocks. Use the size of a block as the number, so that each block is a complete point
+        // set.
         let count = match self.noise {
             Some(_) => BLOCK,
             None => self.total_samples(),

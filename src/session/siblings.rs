@@ -1,6 +1,6 @@
-//! Other OBJ files in the scene's folder ("sisters"). They are evidence for the upright axis of the
-//! scene, because most files of a folder have the same axis. The selection of files depends only on
-//! names, sizes and first lines.
+//! Other OBJ files in the folder of the scene. They are evidence for the upright axis of the scene,
+//! because most files of a folder have the same axis. The selection of files depends only on names,
+//! sizes and first lines.
 
 use crate::files::memory::Allowance;
 use crate::guess::{CameraFinder, CameraRequest, SiblingFiles};
@@ -42,7 +42,8 @@ pub(super) fn siblings(obj: &Path, backend: Backend, pool: &rayon::ThreadPool) -
     siblings
 }
 
-/// OBJ files beside `obj` whose first comment is of the same kind, sorted by name.
+/// OBJ files beside `obj` that the same program wrote, according to their first comment. The files
+/// are sorted by name.
 fn beside(obj: &Path) -> Vec<PathBuf> {
     let folder = obj.parent().filter(|folder| *folder != Path::new(""));
     let Ok(entries) = fs::read_dir(folder.unwrap_or(Path::new("."))) else {

@@ -160,8 +160,7 @@ struct StoredStatistics {
     seconds: f64,
     /// Numbers of camera, bounce and shadow rays.
     rays: [u64; 3],
-    /// Number of walks of rays through surfaces with opacity below 1 that were ended at the maximum
-    /// length.
+    /// Number of rays that were cut off after the maximum number of surfaces with opacity below 1.
     #[serde(default)]
     cut: u64,
     samples: u64,

@@ -18,7 +18,7 @@ impl Session {
         is_stereo.then(of_view).flatten().unwrap_or(self.camera)
     }
 
-    /// Returns true if the camera has a field of view that a guess can set: a perspective.
+    /// Returns true if the projection is a perspective, so that a guess can set its field of view.
     pub fn has_fov(&self) -> bool {
         matches!(self.description.projection, Projection::Perspective { .. })
     }

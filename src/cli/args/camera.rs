@@ -59,7 +59,7 @@ impl CameraArgs {
             look_at: flags.look_at.map(near),
             ..flags
         };
-        // A view replaces the position of the camera, but not its lens.
+        // A flag for the view replaces the position of the camera, but not the lens.
         let is_drawing = flags.elevation.is_some();
         if flags.view.is_some() || flags.orbit.is_some() || flags.stand.is_some() || is_drawing {
             camera.options = CameraOptions {
@@ -85,7 +85,7 @@ impl CameraArgs {
         if flags.look_at.is_some() {
             camera.yaw = None;
         }
-        // Each of these keys defines the field of view.
+        // The following keys all define the field of view, so a flag for one removes the others.
         if flags.intrinsics.is_some() {
             (
                 camera.vertical_fov,
@@ -100,7 +100,7 @@ impl CameraArgs {
         if flags.focus_distance.is_some() {
             camera.focus_at = None;
         }
-        // Both keys define the radius of the lens.
+        // Both keys define the radius of the lens, so a flag for one removes the other.
         if flags.lens_radius.is_some() || flags.f_stop.is_some() {
             (camera.lens_radius, camera.f_stop) = (None, None);
         }

@@ -1,4 +1,4 @@
-//! Flags of the parameters in [`crate::options`].
+//! Makes command-line flags from the parameters in [`crate::options`].
 
 use crate::options::{Input, IntegratorOptions, InvalidOption, Named, OptionGroup, Parameter, Value};
 use clap::builder::{PossibleValue, TypedValueParser};
@@ -77,8 +77,8 @@ fn refusal(InvalidOption { flag, value, help, .. }: &InvalidOption) -> Error {
     )
 }
 
-/// Parser that accepts any text. Shells complete the values of the parameter. [`OptionGroup::set`]
-/// reports invalid values later.
+/// Parser that accepts any text. Shell completion offers the values of the parameter.
+/// [`OptionGroup::set`] reports invalid values later.
 #[derive(Clone, Copy)]
 struct TextParser(&'static Parameter);
 
@@ -95,7 +95,7 @@ impl TypedValueParser for TextParser {
     }
 }
 
-/// Parser for the name of a value. Shells complete the names.
+/// Parser for the name of a value. Shell completion offers the names.
 #[derive(Clone, Copy)]
 pub(in crate::cli) struct NameParser<T>(PhantomData<T>);
 

@@ -247,7 +247,7 @@ const RARE: [&str; 48] = [
     "yaw",
 ];
 
-/// Parameters of integrators that `--help` shows. It leaves out all others.
+/// Parameters of integrators that `--help` shows. `--help` leaves out all others.
 const USUAL_PARAMETERS: [&str; 4] = ["integrator", "max-depth", "clamp-indirect", "photons"];
 
 /// Returns true if `--help` of a command that loads a scene leaves `arg` out.
@@ -328,8 +328,8 @@ fn with_examples(command: &Command, words: String) -> String {
     }
 }
 
-/// The program with the complete help of each flag in one column. clap's own long help has three
-/// lines per flag.
+/// The program with the complete help of each flag in one column. The long help of clap would have
+/// three lines per flag.
 pub(super) fn full(program: Command) -> Command {
     program.mut_subcommands(|command| {
         command.mut_args(|arg| match arg.get_long_help().map(StyledStr::to_string) {

@@ -20,8 +20,8 @@ pub(in crate::cli) struct HelpArgs {
     pub topic: Option<String>,
 }
 
-/// Parser for the name of a topic. Shells complete the names. The error for an unknown name does
-/// not list all names, because there are too many.
+/// Parser for the name of a topic. Shell completion offers the names. The error for an unknown name
+/// does not list all names, because there are too many.
 #[derive(Clone)]
 struct TopicParser;
 

@@ -123,7 +123,7 @@ pub(in crate::cli) struct MethodFlag {
     pub filter: FilterOptions,
 }
 
-/// Parser for integrators with settings. Shells complete the integrators.
+/// Parser for integrators with settings. Shell completion offers the integrators.
 #[derive(Clone)]
 struct MethodParser;
 

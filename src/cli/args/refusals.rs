@@ -100,7 +100,7 @@ pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Er
     Error::raw(error.kind(), format!("{message}\n  help: {help}\n"))
 }
 
-/// Reason why a parser rejects a value. Errors of the standard number parsers are replaced, because
+/// Reason why a parser rejects a value. Texts of the standard number parsers are replaced, because
 /// they mention digits and literals.
 fn reason(error: &Error) -> String {
     use std::num::{IntErrorKind, ParseFloatError, ParseIntError};

@@ -1,7 +1,8 @@
 //! Advice for unknown flags: the known flag to write instead.
 //!
 //! Users of other renderers write the flags of those renderers. A table translates them, because
-//! the most similar flag here may have another meaning: `--engine` is not `--origin`.
+//! the most similar flag here may have another meaning. For example, the flag most similar to
+//! `--engine` is `--origin`.
 
 use crate::options::nearest;
 use clap::Command;

@@ -287,7 +287,7 @@ impl Measure<'_> {
         let seconds = |work: &(dyn Fn() + Sync)| pool.install(|| repeated_seconds(work));
         let accel = self.accel.as_dyn();
 
-        // Alternate renders and traces of the recorded rays.
+        // Render, and trace the recorded rays, in turn.
         let mut pairs = Vec::new();
         for _ in 0..self.repeat {
             let render_s = seconds(&|| self.render());

@@ -39,7 +39,7 @@ pub(super) fn compare(args: &CompareArgs) -> Result<ExitCode, CliError> {
     }
     let pair = Pair::read(&args.reference, &args.image)?;
     let comparison = Comparison::new(args, &pair).map_err(|e| CliError::Failed(e.to_string()))?;
-    // Print the result first: writing the picture may fail.
+    // Print the result first, because writing the picture may fail.
     if args.json {
         outln!("{:#}", comparison.json());
     } else {

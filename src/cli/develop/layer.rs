@@ -31,7 +31,7 @@ pub(super) enum Kind {
     Matte,
     /// Variances and other numbers of very different magnitudes.
     Magnitudes,
-    /// Other numbers. Their absolute value is shown.
+    /// Other numbers. A layer with several channels is shown as the length of its vectors.
     Numbers,
 }
 
@@ -212,7 +212,8 @@ pub(super) fn all(layers: &Layers) -> Vec<Layer> {
     found
 }
 
-/// The layer or channel called `name`, or the picture. An error is a message and help.
+/// The layer or channel called `name`, or the picture if there is no `name`. An error has a message
+/// and a help text.
 pub(super) fn find(layers: &Layers, name: Option<&str>) -> Result<Layer, (String, String)> {
     let all = all(layers);
     let Some(name) = name else {
@@ -236,7 +237,7 @@ pub(super) fn find(layers: &Layers, name: Option<&str>) -> Result<Layer, (String
     if let (Some(layer), None) = (ending.next(), ending.next()) {
         return Ok(layer.clone());
     }
-    // Layers of this program under their names in other renderers
+    // Accept the names that other renderers use for layers of this program
     let own = match name.to_lowercase().as_str() {
         "depth" => Some("Z"),
         "normal" | "normals" => Some("N"),

@@ -1,8 +1,8 @@
-//! `embrasure develop`: a picture of an EXR file, without a new render.
+//! `embrasure develop`: makes pictures from an EXR file, without a new render.
 //!
 //! `layer` finds the requested layer among the channels, and `figure` draws data in false colours.
-//! Pixels are denoised before they are cropped, so that a crop looks as in the whole picture. They
-//! are scaled last.
+//! Pixels are denoised before they are cropped, so that a crop looks as in the whole picture.
+//! Scaling is the last step.
 
 mod faces;
 mod figure;
@@ -229,7 +229,7 @@ fn image_of(layers: &Layers, found: &Layer) -> Image {
 }
 
 /// Denoiser and its radius. Without flags, a picture is denoised if its render requested a denoiser
-/// and has not used it, as in a checkpoint.
+/// but did not apply it, as in a checkpoint.
 fn denoiser(args: &DevelopArgs, layers: &Layers, found: &Layer) -> Result<(Option<Denoiser>, Option<f32>), CliError> {
     let wanted = match args.denoise {
         None => {
@@ -355,8 +355,8 @@ fn scaled_size(scale: Scale, size: UVec2) -> Result<[u32; 2], CliError> {
     )))
 }
 
-/// The image in another size. The result is a whole picture, even for a crop. Only colours are
-/// averaged.
+/// The image in another size. The result is a whole picture, even for a crop. If `are_colors` is
+/// false, values are not averaged: each pixel has the value of the nearest pixel.
 fn scaled(image: Image, size: Option<[u32; 2]>, are_colors: bool) -> Image {
     let Some(size) = size else { return image };
     let from = image.crop.size().to_array().map(|n| n as usize);

@@ -49,7 +49,7 @@ const FINE: u32 = 8;
 /// below 90, and `GRAZING`.
 const ALBEDO_STEP: usize = 5;
 const GRAZING: f32 = 89.0;
-/// Maximum albedo without an energy gain: 1 plus the error of the integral.
+/// Maximum computed albedo of a material that conserves energy: 1 plus the error of the integral.
 const MAX_ALBEDO: f32 = 1.004;
 
 /// Explains one material of a scene.

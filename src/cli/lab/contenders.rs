@@ -39,7 +39,7 @@ impl Contender {
     }
 
     /// Returns true if the estimator is unbiased and finds all light, so that it can make the
-    /// reference. Its denoiser is ignored: a reference is never denoised.
+    /// reference. The denoiser of the estimator is ignored, because a reference is never denoised.
     pub fn finds_all_light(&self) -> bool {
         self.refused.is_none() && self.method().finds_all_light()
     }
@@ -63,8 +63,8 @@ impl Contender {
         self.refused = lights.or_else(shown);
     }
 
-    /// Returns true if the scene made for `other` is valid for this contender: equal triangle
-    /// sampling and an equal backend.
+    /// Returns true if the scene that was built for `other` is valid for this contender: both need
+    /// the same triangle sampling and the same backend.
     pub fn shares_scene(&self, other: &Settings) -> bool {
         let made_for = |settings: &Settings| (settings.method().triangle_sampling(), settings.backend);
         made_for(&self.settings) == made_for(other)

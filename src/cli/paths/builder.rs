@@ -1,4 +1,4 @@
-//! Builds a trace from the events of a record.
+//! Builds a trace from recorded events.
 
 use super::trace::{Contribution, Place, Technique, Trace, Vertex};
 use crate::color::Spectrum;
@@ -59,8 +59,8 @@ impl Builder<'_> {
     fn take(&mut self, event: PathEvent) {
         match event {
             PathEvent::Start { p, light, beta, .. } => {
-                // Ignore a second start at the camera: a bidirectional method starts its path at
-                // the camera ray that it was given.
+                // Ignore a second start at the camera. A bidirectional method starts its path at
+                // the camera, although the camera ray has already started the path.
                 let is_same =
                     |v: usize| self.trace.vertices[v].p == p && matches!(self.trace.vertices[v].place, Place::Camera);
                 if light.is_none() && self.stack.len() == 1 && is_same(self.stack[0]) {
@@ -104,7 +104,7 @@ impl Builder<'_> {
                 }
             }
             PathEvent::Scatter { depth, scattering } => {
-                // A vertex of a tree scatters again after its last branch has ended.
+                // In a tree of rays, a vertex scatters again after its last branch has ended.
                 self.stack.truncate(depth as usize + 2);
                 if let Some(vertex) = self.last() {
                     self.trace.vertices[vertex].scatterings.push(scattering);

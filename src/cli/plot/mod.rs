@@ -2,7 +2,7 @@
 //! Also dot graphics in a terminal (`braille`).
 //!
 //! Text and axes have the colour of the surrounding text, so that a picture fits light and dark
-//! pages. A picture in a file has styles for both.
+//! pages. A picture in a file has its own styles for light and dark pages.
 
 mod braille;
 mod log_log;

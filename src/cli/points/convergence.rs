@@ -14,7 +14,7 @@ pub(super) const FIRST_FITTED: u32 = 4;
 /// Axis `a` in the integrands on the sphere. The point sets are not symmetric about this axis.
 const AXIS: Vec3 = Vec3::new(1.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0);
 
-/// A mean over the unit square or the sphere with a known value.
+/// An integrand over the unit square or the sphere, whose mean is known.
 pub(super) struct Integral {
     pub name: &'static str,
     /// The integrand as a formula.

@@ -315,8 +315,8 @@ impl Run<'_> {
         let unwritten = self.renderer.write(state, &image, images, &metadata);
         failures.extend(unwritten.iter().map(FileError::to_string));
         results.write_s = start.elapsed().as_secs_f64();
-        // An EXR file with a new identity was replaced. It is complete, even if later writes have
-        // failed.
+        // If `output.id()` has changed, the EXR file was replaced. The new file is complete, even
+        // if later writes have failed.
         let mut files = images.iter().zip(&before);
         let has_floats =
             files.any(|((format, output), before)| matches!(format, Format::Exr(_)) && output.id() != *before);
@@ -496,7 +496,7 @@ fn warn_of(failures: &[FileError]) {
     }
 }
 
-/// Message for a caught panic. `outcome` is its consequence.
+/// Message for a caught panic. `outcome` is the consequence of the panic.
 fn fault(outcome: &str, panic: &str) -> String {
     format!("internal error, so {outcome}: {panic}\n  help: please report this, with the command")
 }

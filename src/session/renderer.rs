@@ -362,8 +362,8 @@ impl<'a> Renderer<'a> {
     }
 }
 
-/// Adds samples to the film of `state` by calling `take`, and adds their statistics and their time
-/// to `state`.
+/// Calls `take`, which adds samples to the film of `state`. Adds the statistics and the time of
+/// these samples to `state`.
 fn add_samples(state: &mut RenderState, take: impl FnOnce(&mut Film) -> (Outcome, Statistics)) -> Outcome {
     let start = Instant::now();
     let (outcome, statistics) = take(&mut state.film);

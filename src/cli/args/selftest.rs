@@ -20,7 +20,7 @@ pub(in crate::cli) struct SelftestArgs {
     #[arg(long)]
     pub full: bool,
 
-    /// Test this ray-tracing backend only [default: all that are built in, besides brute]
+    /// Test this ray-tracing backend only [default: all that are built in, except brute]
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Backend>::new())]
     pub backend: Option<Backend>,
 

@@ -40,7 +40,7 @@ pub(in crate::cli) struct ViewArgs {
 
     /// Address to listen on
     ///
-    /// Other machines that reach it can control the render if they have the link.
+    /// Other machines that reach this address can control the render if they have the link.
     #[arg(long, value_name = "ADDR", default_value = "127.0.0.1")]
     pub listen: IpAddr,
 

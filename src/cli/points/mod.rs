@@ -72,8 +72,8 @@ impl PointSet {
         }
     }
 
-    /// Pairs of decisions. A projection shows the first random number of one over that of the
-    /// other.
+    /// Pairs of decisions. A projection shows the first random numbers of both decisions as x and
+    /// y.
     fn pairs(self) -> Vec<[Decision; 2]> {
         let direction = |depth| Dimension::bounce(depth, Bounce::Direction);
         let directions = [("direction 1", direction(0)), ("direction 2", direction(1))];

@@ -3,9 +3,9 @@
 //!
 //! Rays are chosen by a hash of their bits, so the report does not depend on threads. The audited
 //! backend traces single rays and packets as in a normal render, so an audited picture is
-//! bit-identical. Brute force also traces each reported disagreement, to identify the wrong
-//! backend. It traces a fraction of the checked rays too, inversely proportional to the number of
-//! triangles.
+//! bit-identical to a normal picture. Brute force also traces each reported disagreement, to
+//! identify the wrong backend. It also traces a fraction of the checked rays. This fraction is
+//! inversely proportional to the number of triangles.
 
 use super::brute::BruteForce;
 use super::{Accel, Answer, BackendInfo, Cause, Disagreement, Query, QueryKind, judge};
@@ -15,11 +15,12 @@ use crate::math::hash::{GOLDEN_GAMMA, mix};
 use crate::scene::Scene;
 use std::sync::{Mutex, PoisonError};
 
-/// Average number of triangles that brute force tests per checked ray: about as much work as the
-/// rest of a check.
+/// Average number of triangles that brute force tests per checked ray. This is about as much work
+/// as the rest of a check.
 const BRUTE_TESTS: f64 = 256.0;
 
-/// A backend that checks a fraction of its answers against a second backend and exact arithmetic.
+/// A backend that checks a fraction of its answers against a second backend, and against crossings
+/// computed in f64.
 ///
 /// The first backend is called as in a render: packets are traced as packets. Each ray of a packet
 /// is checked separately. The choice of rays depends on their bits only, so it does not depend on
@@ -135,7 +136,7 @@ impl<'a> Auditor<'a> {
     }
 
     /// Returns the disagreement of the first backend with brute force, if both backends missed a
-    /// surface that brute force hits.
+    /// surface that brute force hits. Returns `None` if rounding explains the difference.
     fn common_fault(&self, query: &Query, answers: [Answer; 2]) -> Option<Disagreement> {
         let exact = query.trace(&self.brute);
         let distance = |answer: &Answer| answer.hit().map_or(f32::INFINITY, |hit| hit.t);

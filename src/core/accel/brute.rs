@@ -15,7 +15,7 @@ pub struct BruteForce<'a> {
     scene: &'a Scene,
 }
 
-/// Transform of the instance at `time`, in f64.
+/// Transform `placement` at `time`, in f64.
 fn placed(placement: &Placement, time: f64) -> DAffine3 {
     let steps = placement.steps();
     let Some(last) = steps.len().checked_sub(2) else {
@@ -82,8 +82,8 @@ fn corners_at(mesh: &Mesh, prim: PrimId, time: f64, placement: Option<&DAffine3>
 fn intersect_triangle(ray: &Ray, corners: [DVec3; 3]) -> Option<(f32, f32, f32)> {
     let (t, b1, b2) = crossing(ray, corners)?;
     let inside = b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0;
-    // Test the rounded `t` that is returned: a ray that continues from a hit must not find the same
-    // hit again because of rounding.
+    // Test the rounded `t`, because it is the returned value. Otherwise a ray that continues from a
+    // hit could find the same hit again.
     let t = t as f32;
     let in_range = t > ray.t_min && t < ray.t_max;
     (inside && in_range).then_some((t, b1 as f32, b2 as f32))

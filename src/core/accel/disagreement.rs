@@ -1,20 +1,22 @@
 //! Comparison of the answers of two backends, and causes of disagreements.
 //!
-//! Distances may differ by a bound on their rounding errors, which follows from the triangle, the
-//! ray and the placement ([`Crossing`]). Each hit must also be at the crossing of its ray and its
-//! triangle, computed in f64. This check finds wrong ids and barycentrics without a second backend,
-//! and errors that both backends share.
+//! Distances may differ by their rounding errors. [`Crossing`] computes a bound on these errors
+//! from the triangle, the ray and the placement. Each hit must also be at the crossing of its ray
+//! with its triangle, computed in f64. This check finds wrong ids and barycentrics without a second
+//! backend, and errors that both backends share.
 //!
-//! If only one backend has a hit, rounding explains the difference in four cases:
+//! If one backend misses a hit, or if both hit different triangles, rounding explains the
+//! difference in four cases:
 //!
-//! - The ray passes the boundary edge of a surface.
+//! - The ray meets the boundary edge of a surface.
 //! - The ray is parallel to the surface.
 //! - The crossing is at an end of the ray's interval.
-//! - Two surfaces coincide.
+//! - The backends hit two surfaces that coincide.
 //!
-//! If the ray passes an edge, eight rays beside it are traced. If all of them hit a surface at a
-//! similar distance, the edge is not a boundary, and the ray has leaked through the surface. All
-//! other differences are defects, and `tests/it/rays/backends.rs` allows none.
+//! If the ray meets an edge, eight parallel rays around the ray are traced. If all of them hit a
+//! surface at a similar or smaller distance, the edge is not a boundary, and the ray has leaked
+//! through the surface. All other differences are defects, and `tests/it/rays/backends.rs` allows
+//! none.
 
 use super::brute::BruteForce;
 use super::{Accel, Answer, Query};
@@ -40,18 +42,19 @@ pub struct Disagreement {
 /// Cause of a difference between two answers, or of a wrong answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Cause {
-    /// The ray passes the boundary of a surface within the rounding error.
+    /// The distance between the ray and a boundary edge of a surface is within the rounding error.
     Edge,
-    /// The ray is nearly parallel to the triangle: rounding decides whether it crosses the plane.
+    /// The ray is nearly parallel to the triangle. Rounding decides whether the ray crosses the
+    /// plane of the triangle.
     Grazing,
     /// The crossing is within the rounding error of an end of the ray's interval.
     Interval,
-    /// Two surfaces coincide: rounding decides which surface is hit.
+    /// Two surfaces coincide, so rounding decides which surface is hit.
     Coincident,
     /// The ray passed through a shared edge or a corner of triangles, although the surface
     /// continues on all sides.
     Leak,
-    /// No other cause applies: one of the backends is wrong.
+    /// No other cause applies, so a backend is wrong.
     Unexplained,
 }
 
@@ -90,13 +93,14 @@ impl Cause {
 
 impl Disagreement {
     /// For each backend, `true` if its answer is wrong. The answer of `brute`, if given, counts as
-    /// correct. Both values are `false` if rounding explains the difference.
+    /// correct. Both values are `false` if rounding explains the difference. They are also `false`
+    /// if the cause is `Unexplained` and `brute` is `None`.
     pub fn wrong(&self, scene: &Scene, brute: Option<&BruteForce>) -> [bool; 2] {
         let ray = &self.query.ray;
         let exact = brute.map(|brute| self.query.trace(brute));
         let truth = match self.cause {
-            // The nearest hit is correct: the surface exists, even if brute force also leaks
-            // through the edge.
+            // The nearest hit counts as correct, because brute force may also leak through the
+            // edge.
             Cause::Leak => self
                 .answers
                 .into_iter()
@@ -135,8 +139,8 @@ pub fn compare(scene: &Scene, accels: [&dyn Accel; 2], query: &Query) -> Option<
 ///
 /// Each hit must be at the crossing of its ray and its triangle, computed in f64. Both backends
 /// must hit, or both must miss. The hit distances may differ by the sum of [`Crossing::t_error`] of
-/// both hits. The triangles must be equal, unless the ray passes an edge, which two triangles
-/// share.
+/// both hits. The triangles must be equal, unless the ray meets an edge, which two triangles may
+/// share, or grazes a triangle.
 pub(super) fn judge(
     scene: &Scene,
     accels: [&dyn Accel; 2],
@@ -187,11 +191,11 @@ pub(super) fn judge(
 /// and the unit roundoff u. Corners relative to the origin have an error of u R. Edge functions
 /// (Plücker's as in Embree, or sheared as in Woop et al. 2013) are volumes of the direction and two
 /// corners whose distance from the ray is at most E. Their error is at most some tens of roundings
-/// of R E |d|. The distance is a quotient by N·d. An error of a corner or of the normal is
-/// multiplied by at most E, because the crossing is no farther than E from any corner. The error is
-/// some tens of roundings of R E² / |N·d|. Both factors are taken as 32 here;
-/// `tests/it/rays/backends.rs` prints the largest observed fraction of these bounds, and of the
-/// resulting bound on barycentrics.
+/// of R E |d|. The hit distance is a quotient with the divisor N·d. An error of a corner or of the
+/// normal is multiplied by at most E, because the crossing is no farther than E from any corner.
+/// The error of the hit distance is therefore some tens of roundings of R E² / |N·d|. Both bounds
+/// use 32 roundings. The test `tests/it/rays/backends.rs` prints the largest errors as fractions of
+/// these bounds, and of the bound on barycentrics that follows from them.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing {
     ray: Ray,
@@ -210,7 +214,7 @@ pub struct Crossing {
     normal: DVec3,
     /// Product N·d.
     determinant: f64,
-    /// Bound on the rounding error of the triangle's corners by motion or placement.
+    /// Bound on the rounding error that motion or placement adds to the corners.
     displacement: f64,
 }
 
@@ -229,7 +233,8 @@ impl Crossing {
             .into_iter()
             .fold(0.0, f64::max);
         let reach = corners.map(DVec3::length).into_iter().fold(0.0, f64::max);
-        // Transforming the ray into the space of the mesh, or the corners to a time, also rounds.
+        // The transform of the ray into the space of the mesh also rounds, and so does the
+        // interpolation of the corners in time.
         let size = placed.iter().fold(ray.origin.abs(), |size, p| size.max(p.abs()));
         let placement = scene.instance(hit.inst).map(|i| i.placement.at(ray.time));
         let displacement = match placement {
@@ -251,7 +256,7 @@ impl Crossing {
         }
     }
 
-    /// Error bound of the hit's distance, in multiples of the length of the ray's direction.
+    /// Error bound of the ray parameter of the hit.
     pub fn t_error(&self) -> f64 {
         (ROUNDINGS * self.scale * self.edge + self.displacement * self.normal.length()) / self.determinant.abs()
     }
@@ -261,20 +266,20 @@ impl Crossing {
         (ROUNDINGS * self.scale + self.displacement * self.edge) * self.ray.direction.as_dvec3().length()
     }
 
-    /// Edge functions of the edges opposite to each corner. Their sum is the determinant.
+    /// Edge function of the edge opposite to each corner. The sum of the three is `determinant`.
     fn volumes(&self) -> [f64; 3] {
         let [p0, p1, p2] = self.corners;
         [p1.cross(p2), p2.cross(p0), p0.cross(p1)].map(|n| n.dot(self.ray.direction.as_dvec3()))
     }
 
-    /// Error bound of the hit's barycentrics: quotients of two edge functions, or sums of such
-    /// quotients, that are at most 1.
+    /// Error bound of the hit's barycentrics. A barycentric is at most 1. It is an edge function
+    /// divided by the sum of all three, so four errors of edge functions add up.
     pub fn barycentric_error(&self) -> f64 {
         4.0 * self.volume_error() / self.determinant.abs() + ROUNDINGS
     }
 
-    /// Differences of the hit's distance and of its barycentrics from the crossing computed in f64.
-    /// The second number is the larger difference of the two barycentrics.
+    /// Returns the errors of the hit, compared with the crossing computed in f64: the error of the
+    /// ray parameter, and the larger error of the two barycentrics.
     pub fn errors(&self) -> (f64, f64) {
         let [_, b1, b2] = self.volumes().map(|volume| volume / self.determinant);
         let t = self.normal.dot(self.corners[0]) / self.determinant;
@@ -283,6 +288,7 @@ impl Crossing {
     }
 
     /// Returns `true` if the hit is at the crossing of ray and triangle, within the ray's interval.
+    /// The hit of a grazing ray may be anywhere in the triangle.
     fn is_right(&self) -> bool {
         let [b1, b2] = self.barycentrics;
         let is_inside = b1.min(b2).min(1.0 - b1 - b2) >= -ROUNDINGS;
@@ -292,7 +298,7 @@ impl Crossing {
         is_inside && is_in_range && (is_there || self.is_grazing())
     }
 
-    /// Returns `true` if both hits have the same distance up to rounding.
+    /// Returns `true` if this hit and `other` have the same distance up to rounding.
     fn is_as_far_as(&self, other: &Self) -> bool {
         (self.t - other.t).abs() <= self.t_error() + other.t_error()
     }
@@ -317,7 +323,7 @@ impl Crossing {
     }
 
     /// Returns `true` if the surface continues on all sides of the ray. Traces eight parallel rays
-    /// whose offset is larger than rounding errors: all of them must hit a surface at a similar or
+    /// whose offset is larger than rounding errors. All of them must hit a surface at a similar or
     /// smaller distance.
     fn continues_around(&self, accel: &dyn Accel) -> bool {
         let ray = &self.ray;
@@ -325,7 +331,7 @@ impl Crossing {
         let roundings = ROUNDINGS * self.scale / self.edge + self.displacement;
         let offset = 4.0 * roundings as f32 + gamma(8) * ray.origin.abs().max_element();
         // Limit the hit distance, so that the edge counts as a boundary if the surface turns away
-        // steeply there
+        // steeply there.
         let furthest = self.t as f32 + 64.0 * offset / length;
         let frame = Frame::from_z(ray.direction / length);
         (0..8).all(|i| {

@@ -31,11 +31,11 @@ pub trait Accel: Send + Sync {
     /// Closest hit in the ray's open interval.
     fn intersect(&self, ray: &Ray) -> Option<Hit>;
 
-    /// Closest hits of rays with similar origins and directions. A backend may trace the rays
-    /// together.
+    /// Writes the closest hits of `rays` to `hits`. The rays have similar origins and directions,
+    /// so a backend may trace them together.
     ///
-    /// `hits` is as long as `rays`. On the border of two triangles, the hit may differ from
-    /// [`Accel::intersect`].
+    /// `hits` is as long as `rays`. On an edge between two triangles, the hit may differ from the
+    /// hit of [`Accel::intersect`].
     fn intersect_coherent(&self, rays: &[Ray], hits: &mut [Option<Hit>]) {
         for (ray, hit) in rays.iter().zip(hits) {
             *hit = self.intersect(ray);
@@ -45,8 +45,8 @@ pub trait Accel: Send + Sync {
     /// Returns `true` if there is a hit in the ray's open interval.
     fn occluded(&self, ray: &Ray) -> bool;
 
-    /// Occlusion of rays with similar origins and directions: `true` for each ray with a hit. A
-    /// backend may trace the rays together.
+    /// Writes the occlusion of `rays` to `occluded`: `true` for each ray with a hit. The rays have
+    /// similar origins and directions, so a backend may trace them together.
     ///
     /// `occluded` is as long as `rays`.
     fn occluded_coherent(&self, rays: &[Ray], occluded: &mut [bool]) {
@@ -70,7 +70,8 @@ pub trait Accel: Send + Sync {
 
 /// A backend that integrators call statically (as `EmbreeAccel`) or dynamically (`&dyn Accel`).
 pub trait Dispatch: Accel {
-    /// True if each query is a dynamic call. Code compiled for this backend then has no advantage.
+    /// True if each query is a dynamic call. Code that is specialised for the type of the backend
+    /// then has no advantage.
     const IS_DYNAMIC: bool;
 }
 

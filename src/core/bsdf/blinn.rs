@@ -19,8 +19,9 @@ pub struct Blinn {
 }
 
 impl Blinn {
-    /// Value of the lobe, sr⁻¹: `D G F / (4 cos θi cos θo)`. And density of `wi` per solid angle:
-    /// the density `D cos θh` of the half vector times the Jacobian `1 / (4 wo·wh)`.
+    /// Returns the value of the lobe, sr⁻¹, `D G F / (4 cos θi cos θo)`, and the density of `wi`
+    /// per solid angle. The density is the density `D cos θh` of the half vector times the Jacobian
+    /// `1 / (4 wo·wh)`.
     #[inline(never)]
     pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         let Some((wh, cos_oh)) = half_vector(wo, wi) else {

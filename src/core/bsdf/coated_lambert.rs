@@ -36,9 +36,10 @@ impl CoatedLambert {
         self.roughness
     }
 
-    /// Parameters for [`super::BsdfLanes`]: albedo; mean transmittance of the coat; weight of the
-    /// coat, 1; reflectance of the coat along the normal and fraction of the energy loss that
-    /// multiple reflections return.
+    /// Returns the parameters for [`super::BsdfLanes`]: the albedo, the mean transmittance of the
+    /// coat, 1 for a base with a coat, and two numbers of the coat. The two numbers are the
+    /// reflectance along the normal, and the fraction of the energy loss that multiple reflections
+    /// return.
     pub(super) fn lane_parameters(&self) -> (Spectrum, f32, f32, [f32; 2]) {
         (self.albedo, self.passed, 1.0, [self.f0, self.several])
     }
@@ -70,8 +71,8 @@ impl CoatedLambert {
         }
     }
 
-    /// Value of the lobe, sr⁻¹. And density of `wi` per solid angle, cosine-weighted: the direction
-    /// is sampled as in [`Lambert`](super::Lambert).
+    /// Returns the value of the lobe, sr⁻¹, and the density of `wi` per solid angle. The density is
+    /// cosine-weighted, as in [`Lambert`](super::Lambert).
     #[inline(always)]
     pub(super) fn eval_pdf(&self, o: &DirectionTerms, i: &DirectionTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if !same_hemisphere(wo, wi) || self.albedo.is_black() {

@@ -7,10 +7,10 @@
 //! cosine-weighted mean.
 //!
 //! Both are tabulated by quadrature over the visible facets of the lobes themselves. The axes are
-//! `√cos θ`, the roughness `√α` and, for dielectrics, `(η − 1) / (η + 1)`: the values are nearly
-//! linear along them. A row for one roughness and index is computed on first use, within 2 ms for a
-//! metal and 20 ms for glass. A fitted polynomial would be faster, but could not be checked against
-//! its lobe.
+//! `√cos θ`, the roughness `√α` and, for dielectrics, `(η − 1) / (η + 1)`. The values are nearly
+//! linear along these axes. A row for one roughness and index is computed on first use, within 2 ms
+//! for a metal and 20 ms for glass. A fitted polynomial would be faster, but could not be checked
+//! against its lobe.
 //!
 //! Light of multiple scattering is sampled in proportion to its distribution. With cosine sampling
 //! only, a sample at the horizon of a nearly smooth surface would weigh hundreds of times the mean.
@@ -30,15 +30,16 @@ pub(super) const NODES: usize = 32;
 /// Number of nodes along the index of refraction.
 const INDEX_NODES: usize = 65;
 
-/// Maximum index of refraction. Larger indices are clamped to it, and small indices to its inverse.
+/// Maximum index of refraction. Larger indices are clamped to this maximum, and small indices to
+/// its inverse.
 const LARGEST_ETA: f32 = 3.0;
 
-/// Numbers of quadrature points: azimuths of the facets, and steps from facets that reflect light
-/// straight back, to grazing facets.
+/// Numbers of quadrature points over the visible facets: along their azimuth, and from facets that
+/// reflect light straight back to grazing facets.
 const POINTS: [usize; 2] = [32, 48];
 
-/// Tables of mirror facets, by roughness: the energy loss, and the albedo weighted by `(1 − cos)⁵`
-/// of the angle with the facet.
+/// Tables of mirror facets, by roughness: the energy loss, and the albedo with each reflection
+/// weighted by `(1 − cos)⁵`, where cos is the cosine of the direction with the facet normal.
 static MIRRORS: [OnceLock<[Row; 2]>; NODES] = [const { OnceLock::new() }; NODES];
 
 /// Tables of refracting facets, by index and roughness: the energy loss, and the albedo of
@@ -67,11 +68,11 @@ pub(super) struct ConductorEnergy {
     pub loss: f32,
     /// Cosine-weighted mean of `loss` over all directions.
     pub mean_loss: f32,
-    /// Density, per solid angle, with which [`EnergyTable::sample`] of the table of losses samples
-    /// the direction.
+    /// Density of the direction per solid angle, if [`EnergyTable::sample`] of the table of losses
+    /// samples it.
     pub loss_pdf: f32,
-    /// Albedo of single reflections, each weighted by Schlick's `(1 − cos)⁵` of the angle with the
-    /// facet.
+    /// Albedo of single reflections, each weighted by Schlick's `(1 − cos)⁵`, where cos is the
+    /// cosine of the direction with the facet normal.
     pub grazing: f32,
 }
 
@@ -84,8 +85,7 @@ impl ConductorTables {
         }
     }
 
-    /// Energy loss of single reflections, and their albedo weighted by Schlick's `(1 − cos)⁵` of
-    /// the angle with the facet.
+    /// Tables of the energy loss of single reflections, and of [`ConductorEnergy::grazing`].
     pub fn loss_and_grazing(&self) -> [EnergyTable<2>; 2] {
         let (node, t) = cell(self.place, NODES);
         let (lower, upper) = (mirror_rows(node), mirror_rows(node + 1));
@@ -256,7 +256,7 @@ impl<const N: usize> EnergyTable<N> {
         self.blend(|row| row.at(cos))
     }
 
-    /// Cosine-weighted mean of the energy x, `2 ∫ x cos d cos`.
+    /// Cosine-weighted mean of the energy `x` over all directions, `2 ∫ x cos d cos`.
     #[inline(always)]
     pub fn mean(&self) -> f32 {
         self.blend(|row| row.mean)
@@ -300,7 +300,7 @@ impl<const N: usize> EnergyTable<N> {
 
 /// Energy returned by multiple reflections, relative to the energy loss of single reflections.
 /// Facets with mean reflectance `f` return `f² Ē (1 + f (1 − Ē) + …)`, where `1 − Ē` is the mean
-/// loss.
+/// loss `mean_missing`.
 pub(super) fn several_reflections(f: f32, mean_missing: f32) -> f32 {
     f * f * (1.0 - mean_missing) / (1.0 - f * mean_missing)
 }
@@ -353,8 +353,8 @@ impl Row {
     fn new(nodes: [f32; NODES]) -> Self {
         let mut mean = 0.0;
         let cells = from_fn(|cell| {
-            // Integrate 4 x s³ over s, for values x that are linear in s = √cos: Gauss-Legendre
-            // quadrature with three points is exact
+            // Integrate 4 x s³ over s = √cos. The values x are linear in s, so Gauss-Legendre
+            // quadrature with three points is exact.
             let half = 0.5 * 0.6f32.sqrt();
             let points = [(0.5 - half, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.5 + half, 5.0 / 18.0)];
             let [lower, upper] = [cell, cell + 1].map(|node| coordinate(node, NODES));
@@ -381,7 +381,7 @@ pub(super) fn coordinate(i: usize, n: usize) -> f32 {
     i as f32 / (n - 1) as f32
 }
 
-// Do not use `powi`: builds may evaluate it in different orders, which changes bits.
+// Do not use `powi`, because builds may multiply in different orders, which changes bits.
 fn fourth_power(x: f32) -> f32 {
     x * x * (x * x)
 }
@@ -405,7 +405,7 @@ fn index_coordinate(eta: f32) -> f32 {
     (eta - 1.0) / (eta + 1.0)
 }
 
-/// Energy loss `1 - share`. Lobes divide by it, so it is clamped to the rounding error of 1.
+/// Energy loss `1 - share`, at least the rounding error of 1, because lobes divide by the loss.
 fn missing(share: f64) -> f32 {
     ((1.0 - share) as f32).max(f32::EPSILON)
 }
@@ -424,8 +424,8 @@ fn reflected(wo: Vec3, facets: Ggx, h: Vec3, cos: f32) -> f32 {
 /// gets the direction, the facets, the normal of a facet, and the cosine of this normal with the
 /// direction.
 ///
-/// Half of the azimuths mirror the other half. Steps are short near grazing facets: smooth surfaces
-/// have few grazing facets, and only these facets lose light.
+/// Facets of half of the azimuths are enough, because the other half is symmetric. Steps are short
+/// near grazing facets, because only these facets lose light, and smooth surfaces have few of them.
 fn along_cosines<const K: usize>(
     roughness: f32,
     value: impl Fn(Vec3, Ggx, Vec3, f32) -> [f32; K],

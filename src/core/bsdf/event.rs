@@ -1,4 +1,4 @@
-//! Scattering events, as separated by light path expressions (`light_paths`).
+//! Kinds of scattering events, which light path expressions (`light_paths`) distinguish.
 //!
 //! Smooth lobes overlap, so a direction does not belong to a single lobe. An event is therefore
 //! split among the lobes, in proportion to their values.
@@ -29,14 +29,15 @@ pub enum EventKind {
 pub enum ScatteringEvent {
     /// Scattering by a delta lobe.
     Specular {
-        /// True if the light passes the surface.
+        /// True if the surface transmits the light.
         is_transmitted: bool,
     },
     /// Scattering by smooth lobes.
     Smooth {
-        /// True if the light passes the surface.
+        /// True if the surface transmits the light.
         is_transmitted: bool,
-        /// Fraction of diffuse lobes, by channel, 0 to 1; the rest is glossy.
+        /// Fraction of the light that diffuse lobes scatter, by channel, 0 to 1. Glossy lobes
+        /// scatter the rest.
         diffuse: Spectrum,
     },
 }
@@ -70,7 +71,7 @@ impl ScatteringEvent {
 }
 
 impl Bsdf {
-    /// Event of light from `wi` that leaves to `wo`, by a delta lobe or by the smooth lobes.
+    /// Event of light from `wi` that a delta lobe (`is_delta`) or the smooth lobes scatter to `wo`.
     pub fn event(&self, wo: Vec3, wi: Vec3, is_delta: bool) -> ScatteringEvent {
         let is_transmitted = !same_hemisphere(wo, wi);
         if is_delta {

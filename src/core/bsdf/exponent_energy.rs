@@ -17,8 +17,9 @@ const POINTS: u32 = 48;
 /// Directional albedo of Phong's lobe, by exponent.
 static PHONG: [OnceLock<Row>; NODES] = [const { OnceLock::new() }; NODES];
 
-/// Directional albedo of Blinn's grooves of mirrors, by exponent: unweighted, and weighted by `(1 −
-/// cos)⁵` of the angle with the facet.
+/// Directional albedo of Blinn's grooves of mirrors, by exponent: unweighted, and with each
+/// reflection weighted by `(1 − cos)⁵`, where cos is the cosine of the direction with the facet
+/// normal.
 static BLINN: [OnceLock<[Row; 2]>; NODES] = [const { OnceLock::new() }; NODES];
 
 /// Directional albedo of Phong's lobe with reflectance 1, towards a direction with the cosine
@@ -30,14 +31,15 @@ pub(super) fn phong_reflected(exponent: f32, cos: f32) -> f32 {
 }
 
 /// Directional albedo of Blinn's grooves of mirrors towards a direction with the cosine `cos`:
-/// unweighted, and weighted by `(1 − cos)⁵` of the angle with the facet.
+/// unweighted, and with each reflection weighted by `(1 − c)⁵`, where c is the cosine of the
+/// direction with the facet normal.
 pub(super) fn blinn_reflected(exponent: f32, cos: f32) -> [f32; 2] {
     let (node, t) = nodes(exponent);
     let (lower, upper) = (blinn_rows(node), blinn_rows(node + 1));
     [0, 1].map(|kind| (1.0 - t) * lower[kind].at(cos) + t * upper[kind].at(cos))
 }
 
-/// Node before `exponent`, and the distance of `exponent` from it in steps.
+/// Node before `exponent`, and the distance of `exponent` from this node in steps.
 fn nodes(exponent: f32) -> (usize, f32) {
     cell(place((2.0 / (exponent + 2.0)).sqrt().sqrt(), NODES), NODES)
 }

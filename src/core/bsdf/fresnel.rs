@@ -51,8 +51,8 @@ impl Fresnel {
         }
     }
 
-    /// [`Fresnel::reflectance`] for auxiliary channels: conductors in f32, with an error below 10⁻³
-    /// in a third of the time.
+    /// [`Fresnel::reflectance`] for auxiliary channels. Conductors are computed in f32, with an
+    /// error below 10⁻³, in a third of the time.
     pub(super) fn fast_reflectance(&self, cos_i: f32) -> Spectrum {
         match *self {
             Self::Conductor { eta, k } => Spectrum::from([0, 1, 2].map(|c| fast_conductor(cos_i, eta[c], k[c]))),
@@ -63,8 +63,9 @@ impl Fresnel {
     /// Directional albedo of facets with this Fresnel term. `all` is the albedo of perfect mirror
     /// facets, and `grazing` is the same albedo with each reflection weighted by `(1 − cos)⁵`.
     ///
-    /// Exact for Schlick's term, which is linear in `(1 − cos)⁵`. Other terms are nearly linear in
-    /// it, so they are evaluated at the angle with the mean weight.
+    /// The result is exact for Schlick's term, which is linear in `(1 − cos)⁵`. Other terms are
+    /// nearly linear in `(1 − cos)⁵`, so they are evaluated at the angle where `(1 − cos)⁵` has its
+    /// mean.
     pub(super) fn mean_reflectance(&self, all: f32, grazing: f32) -> Spectrum {
         match *self {
             Self::Full => Spectrum::splat(all),

@@ -6,19 +6,19 @@ use std::f32::consts::PI;
 /// Minimum `α` whose distribution is accurate in `f32`, 2⁻¹².
 ///
 /// The tangential part of a half vector has an error of about 4 roundings of 2⁻²⁴. At a distance of
-/// `t α` from the normal, `D` falls as `(1 + t²)⁻²`, and changes by at most twice the error over
-/// `α`: 0.2 % here. Smoother surfaces look like mirrors.
+/// `t α` from the normal, `D` falls as `(1 + t²)⁻²`. The error changes `D` by at most twice the
+/// error divided by `α`, which is 0.2 % for this `α`. Smoother surfaces look like mirrors.
 pub const MIN_ALPHA: f32 = 4096.0 * UNIT_ROUNDOFF;
 
 /// Microfacets with the distribution of normals of Trowbridge and Reitz (1975), known as GGX
 /// (Walter et al. 2007), with Smith's masking and shadowing (Heitz 2014, "Understanding the
 /// Masking-Shadowing Function in Microfacet-Based BRDFs").
 ///
-/// All functions are symmetric in z. Functions of two directions need both on one side, unless
-/// documented otherwise.
+/// All functions are symmetric in z. Functions of two directions need both directions on the same
+/// side, unless documented otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Ggx {
-    /// Root-mean-square slopes along x and y, up to a factor.
+    /// Widths `αx` and `αy` of the distribution of slopes along x and y.
     alpha: Vec2,
 }
 
@@ -50,8 +50,8 @@ impl Ggx {
         area * area * area / (PI * t * t)
     }
 
-    /// `a` in Smith's `Λ = (a / |cos θ| − 1) / 2` (Heitz 2014, eq. 86). It is the length of `w`
-    /// after a stretch of the surface that gives its facets the distribution of a sphere.
+    /// `a` in Smith's `Λ = (a / |cos θ| − 1) / 2` (Heitz 2014, eq. 86). It is the length of `w` in
+    /// the stretched space in which the facets have the distribution of normals of a sphere.
     #[inline(always)]
     pub fn stretched(&self, w: Vec3) -> f32 {
         let (x, y) = (self.alpha.x * w.x, self.alpha.y * w.y);
@@ -105,7 +105,7 @@ impl Ggx {
         let side = 1f32.copysign(wo.z);
         let stretch = Vec3::new(self.alpha.x, self.alpha.y, side);
         let w = (wo * stretch).normalize_or(Vec3::Z);
-        // Sample uniformly the part of the sphere to which a mirror can reflect
+        // Sample uniformly the spherical cap of the directions to which a facet can reflect
         let z = (1.0 - u.y) * (1.0 + w.z) - w.z;
         let r = (1.0 - z * z).max(0.0).sqrt();
         let (sin, cos) = sin_cos_turns(u.x);

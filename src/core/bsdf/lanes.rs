@@ -1,12 +1,12 @@
 //! BSDFs of sixteen vertices at once, as arrays whose loops the compiler vectorises.
 //!
-//! Path reuse evaluates a BSDF twice for each pair of a pixel's first vertex and the end of a
-//! shared path. The usual materials of exporters have a diffuse base under a coat of GGX facets, or
-//! a metal. These BSDFs are evaluated here for all pairs of a group in one pass. A loop over lanes
-//! has no branch and no call; only the energy lookups run lane by lane. The loops are also compiled
-//! for AVX2, but without FMA, so that all processors return the same bits. Other BSDFs and single
-//! vertices are evaluated by [`super::BsdfView`]. Lanes and views return equal values up to
-//! rounding.
+//! Path reuse connects the first vertices of a group of pixels to vertices of the paths of all
+//! pixels of the group. Each connection evaluates a BSDF at both of its vertices. The usual
+//! materials of exporters have a diffuse base under a coat of GGX facets, or are metals. This
+//! module evaluates such BSDFs for sixteen connections in one pass. A loop over lanes has no branch
+//! and no call. Only the energy lookups run lane by lane. The loops are also compiled for AVX2, but
+//! without FMA, so that all processors return the same bits. Other BSDFs and single vertices are
+//! evaluated by [`super::BsdfView`]. Lanes and views return equal values up to rounding.
 
 // Loops use one index for all arrays, so that the compiler can vectorise them.
 #![allow(clippy::needless_range_loop)]
@@ -33,7 +33,7 @@ pub struct BsdfLanes {
     wo: Vec3Lanes,
     base: BaseLanes,
     facets: FacetLanes,
-    /// Probabilities of the base and of the facets.
+    /// Probabilities of sampling the base and the facets.
     p: [Lane; 2],
     /// Transmittance of the coat towards `wo`. `loss` is the energy loss of single reflections
     /// towards `wo`.
@@ -89,8 +89,8 @@ enum Base<'a> {
 }
 
 impl<'a> Parts<'a> {
-    /// Parts of `bsdf`. `None` if it has other parts, two parts of one kind, or a coat that does
-    /// not match the coat of its base.
+    /// Parts of `bsdf`. `None` if `bsdf` has other parts, two parts of one kind, or a coated base
+    /// without facets of the roughness of its coat.
     fn of(bsdf: &'a Bsdf) -> Option<Self> {
         if matches!(bsdf, Bsdf::Layered(_)) {
             return None;
@@ -166,7 +166,7 @@ impl BsdfLanes {
         true
     }
 
-    /// Sets a BSDF and a direction `wo` in each lane. The result is true for lanes whose BSDF is
+    /// Sets a BSDF and a direction `wo` in each lane. Returns true for each lane whose BSDF is
     /// supported.
     pub fn pack_each<'a>(&mut self, bsdfs: impl Iterator<Item = (usize, &'a Bsdf, Vec3)>) -> [bool; LANES] {
         let mut is_packed = [false; LANES];

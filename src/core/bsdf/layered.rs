@@ -1,11 +1,11 @@
-//! A base under a sheen, under a clear coat: the lobes of the base are multiplied by the
-//! transmittances of the layers.
+//! A base under two layers: a sheen, and a clear coat above the sheen. The lobes of the base are
+//! multiplied by the transmittances of the layers.
 //!
 //! The lobes of the base do not depend on the layers. The factor of a lobe must be symmetric in
 //! `wo` and `wi`, and must not exceed the transmittance of the layer in any direction. `T(wi)
 //! T(wo)` divided by the mean of `T` is exact for diffuse lobes, and the minimum of `T(wi)` and
-//! `T(wo)` is exact for mirrors. Wide glossy lobes between the two lose light
-//! (docs/notebook/2026-11.md, "Energy of lobes").
+//! `T(wo)` is exact for mirrors. Wide glossy lobes, which are neither diffuse nor mirrors, lose
+//! light (docs/notebook/2026-11.md, "Energy of lobes").
 //!
 //! A real coat also darkens and saturates its base, because it reflects light of the base inwards.
 //! This coat does not. Layers add no cost to surfaces without layers.
@@ -14,7 +14,7 @@ use super::{BsdfSample, Lobe, Sheen, TransportMode};
 use crate::color::Spectrum;
 use crate::math::Vec3;
 
-/// Sum of up to three base lobes, under a sheen, under a clear coat.
+/// Sum of up to three base lobes under two layers: a sheen, and a clear coat above the sheen.
 ///
 /// A layer with albedo `E` has the transmittance `T = 1 − E`, on the way in and on the way out. For
 /// diffuse lobes the factor is `T(wo) T(wi)` divided by the mean of `T`, because light that does
@@ -24,7 +24,7 @@ use crate::math::Vec3;
 /// sheen of glTF's `KHR_materials_sheen`), which loses light only if the lobe is wide. Both forms
 /// are reciprocal and add no energy.
 ///
-/// The layers have no thickness: they neither refract nor blur the light. The base's index of
+/// The layers have no thickness, so they neither refract nor blur the light. The base's index of
 /// refraction is relative to air.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Layered {
@@ -39,7 +39,7 @@ const COAT: usize = 4;
 
 impl Layered {
     /// BSDF of a base with three lobes (diffuse, glossy or mirror-like, transmitting) under a
-    /// `sheen`, under a reflecting `coat`.
+    /// `sheen`, with a reflecting `coat` above the sheen.
     pub fn new([diffuse, glossy, transmitting]: [Option<Lobe>; 3], sheen: Option<Sheen>, coat: Option<Lobe>) -> Self {
         let layered = Self {
             lobes: [diffuse, glossy, transmitting, sheen.map(Lobe::Sheen), coat],

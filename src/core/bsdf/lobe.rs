@@ -52,11 +52,13 @@ impl Lobe {
         matches!(self, Self::RoughConductor(_) | Self::RoughDielectric(_))
     }
 
-    /// Returns true if the lobe is wide: its value varies little between neighbouring directions,
-    /// so that a mean over light from few directions is not noisy. Facets are wide from a roughness
-    /// of 0.45 on (α = 0.2). Other lobes are wide if they have the width of such facets (n = 2 / α²
-    /// − 2 about the half vector, a quarter of it about the mirror direction: Walter et al. 2007,
-    /// §5.2).
+    /// Returns true if the lobe is wide. The value of a wide lobe varies little between
+    /// neighbouring directions, so a mean over light from few directions has little noise.
+    ///
+    /// GGX facets are wide if their roughness is at least 0.45 (α = 0.2). Blinn's and Phong's lobes
+    /// are wide if they are at least as wide as such facets. The limit of Blinn's exponent is n = 2
+    /// / α² − 2. The limit of Phong's exponent is a quarter of n, because the angle is that with
+    /// the mirror direction (Walter et al. 2007, §5.2).
     pub fn is_wide(&self) -> bool {
         const ROUGHNESS: f32 = 0.45;
         const EXPONENT: f32 = 48.0;
@@ -85,8 +87,8 @@ impl Lobe {
         self.eval_pdf_with([&self.terms_of(wo), &self.terms_of(wi)], wo, wi)
     }
 
-    /// Samples `wi` for `wo`: `u_lobe` chooses a part of the lobe, if it has parts, and `u` a
-    /// direction. `None` if the lobe scatters no light.
+    /// Samples `wi` for `wo`: `u_lobe` chooses a part of the lobe, if the lobe has parts, and `u`
+    /// chooses a direction. `None` if the sample carries no light.
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         if self.is_delta() {
             // Choose the first of the two directions with its fraction of the flux as probability
@@ -96,7 +98,8 @@ impl Lobe {
         let terms = self.terms_of(wo);
         let wi = self.sample_direction(&terms, wo, u_lobe, u)?;
         let (f, pdf) = self.eval_pdf_with([&terms, &self.terms_of(wi)], wo, wi);
-        // For importance, exchange the directions if the lobe refracts: no other lobe is asymmetric
+        // For importance, exchange the directions of the rough dielectric. No other lobe is
+        // asymmetric.
         let f = match (self, mode) {
             (Self::RoughDielectric(_), TransportMode::Importance) => self.eval(wi, wo),
             _ => f,
@@ -122,8 +125,8 @@ impl Lobe {
     }
 
     /// [`Lobe::eval_pdf`] with the terms of `wo` and of `wi`. The lobes of most mixtures are coats,
-    /// diffuse bases and metals. Other lobes are not inlined: their terms would be computed before
-    /// the loop over lobes, even for BSDFs without these lobes.
+    /// diffuse bases and metals. Other lobes are not inlined. If they were, their terms would be
+    /// computed before the loop over lobes, even for BSDFs without these lobes.
     #[inline(always)]
     pub(super) fn eval_pdf_with(&self, [o, i]: [&DirectionTerms; 2], wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         match self {
@@ -152,7 +155,8 @@ impl Lobe {
     }
 
     /// Sample with the direction `wi`, which this lobe has sampled. `f` and `pdf` are the value and
-    /// density of all smooth lobes. `None` if the direction lies in the surface.
+    /// density of all smooth lobes. `None` if `pdf` is 0 or not finite, as for a direction in the
+    /// surface.
     pub(super) fn smooth_sample(&self, f: Spectrum, wo: Vec3, wi: Vec3, pdf: f32) -> Option<BsdfSample> {
         let eta = match self {
             Self::RoughDielectric(lobe) if !same_hemisphere(wo, wi) => lobe.eta(wo),
@@ -162,8 +166,8 @@ impl Lobe {
         (pdf > 0.0 && pdf.is_finite()).then_some(sample)
     }
 
-    /// Single directions of a delta lobe, each with its fraction of the flux as density; `None` for
-    /// other lobes.
+    /// Samples of the directions of a delta lobe. The density of each sample is its fraction of the
+    /// flux. `None` for other lobes.
     pub fn directions(&self, wo: Vec3, mode: TransportMode) -> [Option<BsdfSample>; 2] {
         match self {
             Self::Mirror(lobe) => lobe.directions(wo),
@@ -173,7 +177,9 @@ impl Lobe {
         }
     }
 
-    /// Maximum fraction of the flux that the lobe scatters, by channel.
+    /// Estimate of the fraction of the flux that the lobe scatters, by channel, without a view
+    /// direction. Fresnel terms except Schlick's count as 1. Lobes with energy tables return their
+    /// mean albedo.
     pub fn albedo(&self) -> Spectrum {
         match self {
             Self::Lambert(lobe) => lobe.albedo,

@@ -3,7 +3,7 @@ use crate::color::Spectrum;
 use crate::math::Vec3;
 
 /// Perfect specular reflection, symmetric on both sides of the surface. With a conductor's Fresnel
-/// term, a smooth metal.
+/// term, it is a smooth metal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mirror {
     /// Factor of the reflected light.

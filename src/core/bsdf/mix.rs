@@ -1,7 +1,7 @@
 use super::Lobe;
 
 /// Sum of up to three lobes: diffuse, glossy or mirror-like, and transmitting.
-/// [`BsdfView`](super::BsdfView) samples and evaluates it.
+/// [`BsdfView`](super::BsdfView) samples and evaluates mixes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mix {
     /// Lobes, smooth lobes first.

@@ -2,24 +2,25 @@
 //!
 //! Conventions: `wo` points to the viewer and `wi` to the light; both are unit vectors away from
 //! the surface. +z is the shading normal. `f` excludes the cosine. Densities are per solid angle. A
-//! delta lobe scatters into single directions: `pdf` is the probability of choosing the direction,
-//! and `f` is scaled so that `f |cos θi| / pdf` is the weight of the direction. The value of a
-//! refracting lobe depends on the transported quantity: `eval` is for radiance, and for importance
-//! the directions are exchanged, which is equivalent.
+//! delta lobe scatters into single directions. Its `pdf` is the probability of choosing the
+//! direction, and its `f` is scaled so that `f |cos θi| / pdf` is the weight of the direction. The
+//! value of a refracting lobe is not the same for radiance and importance. `eval` returns the value
+//! for radiance. With exchanged directions it returns the value for importance. All lobes except
+//! delta lobes are called smooth.
 //!
 //! A [`Bsdf`] is a closed enum: a single lobe, a [`Mix`] of up to three, or a [`Layered`] BSDF of
-//! up to five. Code for everything except the single matte lobe is kept out of line, so that it
-//! takes no registers from the common case. Vertices hold a reference to a BSDF and do not copy its
-//! 336 bytes. A [`Lobe`] stays at 64 bytes.
+//! up to five. Code for everything except the single matte lobe is kept out of line, so that this
+//! code takes no registers from the common case. Vertices hold a reference to a BSDF and do not
+//! copy its 336 bytes. A [`Lobe`] stays at 64 bytes.
 //!
 //! A [`BsdfView`] is a BSDF of several lobes for one `wo`. Terms that depend on `wo` only are
 //! computed once for all `wi` of a vertex. Value and density are computed together, because they
 //! share the half vector and the energy tables.
 //!
-//! - A mixture chooses a lobe in proportion to its normalised albedo. Absorption is in the
-//!   throughput, and roulette terminates paths by it. A choice by the albedo without normalisation,
-//!   with termination for the rest of the probability, would have the same mean, but would
-//!   terminate paths at the first vertex.
+//! - A mixture chooses a lobe in proportion to its normalised albedo. Absorbed light lowers the
+//!   throughput, by which Russian roulette terminates paths. Without the normalisation, a path
+//!   would end with the rest of the probability. The mean would be the same, but paths would
+//!   already end at the first vertex.
 //! - A rough lobe chooses between single and multiple scattering, and between reflection and
 //!   refraction. The choice needs an additional random number, `u_lobe`, which a mixture rescales
 //!   and passes on. Rough lobes are therefore always in a `Mix`, even if it has a single lobe.
@@ -98,7 +99,7 @@ pub struct BsdfSample {
     pub f: Spectrum,
     /// Sampled direction, local frame.
     pub wi: Vec3,
-    /// Density of `wi` per solid angle; for a delta lobe, its probability.
+    /// Density of `wi` per solid angle. For a delta lobe, the probability of choosing `wi`.
     pub pdf: f32,
     /// Factor of the throughput, `f |cos θi| / pdf`. It is a field because some lobes compute it
     /// before the direction.
@@ -137,8 +138,8 @@ impl BsdfSample {
 /// The scattering function at one surface point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bsdf {
-    /// A single lobe. If it has parts ([`Lobe::has_parts`]), [`Bsdf::sample`] needs the number
-    /// `u_lobe` for them.
+    /// A single lobe. If the lobe has parts ([`Lobe::has_parts`]), [`Bsdf::sample`] chooses a part
+    /// with the number `u_lobe`.
     Single(Lobe),
     /// A sum of lobes.
     Mix(Mix),
@@ -192,7 +193,7 @@ impl Bsdf {
         self.lobes().any(Lobe::is_wide)
     }
 
-    /// Returns true if light can pass the surface by lobes other than delta lobes.
+    /// Returns true if a lobe transmits light and is not a delta lobe.
     #[inline(always)]
     pub fn is_transmitting(&self) -> bool {
         self.lobes().any(|lobe| matches!(lobe, Lobe::RoughDielectric(_)))
@@ -203,8 +204,8 @@ impl Bsdf {
         matches!(self, Self::Single(Lobe::Lambert(_)))
     }
 
-    /// Index of refraction beyond the surface, relative to the side of `wo`, if light can pass by
-    /// lobes other than delta lobes.
+    /// Index of refraction beyond the surface, relative to the side of `wo`, if a lobe transmits
+    /// light and is not a delta lobe.
     pub fn glossy_eta(&self, wo: Vec3) -> Option<f32> {
         self.lobes().find_map(|lobe| match lobe {
             Lobe::RoughDielectric(lobe) => Some(lobe.eta(wo)),
@@ -213,7 +214,7 @@ impl Bsdf {
     }
 
     /// Value of the BSDF for radiance, cosine excluded, sr⁻¹, without delta lobes. For importance,
-    /// the directions are exchanged.
+    /// exchange the directions.
     #[inline(always)]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         match self {
@@ -237,8 +238,8 @@ impl Bsdf {
         }
     }
 
-    /// Samples `wi` for `wo`: `u_lobe` chooses a lobe, `u` a direction. `None` if the BSDF scatters
-    /// no light.
+    /// Samples `wi` for `wo`: `u_lobe` chooses a lobe, and `u` chooses a direction. `None` if the
+    /// sample carries no light.
     #[inline(always)]
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         match self {
@@ -286,8 +287,8 @@ impl Bsdf {
         }
     }
 
-    /// Probability that [`Bsdf::sample`] chooses a smooth lobe. A smooth lobe is chosen if `u_lobe`
-    /// is below this value.
+    /// Probability that [`Bsdf::sample`] chooses a smooth lobe, which is any lobe except a delta
+    /// lobe. A smooth lobe is chosen if `u_lobe` is below this value.
     pub fn smooth_probability(&self, wo: Vec3) -> f32 {
         match self {
             Self::Single(lobe) => f32::from(u8::from(!lobe.is_delta())),
@@ -295,8 +296,8 @@ impl Bsdf {
         }
     }
 
-    /// All single directions of the delta lobes, each with its fraction of the lobe's flux as
-    /// density.
+    /// Samples of all directions of the delta lobes. The density of each sample is its fraction of
+    /// the flux of its lobe.
     pub fn delta_directions(&self, wo: Vec3, mode: TransportMode) -> impl Iterator<Item = BsdfSample> {
         self.places().flat_map(move |(place, lobe)| {
             let samples = lobe.directions(wo, mode).into_iter().flatten();
@@ -325,8 +326,9 @@ impl Bsdf {
     /// It is the radiance of the surface in a white furnace, and the albedo of auxiliary channels.
     /// Transmitted light counts by its flux, so clear glass has albedo 1.
     ///
-    /// The error is below 0.012, and below 0.025 under rough layers. Anisotropic facets lose up to
-    /// 0.08 of the light, and the albedo includes this loss.
+    /// The error is below 0.012, and below 0.025 under rough layers. For anisotropic facets the
+    /// error is up to 0.08, because these facets lose light, and the albedo does not subtract this
+    /// loss.
     #[inline(always)]
     pub fn directional_albedo(&self, wo: Vec3) -> Spectrum {
         match self {
@@ -343,8 +345,8 @@ impl Bsdf {
         }
     }
 
-    /// Upper bound of the albedo over all view directions: metals and dielectrics count without
-    /// their Fresnel term.
+    /// Estimate of the albedo without a view direction: the sum of [`Lobe::albedo`], below layers
+    /// times their transmittance along the normal.
     pub fn albedo(&self) -> Spectrum {
         match self {
             Self::Single(_) | Self::Mix(_) => self.lobes().fold(Spectrum::ZERO, |sum, lobe| sum + lobe.albedo()),

@@ -18,8 +18,8 @@ pub struct Phong {
 
 impl Phong {
     // ANCHOR: phong
-    /// Value of the lobe, sr⁻¹; and density of `wi` per solid angle, `(n + 1) / 2π · cosⁿ α` above
-    /// the horizon.
+    /// Returns the value of the lobe, sr⁻¹, and the density of `wi` per solid angle, which is `(n +
+    /// 1) / 2π · cosⁿ α` above the horizon.
     #[inline(never)]
     pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if !same_hemisphere(wo, wi) {
@@ -32,7 +32,7 @@ impl Phong {
         )
     }
 
-    /// Samples `wi` around the mirror direction. `None` if it lies below the horizon.
+    /// Samples `wi` around the mirror direction. `None` if `wi` lies below the horizon.
     pub(super) fn sample_direction(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
         let about_mirror = Frame::from_z(mirror_direction(wo));
         let wi = about_mirror.to_world(cosine_power_hemisphere(u, self.exponent));

@@ -8,16 +8,16 @@ use std::f32::consts::PI;
 /// Reflection by GGX microfacets, symmetric on both sides of the surface (Walter et al. 2007; Heitz
 /// 2014): a rough metal or a rough coat.
 ///
-/// Multiple scattering between facets is added as a separate lobe (Kulla and Conty 2017): a surface
-/// with reflectance 1 reflects all light.
+/// Multiple scattering between facets is added as a separate lobe (Kulla and Conty 2017), so that a
+/// surface with reflectance 1 reflects all light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughConductor {
     facets: Ggx,
     /// Factor of the reflected light.
     reflectance: [f32; 3],
     fresnel: Fresnel,
-    /// Factor of multiple reflections, relative to the product of the energy losses of single
-    /// reflections towards both directions.
+    /// Value of multiple reflections, sr⁻¹, divided by the product of the energy losses of single
+    /// reflections towards `wo` and `wi`.
     several: [f32; 3],
 }
 
@@ -32,8 +32,9 @@ impl RoughConductor {
         matches!(self.fresnel, Fresnel::Schlick { .. })
     }
 
-    /// Parameters for [`super::BsdfLanes`]: the slopes, and three values by channel: factor of
-    /// single reflections, reflectance along the normal, and factor of multiple reflections.
+    /// Returns the parameters for [`super::BsdfLanes`]. These are the slopes, and three values by
+    /// channel: factor of single reflections, reflectance along the normal, and factor of multiple
+    /// reflections.
     pub(super) fn lane_parameters(&self) -> (Vec2, [[f32; 3]; 3]) {
         let f0 = match self.fresnel {
             Fresnel::Schlick { f0 } => f0,
@@ -42,8 +43,8 @@ impl RoughConductor {
         (self.facets.slopes(), [self.reflectance, f0, self.several])
     }
 
-    /// Roughness `√α` of the facets. For anisotropic facets, roughness of the isotropic facets with
-    /// the mean slope.
+    /// Roughness `√α` of the facets. For anisotropic facets, `α` is the geometric mean of both
+    /// slopes.
     pub fn roughness(&self) -> f32 {
         self.facets.roughness()
     }
@@ -89,9 +90,9 @@ impl RoughConductor {
         }
     }
 
-    /// Value of the lobe, sr⁻¹: `D F G₂ / (4 cos θi cos θo)` plus multiple reflections. And density
-    /// of `wi` per solid angle: a mixture of `D G₁ / (4 cos θo)` and the density of multiple
-    /// reflections.
+    /// Returns the value of the lobe, sr⁻¹, and the density of `wi` per solid angle. The value is
+    /// `D F G₂ / (4 cos θi cos θo)` plus multiple reflections. The density is a mixture of `D G₁ /
+    /// (4 cos θo)` and the density of multiple reflections.
     #[inline(always)]
     pub(super) fn eval_pdf(&self, o: &DirectionTerms, i: &DirectionTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if !same_hemisphere(wo, wi) {
@@ -110,7 +111,8 @@ impl RoughConductor {
     }
 
     /// Samples a visible facet and reflects `wo` on it, or samples a direction of multiple
-    /// reflections. `u_lobe` chooses between both. `None` if the direction lies below the horizon.
+    /// reflections. `u_lobe` chooses between the two. `None` if the direction lies below the
+    /// horizon.
     pub(super) fn sample_direction(&self, terms: &DirectionTerms, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
         let wi = if u_lobe < terms.share {
             let wi = ConductorTables::new(self.facets.roughness()).loss().sample(u);
@@ -122,7 +124,8 @@ impl RoughConductor {
         same_hemisphere(wo, wi).then_some(wi)
     }
 
-    /// Maximum reflected fraction, by channel.
+    /// Reflected fraction of the light, by channel, with the mean of Schlick's term. Other Fresnel
+    /// terms count as 1.
     pub(super) fn albedo(&self) -> Spectrum {
         self.reflectance() * self.fresnel.tint()
     }

@@ -9,8 +9,8 @@ use std::f32::consts::PI;
 /// by Snell's law (Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces").
 ///
 /// +z is the outside. Radiance that crosses the boundary changes with the square of the index. The
-/// energy loss of single scattering is distributed to both sides (Kulla and Conty 2017): without
-/// absorption, all light leaves the boundary.
+/// energy loss of single scattering is distributed to both sides (Kulla and Conty 2017), so that
+/// without absorption all light leaves the boundary.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughDielectric {
     facets: Ggx,
@@ -39,15 +39,15 @@ impl RoughDielectric {
         (self.reflectance, self.transmittance, self.ior)
     }
 
-    /// Roughness `√α` of the facets. For anisotropic facets, roughness of the isotropic facets with
-    /// the mean slope.
+    /// Roughness `√α` of the facets. For anisotropic facets, `α` is the geometric mean of both
+    /// slopes.
     pub fn roughness(&self) -> f32 {
         self.facets.roughness()
     }
 
     /// Lobe with facets of slopes `αx` and `αy`, between [`super::MIN_ALPHA`] and 1. `ior` is the
-    /// index of refraction inside, relative to the outside. It must not be 1: without refraction
-    /// there is no half vector.
+    /// index of refraction inside, relative to the outside. The index must not be 1, because
+    /// without refraction there is no half vector.
     pub fn new(reflectance: Spectrum, transmittance: Spectrum, alpha: Vec2, ior: f32) -> Self {
         let facets = Ggx::new(alpha);
         let missing = [ior, 1.0 / ior].map(|eta| dielectric_loss(facets.roughness(), eta).mean());
@@ -83,10 +83,12 @@ impl RoughDielectric {
         }
     }
 
-    /// Value of the lobe for radiance, sr⁻¹ (Walter et al. 2007, eq. 20 and 21), plus multiple
-    /// scattering. For importance, the directions are exchanged. And density of `wi` per solid
-    /// angle: the density of visible facets times the Jacobian of the half vector (eq. 14 and 17),
-    /// mixed with the density of multiple scattering on both sides.
+    /// Returns the value of the lobe for radiance, sr⁻¹, and the density of `wi` per solid angle.
+    ///
+    /// The value is that of single scattering (Walter et al. 2007, eq. 20 and 21) plus that of
+    /// multiple scattering. For importance, exchange the directions. The density is the density of
+    /// visible facets times the Jacobian of the half vector (eq. 14 and 17), mixed with the density
+    /// of multiple scattering on both sides.
     #[inline(never)]
     pub(super) fn eval_pdf(&self, o: &DirectionTerms, i: &DirectionTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if wo.z == 0.0 || wi.z == 0.0 {
@@ -126,7 +128,7 @@ impl RoughDielectric {
     }
 
     /// Samples a visible facet, which reflects or refracts, or samples a direction of multiple
-    /// scattering. `u_lobe` makes both choices.
+    /// scattering. `u_lobe` chooses between the two, and between reflection and refraction.
     pub(super) fn sample_direction(&self, terms: &DirectionTerms, wo: Vec3, u_lobe: f32, u: Vec2) -> Option<Vec3> {
         if wo.z == 0.0 {
             return None;
@@ -174,7 +176,7 @@ impl RoughDielectric {
         if w.z > 0.0 { self.ior } else { 1.0 / self.ior }
     }
 
-    /// Energy of the side of `w`, and of the other side.
+    /// Energy loss for light from the side of `w`, and for light from the other side.
     fn sides(&self, w: Vec3) -> [EnergySide; 2] {
         let [outside, inside] = self.sides;
         if w.z > 0.0 {

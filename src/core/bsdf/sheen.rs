@@ -12,8 +12,8 @@ use std::sync::OnceLock;
 /// `f = color · D / (4 (cos θo + cos θi − cos θo cos θi))` with `D = (2 + 1/α) sin^(1/α) θh / 2π`
 /// (Estevez and Kulla 2017, "Production Friendly Microfacet Sheen BRDF", eq. 2; the denominator is
 /// from Neubelt and Pettineo 2013, "Crafting a Next-Gen Material Pipeline for The Order: 1886").
-/// `α` is fixed at 1/4: with colour 1 the lobe scatters 3 % along the normal and 96 % at the
-/// horizon.
+/// `α` is fixed at 1/4. With colour 1 the lobe then scatters 3 % of the light along the normal and
+/// 96 % at the horizon.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sheen {
     /// Factor of the scattered light, each channel in [0, 1].
@@ -27,8 +27,8 @@ static ALBEDO: OnceLock<Row> = OnceLock::new();
 const POINTS: u32 = 128;
 
 impl Sheen {
-    /// Value of the lobe, sr⁻¹; and density of `wi` per solid angle, uniform over the hemisphere of
-    /// `wo`.
+    /// Returns the value of the lobe, sr⁻¹, and the density of `wi` per solid angle, which is
+    /// uniform over the hemisphere of `wo`.
     #[inline(never)]
     pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if !same_hemisphere(wo, wi) || self.color.is_black() {

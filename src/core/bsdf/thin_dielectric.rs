@@ -6,7 +6,7 @@ use crate::math::Vec3;
 /// faces.
 ///
 /// Each face reflects `R`, so both reflect `R + (1 − R)² R / (1 − R²) = 2R / (1 + R)` (PBR3
-/// §8.2.2). With an index of 1, it is a filter.
+/// §8.2.2). With an index of 1, nothing is reflected, and the dielectric is a colour filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinDielectric {
     /// Factor of the reflected light.

@@ -1,11 +1,11 @@
 //! BSDFs for one direction `wo`.
 //!
 //! A path vertex evaluates its BSDF for several `wi` with the same `wo`: for its light samples, for
-//! the sampled direction, and for the ends of shared paths. The vertex at the end of a shared path
-//! evaluates its BSDF for several `wo` with the same `wi`. Terms that depend on one direction only
-//! are computed once. For `wo` these include the probability of each lobe. For both directions they
-//! are the energy loss of single scattering and the transmittances of layers. Value and density are
-//! computed together, because they share the half vector and `D`.
+//! the sampled direction, and for connections to paths of other pixels (path reuse). A vertex to
+//! which several pixels connect evaluates its BSDF for several `wo` with the same `wi`. Terms that
+//! depend on one direction only are computed once. These terms are the energy loss of single
+//! scattering and the transmittances of layers, and for `wo` also the probability of each lobe.
+//! Value and density are computed together, because they share the half vector and `D`.
 
 use super::energy::{DirectionTerms, EnergyLookup};
 use super::{Bsdf, BsdfSample, Lobe, TransportMode, same_hemisphere};
@@ -18,8 +18,8 @@ const PLACES: usize = 5;
 /// A BSDF for one direction `wo`.
 ///
 /// Sampling chooses one lobe with a probability proportional to its albedo. Smooth lobes overlap,
-/// so the value and density of a direction are sums over all smooth lobes. Directions of a delta
-/// lobe belong to this lobe only. Absorbed light lowers the throughput, which roulette uses.
+/// so the value and density of a direction are sums over all smooth lobes. Each direction of a
+/// delta lobe belongs to this lobe only. Absorbed light lowers the throughput, which roulette uses.
 #[derive(Clone, Copy, Debug)]
 pub struct BsdfView<'a> {
     bsdf: &'a Bsdf,
@@ -43,8 +43,8 @@ impl BsdfDirection {
     /// Direction `w` for the lobes of `bsdf`.
     #[inline(always)]
     pub fn new(bsdf: &Bsdf, w: Vec3) -> Self {
-        // The terms are written in place: a move of the arrays is a call that copies them, which
-        // takes a few percent of a glossy sample.
+        // Write the terms in place. A move of the arrays would copy them, which takes a few percent
+        // of the time of a glossy sample.
         let mut direction = Self {
             w,
             lobes: [DirectionTerms::default(); PLACES],
@@ -166,8 +166,9 @@ impl<'a> BsdfView<'a> {
         lobe.smooth_sample(f, wo, wi, pdf)
     }
 
-    /// Lobe whose interval of [0, 1) contains `u`, and the position of `u` in this interval, from 0
-    /// to 1: a uniform number for the choices of the lobe. Smooth lobes come first.
+    /// Returns the lobe whose interval of [0, 1) contains `u`. The length of an interval is the
+    /// probability of the lobe, and smooth lobes come first. Also returns the position of `u` in
+    /// the interval, from 0 to 1, as a uniform number for choices within the lobe.
     #[inline(always)]
     fn choose(&self, u: f32) -> Option<((usize, &'a Lobe), f32)> {
         let of_kind = |is_delta| self.lobes().filter(move |(_, lobe)| lobe.is_delta() == is_delta);

@@ -87,8 +87,8 @@ fn world_to_camera(axes: [DVec3; 3], position: DVec3) -> Matrix {
 }
 
 fn world_to_ndc([right, up, forward]: [DVec3; 3], position: DVec3, plane: Plane, size: DVec2) -> Matrix {
-    // The last column holds the divisors of x, y and z. z is not used: its value 1 − 1/depth keeps
-    // the matrix regular.
+    // The last column holds the divisors of x, y and z. z is not used. Its value 1 − 1/depth keeps
+    // the matrix invertible.
     let divisor = if plane.is_parallel { DVec3::ZERO } else { forward };
     let one = f64::from(u8::from(plane.is_parallel));
     let constant_of_depth = -forward.dot(position);

@@ -1,11 +1,14 @@
 //! Calibrated cameras: focal lengths and principal point in pixels, and the distortion of a lens by
 //! the models of OpenCV.
 //!
-//! A model maps points of a plane (x, y) at distance 1 in front of the lens, or angles from the
-//! axis, to distorted points. Pixels are `fx x' + cx, fy y' + cy`. Here pixel centres are at .5, so
-//! the centre of a picture of W columns is W/2. Rays need the inverse. The radial part increases up
-//! to [`CalibratedLens::limit`], and is inverted by bracketing below it. Newton's method adds the
-//! tangential part. A picture beyond the limit is an error.
+//! A model maps points (x, y) of the plane at distance 1 in front of the lens, or angles from the
+//! axis, to distorted points (x', y'). The pixel coordinates of a distorted point are `fx x' + cx,
+//! fy y' + cy`. Pixel centres are at .5, so the centre of a picture of W columns is W/2.
+//!
+//! Rays need the inverse of the model. The radial part of the distortion increases up to
+//! [`CalibratedLens::limit`]. Below this limit it is inverted by Newton's method with bracketing. A
+//! second Newton's method inverts the tangential part too. It is an error if the picture extends
+//! beyond the limit.
 
 use super::CameraError;
 use crate::math::{DVec2, UVec2, Vec2, encode_fields, encode_variants};
@@ -65,8 +68,8 @@ const PARTS: u32 = 32;
 /// Maximum distance from the axis, in the plane at distance 1, within a picture: 89.9° from the
 /// axis.
 const MAX_DISTANCE: f64 = 600.0;
-/// Maximum number of steps of Newton's method and of bisection: somewhat more than the bits of a
-/// number.
+/// Maximum number of steps of Newton's method and of bisection: somewhat more than the bits of an
+/// f64.
 const STEPS: u32 = 80;
 
 impl CalibratedLens {
@@ -111,7 +114,7 @@ impl CalibratedLens {
         is_plain.then_some((self.focal, self.center))
     }
 
-    /// Width of a pixel in the centre, at distance 1.
+    /// Width of a pixel in the centre, on the plane at distance 1.
     pub fn scale(&self) -> f32 {
         self.focal.element_product().sqrt().recip() as f32
     }
@@ -160,7 +163,7 @@ impl CalibratedLens {
         end
     }
 
-    /// Returns true if the film point `film` has exactly one ray, and its neighbours too. Points
+    /// Returns true if the film point `film` and its neighbours have exactly one ray each. Points
     /// beyond an angle of 180° need no ray.
     fn is_regular(&self, film: Vec2) -> bool {
         let distorted = self.distorted(film);
@@ -208,7 +211,7 @@ impl CalibratedLens {
         (point * factor + tangential, [by_x, by_y])
     }
 
-    /// Radius with the distorted radius `distorted`, at most [`CalibratedLens::limit`].
+    /// Radius whose distorted radius is `distorted`, at most [`CalibratedLens::limit`].
     fn radius_of(&self, distorted: f64) -> f64 {
         if self.radial() == [0.0; 4] {
             return distorted.min(self.limit);
@@ -271,7 +274,7 @@ impl CalibratedLens {
     }
 
     /// Film position of a `point` of the plane, with the ratio of areas on the film and on the
-    /// plane; `None` outside the picture.
+    /// plane. `None` beyond the limit of the distortion.
     pub fn plane_film(&self, point: Vec2) -> Option<(Vec2, f32)> {
         let point = point.as_dvec2();
         if point.length() > self.limit {
@@ -290,8 +293,8 @@ impl CalibratedLens {
         (angle as f32, distorted.normalize_or_zero().as_vec2())
     }
 
-    /// Film position of an `angle` from the axis in the unit direction `across`, for a fisheye;
-    /// `None` outside the picture.
+    /// Film position of an `angle` from the axis in the unit direction `across`, for a fisheye.
+    /// `None` beyond the limit of the distortion.
     pub fn angle_film(&self, angle: f32, across: Vec2) -> Option<Vec2> {
         let angle = f64::from(angle);
         (angle <= self.limit).then(|| self.film(across.as_dvec2() * (angle * self.factor(angle))))

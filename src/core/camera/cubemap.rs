@@ -88,7 +88,7 @@ impl CubeLayout {
         COLUMNS.into_iter().find_map(layout)
     }
 
-    /// Sizes of pictures with about as many pixels in height as `resolution`, for an error message.
+    /// Sizes of pictures whose faces have the shorter side of `resolution`, for an error message.
     pub fn sizes(resolution: UVec2) -> String {
         let side = resolution.min_element().max(1);
         let sizes = COLUMNS.map(|columns| {

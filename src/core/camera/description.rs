@@ -15,7 +15,7 @@ pub struct Pose {
 }
 
 impl Pose {
-    /// Pose at `time` between `self` and `close`, each part interpolated linearly.
+    /// Pose at `time`, interpolated linearly from `self` at time 0 to `close` at time 1.
     pub(super) fn lerp(&self, close: &Self, time: f32) -> Self {
         Self {
             position: self.position.lerp(close.position, time),
@@ -36,7 +36,7 @@ impl Pose {
 /// 1, with all objects at their last position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraMotion {
-    /// Pose at shutter close, if the camera moves.
+    /// Pose at time 1, if the camera moves.
     pub close: Option<Pose>,
     /// Times of shutter open and close; light has equal weight in between.
     pub shutter: [f32; 2],
@@ -63,7 +63,7 @@ pub struct CameraParameters {
 /// Complete description of a camera, without the size of its image.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraDescription {
-    /// Position, direction, field of view and lens at shutter open.
+    /// Position, direction, field of view and lens at time 0.
     pub parameters: CameraParameters,
     /// Motion and shutter; `None` for a still camera with its shutter always open.
     pub motion: Option<CameraMotion>,
@@ -87,7 +87,8 @@ impl CameraDescription {
         }
     }
 
-    /// Camera for an image of `resolution` pixels: the camera in the middle of a pair of eyes.
+    /// Camera for an image of `resolution` pixels. For a stereo picture, the camera in the middle
+    /// of both eyes.
     pub fn camera(&self, resolution: UVec2) -> Result<Camera, CameraError> {
         let camera = match self.motion {
             None => Camera::new(self.parameters, resolution),

@@ -6,7 +6,8 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("camera {parameter} {message}")]
 pub struct CameraError {
-    /// Name of the wrong parameter: a field of [`CameraParameters`](super::CameraParameters).
+    /// Name of the wrong parameter, such as a field of
+    /// [`CameraParameters`](super::CameraParameters).
     pub parameter: &'static str,
     pub(super) message: String,
     /// Hint for the user; `None` if the only hint is to correct the parameter.
@@ -41,7 +42,7 @@ impl CameraError {
         }
     }
 
-    /// Error of a `parameter` for which the scene has no valid position.
+    /// Error of a `parameter`, with this message and this hint for the user.
     pub fn no_place(parameter: &'static str, message: String, help: String) -> Self {
         Self {
             parameter,

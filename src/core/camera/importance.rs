@@ -10,15 +10,15 @@ use std::f32::consts::PI;
 pub struct Importance {
     /// Film position in pixels, origin top left. It may lie outside the image.
     pub film: Vec2,
-    /// Importance in a pixel of the box filter, m⁻²·sr⁻¹, per area of the lens and solid angle.
-    /// This factor, times the cosine to [`LensPoint::normal`], is the weight of the ray's radiance
-    /// in the pixel's value. For a lens of area A it is `pdf / (cos θ A)`. For a perspective with
-    /// pixels of width s at distance 1 it is `1 / (s² cos⁴ θ A)` (Pharr, Jakob and Humphreys 2016,
-    /// §16.1.1, where the whole film counts as one).
+    /// Importance for a pixel with the box filter, per area of the lens and solid angle, m⁻²·sr⁻¹.
+    /// The weight of the ray's radiance in the pixel's value is this importance times cos θ, where
+    /// θ is the angle with [`LensPoint::normal`]. For a lens of area A the importance is `pdf /
+    /// (cos θ A)`. For a perspective with pixels of width s at distance 1 it is `1 / (s² cos⁴ θ A)`
+    /// (Pharr, Jakob and Humphreys 2016, §16.1.1, where the whole film is one pixel).
     pub we: f32,
     /// Density of the ray's direction per solid angle, if film points have a uniform density of one
-    /// per pixel: `1 / (s² cos³ θ)` for a perspective. For parallel rays, density per area across
-    /// the rays: `1 / (s² cos θ)` for pixels of width s.
+    /// per pixel: `1 / (s² cos³ θ)` for a perspective. For parallel rays, density per area
+    /// perpendicular to the rays: `1 / (s² cos θ)` for pixels of width s.
     pub pdf: f32,
 }
 
@@ -30,7 +30,8 @@ pub struct LensPoint {
     /// Direction to which cosines are measured: the view direction, or the direction of parallel
     /// rays. Zero in panoramas, cube maps and fisheyes, where all directions have equal weight.
     pub normal: Vec3,
-    /// True if the point represents all parallel rays that come from the same point of the lens.
+    /// True for parallel rays. The point then represents the parallel rays of all film points,
+    /// through one point of the lens.
     pub is_far: bool,
 }
 
@@ -63,8 +64,9 @@ impl Camera {
         LensPoint { p, normal, is_far }
     }
 
-    /// The lens point from which `seen` is visible at `time`: `lens`, or, for parallel rays, `lens`
-    /// moved to the ray through `seen`. `None` if `seen` is behind the camera.
+    /// Returns the lens point from which `seen` is visible at `time`. This is `lens`, but for
+    /// parallel rays `lens` is moved to the ray through `seen`. `None` if `seen` is behind the
+    /// camera.
     pub fn lens_facing(&self, lens: LensPoint, seen: Vec3, time: f32) -> Option<LensPoint> {
         if !lens.is_far {
             return Some(lens);
@@ -77,7 +79,7 @@ impl Camera {
         })
     }
 
-    /// Area of the lens in squares of scene units; 1 for a pinhole, which is a delta.
+    /// Area of the lens in squares of scene units; 1 for a pinhole, which is a delta distribution.
     pub fn lens_area(&self) -> f32 {
         if self.has_lens() {
             self.aperture.map_or(PI, |aperture| aperture.area()) * self.lens_radius * self.lens_radius
@@ -86,9 +88,9 @@ impl Camera {
         }
     }
 
-    /// Importance of a pixel along the ray from the lens point `p` in the unit direction `w` out
-    /// into the scene, at `time`: the inverse of [`Camera::ray`]. `None` if no pixel has this ray:
-    /// behind the camera, and outside the circle of a fisheye.
+    /// Returns the film position and the importance of the ray that leaves the lens point `p` in
+    /// the unit direction `w` at `time`. This is the inverse of [`Camera::ray`]. `None` if no film
+    /// point has this ray, as behind the camera and outside the circle of a fisheye.
     pub fn importance(&self, p: Vec3, w: Vec3, time: f32) -> Option<Importance> {
         let camera = self.at(time);
         if camera.film.is_curved() {
@@ -229,7 +231,7 @@ mod tests {
                 let margin = if is_flat { 0.25 } else { 0.0 };
                 let film = ((1.0 + 2.0 * margin) * place - margin) * camera.resolution().as_vec2();
                 let time = other.x;
-                // At the border of a face, directions bend
+                // At the border of a face, directions have a kink.
                 let border = |cube: CubeLayout| {
                     let side = cube.side as f32;
                     let within = film - side * (film / side).floor();
@@ -260,8 +262,8 @@ mod tests {
                 }
                 // Compare the density with the solid angle of a square of the film per area, which
                 // follows from the directions of the square's edges. For parallel rays, compare
-                // with the square's area across the rays. Near the rim of a fisheye, directions
-                // bend.
+                // with the square's area across the rays. Near the rim of a fisheye, the mapping is
+                // strongly curved.
                 let half = if is_flat { 0.5 } else { 0.02 };
                 let edge = |step: Vec2| {
                     let at = |s| camera.ray(film + s, lens, time);

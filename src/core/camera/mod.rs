@@ -1,5 +1,5 @@
-//! The camera: from a point on the film and a point on the lens to a ray, and back (`importance`,
-//! for light paths that reach the lens).
+//! The camera. It maps a point on the film and a point on the lens to a ray. The module
+//! `importance` has the inverse, for light paths that reach the lens.
 
 mod aperture;
 mod attributes;
@@ -42,14 +42,14 @@ pub struct Camera {
     /// Shape of the lens's opening; `None` for a disk.
     aperture: Option<Aperture>,
     focus_distance: f32,
-    /// Poses at shutter open and close.
+    /// Poses at the times 0 and 1.
     path: Option<[Pose; 2]>,
     /// Times of shutter open and close.
     shutter: [f32; 2],
     /// Face of a cube map to which the camera is turned.
     face: Face,
-    /// Position of the eye on the right axis, from the position of a stereo camera. `position`
-    /// includes it.
+    /// In a stereo perspective, position of this eye on the right axis, from the middle of both
+    /// eyes, in scene units; else 0. `position` includes this distance.
     eye: f32,
 }
 
@@ -105,7 +105,7 @@ impl Camera {
         })
     }
 
-    /// Moving camera with `parameters` at shutter open. Returns an error if the motion is invalid.
+    /// Moving camera with `parameters` at time 0. Returns an error if the motion is invalid.
     pub fn moving(parameters: CameraParameters, motion: CameraMotion, resolution: UVec2) -> Result<Self, CameraError> {
         let mut camera = Self::new(parameters, resolution)?;
         let [open, close] = motion.shutter;
@@ -224,7 +224,7 @@ impl Camera {
         }
     }
 
-    /// The camera turned to a face of a cube map. It must not be turned yet.
+    /// Returns this camera, turned to a face of a cube map. This camera must face the front.
     fn turned(self, face: Face) -> Self {
         let [right, up, forward] = face.axes([self.right, self.up, self.forward]);
         Self {
@@ -236,7 +236,9 @@ impl Camera {
         }
     }
 
-    /// The camera with an eye at the position `eye` on the right axis. It must not have an eye yet.
+    /// Returns this camera as one eye of a pair, at the position `eye` on the right axis. In a
+    /// panorama, the eye moves on a circle with the radius `eye`. This camera must not be an eye
+    /// yet.
     fn with_eye(self, eye: f32) -> Self {
         if self.film.repeats() {
             let mut film = self.film;
@@ -250,8 +252,8 @@ impl Camera {
         }
     }
 
-    /// Returns true if each ray through the centre of the lens has a separate origin, on a circle
-    /// around the position, as for an eye of a panorama.
+    /// Returns true if rays start on a circle around the position, as for an eye of a stereo
+    /// panorama.
     pub fn has_moving_eye(&self) -> bool {
         self.film.eye != 0.0
     }
@@ -300,7 +302,8 @@ impl Camera {
         self.at(time).position
     }
 
-    /// View direction towards `p` at `time`, with arbitrary length.
+    /// Direction from the camera to `p` at `time`, not normalised. For parallel rays, the direction
+    /// of the rays.
     pub fn view_of(&self, p: Vec3, time: f32) -> Vec3 {
         let camera = self.at(time);
         if camera.film.is_parallel() {
@@ -322,7 +325,7 @@ impl Camera {
         if self.film.is_parallel() { 0.0 } else { self.film.scale }
     }
 
-    /// Returns true if rays start from more than a single point.
+    /// Returns true if the camera has a lens with a positive radius.
     pub fn has_lens(&self) -> bool {
         self.lens_radius > 0.0
     }
@@ -341,9 +344,9 @@ impl Camera {
         self.shutter
     }
 
-    /// Distance of `p` from the camera at `time`: along the view axis, or along the ray of a
-    /// panorama, a cube map or a fisheye. The [views](CameraDescription::views) of a cube map are
-    /// perspectives, with the axis of their face.
+    /// Distance of `p` from the camera at `time`. The distance is along the view axis, but along
+    /// the ray for panoramas, cube maps and fisheyes. The [views](CameraDescription::views) of a
+    /// cube map are perspectives, whose view axis is the axis of their face.
     pub fn depth(&self, p: Vec3, time: f32) -> f32 {
         let camera = self.at(time);
         if camera.film.is_curved() {

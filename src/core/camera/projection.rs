@@ -15,7 +15,8 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 pub enum Projection {
     /// Central projection onto a plane.
     Perspective {
-        /// Shift of the plane in picture heights, y up, which keeps verticals upright.
+        /// Shift of the picture plane in picture heights, y up. Unlike a tilt of the camera, a
+        /// shift keeps vertical lines vertical in the picture.
         shift: Vec2,
     },
     /// Parallel projection: all rays have the direction of the view axis.
@@ -96,7 +97,7 @@ pub enum FisheyeMapping {
     /// r = θ.
     #[default]
     Equidistant,
-    /// r = 2 sin(θ/2): areas are solid angles.
+    /// r = 2 sin(θ/2): equal areas are equal solid angles.
     Equisolid,
     /// r = 2 tan(θ/2): small circles stay circles.
     Stereographic,
@@ -167,8 +168,8 @@ pub(super) struct Film {
     /// Length of a pixel: for a perspective, on the plane at distance 1; for parallel rays, in
     /// scene units; else in radians at the middle.
     pub scale: f32,
-    /// Centre of the projection in the units of `scale`: `(x, y) → x · scale − offset`, y
-    /// downwards.
+    /// Position of the view axis on the film in the units of `scale`, y downwards. The film point
+    /// `p` is at `p · scale − offset` from the axis.
     pub offset: Vec2,
     /// Size of the image in pixels.
     size: Vec2,
@@ -176,13 +177,13 @@ pub(super) struct Film {
     pub lens: Option<CalibratedLens>,
     /// Positions of the faces of a cube map.
     pub cube: Option<CubeLayout>,
-    /// Radius of the circle of the right eye of a panorama; negative for the left eye, and 0 if all
-    /// rays have one origin.
+    /// Radius of the circle on which an eye of a stereo panorama moves: positive for the right eye,
+    /// negative for the left eye. 0 if all rays have one origin.
     pub eye: f32,
 }
 
 impl Film {
-    /// A perspective with the `vertical_fov` in degrees, or a different projection.
+    /// Film of `projection`. Only a perspective uses `vertical_fov`, in degrees.
     pub fn new(projection: Projection, vertical_fov: f32, resolution: UVec2) -> Result<Self, CameraError> {
         let size = resolution.as_vec2();
         let lens = match projection {
@@ -260,7 +261,8 @@ impl Film {
         matches!(self.projection, Projection::Orthographic { .. })
     }
 
-    /// Returns true if the projection is not onto a plane: depths are then distances.
+    /// Returns true if the projection is not onto a plane. Depths are then distances along the
+    /// rays.
     pub fn is_curved(&self) -> bool {
         match self.projection {
             Projection::Perspective { .. } | Projection::Orthographic { .. } => false,
@@ -302,8 +304,9 @@ impl Film {
     }
 
     /// Returns the origin and the direction of the ray through `film`, for a camera with the axes
-    /// right, up and forward. The origin is relative to the camera, in the plane through the
-    /// camera. For a projection onto a plane, the direction has depth 1, else it is a unit vector.
+    /// right, up and forward. The origin is relative to the position of the camera. For a
+    /// projection onto a plane, the direction has depth 1. For other projections, the direction is
+    /// a unit vector.
     #[inline]
     pub fn ray(&self, film: Vec2, [right, up, forward]: [Vec3; 3]) -> (Vec3, Vec3) {
         let image = film * self.scale - self.offset;

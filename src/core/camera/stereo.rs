@@ -1,19 +1,19 @@
 //! Stereo pictures: one view for each eye.
 //!
-//! The eyes of a perspective are on its right axis, half of the eye distance from its position. The
-//! axes of both eyes are parallel, so an object at the depth z has the disparity f b / z, for the
-//! focal length f in pixels and the eye distance b. A convergence shifts the planes of the pictures
-//! (off-axis), which turns no axis and makes no vertical disparity: objects at the depth of
-//! convergence have no disparity.
+//! The eyes of a perspective camera are on its right axis, each at half of the eye distance from
+//! its position. The axes of both eyes are parallel, so an object at the depth z has the disparity
+//! f b / z, for the focal length f in pixels and the eye distance b. A convergence shifts the
+//! picture planes of both eyes (off-axis). Objects at the depth of convergence then have no
+//! disparity. The axes stay parallel, so there is no vertical disparity.
 //!
-//! A panorama has eyes on a circle around its position (omni-directional stereo: Peleg, Ben-Ezra
-//! and Pritch 2001, "Omnistereo: Panoramic Stereo Imaging"). The ray of each pixel is a tangent of
-//! the circle.
+//! The eyes of a panorama are on a circle around its position (omni-directional stereo: Peleg,
+//! Ben-Ezra and Pritch 2001, "Omnistereo: Panoramic Stereo Imaging"). The ray of each pixel is a
+//! tangent of the circle.
 
 use super::{CameraError, Projection};
 use crate::math::{UVec2, encode_fields, encode_variants};
 
-/// Place of the views of a stereo picture.
+/// Arrangement of the two views of a stereo picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StereoLayout {
     /// The left half is the view of the left eye.
@@ -45,12 +45,12 @@ impl StereoLayout {
 /// A pair of eyes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stereo {
-    /// Place of the views in the picture.
+    /// Arrangement of the views in the picture.
     pub layout: StereoLayout,
     /// Distance of the eyes in scene units.
     pub eye_distance: f32,
     /// Depth along the view axis, in scene units, at which objects have no disparity; `None` if the
-    /// axes are parallel. Only for perspectives.
+    /// picture planes are not shifted. Only for perspectives.
     pub convergence: Option<f32>,
 }
 
@@ -110,8 +110,8 @@ impl Stereo {
         [(UVec2::ZERO, -half), (second, half)]
     }
 
-    /// Projection of the eye at the position `eye` on the right axis, for the mean projection of
-    /// both eyes. `vertical_fov` is in degrees.
+    /// Projection of the eye at the position `eye` on the right axis. `projection` is the
+    /// projection in the middle of both eyes. `vertical_fov` is in degrees.
     pub(super) fn projection(&self, eye: f32, projection: Projection, vertical_fov: f32) -> Projection {
         match (projection, self.convergence) {
             (Projection::Perspective { mut shift }, Some(depth)) => {

@@ -1,6 +1,6 @@
 //! The sRGB transfer curve (IEC 61966-2-1) between linear light and 8-bit display values.
 
-/// Linear [0, 1] to sRGB-encoded [0, 1]; values outside are clamped, NaN becomes 0.
+/// Converts linear [0, 1] to sRGB-encoded [0, 1]. Values outside are clamped, and NaN becomes 0.
 pub fn encode(linear: f32) -> f32 {
     // `max` maps NaN to 0, which `clamp` would let through.
     let x = f32::max(linear, 0.0).min(1.0);
@@ -11,7 +11,7 @@ pub fn encode(linear: f32) -> f32 {
     }
 }
 
-/// sRGB-encoded [0, 1] to linear [0, 1]: the inverse of [`encode`] up to rounding.
+/// Converts sRGB-encoded [0, 1] to linear [0, 1], the inverse of [`encode`] up to rounding.
 pub fn decode(encoded: f32) -> f32 {
     if encoded <= 0.040_45 {
         encoded / 12.92
@@ -20,7 +20,7 @@ pub fn decode(encoded: f32) -> f32 {
     }
 }
 
-/// Linear light to the nearest 8-bit sRGB code.
+/// Converts linear light to the nearest 8-bit sRGB code.
 pub fn encode_u8(linear: f32) -> u8 {
     (encode(linear) * 255.0).round() as u8
 }

@@ -23,8 +23,8 @@ pub enum Exposure {
     Stops(f32),
     /// Exposure that is metered in the picture (`film/metering.rs`).
     Auto,
-    /// Exposure of the studio lighting. Metering changes it by at most one stop, so black subjects
-    /// stay black and white subjects stay white.
+    /// Exposure for the studio lighting. Metering changes this exposure by at most one stop, so
+    /// black subjects stay black and white subjects stay white.
     Studio,
 }
 
@@ -143,8 +143,9 @@ pub fn narkowicz(x: f32) -> f32 {
 
 /// Hill's fit. Input and output are linear. The output for black is slightly below 0.
 fn hill(rgb: [f32; 3]) -> [f32; 3] {
-    // `INPUT` converts Rec.709 to the working space of ACES, and includes the desaturation of its
-    // rendering transform. `OUTPUT` converts the space of the output transform back to Rec.709.
+    // `INPUT` converts Rec.709 to the working space of ACES, and includes the desaturation of
+    // ACES's rendering transform. `OUTPUT` converts the space of the output transform back to
+    // Rec.709.
     const INPUT: [[f32; 3]; 3] = [
         [0.59719, 0.35458, 0.04823],
         [0.07600, 0.90834, 0.01566],
@@ -165,8 +166,8 @@ fn product(matrix: [[f32; 3]; 3], v: [f32; 3]) -> [f32; 3] {
 
 /// Sobotka's AgX. The input is linear, the output is encoded for the display.
 fn agx(rgb: [f32; 3]) -> [f32; 3] {
-    // Inset of AgX: before the curve, colours move a fifth of the way to a grey; after the curve,
-    // they move back. The grey is the sum of the channels, weighted by `GREY`. Sobotka's
+    // Inset of AgX: before the curve, each colour moves a fifth of the way to a grey. After the
+    // curve, the move is undone. The grey is the sum of the channels, weighted by `GREY`. Sobotka's
     // configuration has a matrix and its inverse instead.
     const GREY: [f32; 3] = [0.212_005_36, 0.392_182_5, 0.395_812_14];
     const INSET: f32 = 0.2;
@@ -178,11 +179,13 @@ fn agx(rgb: [f32; 3]) -> [f32; 3] {
     curved.map(|v| ((v - INSET * from) / (1.0 - INSET)).clamp(0.0, 1.0))
 }
 
-/// AgX's curve. `s` is the position of the light in a range of 16.5 stops: from 10 stops below
-/// middle grey (0.18) to 6.5 stops above it. The curve of `s` is the sigmoid that the configuration
-/// tabulates. The curve rises from 0 to 1. At middle grey, where `s` is 10 / 16.5, the curve is 1/2
-/// and has the slope 2. The curve is `1/2 + 2 d / (1 + a |d|^p)^(1/p)`, where `d` is `s` minus 10 /
-/// 16.5. `p` is 3 below middle grey and 3.25 above; `a` is such that the ends are 0 and 1.
+/// AgX's curve: the sigmoid that Sobotka's configuration tabulates.
+///
+/// The position of the light in a range of 16.5 stops is `share`: 0 for 10 stops below middle grey
+/// (0.18), and 1 for 6.5 stops above it. The curve rises from 0 to 1. At middle grey, where `share`
+/// is 10 / 16.5, the curve is 1/2 and has the slope 2. The formula is `1/2 + 2 d / (1 + a
+/// |d|^p)^(1/p)`, where `d` is `share` minus 10 / 16.5. The power `p` is 3 below middle grey and
+/// 3.25 above. The factor `a` is such that the curve is 0 and 1 at its ends.
 fn agx_curve(linear: f32) -> f32 {
     const PIVOT: f32 = 10.0 / 16.5;
     const SLOPE: f32 = 2.0;
@@ -193,8 +196,8 @@ fn agx_curve(linear: f32) -> f32 {
         (3.25, 1.0 - PIVOT)
     };
     let distance = share - PIVOT;
-    // `bend` is a l^p, where l is `length`. It makes 2 l / (1 + a l^p)^(1/p) equal to 1/2 at the
-    // ends.
+    // `bend` is a · length^power. It is chosen such that the second term is 1/2 at the ends, where
+    // |distance| is `length`: SLOPE · length / (1 + bend)^(1 / power) = 1/2.
     let bend = (2.0 * SLOPE * length).powf(power) - 1.0;
     0.5 + SLOPE * distance / (1.0 + bend * (distance.abs() / length).powf(power)).powf(1.0 / power)
 }
@@ -254,8 +257,8 @@ mod tests {
             let error = (0..2).map(|i| (shown[i] - linear[i]).abs()).fold(0.0, f32::max);
             assert!(error < 1e-4, "{name}: {shown:?}");
         }
-        // Half of the code values for middle grey; and for 1: s = 12.474 / 16.5, so that 1/2 +
-        // 0.3000 / (1 + 69.863 · 0.15^3.25)^(1/3.25)
+        // Middle grey is encoded as 1/2. For the light 1, `share` is 12.474 / 16.5, and the curve
+        // is 1/2 + 0.3000 / (1 + 69.863 · 0.15^3.25)^(1/3.25).
         assert!((encoded(Curve::Agx, 0.18) - 0.5).abs() < 1e-5);
         assert!((encoded(Curve::Agx, 1.0) - 0.787_515).abs() < 1e-5);
         assert_eq!(Tone::default().encode_u8([0.18, 0.5, 7.0]), [118, 188, 255]);

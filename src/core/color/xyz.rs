@@ -1,4 +1,4 @@
-//! CIE XYZ and linear Rec.709 with white D65.
+//! Conversion between CIE XYZ and linear Rec.709 with the white D65.
 
 /// XYZ of the white D65, with Y = 1.
 pub const WHITE: [f32; 3] = [0.950_455_9, 1.0, 1.089_057_8];

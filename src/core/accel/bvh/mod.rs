@@ -1,15 +1,17 @@
 //! Backend in pure Rust: obvhs builds a hierarchy of boxes, and this module traces rays.
 //!
-//! obvhs's own traversals clamp the reciprocal of a direction at a fixed epsilon. obvhs's wide
-//! variant also starts at a fixed distance, which misses scenes of 10⁻⁸ units. Its box tests round
-//! to both sides, which leaks at edges. This module converts the binary hierarchy (PLOC with
-//! reinsertion) to four boxes per node (`wide`). Box tests are conservative (Ize 2013) and triangle
-//! tests watertight (`watertight`; Woop et al. 2013). Both use f32. Edge functions that vanish, and
-//! the distance of a hit, use f64: with f32 errors a ray that leaves a very thin triangle could hit
-//! it again.
+//! obvhs's own traversals are not used. They clamp the reciprocal of a direction at a fixed
+//! epsilon. The wide variant also starts rays at a fixed distance, so it misses hits in scenes of
+//! 10⁻⁸ units. Its box tests are not conservative, so rays leak at edges.
+//!
+//! This module converts the binary hierarchy (built by PLOC with reinsertion) to nodes with four
+//! boxes (`wide`). Box tests are conservative (Ize 2013) and triangle tests watertight
+//! (`watertight`; Woop et al. 2013). Both use f32. Edge functions that are 0 in f32, and the
+//! distance of a hit, use f64. With f32 errors, a ray that leaves a very thin triangle could hit
+//! the same triangle again.
 //!
 //! Instances and moving triangles have separate trees. Boxes bound all positions over time. obvhs's
-//! CWBVH is not used. It has nodes with eight quantised boxes; four float boxes per node have the
+//! CWBVH, whose nodes have eight quantised boxes, is not used. Nodes with four float boxes have the
 //! same gain over a binary hierarchy (docs/notebook/2026-11.md, "Choice of BVH").
 
 mod tree;
@@ -92,8 +94,8 @@ impl BvhAccel {
         }
     }
 
-    /// Transforms `ray` to the space of the instance's prototype, and sets its end to `t_max`. A
-    /// point on the ray has the same ray parameter in both spaces.
+    /// Returns `ray` in the space of the instance's prototype, with the end `t_max`. A point on the
+    /// ray has the same ray parameter in both spaces.
     fn in_prototype(&self, instance: &InstanceLeaf, ray: &Ray, t_max: f32) -> Ray {
         let placement = || self.placements[instance.id as usize].at(ray.time).inverse();
         let inverse = instance.inverse.unwrap_or_else(placement);

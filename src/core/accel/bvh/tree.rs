@@ -31,13 +31,13 @@ impl<L: Leaf> Tree<L> {
                 leaves: Vec::new(),
             };
         }
-        // obvhs would join equal boxes one pair at a time, and the hierarchy would be as deep as
-        // their number. Therefore pass each distinct box only once.
+        // Pass each distinct box only once. From equal boxes, obvhs would build a hierarchy whose
+        // depth is their number, because it would join only one pair at a time.
         let mut items = items.to_vec();
         items.par_sort_by_cached_key(|item| bits(item.bounds()));
         let alike: Vec<&[L]> = items.chunk_by(|a, b| bits(a.bounds()) == bits(b.bounds())).collect();
         let boxes: Vec<Item> = alike.iter().map(|items| Item(items[0].bounds())).collect();
-        // Do not split large triangles before the build: rays lose more time than they save
+        // Do not split large triangles before the build. Rays would be slower with split triangles
         // (docs/notebook/2026-11.md).
         let parameters = BvhBuildParams {
             pre_split: false,
@@ -137,8 +137,8 @@ impl Stack {
         self.len
     }
 
-    /// Inserts `item` into the stack from the index `bottom` on, sorted so that the nearest box is
-    /// last.
+    /// Inserts `item` into the part of the stack that begins at the index `bottom`. This part is
+    /// sorted, with the nearest box last. The overflow `deep` is not sorted.
     #[inline(always)]
     fn push_in_order(&mut self, bottom: usize, item: (Child, f32)) {
         if self.len == Self::NEAR {

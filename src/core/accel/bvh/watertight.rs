@@ -115,8 +115,8 @@ impl ShearedRay {
     }
 
     /// Ray parameter of the crossing with the triangle's plane, in f64. With f32, a ray that leaves
-    /// a very thin triangle would hit it again: the error grows with the ratio of length to width,
-    /// and exceeds any ray offset.
+    /// a very thin triangle would hit the same triangle again, because the error grows with the
+    /// triangle's ratio of length to width, and exceeds any ray offset.
     fn distance(&self, triangle: &TriangleLeaf) -> f32 {
         let [a, b, c] = triangle.corners().map(Vec3::as_dvec3);
         let normal: DVec3 = (b - a).cross(c - a);

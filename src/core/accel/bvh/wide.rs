@@ -41,9 +41,9 @@ impl Node {
 }
 
 /// Converts a binary hierarchy to a hierarchy with four children per node. To make a wide node,
-/// start with one binary node and replace the member with the largest surface by its two children,
-/// until there are four members. The first node of the result is the root. Primitive `i` of the
-/// binary hierarchy stands for the leaves from `starts[i]` to `starts[i + 1]`.
+/// start with one binary node and replace the inner member with the largest surface by its two
+/// children, until there are four members. The first node of the result is the root. Primitive `i`
+/// of the binary hierarchy stands for the leaves from `starts[i]` to `starts[i + 1]`.
 pub(super) fn widen(binary: &Bvh2, starts: &[u32]) -> Vec<Node> {
     let Some(root) = binary.nodes.first() else {
         return Vec::new();
@@ -105,7 +105,8 @@ pub(super) struct Slabs {
 
 impl Slabs {
     pub fn new(ray: &Ray) -> Self {
-        // A component of 0 becomes the smallest positive float, so that no product is NaN.
+        // A component near 0 becomes the smallest normal float of the same sign, so that no product
+        // is NaN.
         let smallest = Vec3::splat(f32::MIN_POSITIVE).copysign(ray.direction);
         let is_small = ray.direction.abs().cmplt(Vec3::splat(f32::MIN_POSITIVE));
         let inverse = Vec3::select(is_small, smallest, ray.direction).recip().to_array();

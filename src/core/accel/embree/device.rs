@@ -50,9 +50,9 @@ pub struct Device {
     bytes: Box<AtomicI64>,
 }
 
-// SAFETY: Embree's API reference ("Embree API": "the Embree API is thread-safe" for distinct
-// objects, with reference counts and the error state of a device handled atomically and per thread)
-// lets handles be used from any thread.
+// SAFETY: handles may be used from any thread. Embree's API reference ("Embree API") says that the
+// API is thread-safe for distinct objects. Reference counts are atomic, and each thread has its own
+// error state of a device.
 unsafe impl Send for Device {}
 // SAFETY: as above; `&Device` gives access to queries of properties and errors only, which may run
 // concurrently.
@@ -62,15 +62,15 @@ impl Device {
     /// Instruction sets that a device can be configured for.
     pub const ISAS: [&str; 3] = ["sse2", "avx2", "avx512"];
 
-    /// Creates a device with Embree's configuration string `config`. The library's version is
-    /// checked against the headers; the tests of `probe` are still to be run.
+    /// Creates a device with Embree's configuration string `config`. Checks the version of the
+    /// library against the headers, but does not run the tests of `probe`.
     pub(super) fn configured(config: &str) -> Result<Self, EmbreeError> {
         let config = CString::new(config).unwrap_or_default();
         // SAFETY: rtcNewDevice reads the zero-terminated configuration during the call only, and
         // returns null on failure.
         let handle = unsafe { rtcNewDevice(config.as_ptr()) };
         if handle.is_null() {
-            // SAFETY: a null device is allowed here: the call then returns the error of this
+            // SAFETY: a null device is allowed here. The call then returns the error of this
             // thread's failed rtcNewDevice.
             let code = unsafe { rtcGetDeviceError(ptr::null_mut()) };
             return Err(EmbreeError::Call {
@@ -167,7 +167,7 @@ impl Device {
 impl Drop for Device {
     fn drop(&mut self) {
         // SAFETY: the handle is a live device and is not used again. The callback is unregistered
-        // first, so that nothing that is released later can reach the counter.
+        // first, so that later releases of memory do not access the counter.
         unsafe {
             rtcSetDeviceMemoryMonitorFunction(self.handle, None, ptr::null_mut());
             rtcReleaseDevice(self.handle);

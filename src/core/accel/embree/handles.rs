@@ -18,7 +18,8 @@ unsafe impl Send for SceneHandle {}
 unsafe impl Sync for SceneHandle {}
 
 impl SceneHandle {
-    /// An empty scene.
+    /// Creates an empty scene. If `is_compact` is true, the hierarchy of the scene takes less
+    /// memory.
     pub(super) fn new(device: &Device, is_compact: bool) -> Result<Self, EmbreeError> {
         // SAFETY: the device is live; null is checked below.
         let handle = Self(unsafe { rtcNewScene(device.handle()) });

@@ -4,7 +4,7 @@
 //!   major version of the headers and not be older. `handles` owns Embree's objects, `scene` builds
 //!   Embree scenes, and `query` and `packet` trace rays.
 //! - The version does not contain the build options of a library, so `probe` traces three rays on
-//!   each new device.
+//!   each new device to test these options.
 //! - Errors are checked after each call of a build, but not after a ray.
 //! - Scenes are built with high quality and the robust flag. Without the flag, rays pass between
 //!   triangles. Medium quality is slower (docs/notebook/2026-11.md, "Single steps").
@@ -14,13 +14,13 @@
 //!   is an Embree scene.
 //! - Rays are stored in 16-byte words, as Embree loads them. Stored field by field, every query had
 //!   a store-forwarding stall, 3.5 % of a render.
-//! - Embree's interval is closed. The wrapper moves both ends inwards by one float. The lower end
-//!   is at least the smallest positive number, so that a ray does not hit the surface at its
+//! - Embree's interval is closed. The wrapper moves both ends inwards to the next float. The lower
+//!   end is at least the smallest positive number, so that a ray does not hit the surface at its
 //!   origin.
 //! - `t` of one hit may differ in its last digit between single rays, packets and occlusion
 //!   (measured with AVX-512 and motion).
-//! - If the projected triangle is tiny (10⁻¹⁸ square units), Embree's barycentrics are both −0; the
-//!   wrapper then computes them in f64.
+//! - If the projected triangle is tiny (10⁻¹⁸ square units), Embree's barycentrics are both −0. The
+//!   wrapper then computes the barycentrics in f64.
 //!
 //! Embree calls back into Rust in one place only: the memory monitor, which counts bytes during
 //! builds.

@@ -1,9 +1,9 @@
 //! Construction of Embree devices, with a test that the loaded library matches the headers.
 //!
 //! The version number does not show how the library was built. The number of instance levels sets
-//! the size of a hit, and backface culling removes hits. Three rays at a triangle and a copy of it,
-//! with guard words behind the hit, detect both. A library that does not match its headers is
-//! rejected.
+//! the size of a hit, and backface culling removes hits. To detect both, three rays are traced to a
+//! triangle and to an instance of the triangle. Guard words after the hit in memory show whether
+//! the library writes beyond the hit. A library that does not match its headers is rejected.
 
 use super::device::{Device, EmbreeError};
 use super::handles::{SceneHandle, attach_instance, attach_mesh};
@@ -22,7 +22,7 @@ struct GuardedQuery {
     guard: [u32; 64],
 }
 
-/// A test ray. It starts at height 2 above or below a point of a triangle, at y = 0.5.
+/// A test ray. It starts 2 units above or below a point of a triangle with y = 0.5.
 struct Trial {
     x: f32,
     is_behind: bool,
@@ -30,8 +30,8 @@ struct Trial {
     inst: u32,
 }
 
-/// Test rays at the triangle (0,0,0), (1,0,0), (0,1,0) from both sides, and at a copy of it, moved
-/// by 4 along x.
+/// Test rays at the triangle (0,0,0), (1,0,0), (0,1,0) from both sides, and at a copy of the
+/// triangle, moved by 4 along x.
 const TRIALS: [Trial; 3] = [
     Trial {
         x: 0.25,

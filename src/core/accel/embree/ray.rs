@@ -17,8 +17,8 @@ struct RayWords {
 
 const _: () = assert!(size_of::<RayWords>() == size_of::<RTCRay>());
 
-/// Embree's closed interval for the ray's open interval: both ends move inwards by one float. A
-/// surface at the start of a ray, at t = 0, is also excluded.
+/// Embree's closed interval for the ray's open interval: both ends move inwards to the next float.
+/// A surface at the start of a ray, at t = 0, is also excluded.
 #[inline(always)]
 pub(super) fn interval(ray: &Ray) -> (f32, f32) {
     const ABOVE_ZERO: f32 = f32::from_bits(f32::MIN_POSITIVE.to_bits() - 1);

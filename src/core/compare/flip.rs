@@ -1,12 +1,12 @@
 //! FLIP: visible difference of two images if a viewer flips between them on a screen, from 0
 //! (equal) to 1.
 //!
-//! Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild 2020, "FLIP: A Difference
-//! Evaluator for Alternating Images", and for images of high dynamic range Andersson, Nilsson,
-//! Shirley and Akenine-Möller 2021, "Visualizing Errors in Rendered High Dynamic Range Images". The
-//! parameters are from the papers. The viewer sits 0.7 m in front of a screen that is 0.7 m wide
-//! and has 3840 columns. The code is written from the papers, because the authors' tool is in C++.
-//! docs/guide/reference/compare.md compares the results of both.
+//! Sources: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild 2020, "FLIP: A
+//! Difference Evaluator for Alternating Images", and for images of high dynamic range Andersson,
+//! Nilsson, Shirley and Akenine-Möller 2021, "Visualizing Errors in Rendered High Dynamic Range
+//! Images". The parameters are from the papers. The viewer sits 0.7 m in front of a screen that is
+//! 0.7 m wide and has 3840 columns. The code is written from the papers, because the authors' tool
+//! is in C++. docs/guide/reference/compare.md compares the results of both programs.
 
 use super::metrics::{SizeMismatch, same_size};
 use crate::color::tone::narkowicz;
@@ -180,8 +180,8 @@ fn redistributed(difference: f32, largest: f32) -> f32 {
 
 // Functions for colours
 
-/// Linear Rec.709 to the opponent space YCxCz, which is L*a*b* without its cube roots (Flohr et al.
-/// 1993).
+/// Converts linear Rec.709 to the opponent space YCxCz, which is L*a*b* without its cube roots
+/// (Flohr et al. 1993).
 fn to_opponent(rgb: [f32; 3]) -> [f32; 3] {
     let [x, y, z] = linear_to_xyz(rgb);
     let (x, y, z) = (x / WHITE[0], y / WHITE[1], z / WHITE[2]);
@@ -195,7 +195,7 @@ fn from_opponent([y, cx, cz]: [f32; 3]) -> [f32; 3] {
     xyz_to_linear([x * WHITE[0], y * WHITE[1], z * WHITE[2]])
 }
 
-/// XYZ to L*a*b* (CIE 15).
+/// Converts XYZ to L*a*b* (CIE 15).
 fn to_lab(xyz: [f32; 3]) -> [f32; 3] {
     const DELTA: f32 = 6.0 / 29.0;
     let root = |c: usize| {
@@ -245,8 +245,9 @@ fn seen_colors([lightness, red_green, blue_yellow]: [Plane; 3]) -> Vec<[f32; 3]>
         .collect()
 }
 
-/// A separable Gaussian `a √(π / b) exp(−π² x² / b)`. `kernel` has its weights along a line, which
-/// sum to 1. `volume` is its sum over all pixels of the plane for a = 1.
+/// A separable Gaussian `a √(π / b) exp(−π² x² / b)`. `kernel` has the weights of the Gaussian
+/// along a line, which sum to 1. `volume` is the sum of the Gaussian over all pixels of the plane
+/// for a = 1.
 struct Sensitivity {
     kernel: Vec<f32>,
     volume: f32,

@@ -26,7 +26,7 @@ pub struct Errors {
     pub display_mse: f64,
 }
 
-/// Share of the pixels that the relative error includes.
+/// Fraction of the pixels that the relative error includes.
 const KEPT: f64 = 0.999;
 
 /// Error for images of different sizes.

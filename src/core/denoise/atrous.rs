@@ -1,6 +1,6 @@
 //! The edge-avoiding à-trous wavelet transform (Dammertz, Sewtz, Hanika and Lensch 2010,
 //! "Edge-Avoiding À-Trous Wavelet Transform for Fast Global Illumination Filtering"), guided by the
-//! variance as the spatial filter of SVGF is (Schied et al. 2017, "Spatiotemporal Variance-Guided
+//! variance like the spatial filter of SVGF (Schied et al. 2017, "Spatiotemporal Variance-Guided
 //! Filtering", §4).
 //!
 //! Five passes blur by a 5 × 5 kernel with tap distances of 1, 2, 4, 8 and 16 pixels, so that 125
@@ -20,9 +20,9 @@
 //!   flat surfaces.
 //! - Differences from the pixel are summed instead of values, so that constant light stays
 //!   bit-identical.
-//! - Differences of luminance are relative to the noise of the pixel only. The noise of both pixels
-//!   would lower the kitchen's error by another 5 %. But the light of lamps would leak over their
-//!   edges: the Cornell box at 8 samples gets 1.7 times the error.
+//! - Differences of luminance are relative to the noise of the filtered pixel only. With the noise
+//!   of both pixels, the error of the kitchen would be another 5 % lower. But the light of lamps
+//!   would leak over their edges, and the Cornell box at 8 samples would have 1.7 times the error.
 //! - The sigmas give about the minimum relMSE at 16 samples per pixel on the scenes that ship with
 //!   the project. The sigma of normals is larger than its optimum, so that pixels on edges, whose
 //!   normals are means of both sides, find similar pixels.
@@ -115,14 +115,15 @@ impl Input {
         let mut light: Vec<FilteredLight> = (0..color.len())
             .map(|i| {
                 let divisor = guides[i].divisor;
-                // The weights sum to 1, so this is an upper bound of the luminance's variance for
-                // any correlation of the channels.
+                // The weights of the luminance sum to 1, so this value is an upper bound of the
+                // variance of the luminance, for any correlation of the channels.
                 let variance = luminance(variance[i] / (divisor * divisor));
                 let value = color[i] / divisor;
                 FilteredLight { value, variance }
             })
             .collect();
-        // With one sample per pixel, the variance is unknown; estimate it from the neighbours.
+        // With one sample per pixel, the variance is unknown. Estimate the variance from the
+        // neighbours.
         if light.iter().any(|light| !light.variance.is_finite()) {
             let estimates: Vec<f32> = (0..light.len())
                 .into_par_iter()
@@ -177,8 +178,8 @@ fn luminance(value: Vec3) -> f32 {
 /// The fence is Tukey's (1977, "Exploratory Data Analysis"): the upper quartile plus one and a half
 /// interquartile ranges. A pixel is reduced by no more than its noise explains. A highlight of many
 /// samples stays; a single bright sample, with a standard deviation as large as the pixel's value,
-/// does not. Pixels on edges have few other pixels on their surface and stay unchanged, because
-/// small lamps look the same.
+/// does not. Pixels on edges have few other pixels on their surface and stay unchanged, because the
+/// same is true of small lamps.
 fn without_outliers(guides: &[Guide], light: &[FilteredLight], size: [usize; 2]) -> Vec<FilteredLight> {
     let around = |i: usize| taps(size, i, 1, WINDOW).filter(move |&(j, offset)| guides[i].is_alike(&guides[j], offset));
     let limited: Vec<FilteredLight> = (0..light.len())
@@ -203,8 +204,8 @@ fn without_outliers(guides: &[Guide], light: &[FilteredLight], size: [usize; 2])
         })
         .collect();
 
-    // Distribute the removed light. For each pixel, compute the share that its similar neighbours
-    // get.
+    // Distribute the removed light. For each pixel, compute the part that each similar neighbour
+    // gets.
     let share = |i: usize| match around(i).count() {
         n if n <= MIN_ALIKE => Vec3::ZERO,
         n => (light[i].value - limited[i].value) / n as f32,
@@ -212,7 +213,7 @@ fn without_outliers(guides: &[Guide], light: &[FilteredLight], size: [usize; 2])
     let shares: Vec<Vec3> = (0..light.len()).into_par_iter().map(share).collect();
     let pixel = |i: usize| {
         let givers = taps(size, i, 1, WINDOW).filter(|&(j, [dx, dy])| guides[j].is_alike(&guides[i], [-dx, -dy]));
-        // The noise of a share of removed light is as large as the share.
+        // The noise of a part of removed light is as large as the part.
         givers.fold(limited[i], |light, (j, _)| FilteredLight {
             value: light.value + shares[j],
             variance: light.variance + luminance(shares[j]).powi(2),

@@ -8,7 +8,7 @@
 //! Light above a limit is therefore removed from the picture before the filter and added again
 //! after it, unless the light is noise. Light is not noise if the first surface emits it, or if it
 //! exceeds three standard deviations of the pixel. The limit is [`LIMIT`] times the geometric mean
-//! of the picture's luminance. The light of a lamp that remains is in the range of the filters, so
+//! of the picture's luminance. The rest of the light of a lamp is in the range of the filters, so
 //! the edges of usual lamps are still smoothed.
 
 use super::layers::Layers;
@@ -25,7 +25,7 @@ const NOISE: f32 = 3.0;
 /// light. `emitted` is the luminance that sources in view emit, for each pixel.
 pub(super) fn take_bright(layers: &mut Layers, emitted: Option<&[f32]>) -> Option<Vec<Vec3>> {
     let limit = LIMIT * geometric_mean(layers.color.iter().map(|&c| luminance(c)))?;
-    // Share of a pixel's light to remove, and true if a source in view emits it
+    // Fraction of a pixel's light to remove, and true if a source in view emits this light
     let share = |i: usize| {
         let brightness = luminance(layers.color[i]);
         if brightness <= limit {
@@ -50,7 +50,7 @@ pub(super) fn take_bright(layers: &mut Layers, emitted: Option<&[f32]>) -> Optio
     });
     let bright = bright.collect();
     if let Ok(variance) = &mut layers.variance {
-        // The noise of a lamp's edge is removed with its light.
+        // With the light of a lamp, the noise of its edge is removed too.
         let of_lamps = variance.iter_mut().zip(&shares).filter(|(_, (_, emits))| *emits);
         of_lamps.for_each(|(v, _)| *v = Vec3::ZERO);
     }

@@ -7,20 +7,20 @@
 //!
 //! - The *straight* colour, RGB / A, is extended into the background from the surrounding pixels,
 //!   so it has no edge of alpha. Albedo and normals, which are also means over all samples, are
-//!   treated alike.
+//!   treated in the same way.
 //! - Coverage is filtered as a separate picture. The result is clamped to the range of the raw
 //!   coverage of the 5 × 5 pixels around, so the inside of objects and the empty background stay
 //!   bit-identical. Coverage changes by at most two standard deviations of its noise.
-//! - The shadow on a ground is coverage, too. Its samples are not shares of a pixel: they may be
-//!   far outside of 0 to 1. In pixels without objects, the shadow is filtered as a third picture.
+//! - The shadow on a ground is coverage, too. Its samples are not fractions of a pixel, and may lie
+//!   far outside of [0, 1]. In pixels without objects, the shadow is filtered as a third picture.
 //!   It may change by any amount within the range of the pixels around.
 //!
 //! The result is the product of colour and coverage. RGB / A is the filtered colour in every pixel,
 //! and RGB is 0 if A is 0.
 //!
-//! Pictures over a background colour are filtered alike. The light of the background is subtracted
-//! before the filter, and added again behind the filtered coverage. The result equals the filtered
-//! transparent picture over this colour.
+//! Pictures over a background colour are filtered in the same way. The light of the background is
+//! subtracted before the filter, and added again behind the filtered coverage. The result equals
+//! the filtered transparent picture over this colour.
 //!
 //! Pixels with a coverage below 1/4 have few samples, so their colour is blended with the
 //! surrounding colour.
@@ -30,17 +30,17 @@ use super::layers::Layers;
 use crate::math::Vec3;
 use rayon::prelude::*;
 
-/// Minimum coverage of a pixel that keeps its colour. Below, the colour is blended with the
-/// surrounding colour.
+/// Minimum coverage of a pixel that keeps its colour. Below this coverage, the colour is blended
+/// with the surrounding colour.
 const MIN_COVERAGE: f32 = 0.25;
 /// Half width in pixels of the window whose raw coverage bounds the filtered coverage.
 const REACH: usize = 2;
 /// Half width in pixels of the window whose sample variance estimates the variance of coverage.
 const SPREAD_REACH: usize = 3;
 
-/// Premultiplied picture and coverage, both filtered by `filter`. `samples` are the numbers of
-/// samples per pixel, if known. They bound the variance of coverage. `bright` is light that was
-/// removed before: pixels with such light keep their coverage.
+/// Returns the premultiplied picture and the coverage, both filtered by `filter`. `samples` are the
+/// numbers of samples of each pixel, if known. They bound the variance of coverage. `bright` is
+/// light that was removed before the filter. Pixels with such light keep their coverage.
 pub(super) fn denoise(
     layers: &Layers,
     coverage: &[Vec3],
@@ -101,8 +101,8 @@ fn ground_pixels(layers: &Layers) -> Vec<bool> {
 }
 
 /// Layers with the shadow on the ground as their colour. The shadow is the coverage of the pixels
-/// `is_ground`. It is extended below the objects, so that the filter also removes noise of the
-/// shadow at their feet. `None` if there is no shadow.
+/// `is_ground`. It is extended below the objects, so that the filter also removes the noise of the
+/// shadow where objects touch the ground. `None` if there is no shadow.
 fn shadow_layers(
     layers: &Layers,
     coverage: &[Vec3],
@@ -185,9 +185,10 @@ fn box_mean(values: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
     along(&rows, &|i| [i / width, height], width)
 }
 
-/// `layer` divided by `coverage`. Pixels without coverage get the mean colour of the pixels around:
-/// of blocks of 2 × 2 pixels, of blocks of these blocks, and so on (Gortler et al. 1996, "The
-/// Lumigraph", §3.4, pull and push).
+/// `layer` divided by `coverage`. Pixels without coverage get the mean colour of the pixels around,
+/// and pixels below [`MIN_COVERAGE`] are blended with this mean. The mean is over blocks of 2 × 2
+/// pixels, blocks of 2 × 2 such blocks, and so on (Gortler et al. 1996, "The Lumigraph", §3.4, pull
+/// and push).
 fn continued(layer: &[Vec3], coverage: &[f32], size: [usize; 2]) -> Vec<Vec3> {
     let own = |(&v, &a): (&Vec3, &f32)| if a > 0.0 { (v, a) } else { (Vec3::ZERO, 0.0) };
     let mut levels = vec![(size, layer.iter().zip(coverage).map(own).collect::<Vec<_>>())];
@@ -248,8 +249,8 @@ mod tests {
 
     const SIZE: [usize; 2] = [13, 9];
 
-    /// Test picture: a disc of the colour `color`, with its coverage. The disc covers the pixels on
-    /// its edge partly.
+    /// Test picture: a disc of the colour `color`, and its coverage. Pixels on the edge are partly
+    /// covered.
     fn disc(color: Vec3) -> (Vec<Vec3>, Vec<f32>) {
         let pixel = |i: usize| {
             let (x, y) = ((i % SIZE[0]) as f32 - 5.0, (i / SIZE[0]) as f32 - 4.0);

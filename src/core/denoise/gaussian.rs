@@ -4,8 +4,8 @@ use rayon::prelude::*;
 /// Default standard deviation in pixels. It has the lowest relMSE of 0.7, 1, 1.5 and 2 pixels, at
 /// 16 samples per pixel on the scenes that ship with the project.
 pub(super) const RADIUS: f32 = 0.7;
-/// Cut-off of the kernel in standard deviations. Beyond it, the weight is below 0.1 % of the
-/// maximum.
+/// Cut-off of the kernel in standard deviations. Beyond the cut-off, the weight is below 0.1 % of
+/// the maximum.
 const REACH: f32 = 3.717;
 
 /// Blurs the picture, row by row of `size`, by a Gaussian of standard deviation `radius` in pixels.

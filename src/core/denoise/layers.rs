@@ -11,7 +11,7 @@ type Layer<T> = Result<Vec<T>, DenoiseError>;
 #[derive(Clone, Debug)]
 pub(super) struct Layers {
     pub size: [usize; 2],
-    /// Picture to filter: light, or coverage as equal channels.
+    /// Picture to filter: light or coverage.
     pub color: Vec<Vec3>,
     /// Variance of `color`; infinite if unknown.
     pub variance: Layer<Vec3>,

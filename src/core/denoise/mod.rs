@@ -1,9 +1,9 @@
 //! Denoisers: filters that reduce the noise of a developed image. They add a bias that more samples
 //! do not remove.
 //!
-//! `--denoise` works right before files are written: `R G B` are the denoised image, `raw.R raw.G
-//! raw.B` the rendered one. If a denoiser fails, the raw image is still written. The version of the
-//! denoiser's library is checked before the render begins.
+//! `--denoise` filters the image right before files are written. The channels `R G B` then have the
+//! denoised image, and `raw.R raw.G raw.B` the rendered image. If a denoiser fails, the raw image
+//! is still written. The version of the denoiser's library is checked before the render begins.
 //!
 //! All filters use the film's channels of each pixel, and return the same bits with any number of
 //! threads. docs/denoise.md compares them.
@@ -138,7 +138,7 @@ impl Denoiser {
 
     /// Writes the denoised picture to `R G B` of `image`, and the raw picture to `raw.R raw.G
     /// raw.B`. With a background, it also writes the denoised and the raw coverage. Other channels
-    /// stay: `variance` is the variance of the raw picture. An image that was denoised before is
+    /// stay, so `variance` is the variance of the raw picture. An image that was denoised before is
     /// denoised again from its raw picture.
     ///
     /// Light of lamps in view that is far brighter than the picture stays as rendered.

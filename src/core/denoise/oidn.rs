@@ -1,10 +1,11 @@
 //! Open Image Denoise 2. Albedo and normals are filtered first, each separately, and then guide the
 //! filter of the image (`cleanAux`). For previews, the library's fast quality filters only the
-//! image, with unfiltered albedo and normals: a fifth of the time, and more noise.
+//! image, with unfiltered albedo and normals. This takes a fifth of the time and leaves more noise.
 //!
 //! The oidn crate (2.5.1) has no filter without a colour image, spells the parameter `clean_aux`,
 //! which the library ignores, and does not accept a number of threads. `sys/oidn` therefore makes
-//! these calls through the crate's raw bindings. docs/denoise.md has the gain of the filter.
+//! these calls through the crate's raw bindings. docs/denoise.md says how much the filtered guides
+//! reduce the error.
 
 use super::layers::Layers;
 use super::{DenoiseError, OIDN_MB};

@@ -37,11 +37,11 @@ pub fn folder_above(folder: &Path) -> PathBuf {
     }
 }
 
-/// Finds files by [`find_file`], and lists each folder once.
+/// Finds files like [`find_file`], but lists each folder only once for all searches.
 #[derive(Debug, Default)]
 pub struct FileFinder {
-    /// For each folder, the names of its entries by the same names in lower case. If several names
-    /// are equal in lower case, the first name is stored.
+    /// For each folder, the names of its entries. The key of a name is the name in lower case. If
+    /// several names have the same key, the first of them in order is stored.
     listings: HashMap<PathBuf, HashMap<String, OsString>>,
     /// For each folder, the result of [`FileFinder::folders_within`].
     folders: HashMap<PathBuf, Vec<PathBuf>>,
@@ -119,8 +119,8 @@ impl FileFinder {
     }
 }
 
-/// Names of the entries of `folder`, by the same names in lower case. If several names are equal in
-/// lower case, the first name is returned. Empty if the folder cannot be read.
+/// Names of the entries of `folder`. The key of a name is the name in lower case. If several names
+/// have the same key, the first of them in order is stored. Empty if the folder cannot be read.
 fn listing(folder: &Path) -> HashMap<String, OsString> {
     let mut entries: HashMap<String, OsString> = HashMap::new();
     for entry in fs::read_dir(listed(folder)).into_iter().flatten().flatten() {

@@ -2,7 +2,7 @@
 //! and its name.
 //!
 //! The path of an output is not followed through a link of another user in a sticky folder such as
-//! `/tmp`: the link could lead to any file of the user. Linux has the same rule
+//! `/tmp`, because the link could lead to any file of the user. Linux has the same rule
 //! (`fs.protected_symlinks`), but only for the last name of a path and only if the rule is enabled.
 //!
 //! `cli/outputs` uses these identities to protect inputs. Before any file is read, it compares all
@@ -37,7 +37,7 @@ type Inode = (u64, u64);
 type Inode = PathBuf;
 
 impl FileId {
-    /// Identity of `path`. `None` if its folder does not exist.
+    /// Identity of the file at `path`. `None` if the folder of `path` does not exist.
     pub fn of(path: &Path) -> Option<Self> {
         let target = follow_links(path).ok()?;
         match fs::metadata(&target) {
@@ -141,8 +141,8 @@ pub(super) fn untrusted_link(_: &Path) -> io::Result<Option<PathBuf>> {
 mod tests {
     use super::*;
 
-    /// A link of another user is not followed in a sticky folder. Only root can create such a link;
-    /// without root, the test calls the rule directly.
+    /// A link of another user is not followed in a sticky folder. Only root can create such a link.
+    /// Without root, the test ends after it has called `is_trusted` directly.
     #[cfg(unix)]
     #[test]
     fn strangers_link_in_a_sticky_folder_is_not_trusted() {

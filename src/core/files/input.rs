@@ -57,7 +57,7 @@ impl Input {
             let flags = rustix::fs::OFlags::NONBLOCK | rustix::fs::OFlags::NOCTTY;
             std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, flags.bits() as i32);
         }
-        // Use the metadata of the open handle: another file may have the name by now.
+        // Use the metadata of the open handle, because the path may lead to another file by now.
         let opened = options.open(path).and_then(|file| Ok((file.metadata()?, file)));
         let (metadata, file) = opened.map_err(refused)?;
         if !metadata.is_file() {
@@ -79,8 +79,8 @@ impl Input {
         self.length
     }
 
-    /// Failure of the input. Clones share it, so it can be read after a decoder has taken the
-    /// input.
+    /// Failure of the input. Clones share the failure, so it can be read after a decoder has taken
+    /// the input.
     pub fn failure(&self) -> ReadFailure {
         self.failure.clone()
     }
@@ -122,7 +122,8 @@ pub(crate) struct CountingReader<R> {
     position: Position,
 }
 
-/// Position of a [`CountingReader`], in bytes from the start of the file. Clones share it.
+/// Position of a [`CountingReader`], in bytes from the start of the file. Clones share the
+/// position.
 #[derive(Clone, Default)]
 pub(crate) struct Position(Arc<AtomicU64>);
 
@@ -140,8 +141,8 @@ impl<R> CountingReader<R> {
         Self { reader, position }
     }
 
-    /// Position of the reader. Clones share it, so it can be read after a decoder has taken the
-    /// reader.
+    /// Position of the reader. Clones share the position, so it can be read after a decoder has
+    /// taken the reader.
     pub fn position(&self) -> Position {
         self.position.clone()
     }
@@ -191,8 +192,8 @@ const WINDOWS_1252: [char; 32] = [
     '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}', 'ž', 'Ÿ',
 ];
 
-/// Decodes UTF-8. Invalid bytes are decoded as Windows-1252. Different file names stay different,
-/// and a name has the same text in both encodings.
+/// Decodes UTF-8. Invalid bytes are decoded as Windows-1252. Different invalid bytes give different
+/// characters, and a name has the same text in both encodings.
 pub fn decoded(bytes: &[u8]) -> String {
     let character = |&byte: &u8| match byte {
         0x80..=0x9f => WINDOWS_1252[usize::from(byte - 0x80)],

@@ -30,14 +30,14 @@ impl LoadObserver for () {
 /// Memory that readers of files may use.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Allowance {
-    /// Maximum memory. `None`: all memory of the machine.
+    /// Maximum memory of the process. `None` if no limit is known.
     pub limit: Option<MemoryLimit>,
-    /// Bytes that the files that were read before use.
+    /// Bytes in use for files that were read before.
     pub kept: u64,
 }
 
 impl Allowance {
-    /// Allowance for a file that is read alone: the free memory of the system.
+    /// Allowance for a single file: the free memory of the system.
     pub fn of_system() -> Self {
         Self {
             limit: MemoryLimit::of(None),

@@ -2,10 +2,10 @@
 //!
 //! A file is written beside its target, synced and renamed, and its folder is synced. If the
 //! program is killed, the previous file is intact. The new file has the permissions of the previous
-//! one. Other names (hard links) of the previous file keep its contents: `Output::other_names`.
-//! `Output::write` converts an error or a panic to an error of that file, so the other outputs are
-//! written. If neither an EXR file nor a checkpoint could be written, `Renderer::rescue` writes all
-//! sums and `R G B` to a new file, without names and other channels.
+//! one. Other names (hard links) of the previous file keep its contents, and `Output::other_names`
+//! counts them. `Output::write` converts a panic to an error of the file, so that the other outputs
+//! are still written. If neither an EXR file nor a checkpoint could be written, `Renderer::rescue`
+//! writes all sums and `R G B` to a new file, without names and other channels.
 //!
 //! `tests/processes/outputs.rs` makes each system call of a render, a resumed render, a merge and a
 //! comparison fail in turn (`tests/faults/inject.c`, by `LD_PRELOAD`).
@@ -183,7 +183,7 @@ impl Output {
         // Use `fs::rename`, not the rename of tempfile: the tests inject faults into `fs::rename`.
         let (_file, path) = temporary.into_parts();
         fs::rename(&path, &self.target).map_err(failed)?;
-        // The temporary name no longer exists.
+        // The temporary name no longer exists, so there is nothing to remove.
         let _ = path.keep();
         sync_folder(folder_of(&self.target)).map_err(|error| {
             let what = "written, but a power failure may lose it: cannot sync its folder";
@@ -222,7 +222,8 @@ impl Output {
                 }
                 _ => "make the folder writable, or give another path",
             };
-            // The error of tempfile includes the name of the temporary file; use its source.
+            // Use the source of tempfile's error, because the error itself includes the name of the
+            // temporary file.
             let cause = error.get_ref().and_then(|named| named.source()?.downcast_ref());
             FileError::system(&self.path, &what, cause.unwrap_or(&error)).help(help)
         })

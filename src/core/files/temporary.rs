@@ -1,16 +1,17 @@
 //! Temporary files and locks beside outputs.
 //!
-//! A temporary file has a hash of its output's name in its name and is locked (`flock`) while it is
-//! open. The next run that writes the same output removes temporary files without a lock: killed
-//! runs left them.
+//! The name of a temporary file contains a hash of the output's name. The file is locked (`flock`)
+//! while it is open. Temporary files without a lock are left over from killed runs. The next run
+//! that writes the same output removes them.
 //!
-//! A checkpoint has a lock file beside it while a run may write the checkpoint. The run removes its
-//! lock file. A lock file that a killed run left is not locked, and the next run takes it over. The
-//! checkpoint cannot hold the lock, because each write replaces the checkpoint. No other output
-//! replaces a locked file.
+//! A checkpoint has a lock file beside it while a run may write the checkpoint. At its end, the run
+//! removes the lock file. A lock file that a killed run left is not locked, and the next run uses
+//! the same file. The checkpoint cannot hold the lock, because each write replaces the checkpoint.
+//! No other output replaces a locked file.
 //!
-//! The names of these files can be guessed, so other users may put another file there. Pipes, links
-//! and devices are not opened. A file with a second name is never written.
+//! The names of these files can be guessed, so another user may create such a file first. Pipes,
+//! links and devices are therefore not opened. A file with a second name (a hard link) is never
+//! written.
 
 use super::FileError;
 use super::identity::folder_of;
@@ -27,7 +28,7 @@ use std::time::Duration;
 use tempfile::NamedTempFile;
 
 /// Time between two attempts to take a lock, and maximum number of attempts. Several attempts are
-/// made because a process that saves a scene file locks it for a moment.
+/// made, because a process that saves a scene file locks the file for a moment.
 const LOCK_PAUSE: Duration = Duration::from_millis(20);
 const LOCK_ATTEMPTS: usize = 50;
 /// Maximum number of digits of a process id.
@@ -83,7 +84,7 @@ pub(super) fn temporary(target: &Path) -> io::Result<NamedTempFile> {
 }
 
 /// Gives `file` owner, group and permissions of the file `replaced`, as far as the system permits.
-/// Never adds permissions: if the group cannot be kept, the group gets the permissions of all
+/// Never adds permissions. If the group cannot be kept, the group gets the permissions of all
 /// others.
 #[cfg(unix)]
 fn take_permissions(file: &File, replaced: &Metadata) {
@@ -125,8 +126,8 @@ fn open_own(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
     }
 }
 
-/// Removes temporary files of `target` that no process has locked: killed runs have left them.
-/// Errors are ignored.
+/// Removes temporary files of `target` that no process has locked. Killed runs have left these
+/// files. Errors are ignored.
 pub(super) fn sweep(target: &Path) {
     let prefix = prefix(target);
     let entries = fs::read_dir(folder_of(target)).into_iter().flatten().flatten();
@@ -194,7 +195,8 @@ pub(super) fn check_unlocked(path: &Path, target: &Path) -> Result<(), FileError
 }
 
 impl OutputLock {
-    /// Locks the output `target`, which the user calls `path`. Sets `is_held` while it is locked.
+    /// Locks the output `target`, which the user calls `path`. `is_held` is true while the output
+    /// is locked.
     pub(super) fn take(path: &Path, target: &Path, is_held: &Arc<AtomicBool>) -> Result<Self, FileError> {
         let lock = lock_path(target);
         let failed = |error: io::Error| {
@@ -306,7 +308,7 @@ fn has_other_names(_: &File) -> bool {
     false
 }
 
-/// Returns true if `path` still names `file`.
+/// Returns true if `file` is still the file at `path`.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     let inode = |data: Metadata| (data.dev(), data.ino());
@@ -399,7 +401,7 @@ mod tests {
     }
 
     /// If another user has created a link with the name of the lock file, no process writes into
-    /// its target.
+    /// the target of the link.
     #[test]
     fn lock_writes_into_no_other_file() {
         let folder = tempfile::tempdir().unwrap();

@@ -33,8 +33,8 @@ pub struct Maps {
     pub opacity: Option<Map>,
     /// Texture of heights, in texel widths of the finest level.
     pub bump: Option<Map>,
-    /// Texture of normals in the frame of the texture coordinates, each component c as (c + 1)/2.
-    /// It takes precedence over `bump`.
+    /// Texture of normals in the frame of the texture coordinates (tangent space). A component c is
+    /// stored as (c + 1)/2. The texture takes precedence over `bump`.
     pub normal: Option<Map>,
     /// True if colours of vertices multiply the diffuse reflectance.
     pub vertex_color: bool,
@@ -166,8 +166,8 @@ impl Maps {
         self.bump.is_some() || self.normal.is_some()
     }
 
-    /// Direction of the shading normal in the frame of two tangents, along u and v, and of the
-    /// unchanged normal. Not a unit vector.
+    /// Direction of the changed shading normal, not normalised. The axes of its frame are the
+    /// tangents along u and v, and the unchanged normal.
     pub fn bumped_normal(&self, spot: &Spot) -> Vec3 {
         if let Some(map) = &self.normal {
             let n = map.normal(spot);

@@ -1,15 +1,15 @@
 //! Materials: the user's parameters of a surface, and the resulting BSDF.
 //!
 //! A [`Material`] holds the user's parameters. `Material::bsdf` computes lobes from its constants
-//! once, when the scene is frozen, and vertices refer to this BSDF. Building or copying it at every
-//! hit cost 5 % of a render. If textures vary a material (`maps`), `Material::bsdf_at` builds a
-//! BSDF for the point. The integrator provides a slot (`BsdfSlot`) for the lifetime of the vertex.
-//! The slot holds the BSDF and its view, so that nothing is allocated.
+//! once, when the scene is built, and vertices refer to this BSDF. Building or copying the BSDF at
+//! every hit cost 5 % of a render. If textures vary a material (`maps`), `Material::bsdf_at` builds
+//! a BSDF for the point. The integrator provides a slot (`BsdfSlot`) for the lifetime of the
+//! vertex. The slot holds the BSDF and its view, so that nothing is allocated.
 //!
-//! A shape with constant normal and material is marked plain when the scene is frozen, and takes a
-//! shorter path through `World::vertex`. Anisotropic materials need a tangent, the direction of u
-//! of each triangle. `Scene::frame` computes it for these materials only, and their surfaces are
-//! not plain.
+//! A shape with constant normal and material is marked plain when the scene is built.
+//! `World::vertex` has shorter code for plain shapes. Anisotropic materials need a tangent, the
+//! direction of u of each triangle. `Scene::frame` computes the tangent for these materials only.
+//! Their surfaces are not plain.
 
 mod dispersion;
 mod maps;
@@ -74,12 +74,12 @@ quantities! {
         /// True for a thin dielectric, which transmits light without refraction, instead of the
         /// boundary of a body.
         thin: bool = false;
-        /// Emitted radiance on the front side, W·sr⁻¹·m⁻². A texture multiplies it; if the constant
-        /// is black, only the texture is used.
+        /// Emitted radiance on the front side, W·sr⁻¹·m⁻². An emission texture multiplies this
+        /// radiance. If the constant is black, only the texture is used.
         emission: Spectrum = Spectrum::ZERO, in NOT_NEGATIVE;
         /// Opacity, 0 to 1.
         opacity: f32 = 1.0, in SHARE;
-        /// False for a surface that camera rays pass without a hit.
+        /// False for a surface that camera rays pass through without a hit.
         camera_visible: bool = true;
         /// False for a surface that only camera rays hit.
         light_visible: bool = true;
@@ -185,8 +185,9 @@ impl Material {
         }
     }
 
-    /// Share of light that the material scatters: the maximum over the channels. With
-    /// [`Gloss::Metallic`], a coat and the base below it share the light.
+    /// Fraction of the light that the material scatters, as the maximum over the channels. With
+    /// [`Gloss::Metallic`], the coat and the base below it share the light, so the larger of their
+    /// factors counts.
     pub fn scattered(&self) -> f32 {
         let reflected = match self.gloss {
             Gloss::Metallic(_) => self.diffuse.max(self.specular),
@@ -195,7 +196,8 @@ impl Material {
         (reflected + self.transmission).max_component()
     }
 
-    /// Divides all lobes by the share of light that they scatter, if this share is above 1.
+    /// Divides all lobes by the fraction of the light that they scatter, if this fraction is above
+    /// 1.
     pub(crate) fn scale_to_one(&mut self) {
         let scattered = self.scattered();
         if scattered > 1.0 {
@@ -269,7 +271,7 @@ impl Material {
                 fresnel,
             }),
             Gloss::Mirror(fresnel) => Lobe::Mirror(Mirror { reflectance, fresnel }),
-            // Facets whose `α` is too small for the formulas are a mirror.
+            // Facets whose `α` is too small for the formulas are treated as a mirror.
             Gloss::Ggx(fresnel) if self.alpha() < MIN_ALPHA => Lobe::Mirror(Mirror { reflectance, fresnel }),
             Gloss::Ggx(fresnel) => Lobe::RoughConductor(RoughConductor::new(reflectance, alpha, fresnel)),
             Gloss::Metallic(metallic) if self.alpha() < MIN_ALPHA => {

@@ -1,4 +1,4 @@
-//! Quantities of a material, by their keys in scene files, each with its range.
+//! Numeric parameters (quantities) of a material, each with its key in scene files and its range.
 
 use super::{Gloss, Material};
 use crate::bsdf::Fresnel;
@@ -12,7 +12,7 @@ pub(super) const NOT_NEGATIVE: Range<f32> = Range::AtLeast(0.0);
 /// Range of indices of refraction.
 pub(super) const POSITIVE: Range<f32> = Range::Above(0.0);
 
-/// A quantity of materials.
+/// A numeric parameter of materials.
 pub struct Quantity {
     /// Key in scene files.
     pub key: &'static str,

@@ -1,18 +1,18 @@
 //! Surfaces that transmit light without refraction: thin glass and coloured filters.
 //!
 //! A ray that hits such a surface stops there or passes, by a random choice, as with alpha;
-//! `integrator/opacity.rs` traces these rays. Light samples are multiplied by the mean of this
-//! choice. Scattering before and behind the surface therefore does not depend on the surface: MIS,
-//! connections, photons and path reuse need no changes.
+//! `integrator/opacity.rs` traces these rays. Light samples are multiplied by the probability of
+//! passing. Scattering before and behind the surface therefore does not depend on the surface, and
+//! MIS, connections, photons and path reuse need no changes.
 //!
 //! The probability must be the same from both ends of a path. Otherwise, estimators that trace from
 //! lights would differ from estimators that trace from the camera. Two kinds of surface have such a
 //! probability:
 //!
-//! - a thin dielectric without other lobes. It stops the share `r = 2R / (1 + R)`, its reflectance,
-//!   which is the same for both directions of a mirror;
+//! - a thin dielectric without other lobes. It stops the fraction `r = 2R / (1 + R)` of the rays,
+//!   which is its reflectance. The reflectance is the same for both directions of a mirror;
 //! - a filter, which is a thin dielectric of index 1 with additional reflecting lobes. It stops the
-//!   same share for all directions.
+//!   same fraction of the rays for all directions.
 //!
 //! A thin dielectric of another index that also has diffuse or glossy lobes, a coat or a texture
 //! has no such probability. It scatters rays, and shadow rays stop there.
@@ -21,7 +21,7 @@ use super::Material;
 use crate::bsdf::{Bsdf, Fresnel, Lobe, Mirror, ThinDielectric};
 use crate::color::Spectrum;
 
-/// Transmission of a surface without refraction.
+/// A surface that transmits light without refraction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinSurface {
     /// Factor of the transmitted light.
@@ -117,8 +117,8 @@ mod tests {
         }
     }
 
-    /// Passing by chance, and the mirror for other rays, have the same directions and shares as the
-    /// thin dielectric lobe.
+    /// Passing by chance, and the mirror for other rays, have the same directions and the same
+    /// fractions of the light as the thin dielectric lobe.
     #[test]
     fn passing_and_mirror_equal_the_thin_dielectric() {
         let glass = thin(Spectrum::rgb(0.9, 0.8, 0.5), 1.5);

@@ -35,13 +35,13 @@ impl Frame {
         })
     }
 
-    /// World direction to local direction.
+    /// Converts a world direction to a local direction.
     #[inline(always)]
     pub fn to_local(&self, v: Vec3) -> Vec3 {
         Vec3::new(v.dot(self.x), v.dot(self.y), v.dot(self.z))
     }
 
-    /// World directions to local directions.
+    /// Converts world directions to local directions.
     #[inline(always)]
     pub fn to_local_lanes(&self, v: &Vec3Lanes) -> Vec3Lanes {
         let along = |axis| v.dot(&Vec3Lanes::splat(axis));
@@ -58,7 +58,7 @@ impl Frame {
         self.z
     }
 
-    /// Local direction to world direction.
+    /// Converts a local direction to a world direction.
     #[inline(always)]
     pub fn to_world(&self, v: Vec3) -> Vec3 {
         v.x * self.x + v.y * self.y + v.z * self.z

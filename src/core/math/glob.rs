@@ -1,5 +1,5 @@
-//! Patterns for names of materials and parts. The crate `glob` reads `[` as the start of a class,
-//! but names of materials contain brackets.
+//! Patterns for names of materials and parts. The crate `glob` is not used, because it reads `[` as
+//! the start of a class, and names of materials contain brackets.
 
 /// A pattern for names: `*` matches any characters, `?` one character, and `\` escapes the next
 /// character.
@@ -75,9 +75,9 @@ impl Glob {
         chars.collect()
     }
 
-    /// Text of the pattern. A table needs different keys, but may have several entries with the
-    /// same pattern: `copy` selects one of several equivalent texts. They differ in the literal
-    /// characters that are escaped by `\`.
+    /// Text of the pattern. The keys of a table must differ, but several entries may have the same
+    /// pattern. `copy` therefore selects one of several equivalent texts, which differ in the
+    /// literal characters that are escaped by `\`.
     pub fn text(&self, copy: usize) -> String {
         let mut left = copy;
         let mut text = String::new();
@@ -97,7 +97,8 @@ impl Glob {
                 }
             }
         }
-        // If the pattern has only wildcards, repeat `*`, which matches the same names.
+        // If the pattern has too few literal characters for `copy`, repeat `*`, which matches the
+        // same names.
         if left > 0 {
             text.push_str(&"*".repeat(if self.0.contains(&Token::Any) { left } else { 0 }));
         }

@@ -3,9 +3,10 @@ use super::{DVec3, Quat, Vec3};
 /// Directions by azimuth and elevation above a horizontal plane.
 ///
 /// With +y up, azimuth 0 is +z, the position of a camera without rotation, and azimuths grow
-/// towards +x: counter-clockwise seen from above. For another up axis, the smallest rotation from
-/// +y turns the frame. The rotation keeps directions perpendicular to both axes: with +z up,
-/// azimuth 0 is −y, and +x stays at 90°. With −y up, the rotation is around +x.
+/// towards +x: counter-clockwise seen from above. For another up axis, the frame is turned by the
+/// smallest rotation from +y to this axis. The rotation keeps the direction that is perpendicular
+/// to both axes. With +z up, azimuth 0 is −y, and +x stays at 90°. With −y up, the rotation is
+/// around +x.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Horizon {
     up: Vec3,

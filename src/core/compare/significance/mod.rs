@@ -3,9 +3,9 @@
 //! docs/guide/reference/compare.md describes the tests at the four scales (pixel, tile, region,
 //! whole) and their rates of error. The scales follow from the correlation of errors. Pixels that
 //! share paths have common errors, so the variance of a tile's sum may be sixteen times as large as
-//! for independent pixels. Scales larger than a tile use the variance between tiles, which have no
-//! common errors. This variance is right for any sampler, but the variance channel is too large for
-//! low-discrepancy points.
+//! for independent pixels. Scales larger than a tile use the variance between tiles, because tiles
+//! have no common errors. This variance is right for any sampler. The variance channel of the
+//! picture is too large for low-discrepancy points.
 //!
 //! In some methods, one photon, record or chain contributes to several tiles (`CommonErrors`; the
 //! renderer writes the attribute `embrasure.commonErrors`). If samples are independent iterations
@@ -28,19 +28,20 @@ use std::collections::BTreeMap;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
     /// Single pixel: Student's t, with the degrees of freedom of the picture with fewer samples. If
-    /// few samples find light, the variance of most pixels is too low. The variance is therefore at
-    /// least the mean over the 5 × 5 pixels around the pixel, and at least the mean over the
-    /// pixel's tile.
+    /// few samples find light, the estimated variance of most pixels is too low. The variance is
+    /// therefore at least the mean over the 5 × 5 pixels around the pixel, and at least the mean
+    /// over the pixel's tile.
     Pixel,
     /// Mean over a tile of 16 × 16 pixels. Its variance follows from the variances of its pixels,
-    /// and is at least the mean over the 3 × 3 tiles around it. If all pixels of a sample may have
-    /// common errors, the tile is tested by Student's t for the worst case: all errors are common.
+    /// and is at least the mean over the 3 × 3 tiles around it. If all pixels may have a common
+    /// error in each sample ([`CommonErrors::Sample`]), the tile is tested by Student's t for the
+    /// worst case, in which its pixels have equal errors.
     Tile,
     /// A square of 4 × 4 tiles: Student's t of the relative differences of its tiles, whose errors
     /// are independent.
     Region,
-    /// Student's t of the tiles of the whole picture. If tiles may have common errors, the number
-    /// of independent tiles is a quarter of their number: at most sixteen for
+    /// Student's t of the tiles of the whole picture. If tiles may have common errors, the test
+    /// assumes that a quarter of the tiles is independent, but at most sixteen tiles for
     /// [`CommonErrors::Sample`], and at most eight for [`CommonErrors::Picture`].
     Whole,
 }
@@ -63,10 +64,11 @@ pub struct ExtremeTest {
     /// `image` minus `reference`, relative to `reference`: 0 if both are 0, and infinite if only
     /// `reference` is 0.
     pub difference: f64,
-    /// Difference divided by its standard deviation: normally distributed for tiles, else
-    /// distributed as Student's t. For regions and the whole, the difference is the weighted mean
-    /// of the relative differences of tiles. The weights follow from the tiles' variances, so
-    /// `score` and `difference` may have different signs.
+    /// Difference divided by its standard deviation. For tiles it is normally distributed, unless
+    /// all pixels may have common errors in each sample. Otherwise it is distributed as Student's
+    /// t. For regions and the whole, the difference is the weighted mean of the relative
+    /// differences of tiles. The weights follow from the tiles' variances, so `score` and
+    /// `difference` may have different signs.
     pub score: f64,
     /// Probability that at least one test of this scale has such an extreme score by noise alone:
     /// the p-value, corrected for the number of tests.
@@ -101,22 +103,22 @@ impl Significance {
     /// `None` if the pictures have a different number of pixels, or if variances are unknown, as
     /// after one sample.
     ///
-    /// All tests are one family. Each scale has an equal share of the probability of a false alarm,
-    /// and each test has an equal share within its scale (Šidák 1967). Variances that are too
+    /// All tests are one family. The probability of a false alarm is divided equally among the
+    /// scales, and within a scale equally among its tests (Šidák 1967). Variances that are too
     /// large, such as the variances of low-discrepancy samples, only make false alarms rarer.
     ///
     /// Regions and the whole are tested by the spread of the differences of their tiles, which
     /// needs no correct variance. With equal numbers of samples, differences have symmetric
-    /// distributions. The sum of symmetric differences over the root of their squares has at most
-    /// normal tails, for any skewness of the samples (Efron 1969, "Student's t-Test Under Symmetry
-    /// Conditions").
+    /// distributions. The sum of symmetric differences, divided by the square root of the sum of
+    /// their squares, has at most normal tails, for any skewness of the samples (Efron 1969,
+    /// "Student's t-Test Under Symmetry Conditions").
     pub fn new(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise), level: f64) -> Option<Self> {
         let pixels = Pixels::new(window, reference, image)?;
         let tiles: Vec<&NoiseTile> = pixels.tiles.iter().collect();
         let common = pixels.common;
         if let Some(rare) = pixels.rare {
             // Most tiles have no rare sample. Means of relative differences, weighted by the tiles'
-            // variances, would be means of these tiles. Sums are tested instead.
+            // variances, would be means over these tiles only. Therefore test sums.
             let tests = (rare >= MIN_RARE).then(|| sum_tests(&tiles));
             let whole = extreme(Scale::Whole, tests.into_iter().flatten());
             return Some(Self {
@@ -170,8 +172,8 @@ impl Significance {
     }
 }
 
-/// For each pixel, the score with the largest absolute value of its channels, as in
-/// [`Scale::Pixel`]; 0 if unknown. `None` in the same cases as [`Significance::new`].
+/// Returns for each pixel the score of [`Scale::Pixel`] with the largest absolute value over the
+/// channels; 0 if unknown. `None` in the same cases as [`Significance::new`].
 pub fn pixel_scores(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise)) -> Option<Vec<f32>> {
     let pixels = Pixels::new(window, reference, image)?.pixels;
     let furthest = |pixel: &Pixel| {
@@ -194,7 +196,7 @@ fn normal_tails(score: f64) -> f64 {
 
 /// P(|t| ≥ `score`) of Student's t.
 fn student_tails(score: f64, freedom: f64) -> f64 {
-    // With more degrees of freedom, the normal distribution approximates the tail at a score of 6
+    // Above 10⁴ degrees of freedom, the normal distribution approximates the tail at a score of 6
     // with an error of 3 %.
     if freedom > 1e4 {
         return normal_tails(score);
@@ -326,8 +328,8 @@ fn spread_tests(tiles: &[&NoiseTile], common: CommonErrors) -> Vec<Test> {
     (0..3).filter_map(test).collect()
 }
 
-/// One test for each channel, by the spread of the absolute differences of `tiles`: each tile has
-/// the weight of its light.
+/// One test for each channel, by the spread of the differences of the sums of `tiles`. Each tile
+/// therefore has the weight of its light.
 fn sum_tests(tiles: &[&NoiseTile]) -> Vec<Test> {
     let test = |channel: usize| {
         let terms = tiles.iter().map(|tile| tile.sums[1][channel] - tile.sums[0][channel]);
@@ -349,10 +351,10 @@ fn sum_tests(tiles: &[&NoiseTile]) -> Vec<Test> {
     (0..3).filter_map(test).collect()
 }
 
-/// Share of the sum of squares that the mean of `n` terms does not explain. `sum` is the sum of the
-/// terms, and `squares` is the sum of their squares. With S = sum / √squares, the share is 1 − S² /
-/// n, which is ν / (ν + t²) for Student's t = S √((n − 1) / (n − S²)). The share is 1 if all terms
-/// are 0.
+/// Fraction of the sum of squares that the mean of `n` terms does not explain. `sum` is the sum of
+/// the terms, and `squares` is the sum of their squares. With S = sum / √squares, the fraction is 1
+/// − S² / n, which is ν / (ν + t²) for Student's t = S √((n − 1) / (n − S²)). The fraction is 1 if
+/// all terms are 0.
 fn within_share(sum: f64, squares: f64, n: f64) -> f64 {
     if squares > 0.0 {
         (1.0 - sum * sum / squares / n).clamp(0.0, 1.0)
@@ -391,8 +393,8 @@ fn spread_test(tiles: &[&NoiseTile], common: CommonErrors, channel: usize) -> Op
     let mut variances: Vec<f64> = relative.iter().map(|r| r.1).collect();
     variances.sort_by(f64::total_cmp);
     let usual = variances.get(variances.len() / 2)?;
-    // Weight tiles by the inverse of their variance plus the median variance. Without the median, a
-    // lamp, which has no noise, would have all the weight.
+    // Weight each tile by 1 / (its variance + the median variance). Without the median, a lamp,
+    // which has no noise, would have all the weight.
     let weighted = relative.iter().map(|(difference, variance)| {
         let weight = 1.0 / (variance + usual);
         (weight, weight * difference)
@@ -401,7 +403,7 @@ fn spread_test(tiles: &[&NoiseTile], common: CommonErrors, channel: usize) -> Op
     let max = match common {
         CommonErrors::None | CommonErrors::Tile => f64::INFINITY,
         // Few tiles are independent, and a difference that varies over the picture must not look
-        // like noise. Clamp each term to the median of all terms.
+        // like noise. Clamp the absolute value of each term to the median of the absolute values.
         CommonErrors::Sample | CommonErrors::Picture => {
             let sizes = weighted.clone().map(|(_, term)| term.abs());
             let mut sizes: Vec<f64> = sizes.filter(|size| *size > 0.0).collect();

@@ -32,7 +32,7 @@ pub enum CommonErrors {
     /// each pixel is right.
     Sample,
     /// Errors that all samples have in common, because they use the same photon map or irradiance
-    /// cache: no variance includes them.
+    /// cache. No variance includes these errors.
     Picture,
 }
 
@@ -189,21 +189,23 @@ fn is_known(variance: &[f64; 3]) -> bool {
     variance.iter().all(|v| v.is_finite())
 }
 
-/// Maximum number of samples that can make up a pixel of rare samples, as estimated from the
-/// pixel's mean and variance.
+/// A pixel counts as made of rare samples if at most this number of equal samples explains its mean
+/// and its variance.
 const FEW_SAMPLES: f64 = 4.0;
 
 /// Mean number of rare samples per tile above which the variances of most tiles are correct.
 const RARE_OF_A_TILE: f64 = 4.0;
 
-/// Approximate number of rare samples that make nearly all of the noise of two pictures. `None` if
-/// there are many such samples, or if they are equally likely in both pictures: differences are
-/// then symmetric, even for rare samples.
+/// Approximate number of rare samples that cause most of the noise of two pictures. `None` if there
+/// are many such samples. `None` also if they are equally likely in both pictures, because
+/// differences are then symmetric, even for rare samples.
 ///
-/// A single sample that makes up its pixel, of mean m, has a variance of m², and k equal samples
-/// have m² / k. If pixels made of few samples have most of the variance, the number of terms of
-/// this size is `(Σ v)² / Σ v²`. The two variances of each pixel show if the pictures were sampled
-/// alike: each is then larger with the same probability, for any tails.
+/// If a single sample makes up a pixel of mean m, the variance v of the pixel is m². If k equal
+/// samples make up the pixel, v is m² / k. If pixels made of few samples have most of the variance,
+/// the number of rare samples is about `(Σ v)² / Σ v²` over these pixels.
+///
+/// The two variances of each pixel show if the pictures were sampled alike. In this case, each of
+/// the two is larger with the same probability, for any tails.
 fn rare_samples(sources: &[NoisyPicture; 2], tiles: usize) -> Option<f64> {
     let sum = |v: &[f64; 3]| v.iter().sum::<f64>();
     let (mut all, mut rare, mut squares) = (0.0, 0.0, 0.0);
@@ -234,7 +236,8 @@ fn rare_samples(sources: &[NoisyPicture; 2], tiles: usize) -> Option<f64> {
     (!is_alike && rare > 0.5 * all && events < RARE_OF_A_TILE * tiles as f64).then_some(events)
 }
 
-/// Mean of the known entries in the square of `2 · radius + 1` entries around each entry.
+/// For each entry, mean of the known entries in the square around the entry, with sides of `2 ·
+/// radius + 1` entries.
 fn surroundings(variance: &[[f64; 3]], width: usize, radius: usize) -> Vec<[f64; 3]> {
     let height = variance.len() / width.max(1);
     let around = |at: usize, end: usize| at.saturating_sub(radius)..(at + radius + 1).min(end);
@@ -303,7 +306,7 @@ impl Grid {
     }
 }
 
-/// Sums over the pixels of a tile whose noise is known.
+/// A tile, with sums over those of its pixels whose noise is known.
 pub(super) struct NoiseTile {
     pub(super) window: Rect,
     pub(super) pixels: f64,

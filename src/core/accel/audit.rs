@@ -22,9 +22,9 @@ const BRUTE_TESTS: f64 = 256.0;
 /// A backend that checks a fraction of its answers against a second backend, and against crossings
 /// computed in f64.
 ///
-/// The first backend is called as in a render: packets are traced as packets. Each ray of a packet
-/// is checked separately. The choice of rays depends on their bits only, so it does not depend on
-/// the number of threads.
+/// The first backend is called as in a render, so packets are traced as packets. Each ray of a
+/// packet is checked separately. The choice of rays depends on the bits of the rays only, and not
+/// on the number of threads.
 pub struct Auditor<'a> {
     scene: &'a Scene,
     accels: [&'a dyn Accel; 2],
@@ -83,7 +83,7 @@ impl Findings {
     }
 }
 
-/// Sort key of disagreements: unexplained disagreements come first.
+/// Sort key that puts unexplained disagreements first.
 fn order(d: &Disagreement) -> (std::cmp::Reverse<Cause>, u64) {
     (std::cmp::Reverse(d.cause), hash(&d.query))
 }
@@ -416,7 +416,8 @@ mod tests {
         let material = builder.add_material(Material::default()).unwrap();
         let mesh = Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-            // The second triangle has the opposite winding: two equal triangles would count as one.
+            // The second triangle has the opposite winding, because two equal triangles would count
+            // as one.
             triangles: vec![[0, 1, 2], [0, 2, 1]],
             ..Mesh::default()
         };

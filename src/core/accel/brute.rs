@@ -78,7 +78,8 @@ fn corners_at(mesh: &Mesh, prim: PrimId, time: f64, placement: Option<&DAffine3>
     }
 }
 
-/// Ray parameter and barycentrics of a hit, computed in f64. Edges belong to the triangle.
+/// Ray parameter and barycentrics of a hit, computed in f64. A ray through an edge hits the
+/// triangle.
 fn intersect_triangle(ray: &Ray, corners: [DVec3; 3]) -> Option<(f32, f32, f32)> {
     let (t, b1, b2) = crossing(ray, corners)?;
     let inside = b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0;

@@ -3,8 +3,8 @@
 //! Microfacet models with single scattering lose the light that other facets block: 69 % at
 //! roughness 1, along the normal. Rough lobes add the lost light in the reciprocal form of Kulla
 //! and Conty (2017, "Revisiting Physically Based Shading at Imageworks"). A division by the albedo
-//! would not be reciprocal. The form needs the energy loss towards each direction, and its
-//! cosine-weighted mean.
+//! would not be reciprocal. The form needs the energy loss towards each direction, and the
+//! cosine-weighted mean of this loss.
 //!
 //! Both are tabulated by quadrature over the visible facets of the lobes themselves. The axes are
 //! `√cos θ`, the roughness `√α` and, for dielectrics, `(η − 1) / (η + 1)`. The values are nearly
@@ -100,7 +100,7 @@ impl ConductorTables {
         loss
     }
 
-    /// All quantities towards a direction with the cosine `cos`, from one position in the tables.
+    /// Energy towards a direction with the cosine `cos`.
     #[inline(always)]
     pub fn towards(&self, cos: f32) -> ConductorEnergy {
         let rows = ConductorRows::of(*self);
@@ -284,8 +284,8 @@ impl<const N: usize> EnergyTable<N> {
         Vec3::new(r * cos, r * sin, cos2.sqrt())
     }
 
-    /// Density of [`EnergyTable::sample`] per solid angle: the cosine density times the mean of the
-    /// cell, divided by the mean of all cells.
+    /// Density of [`EnergyTable::sample`] per solid angle: the cosine density times the mean energy
+    /// of the cell, divided by the mean energy of all cells.
     #[inline(always)]
     pub fn pdf(&self, cos: f32) -> f32 {
         let (cell, _) = cell(place(cos.sqrt(), NODES), NODES);

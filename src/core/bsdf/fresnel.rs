@@ -127,17 +127,17 @@ pub fn dielectric(cos_i: f32, eta: f32) -> (f32, f32) {
     (0.5 * (parallel * parallel + perpendicular * perpendicular), cos_t)
 }
 
-/// Direction in which the facet `h` refracts `w`. `cos_i` and `cos_t` are the cosines of both
-/// directions with the facet's normal. `eta` is the index on the far side, relative to the side of
-/// `w`, as in [`dielectric`] (PBR4 eq. 9.5).
+/// Direction in which the facet `h` refracts `w`. `cos_i` and `cos_t` are the cosines of `w` and of
+/// the refracted direction with the normal of the facet. `eta` is the index on the far side,
+/// relative to the side of `w`, as in [`dielectric`] (PBR4 eq. 9.5).
 pub fn refract(w: Vec3, h: Vec3, cos_i: f32, cos_t: f32, eta: f32) -> Vec3 {
     (cos_i / eta - cos_t) * h - w / eta
 }
 
 /// Reflectance of a conductor of complex index `eta + i k`, relative to the medium in front of it.
 ///
-/// The exact solution in real arithmetic, f64 inside (Lagarde 2013, "Memo on Fresnel equations";
-/// Born and Wolf, §14.2).
+/// The result is the exact solution in real arithmetic, computed in f64 (Lagarde 2013, "Memo on
+/// Fresnel equations"; Born and Wolf, §14.2).
 pub fn conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
     let (cos_i, eta, k) = (cos_i.clamp(0.0, 1.0) as f64, eta as f64, k as f64);
     let (cos2, sin2) = (cos_i * cos_i, 1.0 - cos_i * cos_i);

@@ -116,8 +116,8 @@ impl Ggx {
     }
 
     /// Roughness `√α` of the isotropic facets that replace these facets in energy tables: `α` is
-    /// the geometric mean of both slopes. Some energy then stays lost, and up to 3 % too much is
-    /// returned at grazing angles.
+    /// the geometric mean of both slopes. Some of the lost light is then not returned, and up to 3
+    /// % too much light is returned at grazing angles.
     pub fn roughness(&self) -> f32 {
         if self.alpha.x == self.alpha.y {
             self.alpha.x.sqrt()
@@ -134,8 +134,8 @@ mod tests {
 
     const SLOPES: [[f32; 2]; 4] = [[0.1, 0.1], [1.0, 1.0], [0.1, 0.4], [0.9, 0.3]];
 
-    /// ∫ over the upper hemisphere by midpoints in azimuth and in `t`, with `tan θ = t / (1 − t)`.
-    /// The points also cover facets of small slope.
+    /// Integral of `f` over the upper hemisphere, by midpoints in azimuth and in `t`, with `tan θ =
+    /// t / (1 − t)`. The points also resolve facets of small slope.
     fn integral(f: impl Fn(Vec3) -> f64) -> f64 {
         const STEPS: usize = 800;
         let mut sum = 0.0;

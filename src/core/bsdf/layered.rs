@@ -20,9 +20,9 @@ use crate::math::Vec3;
 /// diffuse lobes the factor is `T(wo) T(wi)` divided by the mean of `T`, because light that does
 /// not leave is scattered again (Kelemen and Szirmay-Kalos 2001, "A Microfacet Based Coupled
 /// Specular-Matte BRDF Model with Importance Sampling"). Other lobes scatter around the mirror
-/// direction, where `T(wo)` and `T(wi)` are equal. Their factor is the minimum of both (as the
-/// sheen of glTF's `KHR_materials_sheen`), which loses light only if the lobe is wide. Both forms
-/// are reciprocal and add no energy.
+/// direction, where `T(wo)` and `T(wi)` are equal. The factor of these lobes is the smaller of the
+/// two (as for the sheen of glTF's `KHR_materials_sheen`), which loses light only if the lobe is
+/// wide. Both forms are reciprocal and add no energy.
 ///
 /// The layers have no thickness, so they neither refract nor blur the light. The base's index of
 /// refraction is relative to air.

@@ -178,7 +178,8 @@ impl Lobe {
     }
 
     /// Estimate of the fraction of the flux that the lobe scatters, by channel, without a view
-    /// direction. Fresnel terms except Schlick's count as 1. Lobes with energy tables return their
+    /// direction. Fresnel terms count as 1, but Schlick's term of facets and mirrors counts with
+    /// its mean. Dielectrics return their transmittance. The coated base and the sheen return their
     /// mean albedo.
     pub fn albedo(&self) -> Spectrum {
         match self {

@@ -72,7 +72,7 @@ pub use view::{BsdfDirection, BsdfView};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 
-/// Transported quantity of a path: refraction changes radiance, but not importance.
+/// Transported quantity of a path. Refraction changes radiance, but not importance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TransportMode {
     /// The path starts at the camera.
@@ -101,8 +101,8 @@ pub struct BsdfSample {
     pub wi: Vec3,
     /// Density of `wi` per solid angle. For a delta lobe, the probability of choosing `wi`.
     pub pdf: f32,
-    /// Factor of the throughput, `f |cos θi| / pdf`. It is a field because some lobes compute it
-    /// before the direction.
+    /// Factor of the throughput, `f |cos θi| / pdf`. The factor is a field, because some lobes
+    /// compute it before the direction.
     pub weight: Spectrum,
     /// Width of the lobe that was sampled.
     pub scattering: Scattering,
@@ -345,8 +345,8 @@ impl Bsdf {
         }
     }
 
-    /// Estimate of the albedo without a view direction: the sum of [`Lobe::albedo`], below layers
-    /// times their transmittance along the normal.
+    /// Estimate of the albedo without a view direction: the sum of [`Lobe::albedo`] over all lobes.
+    /// Lobes below layers are multiplied by the transmittance of the layers along the normal.
     pub fn albedo(&self) -> Spectrum {
         match self {
             Self::Single(_) | Self::Mix(_) => self.lobes().fold(Spectrum::ZERO, |sum, lobe| sum + lobe.albedo()),

@@ -48,8 +48,8 @@ impl Aperture {
         let side = u.x * self.blades as f32;
         let first = (side as u32).min(self.blades - 1);
         let (a, b) = (self.corner(first), self.corner(first + 1));
-        // Take the square root: the area within the fraction r of the triangle's height grows with
-        // r².
+        // Take the square root, because the area within the fraction r of the triangle's height
+        // grows with r².
         (side - first as f32).clamp(0.0, 1.0).sqrt() * a.lerp(b, u.y)
     }
 

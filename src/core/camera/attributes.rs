@@ -71,7 +71,8 @@ impl Camera {
     }
 }
 
-/// Matrix whose columns are affine functions of a point: an axis and a constant.
+/// Matrix with these columns. A column maps a point to the dot product with the axis of the column,
+/// plus the constant of the column.
 fn matrix(columns: [(DVec3, f64); 4]) -> Matrix {
     let entry = |i: usize| {
         let (axis, constant) = columns[i % 4];

@@ -192,8 +192,8 @@ impl CalibratedLens {
         (distorted * self.focal + self.center).as_vec2()
     }
 
-    /// Distorts a `point` of the plane. Returns the distorted point, and its derivatives by x and
-    /// by y of `point`.
+    /// Distorts a `point` of the plane. Returns the distorted point, and its derivatives with
+    /// respect to x and y of `point`.
     fn distort(&self, point: DVec2) -> (DVec2, [DVec2; 2]) {
         let DVec2 { x, y } = point;
         let s = point.length_squared();

@@ -78,7 +78,8 @@ pub(super) struct CubeLayout {
 }
 
 impl CubeLayout {
-    /// Layout of a picture of `resolution` pixels; `None` if it does not consist of six squares.
+    /// Layout of a picture of `resolution` pixels; `None` if the picture does not consist of six
+    /// squares.
     pub fn of(resolution: UVec2) -> Option<Self> {
         let layout = |columns: u32| {
             let side = resolution.x / columns;

@@ -18,7 +18,8 @@ pub struct Importance {
     pub we: f32,
     /// Density of the ray's direction per solid angle, if film points have a uniform density of one
     /// per pixel: `1 / (s² cos³ θ)` for a perspective. For parallel rays, density per area
-    /// perpendicular to the rays: `1 / (s² cos θ)` for pixels of width s.
+    /// perpendicular to the rays: `1 / (s² cos θ)` for pixels of width s. Here θ is the angle of
+    /// the ray with the view axis.
     pub pdf: f32,
 }
 

@@ -274,8 +274,8 @@ impl Camera {
 
     #[inline]
     fn ray_of_still(&self, film: Vec2, u_lens: Vec2, time: f32) -> Ray {
-        // Direction through the centre of the lens. If the projection is onto a plane, it has depth
-        // 1.
+        // Direction through the centre of the lens. If the projection is onto a plane, this
+        // direction has depth 1.
         let (place, through_center) = self.film.ray(film, [self.right, self.up, self.forward]);
         if self.lens_radius == 0.0 {
             return Ray::new(self.position + place, through_center.normalize()).when(time);
@@ -381,7 +381,8 @@ mod tests {
         let camera = Camera::new(parameters(), UVec2::new(200, 100)).unwrap();
         let towards = |x, y| camera.ray(Vec2::new(x, y), Vec2::ZERO, 0.0).direction;
         assert!(towards(100.0, 50.0).distance(Vec3::NEG_Z) < 1e-6);
-        // At the top edge, the direction is 45° up. At the right edge, it is twice as far in x.
+        // At the top edge, the direction is 45° up. At the right edge, x is twice as large as y at
+        // the top edge.
         assert!(towards(100.0, 0.0).distance(Vec3::new(0.0, 1.0, -1.0).normalize()) < 1e-6);
         assert!(towards(200.0, 50.0).distance(Vec3::new(2.0, 0.0, -1.0).normalize()) < 1e-6);
     }

@@ -18,7 +18,7 @@ use rayon::prelude::*;
 /// radians of a degree.
 const PIXELS_PER_DEGREE: f32 = 0.7 * (3840.0 / 0.7) * (std::f32::consts::PI / 180.0);
 
-/// Exposure factor before Narkowicz's curve, with which the curve is as bright as ACES.
+/// Exposure factor before Narkowicz's curve. With this factor, the curve is as bright as ACES.
 const PRE_EXPOSURE: f32 = 0.6;
 
 /// Perceived error of an image.
@@ -74,8 +74,9 @@ impl Flip {
 }
 
 impl Exposures {
-    /// Exposures for `reference`: from the exposure that maps its brightest pixel to 0.85 of the
-    /// display's range, to the exposure that maps its median to 0.85 (2021, section 4.2).
+    /// Exposures for `reference`: from the exposure that maps the brightest pixel of `reference` to
+    /// 0.85 of the display's range, to the exposure that maps the median to 0.85 (2021, section
+    /// 4.2).
     fn of(reference: &RgbImage) -> Self {
         const TARGET: f32 = 0.85;
         // Input of Narkowicz's curve for the output t = `TARGET`: the larger root of (2.51 − 2.43
@@ -128,7 +129,8 @@ struct PerceivedPicture {
 }
 
 impl PerceivedPicture {
-    /// Perceived picture for linear values; `shown` converts them to displayed values.
+    /// Perceived picture of a picture with linear values. `shown` converts linear values to
+    /// displayed values.
     fn new(picture: &RgbImage, shown: impl Fn(f32) -> f32 + Sync) -> Self {
         let size = (picture.width, picture.height);
         let opponent: Vec<[f32; 3]> = picture

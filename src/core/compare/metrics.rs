@@ -15,7 +15,7 @@ pub struct Errors {
     /// Mean squared difference over pixels and channels.
     pub mse: f64,
     /// Mean over channels and pixels of `(x − ref)² / (ref² + 0.01)`, without the worst 0.1 % of
-    /// the pixels, whose outliers would dominate it.
+    /// the pixels, because such outliers would dominate the mean.
     pub rel_mse: f64,
     /// [`Errors::rel_mse`] of the means of square blocks with edges of [`Errors::BLOCKS`] pixels.
     /// This is the error at low spatial frequencies, which remains after averaging by a denoiser or

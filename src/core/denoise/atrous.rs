@@ -10,14 +10,14 @@
 //!
 //! Two steps come first. Without them, the filter leaves blotches in rooms that are lit through a
 //! window, where bright samples are rare. Pixels with a bright sample have a high variance and
-//! spread their light; other pixels have a low variance and keep their value. The first step
+//! spread their light. Other pixels have a low variance and keep their value. The first step
 //! reduces outliers and distributes their light ([`without_outliers`]). The second step averages
 //! the variance over a window ([`with_mean_variance`]). On the kitchen of docs/gallery at 32
 //! samples, the steps lower relMSE from 0.038 to 0.033 and FLIP from 0.27 to 0.21.
 //!
 //! - The film has the variance of each pixel, so the filter needs no history, unlike SVGF.
-//! - Depth is compared with a pixel's tangent plane, in 1 / depth, which is linear in the image on
-//!   flat surfaces.
+//! - The inverse depth of a tap is compared with the inverse depth of the pixel's tangent plane
+//!   there. On flat surfaces, inverse depth is linear in the image.
 //! - Differences from the pixel are summed instead of values, so that constant light stays
 //!   bit-identical.
 //! - Differences of luminance are relative to the noise of the filtered pixel only. With the noise
@@ -55,7 +55,7 @@ const SIGMA_ALBEDO: f32 = 0.15;
 /// Tolerance (sigma) for the distance of a pixel from another pixel's tangent plane, relative to
 /// the depth.
 const SIGMA_DEPTH: f32 = 0.1;
-/// Minimum albedo as a divisor: lamps and the background have albedo 0.
+/// Minimum albedo as a divisor, because lamps and the background have albedo 0.
 const MIN_ALBEDO: f32 = 0.02;
 
 /// Input of the filter, row by row.
@@ -255,8 +255,9 @@ pub(super) fn denoise(input: Input) -> Vec<Vec3> {
 /// For each pixel, ratio of the light in its surroundings before and after filtering.
 ///
 /// A bright, noisy pixel takes more from dark pixels than it gives to them, so light is lost. The
-/// light before and after is averaged over pixels with similar guides, for any brightness. The
-/// ratio of both is smooth, and restores lost light near its original position.
+/// light before and the light after filtering are averaged over pixels with similar guides, for any
+/// brightness. The ratio of the two averages is smooth, and restores lost light near its original
+/// position.
 fn lost_light(guides: &[Guide], light: &[FilteredLight], raw: Vec<f32>, size: [usize; 2]) -> Vec<f32> {
     let both: Vec<[f32; 2]> = raw
         .into_iter()
@@ -363,8 +364,8 @@ fn variance_around(light: &[FilteredLight], size: [usize; 2], i: usize) -> f32 {
     spread / (n - 1.0).max(1.0)
 }
 
-/// Gradient of `values` at pixel `i` along rows and columns. It is the smaller difference to the
-/// two neighbours, so that edges do not affect it.
+/// Gradient of `values` at pixel `i` along rows and columns. Along each axis, it is the smaller of
+/// the differences to the two neighbours, so that edges do not affect it.
 fn gradient(values: &[f32], size: [usize; 2], i: usize) -> [f32; 2] {
     let [width, height] = size;
     let along = |at: usize, len: usize, stride: usize| {

@@ -1,9 +1,9 @@
 //! Denoising of pictures with alpha.
 //!
-//! `R G B` are premultiplied by alpha. A filter that blends them across an edge of alpha, and keeps
-//! alpha unchanged, changes the colour of the edge: RGB / A was off by 3 to 14 % there, and pixels
-//! with alpha 0 had light. Colour and coverage are therefore filtered separately, by the same
-//! filter:
+//! `R G B` are premultiplied by alpha. A filter that blends these channels across an edge of alpha,
+//! and keeps alpha unchanged, changes the colour of the edge. RGB / A was off by 3 to 14 % there,
+//! and pixels with alpha 0 had light. Colour and coverage are therefore filtered separately, by the
+//! same filter:
 //!
 //! - The *straight* colour, RGB / A, is extended into the background from the surrounding pixels,
 //!   so it has no edge of alpha. Albedo and normals, which are also means over all samples, are
@@ -61,7 +61,7 @@ pub(super) fn denoise(
         }
         None => is_ground.fill(false),
     }
-    // Keep grey values grey: a filter may colour them.
+    // Keep grey values grey, because a filter may colour them.
     if coverage.iter().all(|a| a.x == a.y && a.y == a.z) {
         filtered
             .iter_mut()
@@ -214,7 +214,7 @@ fn continued(layer: &[Vec3], coverage: &[f32], size: [usize; 2]) -> Vec<Vec3> {
     around
 }
 
-/// Sums over blocks of 2 × 2 pixels, with the new size.
+/// Returns the halved size, and the sums over blocks of 2 × 2 pixels.
 fn halved(pixels: &[(Vec3, f32)], [width, height]: [usize; 2]) -> ([usize; 2], Vec<(Vec3, f32)>) {
     let size = [width.div_ceil(2), height.div_ceil(2)];
     let block = |i: usize| {

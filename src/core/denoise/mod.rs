@@ -103,8 +103,8 @@ impl Denoiser {
     }
 
     /// Number of pixels that the filter processes for a picture of this size. Open Image Denoise
-    /// pads pictures to multiples of 16 pixels in both directions, which determines its time and
-    /// memory.
+    /// pads pictures to multiples of 16 pixels in both directions. The padded size determines its
+    /// time and memory.
     pub fn pixels(self, size: UVec2) -> u64 {
         let [width, height] = size.to_array().map(u64::from);
         match self {

@@ -36,7 +36,7 @@ pub enum FileErrorKind {
     /// The contents of the file are wrong, or the file does not exist.
     #[default]
     Contents,
-    /// The system cannot read or write the file. Its contents are unknown.
+    /// The file cannot be read or written, so its contents are unknown.
     Unreadable,
     /// A flag of the command line that replaces keys of the file is wrong. The message names the
     /// flag.
@@ -89,7 +89,7 @@ impl FileError {
         self
     }
 
-    /// Returns true if the system could not read or write the file.
+    /// Returns true if the file could not be read or written.
     pub fn is_unreadable(&self) -> bool {
         self.kind == FileErrorKind::Unreadable
     }

@@ -13,7 +13,8 @@ use std::path::Path;
 
 /// Observer of the progress of reading the files of a scene.
 pub trait LoadObserver: Sync {
-    /// Called when a part of the work begins, such as reading a file, with its total of `units`.
+    /// Called when a part of the work begins, such as reading a file. `units` is the size of this
+    /// part.
     fn begin(&self, what: &str, units: u64);
 
     /// Called when `units` more units are done. Any thread may call it.

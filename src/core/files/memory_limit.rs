@@ -170,7 +170,7 @@ fn left_by_groups(root: &Path) -> Option<u64> {
 }
 
 impl Groups {
-    /// Bytes below the limit of the group in `folder`. `None` if it has no limit.
+    /// Bytes below the limit of the group in `folder`. `None` if the group has no limit.
     fn left(&self, folder: &Path) -> Option<u64> {
         let number = |name: &str| -> Option<u64> { fs::read_to_string(folder.join(name)).ok()?.trim().parse().ok() };
         // If there is no limit, the file has a word (version 2) or a number near 2⁶³ (version 1).

@@ -5,7 +5,7 @@
 //! one. Other names (hard links) of the previous file keep its contents, and `Output::other_names`
 //! counts them. `Output::write` converts a panic to an error of the file, so that the other outputs
 //! are still written. If neither an EXR file nor a checkpoint could be written, `Renderer::rescue`
-//! writes all sums and `R G B` to a new file, without names and other channels.
+//! writes all sums and `R G B` to a new file, without additional channels.
 //!
 //! `tests/processes/outputs.rs` makes each system call of a render, a resumed render, a merge and a
 //! comparison fail in turn (`tests/faults/inject.c`, by `LD_PRELOAD`).
@@ -40,8 +40,8 @@ pub struct Output {
 impl Output {
     /// Checks that `path` can be written, by writing a temporary file beside it, and removes
     /// temporary files of killed runs. A link is followed, even if its target does not exist yet,
-    /// unless another user has put it into a sticky folder such as `/tmp`. A file that another
-    /// process has locked is refused.
+    /// unless another user has put the link into a sticky folder such as `/tmp`. A file that
+    /// another process has locked is refused.
     pub fn prepare(path: impl AsRef<Path>) -> Result<Self, FileError> {
         let path = path.as_ref();
         let refused = |what: &str| FileError::new(path, format!("cannot write: {what}"));
@@ -153,7 +153,7 @@ impl Output {
     }
 
     /// Writes a temporary file. Then calls `is_wanted`, and replaces the target with the temporary
-    /// file if it returns true.
+    /// file if `is_wanted` returns true.
     fn write_if(
         &self,
         is_wanted: impl FnOnce() -> Result<bool, FileError>,
@@ -180,7 +180,8 @@ impl Output {
         if !is_wanted()? {
             return Ok(None);
         }
-        // Use `fs::rename`, not the rename of tempfile: the tests inject faults into `fs::rename`.
+        // Use `fs::rename`, not the rename of tempfile, because the tests inject faults into
+        // `fs::rename`.
         let (_file, path) = temporary.into_parts();
         fs::rename(&path, &self.target).map_err(failed)?;
         // The temporary name no longer exists, so there is nothing to remove.

@@ -33,7 +33,7 @@ const LOCK_PAUSE: Duration = Duration::from_millis(20);
 const LOCK_ATTEMPTS: usize = 50;
 /// Maximum number of digits of a process id.
 const MAX_DIGITS: u64 = 10;
-/// Code of the system error if a file is opened without following links, and is a link.
+/// Code of the system error if a file is opened without following links, and the file is a link.
 #[cfg(unix)]
 const LINK_REFUSED: i32 = rustix::io::Errno::LOOP.raw_os_error();
 #[cfg(not(unix))]
@@ -157,7 +157,7 @@ fn lock_path(target: &Path) -> PathBuf {
     folder_of(target).join(prefix(target) + "lock")
 }
 
-/// Error message: another process, whose id is in `lock`, is writing the output `path`.
+/// Error that another process, whose id is in `lock`, is writing the output `path`.
 fn in_use(path: &Path, lock: &File) -> FileError {
     let mut owner = String::new();
     let _ = lock.take(MAX_DIGITS).read_to_string(&mut owner);

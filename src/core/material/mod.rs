@@ -54,7 +54,7 @@ quantities! {
         /// across it, is the inverse square root of `1 − 0.9 anisotropy` (Burley 2012, "Physically
         /// Based Shading at Disney").
         anisotropy: f32 = 0.0, in SHARE;
-        /// Angle from ∂p/∂u to the tangent around the normal, in degrees.
+        /// Angle from ∂p/∂u to the tangent, measured around the normal, in degrees.
         anisotropy_rotation: f32 = 0.0, in Range::Any;
         /// Factor of the reflection of the clear coat, a layer of index 1.5 over all other lobes.
         clearcoat: f32 = 0.0, in SHARE;

@@ -32,7 +32,7 @@ impl Bounds3 {
         if self.is_empty() {
             Vec3::ZERO
         } else {
-            // Halve the corners before the sum: corners near f32::MAX must not overflow.
+            // Halve the corners before the sum, so that corners near f32::MAX do not overflow.
             0.5 * self.min + 0.5 * self.max
         }
     }

@@ -20,8 +20,8 @@ pub trait Encode {
     }
 }
 
-/// Implements [`Encode`] for a struct by encoding its fields in order. All fields must be listed: a
-/// missing field does not compile.
+/// Implements [`Encode`] for a struct by encoding its fields in order. All fields must be listed.
+/// If a field is missing, the code does not compile.
 #[macro_export]
 macro_rules! encode_fields {
     ($type:ident { $($field:ident),+ $(,)? }) => {

@@ -70,8 +70,8 @@ impl Horizon {
         (self.rotation * Vec3::from(w)).normalize()
     }
 
-    /// Azimuth of a direction of any length, in degrees from −180 to 180; `None` if it is vertical
-    /// or zero.
+    /// Azimuth of a direction of any length, in degrees from −180 to 180; `None` if the direction
+    /// is vertical or zero.
     pub fn azimuth(&self, direction: Vec3) -> Option<f32> {
         let w = self.rotation.inverse() * direction.try_normalize()?;
         (w.x.hypot(w.z) > 1e-4).then(|| w.x.atan2(w.z).to_degrees())

@@ -4,8 +4,8 @@ pub fn list(values: &[f32]) -> String {
     format!("[{}]", values.join(", "))
 }
 
-/// Number with six significant digits, without trailing zeros. The `f32` nearest to 0.04 is `0.04`,
-/// and 1 is `1`.
+/// Number with at most six significant digits, without trailing zeros. The `f32` nearest to 0.04 is
+/// `0.04`, and 1 is `1`.
 pub fn rounded(value: f64) -> String {
     significant(value, 6)
 }

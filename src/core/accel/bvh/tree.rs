@@ -76,7 +76,7 @@ impl<L: Leaf> Tree<L> {
         while let Some((child, t)) = next {
             let first = child.first as usize;
             if t > *t_max {
-                // Skip the box: a nearer hit was found after the box was pushed.
+                // Skip the box, because a nearer hit was found after the box was pushed.
             } else if child.count > 0 {
                 for leaf in &self.leaves[first..first + child.count as usize] {
                     if visit(leaf, t_max) {

@@ -88,8 +88,8 @@ impl ShearedRay {
     }
 
     /// Ray parameter and barycentrics of the second and third corner, for a hit in `(t_min,
-    /// t_max)`. Edges belong to the triangle. Neighbouring triangles have consistent results on
-    /// shared edges.
+    /// t_max)`. A ray through an edge hits the triangle. Neighbouring triangles have consistent
+    /// results on shared edges.
     #[inline(always)]
     pub fn intersect(&self, triangle: &TriangleLeaf, t_min: f32, t_max: f32) -> Option<(f32, f32, f32)> {
         // Compute the corners relative to the ray, after the shear

@@ -9,7 +9,8 @@ pub(super) const WIDTH: usize = 4;
 /// A node: four boxes, stored by coordinate, and their contents. A node fills two cache lines.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
-    /// Lower and upper ends of the boxes along x, y and z. An unused box has inverted ends.
+    /// Lower and upper ends of the boxes along x, y and z. In an unused box, the lower ends are
+    /// above the upper ends.
     bounds: [[Vec4; 3]; 2],
     /// Content of each box.
     pub children: [Child; WIDTH],
@@ -118,11 +119,11 @@ impl Slabs {
         }
     }
 
-    /// Ray parameters at which the ray enters each box, and a bit mask of the boxes that it hits
-    /// before `t_max`.
+    /// Ray parameters at which the ray enters each box, and a bit mask of the boxes that the ray
+    /// hits before `t_max`.
     ///
-    /// The far end is increased by the error bound of both ends (Ize 2013, "Robust BVH Ray
-    /// Traversal"; PBR4 §6.8.2).
+    /// The ray parameter at which the ray leaves a box is increased by the error bounds of both
+    /// parameters (Ize 2013, "Robust BVH Ray Traversal"; PBR4 §6.8.2).
     #[inline(always)]
     pub fn intersect(&self, node: &Node, t_max: f32) -> (Vec4, u32) {
         let t = |end: usize, axis: usize| (node.bounds[end][axis] - self.origin[axis]) * self.inverse[axis];

@@ -95,8 +95,8 @@ impl Device {
         self.check("watching memory")
     }
 
-    /// Returns an error unless the library has the major version of the headers and is not older.
-    /// Structures and constants are then identical.
+    /// Returns an error unless the library has the major version of the headers and is at least as
+    /// new. Structures and constants are then identical.
     fn check_version(&self) -> Result<(), EmbreeError> {
         let found = self.property(RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION) as u32;
         let major = self.property(RTCDeviceProperty::RTC_DEVICE_PROPERTY_VERSION_MAJOR) as u32;

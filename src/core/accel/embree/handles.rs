@@ -92,7 +92,7 @@ pub(super) unsafe fn attach_mesh(
     );
     let (float3, uint3) = (RTCFormat::RTC_FORMAT_FLOAT3, RTCFormat::RTC_FORMAT_UINT3);
     // SAFETY: Vec3 begins with three floats and has 16 bytes, [u32; 3] is three integers; the
-    // caller guarantees that the arrays stay.
+    // caller guarantees that the arrays are neither moved nor changed.
     unsafe {
         if mesh.deforms() {
             // The time step count sets the number of vertex buffer slots, so it must come first.
@@ -162,8 +162,8 @@ unsafe fn share_buffer<T>(
     items: &[T],
 ) -> Result<(), EmbreeError> {
     // SAFETY: the geometry is live. Embree requires a pointer and a stride that are multiples of 4,
-    // items that stay while they are in use, and a last vertex of which 16 bytes can be loaded. It
-    // only reads the items.
+    // items that stay while they are in use, and a last vertex of which 16 bytes can be loaded.
+    // Embree only reads the items.
     unsafe {
         rtcSetSharedGeometryBuffer(
             geometry.0,

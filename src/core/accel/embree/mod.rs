@@ -8,12 +8,12 @@
 //! - Errors are checked after each call of a build, but not after a ray.
 //! - Scenes are built with high quality and the robust flag. Without the flag, rays pass between
 //!   triangles. Medium quality is slower (docs/notebook/2026-11.md, "Single steps").
-//! - Embree reads vertices and indices from the scene's borrowed arrays: a `Vec3` has the 16 bytes
-//!   that Embree loads.
+//! - Embree reads vertices and indices from the arrays of the scene, without a copy. A `Vec3` has
+//!   the 16 bytes that Embree loads for a vertex.
 //! - A deforming mesh has two vertex buffers, and moving placements are time steps. Each prototype
 //!   is an Embree scene.
-//! - Rays are stored in 16-byte words, as Embree loads them. Stored field by field, every query had
-//!   a store-forwarding stall, 3.5 % of a render.
+//! - Rays are stored in 16-byte words, as Embree loads them. If rays were stored field by field,
+//!   every query would have a store-forwarding stall (3.5 % of the time of a render).
 //! - Embree's interval is closed. The wrapper moves both ends inwards to the next float. The lower
 //!   end is at least the smallest positive number, so that a ray does not hit the surface at its
 //!   origin.

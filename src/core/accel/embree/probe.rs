@@ -15,7 +15,7 @@ use std::ptr;
 /// Guard words, which a matching library does not change.
 const GUARD: [u32; 64] = [0xA5A5_A5A5; 64];
 
-/// A query, followed by guard words: a library with longer hits overwrites them.
+/// A query, followed by guard words, which a library with longer hits overwrites.
 #[repr(C, align(16))]
 struct GuardedQuery {
     query: RTCRayHit,

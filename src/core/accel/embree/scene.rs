@@ -33,8 +33,8 @@ pub struct EmbreeAccel<'a> {
 enum Meshes<'a> {
     /// Meshes of a borrowed scene.
     Of(&'a Scene),
-    /// Meshes shared by reference counting, with the placements of the instances. They outlive the
-    /// borrow of the scene.
+    /// Meshes shared by reference counting, with the placements of the instances. These meshes stay
+    /// valid after the borrow of the scene has ended.
     Kept(Arc<Vec<Mesh>>, Vec<Placement>),
 }
 

@@ -85,8 +85,8 @@ pub struct Significance {
     pub p: f64,
     /// Most extreme test of each scale; scales without tests are left out.
     pub extremes: Vec<ExtremeTest>,
-    /// Kind of errors that pixels have in common: the worse kind of the two pictures. It determines
-    /// which tests are made.
+    /// Kind of errors that pixels have in common: the worse kind of the two pictures. The kind
+    /// determines which tests are made.
     pub common: CommonErrors,
     /// Approximate number of rare bright samples that cause most of the noise (heavy tails). `None`
     /// if there are no such samples, or if both pictures have the same sampling. With rare samples,
@@ -253,7 +253,7 @@ impl Pixels {
                 let Some(score) = pixel.score(channel) else { continue };
                 tests += 1;
                 // Skip the pixel if its score is smaller and it has at least as many degrees of
-                // freedom: its p-value is then at least as large.
+                // freedom, because its p-value is then at least as large.
                 let is_less =
                     |(test, freedom): &(Test, f64)| score.abs() <= test.score.abs() && pixel.freedom >= *freedom;
                 if worst.as_ref().is_some_and(is_less) {

@@ -22,10 +22,10 @@ const SHARING: f64 = 16.0;
 /// Kinds of errors that pixels have in common, in ascending order of severity.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CommonErrors {
-    /// No errors in common: each pixel has separate paths.
+    /// No errors in common, because each pixel has separate paths.
     None,
-    /// Errors that up to 16 pixels of a tile have in common: they share camera paths, or parts of
-    /// light paths.
+    /// Errors that up to 16 pixels of a tile have in common, because these pixels share camera
+    /// paths or parts of light paths.
     Tile,
     /// Errors that all pixels have in common in one sample: a photon contributes to many pixels,
     /// and a Markov chain stays in bright areas. Samples are independent, so that the variance of
@@ -77,7 +77,7 @@ pub(super) struct Pixels {
 pub(super) struct Pixel {
     /// Values of reference and image.
     pub(super) values: [[f64; 3]; 2],
-    /// Variance of the difference; at least the mean over the pixels around.
+    /// Variance of the difference, at least the mean variance of the pixels around.
     variance: [f64; 3],
     /// Degrees of freedom of the estimates of the variance.
     pub(super) freedom: f64,
@@ -102,7 +102,7 @@ impl Pixels {
                 tiles[tile].add(&values, freedom);
             }
             let variance = |c: usize| {
-                // Values have a rounding error of 32 bits even without noise.
+                // Even without noise, values have the rounding error of 32-bit floats.
                 let rounding = f32::EPSILON as f64 * f64::max(values[0][c].abs(), values[1][c].abs());
                 sources
                     .iter()
@@ -116,7 +116,7 @@ impl Pixels {
                 freedom,
             });
         }
-        // Search for rare samples only if errors stay within tiles: errors across tiles have
+        // Search for rare samples only if errors stay within tiles. Errors across tiles have
         // separate tests.
         let rare = (common <= CommonErrors::Tile).then(|| rare_samples(&sources, tiles.len()));
         Some(Self {
@@ -314,12 +314,12 @@ pub(super) struct NoiseTile {
     pub(super) sums: [[f64; 3]; 2],
     /// Variance of a pixel's difference: the mean over the pixels of the tile.
     variance: [f64; 3],
-    /// Variance of a pixel's difference; at least the mean over the tiles around.
+    /// Variance of a pixel's difference, at least the mean variance of the tiles around.
     pub(super) wide_variance: [f64; 3],
     /// Maximum number of pixels that have the same error.
     pub(super) sharing: f64,
-    /// Degrees of freedom of the estimate of the variance: infinite if it comes from many pixels
-    /// with independent errors, else the minimum over the pixels.
+    /// Degrees of freedom of the estimate of the variance: infinite if the estimate comes from many
+    /// pixels with independent errors, else the minimum over the pixels.
     pub(super) freedom: f64,
     common: CommonErrors,
 }

@@ -67,7 +67,8 @@ fn grainy(numbers: &mut Numbers, n: u32) -> Picture {
     })
 }
 
-/// Test picture with rare bright samples: 1 in 50 samples adds a light of 50 times its mean.
+/// Test picture with rare bright samples: 1 in 50 samples adds light, which is 50 times the mean of
+/// this light.
 fn spotted(numbers: &mut Numbers, n: u32) -> Picture {
     picture(n, |_| {
         let light = if numbers.uniform() < 0.02 { 50.0 } else { 0.0 };

@@ -424,8 +424,8 @@ fn reflected(wo: Vec3, facets: Ggx, h: Vec3, cos: f32) -> f32 {
 /// gets the direction, the facets, the normal of a facet, and the cosine of this normal with the
 /// direction.
 ///
-/// Facets of half of the azimuths are enough, because the other half is symmetric. Steps are short
-/// near grazing facets, because only these facets lose light, and smooth surfaces have few of them.
+/// Half of the azimuths is enough, because the other half is symmetric. Steps are short near
+/// grazing facets, because only these facets lose light, and smooth surfaces have few of them.
 fn along_cosines<const K: usize>(
     roughness: f32,
     value: impl Fn(Vec3, Ggx, Vec3, f32) -> [f32; K],

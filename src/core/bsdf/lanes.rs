@@ -90,7 +90,7 @@ enum Base<'a> {
 
 impl<'a> Parts<'a> {
     /// Parts of `bsdf`. `None` if `bsdf` has other parts, two parts of one kind, or a coated base
-    /// without facets of the roughness of its coat.
+    /// without facets that have the roughness of the coat.
     fn of(bsdf: &'a Bsdf) -> Option<Self> {
         if matches!(bsdf, Bsdf::Layered(_)) {
             return None;

@@ -57,8 +57,9 @@ impl Lobe {
     ///
     /// GGX facets are wide if their roughness is at least 0.45 (α = 0.2). Blinn's and Phong's lobes
     /// are wide if they are at least as wide as such facets. The limit of Blinn's exponent is n = 2
-    /// / α² − 2. The limit of Phong's exponent is a quarter of n, because the angle is that with
-    /// the mirror direction (Walter et al. 2007, §5.2).
+    /// / α² − 2. The limit of Phong's exponent is a quarter of n, because Phong's lobe depends on
+    /// the angle with the mirror direction, which is about twice the angle of the half vector
+    /// (Walter et al. 2007, §5.2).
     pub fn is_wide(&self) -> bool {
         const ROUGHNESS: f32 = 0.45;
         const EXPONENT: f32 = 48.0;
@@ -178,9 +179,9 @@ impl Lobe {
     }
 
     /// Estimate of the fraction of the flux that the lobe scatters, by channel, without a view
-    /// direction. Fresnel terms count as 1, but Schlick's term of facets and mirrors counts with
-    /// its mean. Dielectrics return their transmittance. The coated base and the sheen return their
-    /// mean albedo.
+    /// direction. Fresnel terms count as 1, but Schlick's term of GGX facets and mirrors counts
+    /// with its mean. Dielectrics return their transmittance. The coated base and the sheen return
+    /// their mean albedo.
     pub fn albedo(&self) -> Spectrum {
         match self {
             Self::Lambert(lobe) => lobe.albedo,

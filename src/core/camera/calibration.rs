@@ -6,9 +6,9 @@
 //! fy y' + cy`. Pixel centres are at .5, so the centre of a picture of W columns is W/2.
 //!
 //! Rays need the inverse of the model. The radial part of the distortion increases up to
-//! [`CalibratedLens::limit`]. Below this limit it is inverted by Newton's method with bracketing. A
-//! second Newton's method inverts the tangential part too. It is an error if the picture extends
-//! beyond the limit.
+//! [`CalibratedLens::limit`]. Below this limit it is inverted by Newton's method with bracketing.
+//! If the distortion has a tangential part, Newton's method in two dimensions then inverts the
+//! whole model. It is an error if the picture extends beyond the limit.
 
 use super::CameraError;
 use crate::math::{DVec2, UVec2, Vec2, encode_fields, encode_variants};

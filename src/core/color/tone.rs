@@ -183,9 +183,11 @@ fn agx(rgb: [f32; 3]) -> [f32; 3] {
 ///
 /// The position of the light in a range of 16.5 stops is `share`: 0 for 10 stops below middle grey
 /// (0.18), and 1 for 6.5 stops above it. The curve rises from 0 to 1. At middle grey, where `share`
-/// is 10 / 16.5, the curve is 1/2 and has the slope 2. The formula is `1/2 + 2 d / (1 + a
-/// |d|^p)^(1/p)`, where `d` is `share` minus 10 / 16.5. The power `p` is 3 below middle grey and
-/// 3.25 above. The factor `a` is such that the curve is 0 and 1 at its ends.
+/// is 10 / 16.5, the curve is 1/2 and has the slope 2.
+///
+/// The curve is `1/2 + 2 d / (1 + a |d|^p)^(1/p)`, where `d` is `share` minus 10 / 16.5. The power
+/// `p` is 3 below middle grey and 3.25 above. The factor `a` is such that the curve is 0 and 1 at
+/// its ends.
 fn agx_curve(linear: f32) -> f32 {
     const PIVOT: f32 = 10.0 / 16.5;
     const SLOPE: f32 = 2.0;
@@ -196,8 +198,8 @@ fn agx_curve(linear: f32) -> f32 {
         (3.25, 1.0 - PIVOT)
     };
     let distance = share - PIVOT;
-    // `bend` is a · length^power. It is chosen such that the second term is 1/2 at the ends, where
-    // |distance| is `length`: SLOPE · length / (1 + bend)^(1 / power) = 1/2.
+    // `bend` is a · length^power. It is chosen such that the second term is 1/2 at both ends of the
+    // curve, where |distance| is `length`: SLOPE · length / (1 + bend)^(1 / power) = 1/2.
     let bend = (2.0 * SLOPE * length).powf(power) - 1.0;
     0.5 + SLOPE * distance / (1.0 + bend * (distance.abs() / length).powf(power)).powf(1.0 / power)
 }

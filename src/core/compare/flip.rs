@@ -129,8 +129,8 @@ struct PerceivedPicture {
 }
 
 impl PerceivedPicture {
-    /// Perceived picture of a picture with linear values. `shown` converts linear values to
-    /// displayed values.
+    /// What a viewer perceives of `picture`, which has linear values. `shown` converts linear
+    /// values to displayed values.
     fn new(picture: &RgbImage, shown: impl Fn(f32) -> f32 + Sync) -> Self {
         let size = (picture.width, picture.height);
         let opponent: Vec<[f32; 3]> = picture

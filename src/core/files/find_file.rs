@@ -41,7 +41,7 @@ pub fn folder_above(folder: &Path) -> PathBuf {
 #[derive(Debug, Default)]
 pub struct FileFinder {
     /// For each folder, the names of its entries. The key of a name is the name in lower case. If
-    /// several names have the same key, the first of them in order is stored.
+    /// several names have the same key, the first in alphabetical order is stored.
     listings: HashMap<PathBuf, HashMap<String, OsString>>,
     /// For each folder, the result of [`FileFinder::folders_within`].
     folders: HashMap<PathBuf, Vec<PathBuf>>,
@@ -120,7 +120,8 @@ impl FileFinder {
 }
 
 /// Names of the entries of `folder`. The key of a name is the name in lower case. If several names
-/// have the same key, the first of them in order is stored. Empty if the folder cannot be read.
+/// have the same key, the first in alphabetical order is stored. Empty if the folder cannot be
+/// read.
 fn listing(folder: &Path) -> HashMap<String, OsString> {
     let mut entries: HashMap<String, OsString> = HashMap::new();
     for entry in fs::read_dir(listed(folder)).into_iter().flatten().flatten() {

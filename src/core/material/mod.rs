@@ -1,10 +1,10 @@
 //! Materials: the user's parameters of a surface, and the resulting BSDF.
 //!
-//! A [`Material`] holds the user's parameters. `Material::bsdf` computes lobes from its constants
-//! once, when the scene is built, and vertices refer to this BSDF. Building or copying the BSDF at
-//! every hit cost 5 % of a render. If textures vary a material (`maps`), `Material::bsdf_at` builds
-//! a BSDF for the point. The integrator provides a slot (`BsdfSlot`) for the lifetime of the
-//! vertex. The slot holds the BSDF and its view, so that nothing is allocated.
+//! A [`Material`] holds the user's parameters. `Material::bsdf` computes lobes from the constants
+//! of the material once, when the scene is built, and vertices refer to this BSDF. Building or
+//! copying the BSDF at every hit cost 5 % of a render. If textures vary a material (`maps`),
+//! `Material::bsdf_at` builds a BSDF for the point. The integrator provides a slot (`BsdfSlot`) for
+//! the lifetime of the vertex. The slot holds the BSDF and its view, so that nothing is allocated.
 //!
 //! A shape with constant normal and material is marked plain when the scene is built.
 //! `World::vertex` has shorter code for plain shapes. Anisotropic materials need a tangent, the

@@ -33,7 +33,7 @@ impl Leaf for TriangleLeaf {
     }
 }
 
-/// A triangle whose corners move linearly between shutter open (time 0) and shutter close (time 1).
+/// A triangle whose corners move linearly from time 0 to time 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MovingTriangleLeaf {
     open: TriangleLeaf,

@@ -122,8 +122,8 @@ impl Slabs {
     /// Ray parameters at which the ray enters each box, and a bit mask of the boxes that the ray
     /// hits before `t_max`.
     ///
-    /// The ray parameter at which the ray leaves a box is increased by the error bounds of both
-    /// parameters (Ize 2013, "Robust BVH Ray Traversal"; PBR4 §6.8.2).
+    /// The ray parameter at which the ray leaves a box is increased by the error bounds of entry
+    /// and exit (Ize 2013, "Robust BVH Ray Traversal"; PBR4 §6.8.2).
     #[inline(always)]
     pub fn intersect(&self, node: &Node, t_max: f32) -> (Vec4, u32) {
         let t = |end: usize, axis: usize| (node.bounds[end][axis] - self.origin[axis]) * self.inverse[axis];

@@ -1,4 +1,5 @@
-//! Names the build, and sets the paths of the libraries at run time for the linker.
+//! Computes the name of the build, and tells the linker the folders in which the program finds its
+//! libraries at run time.
 
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -33,8 +34,8 @@ fn main() {
         println!("cargo::rustc-link-arg-bins=-Wl,--disable-new-dtags");
         return;
     }
-    // Folders of the renderer's libraries, found by its own build script. Empty if they are in
-    // system folders.
+    // Folders of the renderer's libraries, which the build script of the renderer has found. Empty
+    // if the libraries are in system folders.
     let folders = env::var("DEP_EMBRASURE_CORE_RPATH").unwrap_or_default();
     for folder in folders.split(':').filter(|folder| !folder.is_empty()) {
         println!("cargo::rustc-link-arg=-Wl,-rpath,{folder}");
@@ -51,7 +52,7 @@ fn configure_shared() {
     let exists = folders.iter().all(|folder| folder.is_dir());
     if exists {
         // Cargo checks all files below a folder, and would run this script in every build if the
-        // path were missing. Therefore it gets a single file.
+        // path were missing. Therefore Cargo gets the path of a single file.
         println!("cargo::rerun-if-changed=../shared/suite/cornell/cornell.toml");
     }
     if exists || env::var_os("EMBRASURE_REQUIRE_SHARED").is_some() {
@@ -89,8 +90,8 @@ fn configure_long() {
     }
 }
 
-/// Sets the configurations `root` if root builds, and `python` if python3 and readelf exist.
-/// Without them, tests that need them are ignored.
+/// Sets the configuration `root` if the user root builds, and the configuration `python` if python3
+/// and readelf exist. Without a configuration, the tests that need it are ignored.
 fn configure_machine() {
     println!("cargo::rustc-check-cfg=cfg(root, python)");
     let output_of = |program: &str, arg: &str| Command::new(program).arg(arg).output();

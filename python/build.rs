@@ -8,9 +8,10 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     configure_python();
     println!("cargo::rerun-if-env-changed=EMBRASURE_MOVABLE");
-    // In an installed wheel, the libraries are in lib/embrasure/lib of the environment, as for the
-    // program (scripts/wheel). The package is in lib/pythonX.Y/site-packages, on some systems in
-    // lib64, or beside the libraries with `pip install --target`.
+    // The libraries of an installed wheel are in lib/embrasure/lib of the environment, where the
+    // program also searches them (scripts/wheel). The package is in lib/pythonX.Y/site-packages, or
+    // on some systems in lib64/pythonX.Y/site-packages. `pip install --target` puts the package
+    // beside the folder lib.
     for folder in [
         "../../../embrasure/lib",
         "../../../../lib/embrasure/lib",

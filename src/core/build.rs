@@ -18,7 +18,8 @@ fn folders() -> Vec<String> {
     // Folder of Embree, as found by `embree4-sys`. Empty if it is a system folder, unset if the
     // feature is off.
     folders.extend(env::var("DEP_EMBREE4_RPATH").ok().filter(|folder| !folder.is_empty()));
-    // Folder of Open Image Denoise, where the oidn crate searches; a system folder needs no entry.
+    // Folder of Open Image Denoise in which the oidn crate searches. A system folder needs no
+    // entry.
     if env::var_os("CARGO_FEATURE_OIDN").is_some() {
         println!("cargo::rerun-if-env-changed=OIDN_DIR");
         if let Ok(prefix) = env::var("OIDN_DIR") {

@@ -1,6 +1,6 @@
 //! Numbers of subdivision steps that depend on the camera (`subdivision = "pixels:1.5"`). The
-//! session computes them from the cages of the objects, and writes them into a copy of the scene
-//! file.
+//! session computes these numbers from the edges of the objects before subdivision ([`Cage`]), and
+//! writes them into a copy of the scene file.
 
 use super::placement::place;
 use super::section::value;

@@ -81,8 +81,8 @@ impl<'de> Deserialize<'de> for MapSection {
                 }
             }
 
-            // Read by hand: a derived choice between both types would not report which key is
-            // unknown
+            // Not an untagged enum with a derived `Deserialize`, because its error would not name
+            // the unknown key
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<MapSection, A::Error> {
                 TextureSection::deserialize(MapAccessDeserializer::new(map))
                     .map(|texture| MapSection::Texture(Box::new(texture)))

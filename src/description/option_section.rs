@@ -92,8 +92,9 @@ impl OptionSection {
         self.0.is_empty()
     }
 
-    /// Strings that are the value of `key`, a string or a list of strings, and the span of the
-    /// value. The list is `None` if an item is not a string.
+    /// Strings in the value of `key`, which is a string or a list of strings, and the span of the
+    /// value. The list is `None` if an item is not a string. Returns `None` if the section does not
+    /// have the key.
     pub fn strings(&self, key: &str) -> Option<(Option<Vec<&str>>, Range<usize>)> {
         let (_, value) = self.0.0.iter().find(|(name, _)| name.get_ref() == key)?;
         let strings = match value.get_ref() {
@@ -104,7 +105,7 @@ impl OptionSection {
     }
 
     /// Sets the values of `groups` from this section, which has the name `name` in `file`. Keys in
-    /// `others` are ignored. An error has its byte in the file.
+    /// `others` are ignored. An error is returned with the byte in the file to which it belongs.
     pub fn read(
         &self,
         name: &str,
@@ -119,7 +120,7 @@ impl OptionSection {
             .iter()
             .filter(|(key, _)| !others.contains(&key.get_ref().as_str()))
         {
-            // Find the parameter: some parameters have two names
+            // Find the parameter of the key, because some parameters have two names
             let parameter = groups
                 .iter()
                 .flat_map(|group| group.parameters())
@@ -159,8 +160,7 @@ impl Serialize for Scalar {
             Self::String(text) => serializer.serialize_str(text),
             Self::Other(text) => serializer.serialize_str(text),
             Self::List(list, _) => serializer.collect_seq(list),
-            // Read numbers as integers first: 64-bit whole numbers would lose digits as floats.
-            // Floats have 32 bits.
+            // Parse integers first: as a 32-bit float, a large integer would lose digits
             Self::Number(text) => match (text.parse::<i64>(), text.parse::<u64>(), text.parse::<f32>()) {
                 (Ok(number), ..) => serializer.serialize_i64(number),
                 (_, Ok(number), _) => serializer.serialize_u64(number),

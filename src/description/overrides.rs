@@ -3,9 +3,9 @@
 //!
 //! Tables are merged key by key, and arrays of tables by index (`light.0.intensity`; the next free
 //! index adds an entry). Any other value replaces the value of the file. A value that is not valid
-//! TOML is read as a string: `render.sampler=halton`. To parse a flag, its text is preceded by more
-//! blanks than the file has bytes. The byte position of a value therefore identifies the flag that
-//! set the value.
+//! TOML is read as a string: `render.sampler=halton`. Before a flag is parsed, blanks are put in
+//! front of its text, more than the file has bytes. The byte position of a value therefore
+//! identifies the flag that set the value.
 
 use serde::Deserialize;
 use std::ops::Range;

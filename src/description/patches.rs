@@ -80,9 +80,9 @@ impl<'a> PatchList<'a> {
     }
 }
 
-/// Splits `GLOB.KEY=VALUE` or `GLOB=PRESET` into the glob and the patch `KEY=VALUE`. If the text
-/// after the last dot before `=` is a key of `known`, this dot ends the glob. The glob may have
-/// quotes.
+/// Splits `GLOB.KEY=VALUE` or `GLOB=PRESET` into the glob and the patch `KEY=VALUE`. The last dot
+/// before `=` ends the glob if the text after the dot is a key of `known`, or if the value is not
+/// the name of a preset. The glob may have quotes.
 fn split_patch<'w>(
     written: &'w str,
     mut known: impl Iterator<Item = &'static Parameter>,
@@ -146,7 +146,7 @@ impl SceneFile {
         Ok(())
     }
 
-    /// Adds a patch of a flag: the glob and `KEY=VALUE`. Returns false if it is invalid.
+    /// Adds a patch of a flag: the glob and `KEY=VALUE`. Returns false if the patch is invalid.
     fn add_patch(&mut self, target: PatchTarget, patch: Option<(&str, Cow<'_, str>)>, written: &str) -> bool {
         let Some((glob, patch)) = patch else { return false };
         let bytes = self.source.bytes();

@@ -1,9 +1,9 @@
 //! Presets: materials that users select by name, with `preset` in a scene file or `--material
 //! NAME=PRESET`.
 //!
-//! Colours of metals are measured: the reflectance along the normal from measured n and k, in
-//! daylight (D65) and clipped to Rec.709. `docs/guide/reference/materials.md` lists all presets.
-//! The tests compute each colour from the measured values of its source.
+//! Colours of metals are reflectances along the normal in daylight (D65), computed from measured n
+//! and k, and clipped to Rec.709. `docs/guide/reference/materials.md` lists all presets. The tests
+//! compute each colour from the measured values of its source.
 
 /// A material that users select by name.
 pub struct Preset {

@@ -118,7 +118,8 @@ impl SceneFile {
         for request in source.found.maps.iter().filter(|request| request.path.is_none()) {
             text += &comment(&format!("Its texture {} is missing.", request.statement.file));
         }
-        // Use a spelling of the glob that differs from the spellings in existing patches
+        // Use a spelling of the glob that no patch of the file has, because TOML rejects repeated
+        // keys
         let glob = Glob::exact(name);
         let spellings = (0..=self.patch.0.len()).map(|copy| glob.text(copy));
         let is_free = |spelling: &String| self.patch.0.iter().all(|(known, _)| known.get_ref() != spelling);
@@ -137,7 +138,8 @@ impl SceneFile {
     }
 }
 
-/// Copy of `options` that has explicit defaults for values that users change first.
+/// Copy of `options` for the file. Values that users usually change first are written even if they
+/// are defaults.
 fn explicit(options: &SceneOptions) -> SceneOptions {
     let (size, tone) = (options.size, options.tone);
     SceneOptions {

@@ -3,8 +3,8 @@
 //!
 //! The rounding of values between both ends is not specified for these formats, and processors
 //! differ in it (Giesen 2021, "GPU BCn decoding"). This decoder rounds as OpenImageIO 3.2, so that
-//! texels have the same bits: the ends of a colour become 8 bits first, and sums are divided after
-//! adding 1.
+//! texels have the same bits. First, both end colours are converted to 8 bits per channel. An
+//! interpolated value is the weighted sum of the ends plus 1, divided by the sum of the weights.
 
 /// A block format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -134,7 +134,7 @@ mod tests {
         let first = |data: Vec<u8>| data.chunks_exact(4).map(|texel| texel[0]).collect::<Vec<u8>>();
         assert_eq!(first(reds([210, 0])), [210, 0, 180, 150, 120, 90, 60, 30]);
         assert_eq!(first(reds([0, 200])), [0, 200, 40, 80, 120, 160, 0, 255]);
-        // 1/7 and 6/7 of a step: sums are divided after adding 1
+        // 6/7 becomes 1 and 5/7 becomes 0, because 1 is added before the division.
         assert_eq!(first(reds([1, 0])), [1, 0, 1, 0, 0, 0, 0, 0]);
     }
 

@@ -145,8 +145,8 @@ fn words_of_row(film: &Film, layout: &StateLayout, row: usize) -> Vec<u32> {
     words
 }
 
-/// Words of a film by row. The EXR writer requests the same row for one channel after the other;
-/// the words of the row are computed only once.
+/// Words of a film by row. The EXR writer requests the same row for one channel after the other.
+/// The words of the last row are kept, so they are computed only once.
 struct Rows<'a> {
     film: &'a Film,
     layout: StateLayout,
@@ -232,8 +232,8 @@ struct OpenCheckpoint {
     resolution: UVec2,
     crop: Rect,
     layout: StateLayout,
-    /// For each channel of the file, the index of the film's word that the channel holds; `None`
-    /// for other channels.
+    /// For each channel of the file, the index of the film's word that the channel holds. `None` if
+    /// the channel holds no word.
     places: Vec<Option<usize>>,
     metadata: Metadata,
     statistics: String,

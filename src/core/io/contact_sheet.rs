@@ -105,8 +105,8 @@ impl Sheet {
         sheet
     }
 
-    /// Draws a mark on a picture at `corner`: a wedge along its direction, and a disk with its
-    /// number.
+    /// Draws a mark: a wedge along the direction of the mark, and a disk with its number. `corner`
+    /// is the top left corner of the marked picture on the sheet.
     fn mark(&mut self, mark: &Mark, corner: [f32; 2]) {
         let place = |along: f32, across: f32| {
             let [x, y] = mark.direction;

@@ -1,6 +1,7 @@
 //! DDS files: pictures in the block formats of graphics processors (BC1 to BC7), and in a few
-//! uncompressed formats. The crate ddsfile reads the header; image_dds decodes the finest level of
-//! the first layer, except BC1 to BC5 without sign (`block_compression.rs`).
+//! uncompressed formats. The finest level of the first layer is read. The crate ddsfile reads the
+//! header. BC1 to BC5 without sign are decoded by `block_compression.rs`, and all other formats by
+//! the crate image_dds.
 
 use super::FileError;
 use super::block_compression::BlockFormat;

@@ -35,8 +35,8 @@ impl DevelopedPicture {
         output.write(|writer| exr::write_rows(writer, header, channels))
     }
 
-    /// Writes a PNG file with the tone curve of `tone`, whose exposure must be known. Alpha is
-    /// written unless it is 1 everywhere.
+    /// Writes a PNG file with the tone curve of `tone`. The exposure of `tone` must not be
+    /// automatic. Alpha is written unless it is 1 everywhere.
     pub fn write_png(&self, output: &Output, tone: &Tone) -> Result<(), FileError> {
         let is_covered = |(_, coverage): (_, Vec<[f32; 3]>)| coverage.iter().flatten().all(|&a| a >= 1.0);
         let is_opaque = self.image.coverage().is_none_or(is_covered);

@@ -314,7 +314,7 @@ mod tests {
     }
 
     /// A flat-shaded mesh moves along the mean normals of its faces and stays flat-shaded. A second
-    /// mesh that touches it moves, too.
+    /// mesh that touches the first mesh moves, too.
     #[test]
     fn flat_meshes_and_neighbours_follow() {
         let square = |x: f32, has_uvs: bool| Mesh {

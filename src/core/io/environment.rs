@@ -2,7 +2,7 @@
 //!
 //! Resampling and colour conversions leave small negative values, and a sun above 65504 is infinite
 //! in 16-bit files. The reader replaces such values with a warning: negative values and NaN by 0,
-//! infinite values by 65504. A larger value would be a guess, and 0 would lose the sun.
+//! infinite values by 65504. A value above 65504 would be a guess, and 0 would remove the sun.
 
 use super::FileError;
 use super::header_limits::check_size;

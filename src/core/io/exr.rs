@@ -16,7 +16,7 @@ use ::exr::meta::header::Header as ExrHeader;
 use ::exr::prelude::{self as exr, WritableImage};
 use std::io::{self, Seek, Write};
 
-/// Linear Rec.709 primaries and white point, the meaning of `R G B`.
+/// Primaries and white point of Rec.709. The channels `R G B` are linear Rec.709.
 const REC_709: exr::attribute::Chromaticities = exr::attribute::Chromaticities {
     red: exr::Vec2(0.64, 0.33),
     green: exr::Vec2(0.30, 0.60),

@@ -60,8 +60,8 @@ impl ExrFile {
     }
 }
 
-/// Converts an error of the decoder to an error of a file of an unsupported kind, or to an error of
-/// a damaged file. `failed` makes the second error from a description.
+/// Converts an error of the decoder. The new error says that this kind of file is not supported, or
+/// that the file is damaged. `failed` makes the error of a damaged file from a description.
 pub(super) fn decoding_error(
     path: &Path,
     error: &::exr::error::Error,

@@ -4,8 +4,8 @@
 //! renders and checks. It skips a wrong statement or uses the nearest valid value, skips faces with
 //! a wrong `v`, and continues. `load_scene` loads in stages. It stops at the end of a stage that
 //! found an error, and returns the first error. `inspect_scene` uses the same loader, but continues
-//! after errors. The parser of scene files stops at the first error. A wrong entry of a scene file
-//! is therefore blanked, and the file is read again.
+//! after errors. The parser of scene files stops at the first error. To find further errors, a
+//! check replaces the wrong entry by blanks, and reads the file again.
 //!
 //! Columns are computed only for messages: `place_of` then searches the statement for the wrong
 //! word again, at most twenty times for each kind of error.

@@ -13,8 +13,8 @@ const MAX_PIXELS: u64 = 1 << 28;
 const MAX_BYTES_PER_BYTE: u64 = 1032;
 
 /// Returns an error if a layer, or a block of a layer, is too large for an EXR file of `file_bytes`
-/// bytes. The exr crate (1.74) allocates a block before it reads it, with the length that the file
-/// states, if the number of pixels permits that length.
+/// bytes. The exr crate (1.74) allocates a block before it reads the block. It allocates the length
+/// that the file states, if a block with that number of pixels can be so long.
 pub(super) fn check_exr(path: &Path, file_bytes: u64, meta: &exr::MetaData) -> Result<(), FileError> {
     for header in &meta.headers {
         let (width, height) = (header.layer_size.width(), header.layer_size.height());

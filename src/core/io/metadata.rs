@@ -252,7 +252,9 @@ impl Metadata {
         backing_of(&self.settings)
     }
 
-    /// Size of a view of the picture of `resolution` pixels.
+    /// Size in pixels of one view of a picture of `resolution` pixels. A picture of several views,
+    /// such as the faces of a cube map, is a grid of views. With one view, the size is
+    /// `resolution`.
     pub fn view_size(&self, resolution: UVec2) -> UVec2 {
         view_size_of(&self.settings, resolution)
     }
@@ -268,8 +270,8 @@ impl Metadata {
             (BUILD, text(&self.build)),
             (SCENE_HASH, text(&self.scene_hash)),
             (SETTINGS, text(&self.settings)),
-            // 64 and 32 unsigned bits do not fit EXR's signed 32-bit attribute, so counts and the
-            // seed are text.
+            // Counts have 32 unsigned bits, and the seed has 64. The integer attribute of EXR has
+            // 32 signed bits, so counts and the seed are written as text.
             (SAMPLES, text(&format!("{}..{}", self.first_sample, self.end_sample))),
             (TOTAL, text(&self.total_samples.to_string())),
             (SEED, text(&self.seed.to_string())),

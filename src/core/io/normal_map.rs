@@ -24,14 +24,15 @@ const GREY: f32 = 0.02;
 /// Maximum difference between 1 and the length of a unit vector. Filtering makes unit vectors
 /// shorter.
 const LENGTH_ERROR: f32 = 0.2;
-/// Minimum share of unit vectors in a normal map.
+/// Minimum fraction of unit vectors among the vectors of a normal map.
 const UNIT_SHARE: f32 = 0.75;
-/// Minimum share of the opaque texels of a normal map that are vectors. Black and grey texels are
-/// the background of an atlas.
+/// Minimum fraction of the opaque texels of a normal map that are vectors. The other texels are
+/// black or grey: the background of an atlas.
 const USED_SHARE: f32 = 0.02;
-/// Minimum component of the mean normal away from the surface, which makes a normal map bluish.
+/// Minimum z of the mean normal, the component away from the surface. A large z makes a normal map
+/// bluish.
 const MIN_UP: f32 = 0.35;
-/// Maximum component of the mean normal along the surface.
+/// Maximum absolute x and y of the mean normal, the components along the surface.
 const MAX_TILT: f32 = 0.2;
 
 impl BumpContent {

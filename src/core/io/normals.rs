@@ -83,7 +83,7 @@ pub fn area_vector(points: &[Vec3]) -> DVec3 {
     let Some((first, rest)) = points.split_first() else {
         return DVec3::ZERO;
     };
-    // Subtract the first corner, so that the result has all digits far from the origin
+    // Subtract the first corner, because products of large coordinates would lose digits
     let from_first = |p: &Vec3| p.as_dvec3() - first.as_dvec3();
     let pairs = rest.iter().zip(rest.iter().skip(1));
     pairs.map(|(p, q)| from_first(p).cross(from_first(q))).sum()

@@ -42,8 +42,8 @@ pub(super) fn write(writer: impl Write, image: &Image, metadata: &Metadata, tone
     )
 }
 
-/// Writes `image` as a PNG with the tone curve of `tone`, whose exposure must be known
-/// ([`display_bytes`]). Lines are drawn in the colour `lines`, if there is one.
+/// Writes `image` as a PNG with the tone curve of `tone` ([`display_bytes`]). The exposure of
+/// `tone` must not be automatic. Lines are drawn in the colour `lines`, if there is one.
 pub(super) fn write_as(
     writer: impl Write,
     image: &Image,
@@ -74,8 +74,8 @@ fn write_printed(
 }
 
 /// Returns the number of channels, and `image` in 8 bits for an sRGB display, row by row from the
-/// top. There are 4 channels over a transparent background, else 3. `tone` must have a known
-/// exposure.
+/// top. There are 4 channels over a transparent background, else 3. The exposure of `tone` must not
+/// be automatic.
 ///
 /// The tone curve changes light, but not a background colour. A pixel without coverage has exactly
 /// the code of the background colour. Partial coverage is blended in linear light.
@@ -101,8 +101,8 @@ pub fn display_bytes(image: &Image, tone: &Tone) -> (usize, Vec<u8>) {
     }
 }
 
-/// Draws lines of the colour `color` over the 8-bit picture `bytes`, in linear light. `shares` has,
-/// for each pixel, the share that lines cover. The tone curve does not apply to the colour of
+/// Draws lines of the colour `color` over the 8-bit picture `bytes`, in linear light. `shares` has
+/// the fraction of each pixel that lines cover. The tone curve does not apply to the colour of
 /// lines.
 fn draw_lines(channels: usize, bytes: &mut [u8], shares: &[f32], color: Spectrum) {
     for (pixel, share) in bytes.chunks_exact_mut(channels).zip(shares) {
@@ -143,7 +143,7 @@ fn over_nothing(rgb: [f32; 3], a: f32, tone: &Tone) -> [u8; 4] {
 }
 
 /// 8-bit codes of the light `rgb`, with the coverage `a`, over the background `color`. `rgb`
-/// includes the share of `color` that `a` leaves visible.
+/// includes the visible background, `color` times 1 − `a`.
 fn over(color: Spectrum, rgb: [f32; 3], a: [f32; 3], tone: &Tone) -> [u8; 3] {
     if a == [1.0; 3] {
         return tone.encode_u8(rgb);

@@ -37,7 +37,7 @@ pub struct Layers {
 }
 
 impl Layers {
-    /// Layers of `image`, which was computed from a checkpoint: a checkpoint stores only sums.
+    /// Layers of `image`, which was computed from the sums of a checkpoint.
     pub fn of_image(image: Image, metadata: &Metadata) -> Self {
         let channels = image.channels.into_iter().map(|channel| LayerChannel {
             name: channel.name.into(),

@@ -242,8 +242,8 @@ pub(super) fn png_gamma(path: &Path) -> Option<f32> {
         .map(|gamma| gamma.into_value())
 }
 
-/// Returns an error if the header states an unused palette whose colours have another size than the
-/// pixels. The image crate (0.25.9) confuses the two sizes and panics.
+/// Returns an error if the header states an unused palette whose colours have another number of
+/// bits than the pixels. The image crate (0.25.9) confuses both numbers and panics.
 fn check_tga(path: &Path, start: &[u8]) -> Result<(), FileError> {
     let header = <[u8; 18]>::try_from(start).map_err(|_| damaged(path, &"it ends in its header"))?;
     let [_, has_palette, kind, _, _, _, _, palette_bits, .., pixel_bits, _] = header;
@@ -254,7 +254,7 @@ fn check_tga(path: &Path, start: &[u8]) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Number of channels of a picture, and their samples.
+/// Size, channels and samples of a picture.
 struct Channels {
     width: usize,
     height: usize,

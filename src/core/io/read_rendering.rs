@@ -207,8 +207,9 @@ fn colors(layer: &Layer) -> Option<[Vec<f32>; 3]> {
     })
 }
 
-/// Errors that pixels may have in common. Without this attribute, a file of an earlier build of
-/// this program gets `Picture` (any errors), and a file of another program gets `Tile`.
+/// Kind of errors that pixels have in common, from the attribute [`COMMON_ERRORS`]. Without the
+/// attribute, a file of an earlier build of this program gets `Picture` (any errors), and a file of
+/// another program gets `Tile`.
 fn common_errors(attributes: &exr::LayerAttributes) -> CommonErrors {
     let is_there = |name: &str| attributes.other.contains_key(&exr::Text::from(name));
     match text_attribute(attributes, COMMON_ERRORS) {
@@ -223,8 +224,8 @@ mod tests {
     use super::*;
     use ::exr::prelude::WritableImage;
 
-    /// A grey picture of 6 × 5 pixels at `corner` of a display window of 8 × 8. Its value is the
-    /// column plus ten times the row.
+    /// A grey picture of 6 × 5 pixels at `corner` of a display window of 8 × 8. The value of a
+    /// pixel is the column plus ten times the row.
     fn write(path: &Path, corner: (i32, i32)) {
         let values = (0..30).map(|i| (i % 6 + 10 * (i / 6)) as f32).collect();
         let list = [exr::AnyChannel::new("Y", exr::FlatSamples::F32(values))];

@@ -70,7 +70,7 @@ pub struct TextureRequest {
     pub path: PathBuf,
     /// Use of the texture.
     pub kind: TextureKind,
-    /// Extension of the picture beyond the unit square.
+    /// Continuation of the picture outside of the unit square.
     pub wrap: Wrap,
 }
 
@@ -85,7 +85,7 @@ pub struct LoadedTextures {
     pub ids: Vec<Result<TextureId, FileError>>,
     /// Warnings about repaired texels.
     pub warnings: Vec<FileError>,
-    /// Messages about metadata of pictures that is ignored.
+    /// Messages about ignored metadata of pictures.
     pub ignored: Vec<FileError>,
 }
 
@@ -166,9 +166,9 @@ pub fn load_textures_within(
     })
 }
 
-/// Returns an error if all textures together need too much memory. It is called before they are
-/// read and estimates the memory from their headers. Each thread reads one texture at a time; in
-/// the worst case all threads read the largest textures at once.
+/// Returns an error if all textures together need too much memory. The memory is estimated from the
+/// headers, before the textures are read. Each thread reads one texture at a time; in the worst
+/// case all threads read the largest textures at once.
 fn check_memory(requests: &[&TextureRequest], allowance: Allowance) -> Result<(), FileError> {
     let cost = |request: &&TextureRequest| {
         let size = header_of(&request.path, request.kind, allowance);
@@ -259,8 +259,8 @@ pub fn load_texture(path: &Path, kind: TextureKind, wrap: Wrap) -> Result<Textur
 /// Encoding exponent of sRGB in a chunk gAMA (PNG 3, §11.3.2.2).
 const SRGB_GAMMA: f32 = 0.45455;
 
-/// Messages about metadata of the picture at `path` that this program ignores, although other
-/// programs show the picture differently because of it.
+/// Messages about metadata of the picture at `path` that this program ignores, but other programs
+/// apply.
 fn ignored_metadata(path: &Path, kind: TextureKind, orientation: u8) -> Vec<FileError> {
     let mut ignored = Vec::new();
     if orientation != 1 {

@@ -93,7 +93,7 @@ impl Tiles {
         places.fold([1, 1], |[columns, rows], [i, j]| [columns.max(i + 1), rows.max(j + 1)])
     }
 
-    /// Header of the picture of all tiles, if each tile has the header of `one`.
+    /// Header of the picture of all tiles, if each tile has the header `one`.
     pub(super) fn header(&self, one: PictureHeader) -> PictureHeader {
         let [columns, rows] = self.size().map(u64::from);
         PictureHeader {

@@ -322,7 +322,7 @@ fn pictures_of_bytes(path: &Path) -> Result<Vec<Picture>, FileError> {
     Ok(pictures)
 }
 
-/// Writes `camera` to the model in `folder`. It replaces a picture of the same name.
+/// Writes `camera` to the model in `folder`. The camera replaces a picture of the same name.
 pub(super) fn write(folder: &Path, camera: &FileCamera) -> Result<(), FileError> {
     let files = FILES.map(|name| folder.join(name));
     let mut cameras = Vec::new();

@@ -106,8 +106,8 @@ pub(super) fn read(path: &Path) -> Result<Vec<FileCamera>, FileError> {
     Ok(cameras)
 }
 
-/// Name of the camera of `node`. Some exporters put the camera in a child node that turns it: its
-/// name ends with `_Orientation`, and is not used.
+/// Name of the camera of `node`. Some exporters put the camera in a child node that rotates the
+/// camera. The name of such a node ends with `_Orientation` and is not used.
 fn camera_name(node: &Node, camera: &Camera, name: &str) -> String {
     let own = node.name.as_ref().filter(|name| !name.ends_with("_Orientation"));
     own.or(camera.name.as_ref()).map_or(name, |name| name).to_string()
@@ -143,7 +143,7 @@ fn options(camera: &Camera, to_world: DMat4) -> Result<CameraOptions, String> {
     })
 }
 
-/// JSON text of a file. A binary file has it in its first chunk.
+/// JSON text of a file. A binary file has the text in its first chunk.
 fn json_of(bytes: &[u8]) -> &[u8] {
     let Some(rest) = bytes.strip_prefix(b"glTF") else {
         return bytes;

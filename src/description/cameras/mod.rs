@@ -57,8 +57,8 @@ impl FileCamera {
 
     /// Reads the camera `name` of `path`. If `name` is `None`, `path` must have only one camera.
     ///
-    /// `name` is the camera's name in the file, the last component of this name, or the last
-    /// component without its extension.
+    /// `name` is the name of the camera in the file. If that name is a path, the file name alone
+    /// also selects the camera, with or without its extension.
     ///
     /// # Errors
     ///
@@ -222,7 +222,7 @@ impl FileCamera {
                 };
                 Some((intrinsics, Distortion::Pinhole([0.0; 5])))
             }
-            // OpenCV's fisheye model has the equidistant mapping only
+            // The fisheye model of OpenCV has only the equidistant mapping
             ProjectionKind::Fisheye if options.fisheye_mapping() == FisheyeMapping::Equidistant => {
                 let focal = size.y / f64::from(options.fisheye_fov()).to_radians();
                 let intrinsics = Intrinsics {

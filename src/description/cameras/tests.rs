@@ -37,8 +37,8 @@ fn camera(file: &FileCamera, size: UVec2) -> Camera {
     settings.found(None, size).unwrap().camera
 }
 
-/// Largest difference of rays of two cameras over places of a picture. The size of the picture of
-/// `a` is `factor` times the size of the picture of `b`.
+/// Largest difference between the rays of two cameras, at several points of a picture. The size of
+/// the picture of `a` is `factor` times the size of the picture of `b`.
 fn difference(a: &Camera, b: &Camera, factor: f32) -> f32 {
     let places = [[0.5, 0.5], [60.0, 40.0], [100.5, 20.0], [30.0, 77.0]].map(Vec2::from);
     let of = |place: Vec2| {

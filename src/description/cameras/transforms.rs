@@ -181,7 +181,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<FileCamera>, FileError> {
     all.frames.into_iter().enumerate().map(camera).collect()
 }
 
-/// Writes `camera` as a frame with all its keys. It replaces a frame of the same name.
+/// Writes `camera` as a frame with all its keys. The new frame replaces a frame of the same name.
 pub(super) fn write(path: &Path, camera: &FileCamera) -> Result<(), FileError> {
     let mut file = Map::new();
     if path.exists() {

@@ -10,7 +10,7 @@ use crate::material::Material;
 use std::path::PathBuf;
 use toml::Spanned;
 
-/// A value without a place.
+/// A value without a place in a file.
 fn spanned<T>(value: T) -> Option<Spanned<T>> {
     Some(Spanned::new(0..0, value))
 }

@@ -46,20 +46,20 @@ section! {
         diffuse: ColorValue, default "0", in range_of;
         /// Factor of the glossy or mirror reflection
         specular: ColorValue, default "0; 1 with eta and k, and with metallic", in range_of;
-        /// Model of that reflection
+        /// Model of the glossy or mirror reflection
         model: String, default "phong; ggx with roughness or metallic", names &["phong", "blinn", "ggx", "mirror"];
         /// Exponent of phong and blinn
         exponent: f32, default "10", in range_of;
-        /// Roughness of ggx and of a transmission that is not thin
+        /// Roughness of ggx, and of transmission unless the material is thin
         ///
-        /// The root of the facets' `α`; 0 is smooth.
+        /// The square root of the GGX width `α`; 0 is smooth.
         roughness: f32, default "0", in range_of;
-        /// Share of metal, in a surface of the metallic-roughness model
+        /// Fraction of metal in the metallic-roughness model
         metallic: f32, default "none", in range_of;
         /// Elongation of highlights
         ///
         /// `α` is roughness² / r along the tangent and roughness² · r across it, where r is the
-        /// root of `1 − 0.9 anisotropy`.
+        /// square root of `1 − 0.9 anisotropy`.
         anisotropy: f32, default "0", in range_of;
         /// Degrees about the normal from the direction of increasing u to the tangent
         ///
@@ -81,9 +81,9 @@ section! {
         transmission: ColorValue, default "0", in range_of;
         /// Index of refraction behind the surface
         ///
-        /// With `blinn` and `ggx` it also adds a Fresnel term; without the key they have none.
+        /// For `blinn` and `ggx`, this key also adds a Fresnel term; without it they have none.
         ior: f32, default "1.5", in range_of;
-        /// Abbe number of smooth glass, whose ior is that at 587.56 nm
+        /// Abbe number of smooth glass; `ior` is then the index at 587.56 nm
         ///
         /// See [Dispersion](materials.md#dispersion).
         abbe: f32, default "no dispersion", in range_of;
@@ -95,7 +95,7 @@ section! {
         ///
         /// In scene units. The colour of the surface becomes the colour of the body.
         absorption_depth: f32, default "off", in Numbers::Above(0.0);
-        /// true: thin dielectric, which light passes without a change of direction
+        /// true: thin dielectric, which does not change the direction of light
         ///
         /// The surface is then a sheet with two faces, not the boundary of a body; see
         /// [Window panes](materials.md#window-panes-and-thin-glass).
@@ -106,7 +106,7 @@ section! {
         ///
         /// The emission is multiplied by `opacity`.
         opacity: f32, default "1", in range_of;
-        /// false: rays from the camera pass the surface, and light meets it
+        /// false: rays from the camera pass through the surface, but light meets it
         ///
         /// Mirrors and shadows show it.
         camera_visible: bool, default "true";

@@ -1,8 +1,9 @@
 //! Patches: changes of a material by the keys of a section. All other properties are kept.
 //!
 //! A key of another reflection model also changes the model. `roughness` and `anisotropy` turn a
-//! Phong or Blinn lobe, or a mirror, into GGX facets. `eta` and `k` make a metal, and `metallic`
-//! makes the metallic-roughness model. Properties that both models have keep their values.
+//! Phong or Blinn lobe, or a mirror, into GGX microfacets. `eta` and `k` make a metal, and
+//! `metallic` makes the metallic-roughness model. Properties that both models have keep their
+//! values.
 
 use super::mistakes::Named;
 use super::{FileMaterial, Gloss, Material, MaterialSection, Source, fields, place_of, texture};
@@ -276,8 +277,8 @@ impl MaterialSection {
         }
     }
 
-    /// Returns an error if the section has a key for facets or dispersion, and `material` has no
-    /// facets or no dispersion.
+    /// Returns an error if the section has a key for microfacets and `material` has no microfacets,
+    /// or a key for dispersion and `material` has no dispersion.
     fn check_facets(&self, section: &Named, material: &Material) -> Result<(), FileError> {
         if let Some(abbe) = self.abbe.as_ref().filter(|_| !material.is_dispersive()) {
             return Err(section.disperses_nothing(abbe.span()));
@@ -302,9 +303,9 @@ impl MaterialSection {
 /// Specular Highlights", Graphics Gems IV).
 const PHONG_TO_BLINN: f32 = 4.0;
 
-/// Roughness of facets whose highlight is about as wide as a highlight of Blinn's exponent `n`: α²
-/// = 2 / (n + 2) (Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces",
-/// section 5.2, for Beckmann's facets), and α is the square of the roughness.
+/// Roughness of microfacets whose highlight is about as wide as a highlight of Blinn's exponent
+/// `n`: α² = 2 / (n + 2) (Walter et al. 2007, "Microfacet Models for Refraction through Rough
+/// Surfaces", section 5.2, for the Beckmann distribution), and α is the square of the roughness.
 fn roughness_of_exponent(n: f32) -> f32 {
     (2.0 / (n + 2.0)).sqrt().sqrt()
 }

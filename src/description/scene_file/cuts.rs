@@ -1,12 +1,12 @@
-//! Adds the sections of flags to a scene file.
+//! Adds cutting planes that flags set (`--cut`, `--plan`) to a scene file.
 
 use super::SceneFile;
 use crate::description::{CutSection, FileError};
 use crate::math::excerpt;
 
 impl SceneFile {
-    /// Adds the section of each flag `--cut AXIS=VALUE`. `planes` are the texts `AXIS=VALUE`, in
-    /// coordinates of the OBJ file.
+    /// Adds the cutting plane of each flag `--cut AXIS=VALUE`. `planes` are the texts `AXIS=VALUE`,
+    /// in coordinates of the OBJ file.
     ///
     /// # Errors
     ///
@@ -35,7 +35,8 @@ impl SceneFile {
         Ok(())
     }
 
-    /// Adds the section of a plan, at `height` above the lowest point along `axis`.
+    /// Adds the cutting plane of a plan, at `height` above the lowest point of the scene along
+    /// `axis`.
     pub(crate) fn cut_above_lowest(&mut self, axis: &str, height: f64) {
         let span = self.flag_span(format!("--plan {height}"));
         self.section.push(CutSection::above_lowest(axis, height, span));

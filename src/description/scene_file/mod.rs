@@ -186,8 +186,8 @@ impl SceneFile {
         Self::parse(path, text.into(), &read_overrides(path, set, text)?)
     }
 
-    /// Copy of this scene with the keys `set` over the file, as in [`SceneFile::load_with`]. Keys
-    /// and patches that were set before are dropped.
+    /// Copy of this scene in which the keys `set` replace keys of the file, as in
+    /// [`SceneFile::load_with`]. Keys and patches that were set before are dropped.
     ///
     /// # Errors
     ///

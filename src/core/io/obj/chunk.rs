@@ -209,7 +209,7 @@ impl<'a> Chunk<'a> {
                     self.vertices.normals.push(Vec3::ZERO);
                     fault.and("it counts as none")
                 })?;
-                // Normalise in f64, in which the square of no f32 overflows or underflows
+                // Normalise in f64: squares of f32 numbers neither overflow nor underflow there
                 let normal = given.as_dvec3().normalize_or_zero().as_vec3a();
                 if normal == Vec3::ZERO {
                     self.remarks.add(Remark::BadNormal, line);
@@ -266,14 +266,14 @@ impl<'a> Chunk<'a> {
         Ok(())
     }
 
-    /// Reports a name of a part that is cut.
+    /// Reports the name of a part if the name is too long and is therefore cut.
     fn check_name(&mut self, name: &str, line: usize) {
         if name.len() > MAX_NAME {
             self.remarks.add(Remark::LongName, line);
         }
     }
 
-    /// The state of the current part, for faces, and for lines and points.
+    /// States of the current part: one for faces, and one for lines and points if they are read.
     fn all_parts(&mut self) -> impl Iterator<Item = &mut PartState<'a>> {
         let wires = self.wires.as_mut().map(|wires| &mut wires.parts);
         once(&mut self.parts).chain(wires)
@@ -368,8 +368,8 @@ impl<'a> Chunk<'a> {
         Ok(corner)
     }
 
-    /// Index, from 0, of the value of the kind `kind` to which `part`, a part of the corner `word`,
-    /// refers.
+    /// Index, from 0, of the value to which `part` refers. `part` is one of the indices of the
+    /// corner `word`. `kind` is the index of the value's keyword in [`KEYWORDS`].
     fn index(&self, kind: usize, part: &[u8], word: &str) -> Result<u32, StatementError> {
         let Some(index) = str::from_utf8(part).ok().and_then(|part| part.parse::<i64>().ok()) else {
             let message = match kind {

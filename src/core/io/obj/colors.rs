@@ -24,9 +24,9 @@ pub(super) struct Colors {
     pub alpha: Vec<f16>,
 }
 
-/// Parses the colour of a vertex from the `words` after its coordinates. `None` if there are only
-/// one or two numbers, which are a weight and not a colour. Returns an error if a word is not a
-/// finite number.
+/// Parses the colour of a vertex from the `words` after its coordinates. Returns `None` unless
+/// there are three or four words. A single word is a weight, not a colour. Returns an error if a
+/// word is not a finite number.
 pub(super) fn color_of<'a>(words: impl Iterator<Item = &'a str>) -> Result<Option<[f32; 4]>, ()> {
     let words: Vec<&str> = words.take(5).collect();
     if !(3..=4).contains(&words.len()) {
@@ -43,8 +43,8 @@ pub(super) fn color_of<'a>(words: impl Iterator<Item = &'a str>) -> Result<Optio
     }
 }
 
-/// Adds the colours of a block of `MMRRGGBB` groups, from 0 to 1; M is a mask. Returns an error if
-/// a group is not hexadecimal.
+/// Adds the colours of a `#MRGB` comment, from 0 to 1. `groups` is a sequence of hexadecimal groups
+/// `MMRRGGBB`; MM is a mask, which is ignored. Returns an error if a group is not hexadecimal.
 pub(super) fn read_mrgb(groups: &str, colors: &mut Vec<[f32; 4]>) -> Result<(), ()> {
     for group in groups.as_bytes().chunks(8) {
         let text = std::str::from_utf8(group).map_err(|_| ())?;

@@ -49,8 +49,8 @@ impl Counts {
     }
 }
 
-/// A text cut into chunks whose statements have been counted. From the counts follow the first line
-/// number of each chunk and the values to which its indices refer.
+/// A text cut into chunks whose statements have been counted. The counts give the first line number
+/// of each chunk, and the values to which relative indices in the chunk refer.
 pub(super) struct Chunks<'a> {
     pub texts: Vec<&'a str>,
     /// Counts of the text before each chunk.
@@ -91,8 +91,8 @@ impl<'a> Chunks<'a> {
         let outline = values + 4 * faces + 4 * corners * (1 + has_uvs + has_normals);
         // Until chunks are joined, values exist twice.
         let reading = length + outline + values;
-        // Then the text is freed, faces become triangles, and corners become vertices, by an index
-        // of the existing vertices.
+        // Then the text is freed. Faces become triangles, and corners become vertices. Equal
+        // corners are found by an index of the vertices.
         let (triangles, vertices) = (corners.saturating_sub(2 * faces), v.max(vt).max(vn));
         let index = if has_uvs + has_normals == 0 { 4 } else { 48 };
         let mesh = 12 * triangles + vertices * (16 + 8 * has_uvs + 16 * has_normals);

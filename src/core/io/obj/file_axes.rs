@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// Number of bytes that are searched for comments.
 const HEAD: u64 = 4096;
-/// Programs without an MTL dialect that write models with +y up, as most viewers expect.
+/// Programs without an MTL dialect that usually write models with +y up, as most viewers expect.
 const TURN: [&str; 7] = [
     "sweet home",
     "art of illusion",
@@ -20,8 +20,8 @@ const TURN: [&str; 7] = [
     "mineways",
     "houdini",
 ];
-/// Programs of surveyors, scanners and engineers, without an MTL dialect, that write models with +z
-/// up.
+/// Programs of surveyors, scanners and engineers, without an MTL dialect, that usually write models
+/// with +z up.
 const KEEP: [&str; 10] = [
     "openscad",
     "freecad",
@@ -147,9 +147,8 @@ fn signed_axis(text: &str) -> Option<Vec3> {
     Some(sign * Vec3::AXES[axis] + Vec3::ZERO)
 }
 
-/// Beginning of the comment in the first line of an OBJ file, up to a version or the name of the
-/// file: the program that wrote the file. Empty if there is no such comment; `None` if the file
-/// cannot be read.
+/// Name of the program that wrote an OBJ file: the comment in the first line, up to a digit, a
+/// quote or a colon. Empty if there is no comment. `None` if the file cannot be read.
 pub fn first_comment(path: &Path) -> Option<String> {
     let mut head = Vec::new();
     open_regular(path)?.take(HEAD).read_to_end(&mut head).ok()?;

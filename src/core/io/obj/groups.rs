@@ -3,8 +3,8 @@
 //!
 //! Faces are cut into triangles (`polygon`), and each distinct triple of indices becomes a vertex.
 //! If only some corners have normals, the other corners get normals from smoothing groups
-//! (`smoothing`) or from the triangle. The indices of these normals follow the normals of the file,
-//! so corners are joined by the same rule in every case.
+//! (`smoothing`) or from the triangle. These normals are stored after the normals of the file and
+//! have indices, too. Corners are therefore joined by the same rule in every case.
 
 use super::Group;
 use super::colors::Colors;

@@ -17,7 +17,8 @@ use std::path::{Path, PathBuf};
 pub(in crate::io) struct LibraryName {
     /// Text after the keyword.
     pub text: String,
-    /// The text including a comment, which may be part of a name.
+    /// Text after the keyword, including text that begins with `#`. The `#` may begin a comment or
+    /// be part of a name. `None` if the line has no such text.
     pub whole: Option<String>,
     /// Line of the statement.
     pub line: usize,
@@ -124,9 +125,9 @@ fn ends_in_mtl(name: &str) -> bool {
     name.to_ascii_lowercase().ends_with(".mtl")
 }
 
-/// Finds the file with the name `name`, or with its base name beside the OBJ file or in the parent
-/// folder, or with one of its words as name beside the OBJ file. The second value is true if the
-/// file is in another place or has another name.
+/// Finds the file with the name `name`. If there is none, searches for its base name beside the OBJ
+/// file and in the parent folder. Then searches for each word of `name` beside the OBJ file. The
+/// second value is true if the file has not exactly this name.
 fn find_near(finder: &mut FileFinder, folder: &Path, name: &str) -> Option<(PathBuf, bool)> {
     if let Some(path) = finder.find(folder, name) {
         return Some((path, false));

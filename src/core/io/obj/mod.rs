@@ -374,8 +374,8 @@ fn open_regular(path: &Path) -> Option<File> {
     is_regular.then(|| File::open(path).ok()).flatten()
 }
 
-/// Triangles of each material, in the order of first use, and number of faces with another material
-/// on the back.
+/// Triangles of each material, in the order of first use. The second value is the number of faces
+/// that have another material on the back.
 fn into_groups(
     mut outline: Outline,
     mut colors: Colors,

@@ -15,12 +15,12 @@ const MAX_LINE: u64 = 1 << 16;
 /// size, for which the origin is moved.
 const FAR: f64 = 500.0;
 
-/// Number of places in a file at which vertices are read if its first vertex is near, and number of
-/// bytes that are read at each place.
+/// If the first vertex of a file is near the origin, vertices are read at this number of places in
+/// the file, and this number of bytes at each place.
 const PLACES: u64 = 64;
 const PLACE_BYTES: u64 = 1 << 12;
-/// Maximum number of vertices that are sampled, and share of the samples that is left out at either
-/// end of an axis.
+/// Maximum number of sampled vertices, and fraction of the samples that is left out at either end
+/// of an axis.
 const MAX_SAMPLES: usize = 1 << 16;
 const TAIL: f64 = 0.1;
 
@@ -100,7 +100,8 @@ impl Samples {
     }
 }
 
-/// Returns true if most of a file's vertices lie far from its origin, estimated from a few of them.
+/// Returns true if most vertices of a file lie far from the file's origin. Only a few vertices are
+/// read.
 fn is_mostly_far_in(path: &Path) -> bool {
     let Some(mut file) = open_regular(path) else {
         return false;

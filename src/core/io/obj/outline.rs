@@ -1,6 +1,7 @@
 //! Contents of an OBJ file before triangulation: values, faces and changes of state. Corners are
-//! stored as three lists of indices. A list stays empty if no face uses it, so that a mesh with
-//! positions only takes 16 bytes per triangle in addition to the text.
+//! stored as three lists of indices. A list stays empty if no face uses it. Therefore a mesh
+//! without texture coordinates and normals takes only 16 bytes per triangle in addition to the
+//! text.
 
 use super::libraries::LibraryName;
 use super::remarks::Remarks;
@@ -23,7 +24,7 @@ pub(super) struct Outline {
     pub vertices: VertexData,
     /// Faces and changes of state, in the order of the file.
     pub sections: Vec<Section>,
-    /// Lines and points, as faces of their vertices, if they are rendered.
+    /// Lines and points, if they are rendered. Each is stored as a face of its vertices.
     pub wires: Vec<Section>,
     /// Names in `mtllib`.
     pub libraries: Vec<LibraryName>,
@@ -72,7 +73,7 @@ impl Outline {
         used
     }
 
-    /// Names of materials with a `#` that could begin a comment.
+    /// Names of materials that contain a `#`. The `#` may also begin a comment.
     pub fn whole_names(&self) -> HashSet<String> {
         let states = self.sections.iter().flat_map(|section| &section.state_changes);
         let names = states.filter_map(|state| state.whole_name.as_deref());
@@ -184,7 +185,8 @@ pub(super) struct StateChange {
     pub line: usize,
     /// New material; `None` keeps the previous one.
     pub material: Option<String>,
-    /// Name of the material if the text after it is not a comment, as in `Paint #1`.
+    /// Name of the material if `#` and the text after it are not a comment but part of the name, as
+    /// in `Paint #1`.
     pub whole_name: Option<String>,
     /// New smoothing group, 0 for none; `None` keeps the previous one.
     pub smoothing: Option<u32>,
@@ -204,8 +206,8 @@ impl FaceRange {
 }
 
 impl Section {
-    /// Creates an empty section. Its first change of state has no effect, because the state before
-    /// the section may continue.
+    /// Creates a section without faces. It begins with a change of state that changes nothing,
+    /// because the state before the section continues.
     pub fn of_unchanged_state() -> Self {
         let mut section = Self::default();
         section.state_change();

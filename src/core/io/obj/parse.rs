@@ -1,7 +1,8 @@
 //! OBJ files as outlines, read in parallel by chunks.
 //!
-//! Before that, lines, `v`, `vt` and `vn` are counted. Each chunk then has its first line number
-//! and can resolve indices, so an error gets its line when it is found.
+//! Before the chunks are read, their lines and their `v`, `vt` and `vn` statements are counted.
+//! Each chunk therefore knows its first line number and the meaning of relative indices, so an
+//! error gets its line when it is found.
 
 use super::chunk::{Chunk, DataSelection};
 use super::counts::Chunks;
@@ -27,7 +28,7 @@ pub(super) fn parse(
     let Some(&first) = outline.wrong_positions.first() else {
         return Ok(outline);
     };
-    // Only files with wrong positions need the lines of their faces.
+    // Only files with wrong positions need the lines of their faces, so these files are read again.
     if !selection.keep_lines {
         let selection = DataSelection {
             keep_lines: true,

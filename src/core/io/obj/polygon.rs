@@ -57,13 +57,13 @@ struct Ring {
     next: Vec<usize>,
     /// Number of remaining corners.
     len: usize,
-    /// Corners that may be ears: all corners except those that were not ears when they were
-    /// checked, and whose neighbours have not changed since.
+    /// Corners that may be ears, at first all corners. A check removes a corner that is no ear. The
+    /// corner is added again if a neighbour changes.
     open: BTreeSet<usize>,
     /// Tree of the remaining corners, by position.
     tree: CornerTree,
-    /// The remaining corners, sorted by the signed areas of their triangles. The list is filled
-    /// when a polygon that crosses itself needs it.
+    /// The remaining corners, sorted by the signed areas of their triangles. Empty until a polygon
+    /// that crosses itself needs the list.
     areas: BTreeSet<(Area, usize)>,
 }
 
@@ -127,7 +127,7 @@ impl Ring {
         self.len -= 1;
     }
 
-    /// The corner between its two neighbours.
+    /// The previous corner, `corner`, and the next corner.
     fn triangle(&self, corner: usize) -> [usize; 3] {
         [self.previous[corner], corner, self.next[corner]]
     }

@@ -2,8 +2,9 @@ use super::polygon::MAX_CLIPPED;
 use crate::io::{FileError, Finding, MAX_PLACES, Position, Severity};
 use std::path::Path;
 
-/// Maximum length of the name of an object, or of the names of its groups, in bytes. A file may
-/// have as many parts as faces, and messages, lists and channels of ids have whole names.
+/// Maximum length of the name of an object, or of the names of its groups, in bytes. A limit is
+/// needed because a file may have as many parts as faces, and messages, lists and metadata contain
+/// every name in full.
 pub(super) const MAX_NAME: usize = 1000;
 /// Maximum number of unknown keywords that the warning lists. Further keywords are only counted.
 const MAX_NAMED: usize = 8;

@@ -1,8 +1,8 @@
 //! Lines and points of an OBJ file as round tubes and spheres, so that all backends have the same
 //! triangles.
 //!
-//! The cross-section of a tube is a polygon with the area of its circle and the circle's shading
-//! normals. Spheres close the ends and the bends of tubes.
+//! The cross-section of a tube is a regular polygon. It has the area of the circle, and the shading
+//! normals of the circle. Spheres close the ends and the bends of tubes.
 
 use super::Group;
 use super::colors::Colors;

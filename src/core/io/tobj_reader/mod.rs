@@ -1,11 +1,11 @@
 //! OBJ and MTL files read by the tobj crate: a second implementation, with which
 //! tests/it/files/readers.rs compares the program's own reader.
 //!
-//! Values, faces and statements of materials are as tobj reads them. Polygons are fans, smoothing
-//! groups and continued lines are not supported, and a library is found by its exact name only.
-//! `mtl` interprets the statements of materials for both readers. tobj has no line numbers, and
-//! panics on some files; its panics are caught. docs/guide/reference/obj-mtl.md lists the
-//! differences.
+//! Values, faces and statements of materials are as tobj reads them. Polygons are cut as fans,
+//! smoothing groups and continued lines are not supported, and a library is found by its exact name
+//! only. `mtl` interprets the statements of materials for both readers. tobj reports no line
+//! numbers. It panics on some files, and these panics are caught. docs/guide/reference/obj-mtl.md
+//! lists the differences.
 
 mod materials;
 
@@ -29,8 +29,8 @@ const OPTIONS: tobj::LoadOptions = tobj::LoadOptions {
     ignore_lines: true,
 };
 
-/// Memory of tobj and its meshes, in bytes per byte of the file. Files with lines of 8 bytes need
-/// 24 bytes per byte.
+/// Memory of tobj and its meshes, in bytes per byte of the file. Only files with very short lines
+/// need more, such as 24 for lines of 8 bytes.
 const BYTES_OF_A_BYTE: u64 = 12;
 
 /// Triangles that are consecutive in the file and share a material.
@@ -135,7 +135,7 @@ pub(super) fn read_obj(
     let (parts, _) = read.map_err(|refusal| failure.or(path, refused(path, &refusal)))?;
     observer.advance(length);
     findings.extend(lacks.into_inner());
-    // tobj skips comments.
+    // Read the text again: tobj skips the comments, which name the program that wrote the file
     let text = read_text(path, "the OBJ file").ok();
     let context = ObjContext {
         signature: text.and_then(|text| Signature::find(&text)),
@@ -150,7 +150,7 @@ pub(super) fn read_obj(
         }
     }
     let mut groups = into_groups(parts);
-    // tobj has already rounded the coordinates.
+    // tobj has already rounded the coordinates to 32 bits, so the origin is subtracted in 32 bits.
     let origin = chosen_origin(path, options).as_vec3a();
     if origin != Vec3::ZERO {
         groups

@@ -286,7 +286,7 @@ fn metals_have_their_measured_colors() {
         let material = material(name);
         let base = material.diffuse.to_array();
         assert!(close(base, expected, 6e-4), "{name}: {base:?}, measured {expected:?}");
-        // The albedo is above the reflectance along the normal, because facets are tilted, and
+        // The albedo is above the reflectance along the normal, because microfacets are tilted, and
         // metals reflect more at other angles. Multiple scattering makes the colour more saturated.
         let [albedo, _] = albedos(&material);
         assert!(
@@ -304,8 +304,8 @@ fn metals_have_their_measured_colors() {
 
 #[test]
 fn pigments_have_their_measured_colors() {
-    // A. Palmqvist, Physically Based database: Nix Spectro 2, D65 or D50, without the specular
-    // reflection. Foliage: sRGB 87 108 67.
+    // Colours of A. Palmqvist's database "Physically Based", measured with a Nix Spectro 2 under
+    // D65 or D50, without the specular reflection. The colour of foliage is sRGB 87 108 67.
     let foliage = Spectrum::of_text("#576c43").unwrap().to_array();
     for (name, measured) in [
         ("rubber", [0.023, 0.023, 0.023]),
@@ -320,8 +320,8 @@ fn pigments_have_their_measured_colors() {
         assert!(close(base, measured, 1e-6), "{name}: {base:?}");
         let [albedo, _] = albedos(&material);
         match material.gloss {
-            // A coat reflects ((n − 1) / (n + 1))² along the normal, and reduces the light of its
-            // base by the same factor each way. Interreflection below the coat returns a part.
+            // A coat reflects R = ((n − 1) / (n + 1))² along the normal. It reduces the light of
+            // its base by the factor 1 − R each way. Interreflection below the coat returns a part.
             Gloss::Metallic(_) => {
                 let coat = ((material.ior - 1.0) / (material.ior + 1.0)).powi(2);
                 let bounds = [0.9, 1.0].map(|kept| measured.map(|c| coat + kept * (1.0 - coat) * c));

@@ -6,7 +6,7 @@ const LEAF: usize = 8;
 
 /// Corners of a polygon by position: a k-d tree (Bentley 1975) from which corners are removed.
 ///
-/// Node i has the children 2 i + 1 and 2 i + 2, each with one half of its corners.
+/// Node i has the children 2 i + 1 and 2 i + 2. Each child has one half of the corners of node i.
 pub(super) struct CornerTree {
     points: Vec<[f64; 2]>,
     /// Corners, grouped by node. In a leaf, the remaining corners are first.
@@ -112,8 +112,8 @@ impl CornerTree {
 
 impl Node {
     /// Returns true if the whole box is on the outer side of an edge of the triangle. Rounding is
-    /// monotonic: if [`signed_area`] finds a point of the box on the inner side, the result is
-    /// false.
+    /// monotonic. Therefore the result is false if [`signed_area`] finds a point of the box on the
+    /// inner side.
     fn is_outside(&self, [a, b, c]: [[f64; 2]; 3]) -> bool {
         [(a, b), (b, c), (c, a)].into_iter().any(|(from, to)| {
             // Take the corner of the box with the largest signed area. The area grows with y if the

@@ -1,4 +1,4 @@
-//! The `embrasure` program: parse, run, exit code.
+//! The program `embrasure`. It calls the command line of the library.
 
 #[cfg(not(feature = "cli"))]
 compile_error!(

@@ -12,7 +12,8 @@
 //! - [`parameter`]: reading, writing, checking and describing a value that a user can set
 //! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: the
 //!   elements of a scene, and the film that sums its pixels
-//! - [`scene`], [`denoise`], [`compare`]: the frozen scene, denoisers, and errors of an image
+//! - [`scene`], [`denoise`], [`compare`]: the immutable scene, denoisers, and errors of
+//! an image
 //! - [`accel`]: ray queries over the scene
 //! - [`integrator`], [`guess`]: light transport of one pixel sample, or of one iteration; guesses
 //!   of missing settings of a scene

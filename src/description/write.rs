@@ -226,8 +226,7 @@ mod tests {
         assert_eq!(SceneFile::load(&path).unwrap().to_toml(&path).unwrap(), text);
     }
 
-    /// Converts numbers to the precision of the program: 32 bits, including whole numbers, and
-    /// three numbers for a grey.
+    /// Converts all numbers, also whole numbers, to 32-bit floats, and a grey to three numbers.
     fn as_read(value: toml::Value) -> toml::Value {
         match value {
             toml::Value::Float(number) => toml::Value::Float((number as f32).into()),

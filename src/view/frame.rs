@@ -1,4 +1,4 @@
-//! Pictures for pages: their numbers and their headers. `io::half_picture` computes the numbers.
+//! Pictures for pages: pixel values and headers. `io::half_picture` computes the pixel values.
 
 use crate::film::{Backing, Film};
 use crate::io::half_picture;
@@ -23,17 +23,17 @@ pub(super) struct Frame {
     /// Red, green and blue of each pixel, row by row.
     halves: Arc<Vec<u16>>,
     width: usize,
-    /// True if its numbers must not be rounded: final pictures are sent without loss, and ids are
-    /// never rounded.
+    /// True if the pixel values must not be rounded: final pictures are sent without loss, and ids
+    /// are never rounded.
     is_exact: bool,
 }
 
-/// Encoding of the numbers in a message.
+/// Encoding of the pixel values in a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Coding {
-    /// The numbers are sent unchanged.
+    /// The 16-bit floats are sent unchanged.
     Plain,
-    /// The numbers are packed, and rounded if the picture is not final.
+    /// The 16-bit floats are packed, and rounded if the picture is not final.
     Packed,
 }
 
@@ -90,7 +90,7 @@ impl Frame {
         }
     }
 
-    /// The message for pages, with the numbers encoded as `coding`.
+    /// The message for pages, with the pixel values encoded as `coding`.
     pub fn message(&self, coding: Coding) -> Bytes {
         let mut header = (*self.header).clone();
         let rounding = match (coding, self.is_exact) {

@@ -111,9 +111,9 @@ fn name_of_host(host: &str) -> &str {
 }
 
 /// Returns true if `host` is a valid name of a server that listens on `listens`: an address or
-/// localhost. Other names are refused. The owner of a name could let the name point to this
-/// machine, and a page of that name would then have the same origin as this server. Ports are not
-/// checked, because an ssh tunnel has another port.
+/// localhost. Other names are refused. The owner of a name could let the name point to this machine
+/// (DNS rebinding). A page of that name would then have the same origin as this server. Ports are
+/// not checked, because an ssh tunnel has another port.
 pub(super) fn is_known_host(host: &str, listens: IpAddr) -> bool {
     let name = name_of_host(host);
     let is_loopback = |ip: IpAddr| ip == Ipv4Addr::LOCALHOST || ip == Ipv6Addr::LOCALHOST;

@@ -239,7 +239,7 @@ impl Hub {
     }
 
     /// Takes the waiting messages for `page`. Takes the waiting pictures too, unless the page
-    /// `is_behind`.
+    /// `is_behind`: too many bytes of pictures are still on their way to the page.
     pub fn outgoing(&self, page: PageId, is_behind: bool) -> (VecDeque<Arc<str>>, Vec<Frame>) {
         let mut pages = lock(&self.pages);
         let Some(outbox) = pages.get_mut(&page) else {

@@ -198,7 +198,7 @@ pub(crate) fn serve(options: Options, host: &dyn Host, request: SceneRequest) ->
         let run = || server.run(scope, &hub);
         let named = thread::Builder::new().name("server".into()).spawn_scoped(scope, run);
         named.map_err(|error| Error::Failed(format!("cannot start a thread: {error}")))?;
-        // On drop this ends the threads, even if the render panics.
+        // On drop, this guard ends the threads, even if the render panics.
         let _ending = hub.ending();
         host.ready(&server.link());
         let announce = |error: Error| {

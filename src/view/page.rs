@@ -1,5 +1,5 @@
-//! The files of the page. They are compiled into the program and hand-written, and load nothing
-//! from other servers.
+//! The files of the page. They are written by hand, and compiled into the program. They load
+//! nothing from other servers.
 
 const HTML: &str = "text/html; charset=utf-8";
 const CSS: &str = "text/css; charset=utf-8";

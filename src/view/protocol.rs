@@ -1,8 +1,8 @@
 //! Messages between pages and the render. A page sends a JSON object with the key `do`. The render
-//! sends JSON objects with the key `type`, and pictures as binary messages: the length of a JSON
-//! header (u32, little-endian), the header, and 16-bit floats: red, green and blue of each pixel,
-//! row by row. NaN is a pixel without samples. If the header has `packed`, the floats are packed by
-//! `io::packed`.
+//! sends JSON objects with the key `type`, and pictures as binary messages. A binary message has
+//! the length of a JSON header (u32, little-endian), the header, and 16-bit floats. The floats are
+//! red, green and blue of each pixel, row by row. They are NaN if the pixel has no samples. If the
+//! header has `packed`, the floats are packed by `io::packed`.
 //!
 //! Messages of the render, by `type`:
 //!
@@ -13,8 +13,8 @@
 //!   noise, and `exposure`, the exposure that `render` would use
 //! - `camera`: a camera moved by a page; `note` and `error`: a text for users
 //! - `pick`: `object` and `material` of the pixel and its `position`, missing if there is no
-//!   surface; `outline`: the cells of a grid of `size` that show them, row by row as run lengths of
-//!   cells without and with them
+//!   surface; `outline`: the cells of a grid of `size` cells that show them, row by row, as `runs`
+//!   of cells that alternately do not show them and show them
 //! - `views`: cameras with flags and text; `view-picture`: a PNG in base64 of the view with this
 //!   `index`
 //! - `inspect`, `brightest`, `errors`: paths of a pixel, its brightest samples, and errors of

@@ -35,7 +35,7 @@ pub(super) fn with_changes(text: &str, materials: &[MaterialEdit], lights: &[Lig
 
 /// Result of a save.
 pub(super) struct SaveResult {
-    /// Metadata of the new file before it got its name.
+    /// Metadata of the new file, read before the file replaced the old file.
     pub metadata: Metadata,
     /// Number of other names (hard links) of the old file, which keep the old contents.
     pub other_names: u64,
@@ -172,7 +172,7 @@ fn set_camera(document: &mut DocumentMut, camera: &PageCamera) -> Result<(), Str
     Ok(())
 }
 
-/// The number with the shortest decimals.
+/// The number with the fewest digits that restore the same 32 bits.
 fn number(value: f32) -> Value {
     value.to_string().parse::<f64>().unwrap_or(f64::from(value)).into()
 }

@@ -40,8 +40,8 @@ impl Engine<'_> {
         }
     }
 
-    /// Stores if `file` defines light groups. Does nothing if the groups of `file` come from the
-    /// viewer.
+    /// Stores whether `file` defines light groups. Does nothing if the groups of `file` come from
+    /// the viewer.
     pub(super) fn note_groups(&mut self, file: &SceneFile) {
         if self.edits.groups.is_empty() {
             self.has_own_groups = file.has_light_groups();
@@ -86,8 +86,8 @@ pub(super) fn emitting(scene: &Scene) -> Vec<String> {
     names
 }
 
-/// `KEY=VALUE` of the scene file for a group of each light and each emitting material, up to the
-/// maximum number of groups.
+/// Keys of the scene file, as `KEY=VALUE`, that make a group of each light and of each emitting
+/// material, up to the maximum number of groups.
 fn group_keys(lights: &[FileLight], materials: &[String]) -> Vec<String> {
     let max_groups = LightGroups::MAX_GROUPS - 1;
     let lights = &lights[..lights.len().min(max_groups)];

@@ -68,7 +68,7 @@ impl Engine<'_> {
             let values = match channel.as_str() {
                 frame::RIVAL if !is_preview => None,
                 frame::DENOISED if denoised.is_some() => {
-                    // Send it again for pages that were opened since
+                    // Send the denoised picture again, for pages that were opened after it was sent
                     if let Some(frame) = denoised.filter(|_| is_last) {
                         self.hub.show(channel, frame);
                     }

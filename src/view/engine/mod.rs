@@ -1,12 +1,12 @@
 //! The loop that renders and executes the commands of pages.
 //!
-//! While the camera moves, it renders a smaller picture of a few samples, at a size that allows
-//! about 25 pictures a second (`preview`). After the camera has rested for a moment, it renders the
-//! full picture (`still`). It renders in slices of time, and updates the pages between them. The
-//! picture is bit-identical to a picture without slices. A change of the camera or of a parameter
-//! keeps the scene and its acceleration structure. A changed file, material or light loads the
-//! scene again, and keeps the acceleration structure if the meshes are equal. A second render with
-//! other settings may alternate with the picture (`rival`).
+//! While the camera moves, the loop renders a smaller picture of a few samples, at a size that
+//! allows about 25 pictures a second (`preview`). After the camera has rested for a moment, the
+//! loop renders the full picture (`still`). Rendering is divided into slices of time, and pages are
+//! updated between two slices. The picture is bit-identical to a picture without slices. A change
+//! of the camera or of a parameter keeps the scene and its acceleration structure. A changed file,
+//! material or light loads the scene again, and keeps the acceleration structure if the meshes are
+//! equal. A second render with other settings may alternate with the picture (`rival`).
 
 mod commands;
 mod denoising;
@@ -117,7 +117,8 @@ pub(super) struct Engine<'a> {
     edits: SceneChanges,
     /// Channels requested by the user.
     requested_aovs: Vec<Aov>,
-    /// True if the light groups are separate channels, and true if ids are rendered.
+    /// True if light groups are rendered as separate channels. The second field is true if ids are
+    /// rendered.
     shows_groups: bool,
     shows_ids: bool,
     /// True if the scene file has its own light groups.
@@ -141,7 +142,8 @@ pub(super) struct Engine<'a> {
     jobs: Vec<Job>,
     /// Views that have no thumbnail yet.
     views: VecDeque<thumbnails::View>,
-    /// True if the picture must continue with its samples after the thumbnails of views.
+    /// True if thumbnails of views have interrupted the picture, which then continues with its
+    /// samples.
     has_paused_for_views: bool,
     denoising: Denoising,
     /// Change required by mail that was read, but not applied yet.
@@ -302,7 +304,7 @@ impl<'a> Engine<'a> {
         self.greet(&session);
         let mut state = None;
         loop {
-            // Check this also if nothing can be rendered
+            // Check for the end also if nothing can be rendered
             if self.is_over() {
                 return Ok(self.denoising.is_busy());
             }
@@ -355,7 +357,8 @@ impl<'a> Engine<'a> {
         }
         self.moved = None;
         self.send_state();
-        // The last good state may fail now, for example if other programs use the memory.
+        // Wait a moment: the last good state may fail, too, for example if other programs use the
+        // memory.
         self.pending = self.read_mail(REST);
     }
 

@@ -134,7 +134,7 @@ impl Engine<'_> {
             SavedPart::Changes => {
                 self.edits.materials.clear();
                 self.edits.lights.clear();
-                // A later edit that fails must not restore them.
+                // If a later edit fails, the saved edits must not be restored.
                 if let Some(restore_point) = &mut self.restore_point {
                     restore_point.edits = self.edits.clone();
                 }

@@ -15,7 +15,7 @@ const smooth = (from, to, x) => {
 };
 const encode = (x) => (x <= 0.0031308 ? 12.92 * Math.max(x, 0) : Math.min(1, 1.055 * x ** (1 / 2.4) - 0.055));
 
-// Lamps: direction, cosine of the angle of the edge, radiance
+// Lamps: direction of the middle, cosine of the angle between middle and edge, radiance
 const LAMPS = [
   [unit([-0.55, 0.72, 0.55]), 0.9, 5],
   [unit([0.93, 0.25, 0.2]), 0.93, 2.6],
@@ -71,8 +71,8 @@ function looks(keys) {
   };
 }
 
-// Light of the studio through a ball of glass at the normal `n`. The light is refracted twice, and
-// the image is upside down.
+// Light of the studio through a ball of glass, at the point with the normal `n`. The light is
+// refracted twice, and the image is upside down.
 function through(n, index, blur) {
   const cos = n[2];
   const sin = Math.sqrt(Math.max(0, 1 - cos * cos)) / index;

@@ -21,7 +21,8 @@ export function axes(camera) {
   return [right, cross(right, forward), forward];
 }
 
-// Position of `point` in the picture in pixels, and its depth. null if it is behind the camera.
+// Position of `point` in the picture in pixels, and its depth. null if the point is behind the
+// camera.
 export function project(camera, [width, height], point) {
   const [right, up, forward] = axes(camera);
   const to = sub(point, camera.position);

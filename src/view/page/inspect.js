@@ -23,7 +23,7 @@ function segments(facts) {
           found.push({ from: vertex.position, to: far, colour: SHADOW, isDashed: true, isFaint: !isLit });
         }
       }
-      // Connections to the ends of shared paths
+      // Connections of reused paths: from a vertex of this pixel to the path of another pixel
       for (const { vertex, end } of trace.contributions) {
         if (end && vertex !== null) found.push({ from: trace.vertices[vertex].position, to: end, colour: SHARED });
       }

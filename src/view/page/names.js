@@ -40,8 +40,8 @@ const RANGES = {
 
 const UNITS = { anisotropy_rotation: "°", falloff: "°", angle: "°", front: "°", width: "px", height: "px" };
 
-// Name of a key for users. If the table has no name, it is the key with spaces in place of
-// underscores.
+// Name of a key for users. If the table has no name for the key, the name is the key with spaces in
+// place of underscores.
 export const nameOf = (key) => NAMES[key] ?? key.charAt(0).toUpperCase() + key.slice(1).replaceAll("_", " ");
 export const isNamed = (key) => key in NAMES;
 export const usualRange = (key) => RANGES[key];

@@ -42,9 +42,10 @@ fn main() {
     }
 }
 
-/// Sets the configuration `shared` if the scenes of `../shared` exist. Without it, tests that need
-/// them are ignored. `EMBRASURE_REQUIRE_SHARED` also sets it if the folder is missing, so that
-/// these tests fail. A folder that appears later is found when this script runs again.
+/// Sets the configuration `shared` if the scenes of `../shared` exist. Without the configuration,
+/// tests that need these scenes are ignored. `EMBRASURE_REQUIRE_SHARED` sets the configuration even
+/// if the folder is missing, so that these tests fail. A folder that appears later is found when
+/// this script runs again.
 fn configure_shared() {
     println!("cargo::rustc-check-cfg=cfg(shared)");
     println!("cargo::rerun-if-env-changed=EMBRASURE_REQUIRE_SHARED");
@@ -81,7 +82,8 @@ fn configure_chromium() {
     }
 }
 
-/// Sets the configuration `long` if `EMBRASURE_LONG` is set. Without it, slow tests are ignored.
+/// Sets the configuration `long` if `EMBRASURE_LONG` is set. Without the configuration, slow tests
+/// are ignored.
 fn configure_long() {
     println!("cargo::rustc-check-cfg=cfg(long)");
     println!("cargo::rerun-if-env-changed=EMBRASURE_LONG");
@@ -104,9 +106,9 @@ fn configure_machine() {
     }
 }
 
-/// A hash of the sources, the compiler's version and the target processor. It does not depend on
-/// the folder of the sources. Features of the crate are not included: files name the backend that
-/// traced the rays, and no other feature changes bits.
+/// Hash of the sources, the compiler's version and the target processor. It does not depend on the
+/// folder of the sources. Features of the crate are not included, because files name the backend
+/// that traced the rays, and no other feature changes the bits of a picture.
 fn build_name() -> String {
     let mut hash = Sha256::new();
     for source in SOURCES {

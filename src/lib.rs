@@ -51,8 +51,7 @@
 //! - [`parameter`]: reading, writing, checks and descriptions of values that a user can set
 //! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: components
 //!   of a picture
-//! - [`scene`], [`denoise`], [`compare`]: the immutable scene, denoisers, and errors of a
-//! picture
+//! - [`scene`], [`denoise`], [`compare`]: the immutable scene, denoisers, and errors of a picture
 //! - [`accel`]: ray queries over the scene
 //! - [`integrator`], [`guess`]: light transport of one pixel sample, or of one iteration; guesses
 //!   for missing settings of a scene

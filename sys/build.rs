@@ -33,7 +33,7 @@ fn build() -> Result<(), String> {
         multiarch: multiarch.clone(),
     };
     let embree = match discover::discover(&places) {
-        // docs.rs sets this variable, and has no Embree: its page documents the crate without
+        // docs.rs sets this variable and has no Embree. The page there documents the crate without
         // bindings.
         Err(_) if env::var_os("DOCS_RS").is_some() => {
             println!("cargo::rustc-cfg=without_bindings");

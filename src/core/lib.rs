@@ -5,15 +5,14 @@
 //! not render. The crate `embrasure` re-exports every module under its name. Programs depend on
 //! that crate; its documentation has the rules for changes between versions.
 //!
-//! The modules in order; a module imports only modules above it in this list. docs/architecture.md
-//! has more on each.
+//! Modules are listed from the lowest layer to the highest. A module imports only modules that are
+//! above it in this list. docs/architecture.md describes each module.
 //!
 //! - [`math`], [`color`], [`sampling`], [`sampler`]: numbers, colours, warps and random numbers
 //! - [`parameter`]: reading, writing, checking and describing a value that a user can set
 //! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: the
 //!   elements of a scene, and the film that sums its pixels
-//! - [`scene`], [`denoise`], [`compare`]: the immutable scene, denoisers, and errors of
-//! an image
+//! - [`scene`], [`denoise`], [`compare`]: the immutable scene, denoisers, and errors of an image
 //! - [`accel`]: ray queries over the scene
 //! - [`integrator`], [`guess`]: light transport of one pixel sample, or of one iteration; guesses
 //!   of missing settings of a scene

@@ -43,8 +43,8 @@ key_types! {
 }
 
 impl CutSection {
-    /// Makes the section of the plane `AXIS=VALUE` of the flag `--cut`. Errors about it point to
-    /// `span`.
+    /// Makes the section of the plane `AXIS=VALUE` of the flag `--cut`. Errors about the section
+    /// point to `span`.
     pub(super) fn of_flag(text: &str, span: Range<usize>) -> Option<Self> {
         let (axis, number) = text.split_once('=')?;
         let (axis, number) = (axis.trim(), number.trim().parse::<f64>().ok()?);
@@ -56,7 +56,7 @@ impl CutSection {
     }
 
     /// Makes the section of the plane at `height` above the scene's lowest point along `axis`.
-    /// Errors about it point to `span`.
+    /// Errors about the section point to `span`.
     pub(super) fn above_lowest(axis: &str, height: f64, span: Range<usize>) -> Self {
         Self {
             axis: Some(Spanned::new(span.clone(), axis.to_string())),

@@ -36,8 +36,8 @@ impl SceneFile {
         own.unwrap_or(self.load.parameters.subdivision())
     }
 
-    /// Objects whose number of subdivision steps depends on the camera, with their maximum length
-    /// of an edge in pixels.
+    /// Objects whose number of subdivision steps depends on the camera, each with the maximum
+    /// length of an edge in pixels.
     pub(super) fn objects_by_pixels(&self) -> impl Iterator<Item = (&ObjectSection, f32)> {
         let pixels_of = |object| Some((object, self.subdivision_of(object).pixels()?));
         self.object.iter().filter_map(pixels_of)

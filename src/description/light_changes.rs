@@ -104,8 +104,8 @@ impl ChangedLight {
 }
 
 impl Environment {
-    /// Light section of the environment, for a camera at `viewpoint`. Errors about it point to the
-    /// bytes `span` of the file.
+    /// Light section of the environment, for a camera at `viewpoint`. Errors about the section
+    /// point to the bytes `span` of the file.
     pub(crate) fn section(&self, span: Range<usize>, viewpoint: &Viewpoint) -> LightSection {
         let up = viewpoint.scene_up.filter(|up| *up != Vec3::Y);
         match self {

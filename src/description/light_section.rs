@@ -184,8 +184,8 @@ const DEFAULT_FALLOFF: f32 = 0.8;
 pub const DEFAULT_SUN: [f32; 2] = [-45.0, 45.0];
 
 impl LightSection {
-    /// A light of the type `kind` without any other key. Errors about it point to the bytes `span`
-    /// of its file ([`flag_span`](super::SceneFile::flag_span)).
+    /// A light of the type `kind` without any other key. Errors about the light point to the bytes
+    /// `span` of the scene file ([`flag_span`](super::SceneFile::flag_span)).
     pub fn of_type(kind: &str, span: Range<usize>) -> Self {
         Self::new(Spanned::new(span, kind.to_string()))
     }

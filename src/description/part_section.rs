@@ -25,15 +25,15 @@ section! {
         translate: [f32; 3], default "0 0 0";
         /// Rotation in degrees about the fixed x, y and z axes, in that order
         ///
-        /// The centre is the middle of the bounding box. Each part has its own. If the pattern
-        /// matches the name of an object or of a group, all faces with this name turn together.
+        /// Each part turns about the middle of its bounding box. If the pattern matches the name of
+        /// an object or of a group, all faces with this name turn together.
         rotate: [f32; 3], default "0 0 0";
         /// Scale about the same centre: one factor, or one for each axis; applied first
         scale: Scale, default "1";
     }
 }
 
-/// `[part."GLOB"]`: changes of parts. It may have all keys of `[material.NAME]`: they change the
+/// `[part."GLOB"]`: changes of parts. Keys of `[material.NAME]` are also valid. They change the
 /// material of these parts only.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct PartSection {

@@ -12,7 +12,8 @@ use std::path::Path;
 use toml::Spanned;
 
 /// Maximum rotation in degrees between two steps of a motion. Between two steps, a rotating point
-/// moves on a straight line. Its distance from its circle is at most 1/2900 of the radius.
+/// moves on a straight line. The distance of this line from the circle is at most 1/2900 of the
+/// radius.
 const DEGREES_A_STEP: f32 = 3.0;
 
 /// Placement of an object in the scene.

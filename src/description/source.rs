@@ -14,7 +14,8 @@ const MAX_COLUMNS: usize = 1 << 12;
 /// Source of a scene: a scene file with its path and text, or an OBJ file without a scene file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Source {
-    /// Path of the scene file. Other paths are relative to its folder. Empty for a bare OBJ.
+    /// Path of the scene file. Other paths are relative to the folder of this file. Empty for a
+    /// bare OBJ.
     path: PathBuf,
     /// Path of the OBJ file of a scene without a scene file.
     obj: PathBuf,

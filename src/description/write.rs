@@ -94,8 +94,9 @@ impl SceneFile {
         })
     }
 
-    /// Two folders: paths of the scene's files are relative to the first, and paths of textures of
-    /// its materials to the second. Textures of a bare OBJ are relative to its folder.
+    /// Two folders. Paths of the scene's files are relative to the first folder, and paths of
+    /// textures of materials are relative to the second folder. Textures of a bare OBJ are relative
+    /// to the folder of the OBJ file.
     fn folders(&self) -> [PathBuf; 2] {
         let of = |path: &Path| path.parent().unwrap_or(Path::new("")).to_path_buf();
         let whole = self.whole("").file;

@@ -38,8 +38,8 @@ pub(super) enum Coding {
 }
 
 impl Frame {
-    /// A picture of `size`, which the page scales to the size of the whole picture. `values` may
-    /// have more rows than `size`: they are data below the picture. `facts` are added to the
+    /// A picture of `size`, which the page scales to the size of the whole picture. If `values` has
+    /// more rows than `size`, the further rows are data below the picture. `facts` are added to the
     /// header.
     pub fn new(id: u64, channel: &str, size: [u32; 2], values: &[f32], facts: &Value, is_final: bool) -> Self {
         let mut header = Map::new();

@@ -106,7 +106,7 @@ impl Hub {
 
     /// Sends `mail` to the render.
     pub fn send(&self, mail: Mail) {
-        // Camera motion and other settings make the current samples useless. Other mail can wait
+        // Camera motion and changed settings make the current samples useless. Other mail can wait
         // for the end of a tile.
         let is_urgent = matches!(
             mail,

@@ -1,4 +1,5 @@
-//! WebSocket of a page: sends its commands to the render, and messages and pictures to the page.
+//! WebSocket of a page. It passes commands of the page to the render, and messages and pictures of
+//! the render to the page.
 //!
 //! A page reports each picture that it has shown, and the number of bytes in transit is limited. So
 //! a slow link shows fewer pictures, but no old pictures. The speed of the link is measured from

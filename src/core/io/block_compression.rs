@@ -1,10 +1,11 @@
 //! Block formats BC1 to BC5 without sign: blocks of 4 × 4 texels with two end values and an index
 //! per texel.
 //!
-//! The rounding of values between both ends is not specified for these formats, and processors
-//! differ in it (Giesen 2021, "GPU BCn decoding"). This decoder rounds as OpenImageIO 3.2, so that
-//! texels have the same bits. First, both end colours are converted to 8 bits per channel. An
-//! interpolated value is the weighted sum of the ends plus 1, divided by the sum of the weights.
+//! The rounding of values between both ends is not specified for these formats, and graphics
+//! processors round differently (Giesen 2021, "GPU BCn decoding"). This decoder rounds as
+//! OpenImageIO 3.2, so that texels have the same bits. First, both end colours are converted to 8
+//! bits per channel. An interpolated value is the weighted sum of the ends plus 1, divided by the
+//! sum of the weights.
 
 /// A block format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,9 +16,9 @@ pub(super) enum BlockFormat {
     Bc2,
     /// Colours, and interpolated alpha.
     Bc3,
-    /// One channel. It becomes a grey.
+    /// One channel, decoded as grey.
     Bc4,
-    /// Two channels. They become red and green.
+    /// Two channels, decoded as red and green.
     Bc5,
 }
 
@@ -79,9 +80,9 @@ impl BlockFormat {
     }
 }
 
-/// Colours of a block: two ends of 5, 6 and 5 bits, and indices of 2 bits. If `has_holes`, and the
-/// first end is not the larger number, there is only one colour between the ends, and the last
-/// index means transparent.
+/// Colours of a block: two end colours of 5, 6 and 5 bits, and indices of 2 bits. If `has_holes`
+/// and the first end is not the larger number, only one colour lies between the ends, and the last
+/// index is a transparent texel.
 fn colors(block: u64, has_holes: bool) -> [Texel; 16] {
     let ends = [block & 0xffff, block >> 16 & 0xffff];
     // Scale to 8 bits, to the nearest

@@ -388,7 +388,7 @@ fn check_end(path: &Path, end: u64, length: u64) -> Result<(), FileError> {
     )))
 }
 
-/// Size of the image, and the part of it that the layer holds.
+/// Size of the full image, and the part of the full image that the layer holds.
 fn windows(header: &ExrHeader) -> Option<(UVec2, Rect)> {
     let unsigned = |x: i32, y: i32| Some(UVec2::new(u32::try_from(x).ok()?, u32::try_from(y).ok()?));
     let (size, layer) = (header.shared_attributes.display_window.size, header.layer_size);

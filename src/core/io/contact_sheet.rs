@@ -28,7 +28,7 @@ const LINE: usize = 15;
 const BACKGROUND: Rgb888 = Rgb888::new(24, 24, 26);
 const TEXT: Rgb888 = Rgb888::new(225, 225, 220);
 const MARK: Rgb888 = Rgb888::new(200, 50, 30);
-/// Length of a mark's wedge and diameter of its disk, in pixels.
+/// Length of the wedge of a mark, and diameter of the disk of a mark, in pixels.
 const WEDGE: f32 = 26.0;
 const DISK: u32 = 19;
 

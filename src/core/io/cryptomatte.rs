@@ -16,7 +16,7 @@ const CHANNELS: [&str; 12] = [
 /// A layer of mattes: of objects, of parts or of materials.
 struct Layer<'a> {
     name: &'static str,
-    /// Names of the layer. The film's ids are indices of this list.
+    /// Names of the layer. The ids in the film are indices of this list.
     names: Vec<&'a str>,
     coverage: fn(&FeatureSums) -> &Coverage,
 }
@@ -52,8 +52,8 @@ fn layers(names: &FeatureNames) -> Vec<Layer<'_>> {
 }
 
 /// Channels of all mattes. Names are ranked by their coverage of a pixel, the largest first. Each
-/// rank has two channels: the hash of the name as a float, and the share of the pixel's samples
-/// with that name.
+/// rank has two channels: the hash of the name as a float, and the fraction of the pixel's samples
+/// that belong to the name.
 pub fn cryptomattes(film: &Film, names: &FeatureNames) -> Vec<Channel> {
     layers(names).iter().flat_map(|layer| layer.channels(film)).collect()
 }

@@ -109,8 +109,9 @@ impl DdsFile {
 
     /// Decodes the picture.
     ///
-    /// Blocks of two channels (BC5) are normal maps: the z of the unit vector becomes their blue.
-    /// Formats without alpha have three channels, unless a pixel of BC1 is transparent.
+    /// Blocks of two channels (BC5) are normal maps with x in red and y in green. The z of the unit
+    /// vector is computed and becomes the blue. Formats without alpha have three channels, unless a
+    /// pixel of BC1 is transparent.
     pub fn picture(self, path: &Path) -> Result<Picture, FileError> {
         let PictureHeader { width, height, .. } = self.header();
         let (width, height) = (width as usize, height as usize);

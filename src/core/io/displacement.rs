@@ -26,7 +26,7 @@ pub struct HeightMap<'a> {
 }
 
 /// Displaces the meshes of an object, each by its map. Returns the minimum and the maximum of the
-/// displacements; `None` if there are none.
+/// displacements. `None` if no mesh has a map and texture coordinates.
 pub fn displace(meshes: &mut [&mut Mesh], maps: &[Option<HeightMap>]) -> Option<[f32; 2]> {
     let map_of = |i: usize| maps.get(i).copied().flatten();
     let heights: Vec<Vec<f32>> = (meshes.iter().enumerate())
@@ -184,9 +184,9 @@ fn displaced(shapes: &[Shape], heights: &[Vec<f32>]) -> Vec<(Vec<Vec3>, Vec<Vec3
     positions.into_iter().zip(normals).collect()
 }
 
-/// Normals of the meshes at their new positions. Vertices that had the same position and normal
-/// before also have the same new normal: the mean over the faces around them. A normal does not
-/// change if no face around it has moved.
+/// Normals of the meshes at their new positions. Vertices that had a common position and normal
+/// before also have a common new normal, which is the mean over the faces around them. A normal
+/// does not change if no face around it has moved.
 fn new_normals(shapes: &[Shape], places: &[Vec<u32>], positions: &[Vec<Vec3>], moves: &[DVec3]) -> Vec<Vec<Vec3>> {
     let mut index_of: HashMap<(u32, [u32; 3]), u32> = HashMap::new();
     let of_vertices: Vec<Vec<u32>> = (shapes.iter().zip(places))

@@ -84,8 +84,8 @@ pub(super) fn decoding_error(
     FileError::new(path, message).help(help)
 }
 
-/// Position of the pixels of a layer in the display window, relative to the window's corner. Pixels
-/// outside of the display window are left out.
+/// Position of a layer relative to the top left corner of the display window. Pixels outside of the
+/// display window are left out.
 pub(super) struct DataWindow {
     /// Pixels of the layer that are in the display window.
     pub window: Rect,
@@ -116,7 +116,7 @@ impl DataWindow {
         })
     }
 
-    /// For each pixel of the window, row by row from the top, its index in the layer.
+    /// Index in the layer of each pixel of the window, row by row from the top.
     pub fn indices(&self) -> impl Iterator<Item = usize> {
         let index = |at: UVec2| ((i64::from(at.y) - self.top) * self.width + i64::from(at.x) - self.left) as usize;
         self.window.pixels().map(index)

@@ -9,7 +9,7 @@ pub(super) fn exr_text(text: &str) -> exr::Text {
     ascii(text).as_str().into()
 }
 
-/// Text of the attribute `name`. `None` if it is missing or not a text.
+/// Text of the attribute `name`. `None` if the attribute is missing or is not a text.
 pub(super) fn text_attribute(attributes: &exr::LayerAttributes, name: &str) -> Option<String> {
     match attributes.other.get(&exr::Text::from(name))? {
         exr::AttributeValue::Text(text) => Some(text.to_string()),

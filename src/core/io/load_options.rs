@@ -21,10 +21,10 @@ parameters! {
         smooth: f32, default "normals of the file", in Range::Above(0.0);
         /// Steps of subdivision of all objects: 0 to 12, or pixels:W for edges of W pixels
         ///
-        /// Each step divides a face into four, and the mesh becomes the smooth surface whose
-        /// control mesh it is: by Loop if all faces are triangles, by Catmull and Clark otherwise.
-        /// `pixels:1.5` makes the smallest number of steps after which edges are at most 1.5 pixels
-        /// long, as seen from the camera.
+        /// Each step divides a face into four. The mesh approaches a smooth surface: the surface of
+        /// Loop if all faces are triangles, that of Catmull and Clark otherwise. `pixels:1.5` makes
+        /// the smallest number of steps after which edges are at most 1.5 pixels long, as seen from
+        /// the camera.
         subdivision: Subdivision = Subdivision::Steps(0), flag "subdivide";
         /// Keep edges between faces sharp above this angle in degrees
         ///
@@ -47,7 +47,7 @@ parameters! {
         vertex_colors: VertexColors = VertexColors::Auto;
         /// Encoding of the colours of vertices: srgb, or linear
         vertex_color_space: VertexColorSpace = VertexColorSpace::Srgb;
-        /// Textures of materials that name none, by the names of files: auto, or off
+        /// Find textures by file names, for materials that name no texture: auto, or off
         ///
         /// `auto` takes `NAME_basecolor`, `NAME_roughness` and so on beside the OBJ file, if
         /// exactly one set fits the name of the material or of the file. Without a library it takes
@@ -69,9 +69,10 @@ parameters! {
         cut_caps: CutCaps = CutCaps::On;
         /// Point of the OBJ file's coordinates that becomes the origin: X,Y,Z, auto or off
         ///
-        /// It is subtracted before coordinates are rounded to 32 bits. `auto` finds one for a file
-        /// that lies far from its own origin. Positions in a scene file and the channels `P` are
-        /// relative to it; those of flags, of `info` and of `paths` are those of the OBJ file.
+        /// The point is subtracted before coordinates are rounded to 32 bits. `auto` chooses a
+        /// point if the file lies far from its own origin. Positions in a scene file and in the
+        /// channels `P` are relative to the point. Positions in flags, and positions that `info`
+        /// and `paths` print, are coordinates of the OBJ file.
         origin: Origin = Origin::Off, default "off; auto for a bare OBJ";
     }
 }

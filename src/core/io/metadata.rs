@@ -1,4 +1,4 @@
-//! Provenance of an image, as attributes of EXR files. Their names are in
+//! Provenance of an image, as attributes of EXR files. The names of the attributes are in
 //! docs/guide/reference/output.md.
 
 use super::exr_text::{exr_text, text_attribute};
@@ -79,7 +79,7 @@ pub struct Metadata {
     /// Setting that biases the picture's mean, as `key=value`, if any.
     pub bias: Option<String>,
     /// Point of the OBJ file's coordinates that is the origin of the picture's positions, `x,y,z`.
-    /// `None` if it is the file's origin.
+    /// `None` if positions are relative to the origin of the file.
     pub origin: Option<String>,
     /// The camera; `None` in files without its attributes.
     pub camera: Option<CameraAttributes>,
@@ -111,7 +111,7 @@ encode_fields!(Metadata {
     print,
 });
 
-/// Requested channels, and names for their ids.
+/// Requested channels, and the names that belong to ids.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FeatureNames {
     /// Channels by the names in [`Aov::NAMES`](crate::film::Aov::NAMES).
@@ -179,7 +179,8 @@ impl Metadata {
             .then(|| metered(tone, image).to_string());
     }
 
-    /// Reads the attributes that [`Metadata`] wrote. `None` if one is missing or invalid.
+    /// Reads the attributes that [`Metadata`] wrote. `None` if a required attribute is missing or
+    /// invalid.
     pub(super) fn of_attributes(attributes: &exr::LayerAttributes) -> Option<Self> {
         let text = |name: &str| text_attribute(attributes, name);
         let (first, end) = {

@@ -41,7 +41,7 @@ pub fn smooth_by_angle(mesh: &mut Mesh, degrees: f32) {
                 .iter()
                 .filter(|&&(other, _)| other as usize == t || own.dot(normals[other as usize]) > min_cosine);
             let sum: DVec3 = near.map(|&(other, angle)| angle * normals[other as usize]).sum();
-            // Triangles without area have no normal; they are never visible.
+            // Triangles without area have no normal. They are never visible, so any vector serves.
             let normal = sum
                 .try_normalize()
                 .unwrap_or(own)
@@ -63,7 +63,7 @@ pub fn smooth_by_angle(mesh: &mut Mesh, degrees: f32) {
     *mesh = smooth;
 }
 
-/// For each position, the index of the first position that equals it.
+/// For each position, the index of the first equal position.
 pub fn weld(positions: &[Vec3]) -> Vec<u32> {
     let mut first: HashMap<[u32; 3], u32> = HashMap::with_capacity(positions.len());
     let index = |(i, &p): (usize, &Vec3)| *first.entry(bits(p)).or_insert(i as u32);

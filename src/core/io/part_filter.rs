@@ -5,7 +5,7 @@ use crate::math::{Glob, Vec3};
 use std::borrow::Cow;
 
 /// Filter of the parts that are shown, and rules for parts that differ from the rest of their file.
-/// A pattern matches a part if it matches any of its names ([`PartNames::fits`]).
+/// A pattern matches a part if the pattern matches any name of the part ([`PartNames::fits`]).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PartFilter {
     /// Parts that are hidden.
@@ -29,8 +29,8 @@ pub struct PartRule {
     pub movement: PartMovement,
 }
 
-/// Keys that move parts: scale, then rotation, both about the centre of the bounding box, then
-/// translation.
+/// Keys that move parts. Scale is applied first, then rotation, then translation. Scale and
+/// rotation are about the centre of the bounding box.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PartMovement {
     /// Translation in units of the file.
@@ -52,7 +52,7 @@ impl PartMovement {
         self.translate.is_none() && !self.has_center()
     }
 
-    /// This movement, with the keys that are set in `other` replaced by the values of `other`.
+    /// Copy of this movement, in which the keys of `other` replace the old keys.
     fn replaced_by(&self, other: &Self) -> Self {
         Self {
             translate: other.translate.or(self.translate),

@@ -20,8 +20,8 @@ impl Picture {
     /// Returns true if alpha is a cut-out. Nearly all pixels of a cut-out are opaque or
     /// transparent, and both exist. Nearly all of its transparent pixels are black, because
     /// programs store empty pixels as black. If alpha is a mask, such as a mask of gloss or of
-    /// clothes, the transparent pixels have details of the picture instead. In other pictures they
-    /// are white, the colour of paper.
+    /// clothes, the transparent pixels have details of the picture instead. In other pictures, the
+    /// transparent pixels are white, the colour of paper.
     pub fn is_cut_out(&self) -> bool {
         match &self.samples {
             Samples::Bytes(all) => is_cut_out(all, self.channels, |x| f32::from(x) / f32::from(u8::MAX)),
@@ -55,12 +55,12 @@ impl Picture {
 fn is_cut_out<T: Copy>(samples: &[T], channels: usize, value: impl Fn(T) -> f32) -> bool {
     /// Maximum alpha of a transparent pixel, and minimum alpha of an opaque pixel.
     const ENDS: [f32; 2] = [0.04, 0.96];
-    /// Maximum share of pixels whose alpha is between both `ENDS`.
+    /// Maximum fraction of pixels whose alpha is between both `ENDS`.
     const GRADED: f32 = 0.05;
-    /// Minimum share of transparent pixels, and of opaque pixels. A palette may have one
+    /// Minimum fraction of transparent pixels, and of opaque pixels. A palette may have one
     /// transparent colour that few pixels use.
     const BOTH: f32 = 0.01;
-    /// Minimum share of black pixels among the transparent pixels.
+    /// Minimum fraction of black pixels among the transparent pixels.
     const NOTHING: f32 = 0.9;
     /// Maximum sample of a black pixel.
     const BLACK: f32 = 0.06;

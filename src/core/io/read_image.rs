@@ -5,8 +5,8 @@ use crate::film::RgbImage;
 use ::exr::prelude::{self as exr, ReadChannels, ReadLayers};
 use std::path::Path;
 
-/// Memory per pixel of an image, or per texel of an environment, while it is read, in bytes: three
-/// floats and its colour.
+/// Memory in bytes, during reading, of a pixel of an image or of a texel of an environment: three
+/// floats and the colour.
 pub const BYTES_OF_A_NEW_TEXEL: u64 = 28;
 
 /// Reads `R G B` of the first layer of an EXR file.

@@ -60,8 +60,8 @@ impl Layers {
 /// A channel of an EXR file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayerChannel {
-    /// Name, `layer.component`. In parts of the file after the first part, it begins with the name
-    /// of the part.
+    /// Name, `layer.component`. In parts of the file after the first part, the name begins with the
+    /// name of the part.
     pub name: String,
     /// Type of the values in the file.
     pub kind: SampleKind,

@@ -30,7 +30,8 @@ pub struct Rendering {
     pub noise: Option<Noise>,
     /// True if the file holds values for a display, 0 to 1, which were decoded by the sRGB curve.
     pub is_display: bool,
-    /// Setting that biases the picture's mean, from the file; `None` if the file does not have it.
+    /// Setting that biases the picture's mean, from the file; `None` if the file names no such
+    /// setting.
     pub bias: Option<String>,
 }
 
@@ -88,8 +89,8 @@ impl Rendering {
     }
 }
 
-/// Reads a picture from a file: `R G B`, or `Y`, of the first part of an EXR file that has these
-/// channels, or a picture of another format. Alpha is ignored.
+/// Reads a picture from a file of any supported format. From an EXR file, reads `R G B` or `Y` of
+/// the first part that has these channels. Alpha is ignored.
 pub fn read_rendering(path: &Path) -> Result<Rendering, FileError> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
         read_exr(path)

@@ -13,7 +13,7 @@ pub(crate) struct Statement<'a> {
     pub line: usize,
     /// Statement without its comment.
     pub text: Cow<'a, str>,
-    /// Line with its comment, if it has one and is not continued.
+    /// Line with its comment. `None` if the line has no comment, or is continued.
     commented: Option<&'a str>,
 }
 

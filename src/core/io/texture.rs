@@ -109,7 +109,7 @@ pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -
     })
 }
 
-/// Loads textures within a memory limit. Returns an error if they need more memory.
+/// Loads textures within a memory limit. Returns an error if the textures need more memory.
 pub fn load_textures_within(
     requests: &[TextureRequest],
     allowance: Allowance,

@@ -25,7 +25,7 @@ pub struct Tiles {
     files: Vec<(u32, PathBuf)>,
 }
 
-/// Possible names of the tiles of `name`, by number. `None` if it has no placeholder for the
+/// Possible names of the tiles of `name`, by number. `None` if `name` has no placeholder for the
 /// number.
 pub fn tile_names(name: &str) -> Option<impl Iterator<Item = String>> {
     let spelling = SPELLINGS.into_iter().find(|spelling| name.contains(spelling))?;

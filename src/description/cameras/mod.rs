@@ -25,7 +25,7 @@ pub struct FileCamera {
     pub size: Option<UVec2>,
     /// Camera options as in `[camera]`. Intrinsics are in pixels of a picture of `size`.
     pub options: CameraOptions,
-    /// Horizontal field of view in radians, if the file has it instead of a vertical one.
+    /// Horizontal field of view in radians, if the file has no vertical field of view.
     pub horizontal_fov: Option<f64>,
 }
 

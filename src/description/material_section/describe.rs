@@ -44,7 +44,8 @@ impl MaterialSection {
         let (material, has) = (&found.material, |slot| found.has_map(slot));
         let reflects = !material.specular.is_black() || has(MapSlot::Specular);
         let refracts = !material.transmission.is_black();
-        // Write fields that differ from a black surface, and always both colours
+        // Write fields that differ from those of a black surface, and always `diffuse` and
+        // `specular`
         let (mut section, black) = (Self::default(), Material::default());
         macro_rules! say {
             ($($key:ident),+) => {

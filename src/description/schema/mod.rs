@@ -4,7 +4,7 @@
 //! Keys of `[camera]`, `[image]` and `[render]` come from their parameters (`options`), keys of
 //! other sections from their tables (`section`). The schema does not cover conditions that only the
 //! program can check, such as the existence of files; docs/guide/reference/scene-file.md lists
-//! them.
+//! these conditions.
 
 use super::key_schema::{closed, described};
 use super::light_section::LightType;

@@ -68,14 +68,15 @@ impl Denoising {
         self.work.is_some()
     }
 
-    /// Returns true if a denoiser is running for the current picture. The render then waits for it,
-    /// because both together take far longer than one after the other.
+    /// Returns true if a denoiser is running for the current picture. The render then waits for the
+    /// denoiser, because both at the same time take far longer than one after the other.
     pub fn is_awaited(&self) -> bool {
         self.work.as_ref().is_some_and(|work| work.picture == self.picture)
     }
 
     /// Returns true if the picture may be denoised now. The first picture of a camera is denoised
-    /// at once. Later pictures are denoised if this takes a small fraction of the time.
+    /// at once. Later pictures are denoised if denoising takes at most the fraction [`SHARE`] of
+    /// the time.
     fn is_due(&self, is_last: bool) -> bool {
         let share = self.took.as_secs_f64() / self.ended.elapsed().as_secs_f64().max(1e-9);
         let is_done = self.shown.as_ref().is_some_and(|(_, is_last)| *is_last);
@@ -122,8 +123,8 @@ impl Denoising {
 }
 
 impl Engine<'_> {
-    /// Shows the result of the denoiser, and starts it for newer samples if pages show the denoised
-    /// picture. `facts` describe `state`.
+    /// Shows the result of the denoiser, and starts the denoiser for newer samples if pages show
+    /// the denoised picture. `facts` describe `state`.
     pub(super) fn denoise(&mut self, renderer: &Renderer, state: &RenderState, is_last: bool) {
         if let Some((work, result)) = self.denoising.take() {
             match result {

@@ -411,7 +411,8 @@ impl<'a> Engine<'a> {
         Ok(())
     }
 
-    /// Renders the picture, or continues `old`, together with its rival if there is one.
+    /// Renders the picture, or continues `old`, together with the second render (rival) if there is
+    /// one.
     fn still(&mut self, session: &mut Session, old: Option<RenderState>) -> Result<NextStep, Error> {
         if !session.serves(&self.settings) {
             return Ok(NextStep::Scene(old.map(Box::new)));

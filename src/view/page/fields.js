@@ -29,7 +29,7 @@ export const decimals = (x) => Number(x.toPrecision(5));
 
 // A slider and a number field for one value. The slider goes from `min` to `max`, in equal factors
 // if `isLogarithmic`. The number field allows values outside `range`, up to the limits `ends`. With
-// `isText` it also allows names. `send` is called at the end of a drag.
+// `isText` the number field also allows names. `send` is called at the end of a drag.
 export function sliderAndNumber({ key, words, value, range: [min, max, isLogarithmic], isInteger = false, isText = false, ends = {}, send, attributes = {} }) {
   const isSet = value !== undefined && value !== "" && Number.isFinite(Number(value));
   const start = isLogarithmic ? Math.max(min, 1e-6) : min;

@@ -124,8 +124,8 @@ export class Inspector {
     this.drawSpace();
   }
 
-  // Shows the samples that contribute most light to a pixel. Each has a button to inspect its
-  // paths.
+  // Shows the samples that contribute most light to a pixel. Each sample has a button that shows
+  // the paths of the sample.
   showBrightest({ pixel, searched, of, samples }) {
     const rows = samples.map(({ sample, radiance, share }) => {
       const button = element("button", { "aria-label": `Paths of sample ${sample}` }, String(sample));
@@ -146,7 +146,7 @@ export class Inspector {
     );
   }
 
-  // Removes the paths from the picture, and their text.
+  // Removes the paths from the picture, and the text about the paths.
   clear() {
     this.facts = null;
     $("paths-section").hidden = true;

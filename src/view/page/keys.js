@@ -13,8 +13,8 @@ const hex = (colour) => `#${colour.map((x) => toCode(Math.max(0, x)).toString(16
 // Converts `#rrggbb` to linear red, green and blue.
 export const ofHex = (text) => [1, 3, 5].map((i) => Number(toLinear(Number.parseInt(text.slice(i, i + 2), 16)).toPrecision(4)));
 
-// A key is a colour if its schema allows a non-negative number or three of them. Optical constants
-// have the same schema, but are not colours.
+// A key is a colour if its schema allows a non-negative number or three non-negative numbers.
+// Optical constants have the same schema, but are not colours.
 const OPTICAL = ["eta", "k"];
 const low = ({ minimum, exclusiveMinimum }) => minimum ?? exclusiveMinimum;
 const isColour = (key, { anyOf }) => anyOf?.length >= 2 && low(anyOf[0]) !== undefined && anyOf[1].type === "array" && !OPTICAL.includes(key);

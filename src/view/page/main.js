@@ -190,8 +190,8 @@ link.addEventListener("status", ({ detail }) => {
   if (isMetered && typeof metered === "number") setExposure(metered);
   showExposureOfRender();
 });
-// Metered exposure in stops that `render` would use. The page shows and applies it rounded to
-// hundredths of a stop.
+// Metered exposure in stops that `render` would use. The page shows and applies this exposure
+// rounded to hundredths of a stop.
 let metered = null;
 const hundredths = (stops) => Number(stops.toFixed(2));
 function setExposure(stops) {

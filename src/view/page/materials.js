@@ -1,4 +1,5 @@
-// Materials of the scene as balls. For the selected material also its keys, textures and presets.
+// Shows the materials of the scene as balls, and keys, textures and presets of the selected
+// material.
 
 import { $, copy, element } from "./controls.js";
 import { drawBall } from "./ball.js";

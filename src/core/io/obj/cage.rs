@@ -16,7 +16,7 @@ use std::path::Path;
 ///
 /// The first step of Catmull and Clark also makes edges from the middle of a face to the middles of
 /// its sides. In faces of more than four corners, these edges can be longer than half a side. For
-/// each of them, the cage has an additional edge of twice its length, so that a step halves all
+/// each such edge, the cage has an additional edge of twice the length, so that a step halves all
 /// edges of the cage.
 #[derive(Clone, Debug)]
 pub struct Cage {
@@ -31,8 +31,8 @@ pub struct Cage {
 }
 
 impl Cage {
-    /// Reads the faces of a file as a render reads them. Hidden parts have no edges, and moved
-    /// parts are moved. Displacement is not applied.
+    /// Reads the faces of a file as a render reads them. Hidden parts are left out, and movements
+    /// of parts are applied. Displacement is not applied.
     ///
     /// # Errors
     ///

@@ -31,7 +31,7 @@ impl StatementError {
         Self { word, message, help }
     }
 
-    /// Adds to the message what the error causes, such as that a face is left out.
+    /// Adds the effect of the error to the message, such as that a face is left out.
     fn and(mut self, effect: &str) -> Self {
         self.message = format!("{}; {effect}", self.message);
         self

@@ -1,5 +1,5 @@
 //! Colours of vertices: three or four numbers after the coordinates of a `v` line, or ZBrush's
-//! `#MRGB` comments. A mesh stores them in linear light
+//! `#MRGB` comments. A mesh stores the colours in linear light
 //! ([`Mesh::colors`](crate::geometry::Mesh::colors)).
 
 use super::outline::{NO_COLOR, VertexData};
@@ -57,7 +57,7 @@ pub(super) fn read_mrgb(groups: &str, colors: &mut Vec<[f32; 4]>) -> Result<(), 
     Ok(())
 }
 
-/// Moves the colours that a render uses out of `vertices`. Adds findings about them.
+/// Moves the colours that a render uses out of `vertices`. Adds findings about the colours.
 pub(super) fn take_colors(
     path: &Path,
     vertices: &mut VertexData,

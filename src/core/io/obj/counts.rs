@@ -8,7 +8,7 @@ use std::borrow::Cow;
 /// Keywords of the values that corners refer to, in the order of a corner's indices.
 pub(super) const KEYWORDS: [&str; 3] = ["v", "vt", "vn"];
 
-/// Number of lines, of `v`, `vt` and `vn` statements, of faces, and of the corners of faces.
+/// Numbers of lines, of `v`, `vt` and `vn` statements, of faces, and of corners of faces.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Counts {
     pub lines: usize,
@@ -61,7 +61,8 @@ pub(super) struct Chunks<'a> {
 }
 
 impl<'a> Chunks<'a> {
-    /// Cuts a text into chunks of about `chunk_bytes`, and counts them in parallel.
+    /// Cuts a text into chunks of about `chunk_bytes` bytes, and counts their statements in
+    /// parallel.
     pub fn count(text: &'a str, chunk_bytes: usize) -> Self {
         let texts = chunks(text, chunk_bytes);
         let counts: Vec<(Counts, [Option<String>; 2])> = texts.par_iter().map(|chunk| Counts::of(chunk)).collect();

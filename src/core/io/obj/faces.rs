@@ -40,11 +40,11 @@ pub struct Face<'a> {
     pub material: usize,
     /// Index of each corner's position.
     pub positions: &'a [u32],
-    /// Index of each corner's normal. It is out of range if the corner has no normal. Empty if no
-    /// corner has a normal.
+    /// Index of each corner's normal. The index of a corner without a normal is out of range. The
+    /// list is empty if no corner has a normal.
     pub normals: &'a [u32],
-    /// Index of each corner's texture coordinates. It is out of range if the corner has no texture
-    /// coordinates. Empty if no corner has texture coordinates.
+    /// Index of each corner's texture coordinates. The index of a corner without texture
+    /// coordinates is out of range. The list is empty if no corner has texture coordinates.
     pub uvs: &'a [u32],
     /// True if every corner has texture coordinates.
     pub has_uvs: bool,

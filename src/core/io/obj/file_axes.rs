@@ -99,8 +99,8 @@ fn axes_of(head: &str) -> FileAxes {
         declared: comments().find_map(declared_axes),
         usual_up: match Signature::find(head).map(|signature| signature.dialect) {
             Some(MtlDialect::Meshlab | MtlDialect::Threedfier) => Some(Vec3::Z),
-            // Maya writes the up axis of its scene, and Assimp the up axis of the program whose
-            // file it converts.
+            // Maya writes the up axis of its scene, and Assimp writes the up axis of the converted
+            // file.
             Some(MtlDialect::Maya | MtlDialect::Assimp) => None,
             Some(_) => Some(Vec3::Y),
             None => comments().find_map(|comment| match (is_named(comment, &TURN), is_named(comment, &KEEP)) {

@@ -1,5 +1,5 @@
-//! Meshes from the faces of an OBJ file. There is one mesh for each material, and for each list of
-//! scene-file rules that change the material.
+//! Meshes from the faces of an OBJ file. Faces are in the same mesh if they have the same material
+//! and the same list of scene-file rules that change the material.
 //!
 //! Faces are cut into triangles (`polygon`), and each distinct triple of indices becomes a vertex.
 //! If only some corners have normals, the other corners get normals from smoothing groups
@@ -185,7 +185,8 @@ impl MeshBuilder<'_> {
             if self.has_normals {
                 let normal = self.vertices.normals.get(vn).copied().unwrap_or_else(|| {
                     let [p0, p1, p2] = triangle.map(position);
-                    // Triangles without area have no normal; they are never visible.
+                    // Triangles without area have no normal. They are never visible, so any vector
+                    // serves.
                     Some(triangle_normal(p0, p1, p2))
                         .filter(|&n| n != Vec3::ZERO)
                         .unwrap_or(Vec3::Z)

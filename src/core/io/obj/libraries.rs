@@ -168,7 +168,7 @@ pub(super) fn load_libraries(
     (materials, files)
 }
 
-/// Adds a finding if a library is missing, or not at its path in the OBJ file.
+/// Adds a finding if a library is missing, or is not at the path that the OBJ file names.
 fn remark(obj: &Path, library: &ObjLibrary, options: &LoadOptions, findings: &mut Findings) {
     let folder = obj.parent().unwrap_or(Path::new(""));
     let ObjLibrary { name, line, .. } = library;

@@ -5,8 +5,9 @@
 //! it (`cage`), lines and points (`wires`).
 //!
 //! A text is cut between statements into chunks of a fixed size, which are read in parallel and
-//! joined in order. The result is bit-identical for any chunks and threads. One reader serves
-//! renders, which need a mesh, and `embrasure check`, which needs all errors (`io/finding.rs`).
+//! joined in order. The result is bit-identical for any size of chunks and any number of threads.
+//! One reader serves renders, which need a mesh, and `embrasure check`, which needs all errors
+//! (`io/finding.rs`).
 
 mod cage;
 mod chunk;
@@ -125,7 +126,8 @@ impl ObjFile {
     }
 
     /// Material with the name `name`. If there are several definitions, the last one is used. If
-    /// there is none, the material may have a name that differs in letter case or separators.
+    /// there is no definition, the only material whose name equals `name` except for letter case
+    /// and separators is used.
     pub fn material(&self, name: &str) -> Option<&FileMaterial> {
         let index = self.last_named.get(name).or_else(|| self.alike.get(name));
         index.and_then(|&i| self.materials.get(i))
@@ -277,7 +279,7 @@ pub(super) fn read_obj(
         used_keys: keys.map(|name| key_of_name(name)).collect(),
         used,
     };
-    // If the file names no materials, the only material of its library may be used for all faces.
+    // If the file names no materials, the only material of its library can be used for all faces.
     let takes_only = !outline.uses_materials() && !is_literal;
     let found = find_libraries(path, &outline.libraries, outline.uses_materials() || takes_only);
     let named_libraries = found.iter().map(|library| library.name.clone()).collect();
@@ -367,8 +369,8 @@ fn read_text(path: &Path) -> Result<String, FileError> {
     Ok(text)
 }
 
-/// Opens the file to read its beginning. `None` if it is not a regular file: reading from a pipe
-/// would remove its data.
+/// Opens the file to read its beginning. `None` if the file is not regular, because reading from a
+/// pipe would remove data from the pipe.
 fn open_regular(path: &Path) -> Option<File> {
     let is_regular = fs::metadata(path).is_ok_and(|data| data.is_file());
     is_regular.then(|| File::open(path).ok()).flatten()

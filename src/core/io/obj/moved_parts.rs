@@ -1,6 +1,6 @@
 //! Movement of parts, before faces are subdivided or cut into triangles. The result is the same as
-//! for a file with the moved positions and normals. A value that is used by moved and by other
-//! faces is copied.
+//! for a file with the moved positions and normals. If moved faces and other faces use the same
+//! position or normal, it is copied.
 
 use super::colors::Colors;
 use super::outline::{NONE, Outline, Section};

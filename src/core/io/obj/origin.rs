@@ -1,5 +1,6 @@
-//! Origin for a file that lies far from its own origin. Surveyors write national grids in metres.
-//! For coordinates of several millions, the spacing of 32-bit floats is too coarse for a building.
+//! Origin for a file whose vertices lie far from its own origin. Surveyors write national grids in
+//! metres. For coordinates of several millions, the spacing of 32-bit floats is too coarse for a
+//! building.
 
 use super::open_regular;
 use crate::io::{LoadOptions, Origin};
@@ -11,8 +12,8 @@ use std::path::Path;
 const NEAR: f64 = 2048.0;
 /// Maximum number of bytes of a line that are read at once: a binary file is one long line.
 const MAX_LINE: u64 = 1 << 16;
-/// Minimum distance of the middle of a file from the file's origin, as a multiple of the file's
-/// size, for which the origin is moved.
+/// The origin is moved if the distance between the file's origin and the middle of the vertices is
+/// more than this multiple of the size of the model.
 const FAR: f64 = 500.0;
 
 /// If the first vertex of a file is near the origin, vertices are read at this number of places in

@@ -18,9 +18,9 @@ use std::ops::Range;
 
 /// Distance by which a face is moved, as a multiple of the file's diagonal.
 const GAP: f32 = 1e-5;
-/// Minimum share of faces that belong to pairs of front and back. If the share is smaller, the
-/// pairs are not moved: exporters write all walls in pairs, and single pairs are mistakes in the
-/// model.
+/// Minimum fraction of faces that belong to pairs of front and back. If the fraction is smaller,
+/// the pairs are mistakes in the model and are not moved, because exporters write all walls in
+/// pairs.
 const MIN_SHARE: f32 = 0.25;
 
 /// A face: the indices of its material and of its section, and its corners in the section.

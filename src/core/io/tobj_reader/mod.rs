@@ -42,7 +42,7 @@ struct MaterialRun {
     mesh: Mesh,
 }
 
-/// Contents of a library as tobj reads them: materials, and their indices by name.
+/// Result of reading a library with tobj: the materials with their indices by name, or an error.
 type Materials = tobj::MTLLoadResult;
 
 /// Reads an OBJ file. `library` reads the library with a given name. The error is the reason why

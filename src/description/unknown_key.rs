@@ -114,7 +114,7 @@ const ELSEWHERE: [(&str, &str); 12] = [
 ];
 
 /// Key in `known` that the user probably means by `key`: the equivalent of another program's key, a
-/// key that contains `key`, such as `vertical_fov` for `fov`, or the most similar key.
+/// key with the word `key`, such as `vertical_fov` for `fov`, or the most similar key.
 fn nearest_key<'a>(key: &str, known: &[&'a str]) -> Option<&'a str> {
     let elsewhere = ELSEWHERE.iter().find(|(theirs, _)| *theirs == key);
     let meant = elsewhere.and_then(|(_, ours)| known.iter().find(|known| *known == ours));

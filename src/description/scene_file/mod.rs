@@ -262,8 +262,8 @@ impl SceneFile {
         }
     }
 
-    /// Axes according to the comments of the scene's OBJ file. They are unknown if the scene has
-    /// several objects.
+    /// Axes according to the comments of the scene's OBJ file. The axes are unknown if the scene
+    /// has several objects, or if the object has a `transform`.
     pub(crate) fn axes(&self) -> FileAxes {
         self.only_obj().map(|obj| file_axes(&obj)).unwrap_or_default()
     }
@@ -292,7 +292,7 @@ impl SceneFile {
     }
 
     /// Length in metres of one unit of the scene's OBJ file; `None` if the comments of the file do
-    /// not state the unit, or if the scene has several objects.
+    /// not state the unit, if the scene has several objects, or if the object has a `transform`.
     pub(crate) fn unit(&self) -> Option<f32> {
         match self.object.as_slice() {
             [object] if object.transform.is_none() => named_unit(&self.resolve(object.obj.get_ref())),

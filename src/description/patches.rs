@@ -249,8 +249,8 @@ impl SceneFile {
         wrong.map_or(Ok(()), Err)
     }
 
-    /// Filter that selects the parts of OBJ files, by the keys `visible` of `patches` and by
-    /// patterns.
+    /// Filter that selects the parts of OBJ files, by the keys `visible` of `patches` and by the
+    /// patterns of `hide` and `only`.
     pub(super) fn part_filter(&self, patches: &[Patch<PartSection>]) -> PartFilter {
         let [hide, only] = self
             .part_patterns()

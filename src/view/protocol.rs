@@ -42,7 +42,7 @@ pub(super) enum Command {
     Resume {},
     /// Restart with the first sample.
     Restart {},
-    /// Send the results of a sample of a pixel.
+    /// Send the paths of a sample of a pixel.
     Inspect { x: u32, y: u32, sample: u32 },
     /// Send object and material of a pixel.
     Pick { x: u32, y: u32 },

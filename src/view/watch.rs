@@ -33,7 +33,8 @@ fn stamp(path: &Path) -> Stamp {
 pub(super) struct Watch {
     files: Vec<WatchedFile>,
     checked: Instant,
-    /// Stamps of the last check, if files were changing: editors write in several steps.
+    /// Stamps of the last check, if a file had changed. An editor may write a file in several
+    /// steps, so a change is reported only if the next check finds the same stamps.
     changing: Option<Vec<Stamp>>,
 }
 

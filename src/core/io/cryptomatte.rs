@@ -61,8 +61,8 @@ pub fn cryptomattes(film: &Film, names: &FeatureNames) -> Vec<Channel> {
 impl Layer<'_> {
     fn channels(&self, film: &Film) -> Vec<Channel> {
         let hashes: Vec<f32> = self.names.iter().map(|name| id_of(name)).collect();
-        // Several materials may have the same name. A part and an object may have the same name,
-        // too.
+        // Coverage of equal names is summed: several materials may have the same name, and a part
+        // may have the name of an object.
         let mut first: HashMap<&str, u32> = HashMap::new();
         let ids = (0..).zip(&self.names);
         let first_of: Vec<u32> = ids.map(|(id, name)| *first.entry(name).or_insert(id)).collect();

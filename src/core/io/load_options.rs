@@ -57,13 +57,12 @@ parameters! {
         texture_filter: TextureFilter = TextureFilter::Mip;
         /// Light through thin glass and window panes: straight, or refracted
         ///
-        /// `straight`: shadow rays pass, and flat panes count as thin. `refract`: only scattered
-        /// rays find the light, and panes are bodies.
+        /// `straight`: shadow rays pass through panes, and flat panes count as thin. `refract`:
+        /// only scattered rays find the light, and panes are bodies.
         panes: Panes = Panes::Straight;
         /// Light of a scene that sections cut: cut, or whole
         ///
-        /// `whole`: the sections are for the camera alone, and light meets the whole scene. Caps
-        /// are black.
+        /// `whole`: only camera rays see the cuts, and light meets the whole scene. Caps are black.
         cut_light: CutLight = CutLight::Cut;
         /// Caps that close the cuts of sections: on, or off
         cut_caps: CutCaps = CutCaps::On;

@@ -14,7 +14,7 @@ pub struct MatteMask {
     pub names: Vec<String>,
     /// Pixels of the full image that the mask covers.
     pub window: Rect,
-    /// Share of each pixel of `window` that the names cover, row by row from the top.
+    /// Fraction of each pixel of `window` that the names cover, row by row from the top.
     pub values: Vec<f32>,
 }
 

@@ -83,7 +83,8 @@ fn is_cut_out<T: Copy>(samples: &[T], channels: usize, value: impl Fn(T) -> f32)
         && black as f32 >= NOTHING * transparent as f32
 }
 
-/// Samples by type. Integers are fractions of the largest integer; floats are linear.
+/// Samples by type. An integer stands for its fraction of the largest integer of the type. Floats
+/// are linear.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Samples {
     Bytes(Vec<u8>),

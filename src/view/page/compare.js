@@ -71,8 +71,8 @@ export class Compare {
     this.draw();
   }
 
-  // Draws errors over seconds, with two logarithmic axes. Without a reference, draws the difference
-  // between the renders.
+  // Draws errors against time in seconds, with two logarithmic axes. Without a reference, draws the
+  // difference between the renders.
   draw() {
     const canvas = $("error-chart");
     const { points } = this;

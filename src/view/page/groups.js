@@ -7,7 +7,8 @@ import { HALVES, decode, toHalves } from "./tone.js";
 
 const cache = new WeakMap();
 
-// The frame of a picture with `weights`: the red, green and blue factors of each light group.
+// The frame of a picture after its light groups are multiplied by `weights`, the red, green and
+// blue factors of each group.
 export function relit(frame, weights) {
   const key = JSON.stringify(frame.groups.map((name) => weights.get(name) ?? [1, 1, 1]));
   const known = cache.get(frame);

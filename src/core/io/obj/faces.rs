@@ -10,7 +10,7 @@ use crate::math::{DVec3, Vec2, Vec3};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-/// Rounding error of f64 as a share of a polygon's area, with a margin.
+/// Rounding error of f64 as a fraction of the area of a polygon, with a margin.
 const ROUNDING: f64 = 1e-9;
 
 /// Faces of an OBJ file before triangulation, each with its line.

@@ -37,7 +37,7 @@ const KEEP: [&str; 10] = [
 
 /// Programs that always write models with +y up.
 const ONLY_Y: [&str; 1] = ["apple modelio"];
-/// Part of the mesh names that importers of VRML write. In VRML, +y is up.
+/// Text in the names of meshes that importers of VRML write. In VRML, +y is up.
 const OF_VRML: &str = "indexedfaceset";
 /// Words in file names of buildings, rooms and land.
 const LAND: [&str; 21] = [

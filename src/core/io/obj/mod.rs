@@ -57,7 +57,7 @@ use std::path::{Path, PathBuf};
 use subdivide::subdivide;
 use wires::add_wires;
 
-/// Bytes of text per task: many tasks in a large file, and enough work in each.
+/// Bytes of text per task. A large file then has many tasks, and each task has enough work.
 const CHUNK_BYTES: usize = 1 << 20;
 
 /// Changes of the positions in a file.
@@ -155,7 +155,7 @@ impl ObjFile {
     }
 }
 
-/// Beginning of the error of a file without faces.
+/// Beginning of the error message for a file without faces.
 const NO_FACES: &str = "no faces in this OBJ file";
 
 /// Contents of a file without faces.
@@ -163,7 +163,8 @@ const NO_FACES: &str = "no faces in this OBJ file";
 pub(super) struct FacelessFile {
     /// Number of vertices.
     pub vertices: usize,
-    /// True if the file has texture coordinates or names materials. Meshes do, point clouds do not.
+    /// True if the file has texture coordinates or names materials. Then it was written as a mesh,
+    /// not as a point cloud.
     pub is_of_mesh: bool,
     /// True if the last line of the file has no line end.
     pub is_cut: bool,

@@ -174,7 +174,7 @@ impl MaterialRules {
         self.of_parts.get(part as usize).copied().unwrap_or(0)
     }
 
-    /// The list with index `number`: indices of rules.
+    /// Indices of the rules in the list with the index `number`.
     pub fn list(&self, number: u32) -> &[u32] {
         self.lists.get(number as usize).map_or(&[], Vec::as_slice)
     }

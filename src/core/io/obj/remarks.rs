@@ -26,7 +26,7 @@ pub(super) enum Remark {
     LeftOutFace,
     /// A colour that is not three or four finite numbers.
     BadColor,
-    /// A name of a part of more than [`MAX_NAME`] bytes.
+    /// A part name of more than [`MAX_NAME`] bytes.
     LongName,
 }
 

@@ -1,5 +1,5 @@
-//! Lines and points of an OBJ file as round tubes and spheres, so that all backends have the same
-//! triangles.
+//! Lines and points of an OBJ file as round tubes and spheres. Both are made of triangles, so that
+//! all backends trace the same shapes.
 //!
 //! The cross-section of a tube is a regular polygon. It has the area of the circle, and the shading
 //! normals of the circle. Spheres close the ends and the bends of tubes.
@@ -28,7 +28,9 @@ const MANY_SPHERES: usize = 20_000;
 /// Memory per triangle, including the acceleration structure, in bytes.
 const BYTES_OF_TRIANGLE: u64 = 170;
 
-/// Groups of the lines and points of a file, with the diameter `width`.
+/// Makes tubes and spheres of the diameter `width` for the lines and points of a file. Returns one
+/// group for each material and list of rules. Returns an error if the triangles need too much
+/// memory.
 pub(super) fn add_wires(
     path: &Path,
     outline: &Outline,

@@ -1,4 +1,4 @@
-//! `embrasure check` and `embrasure explain`: findings and their places.
+//! `embrasure check` and `embrasure explain`: findings, and the file and line of each.
 
 use crate::support::program::{code, done, folder, json, printed, read_json, run, split, words, write_grey_png};
 use crate::support::shared;
@@ -217,7 +217,7 @@ fn face_mistakes_have_their_line() {
     }
     let far = SQUARE.replace("v 0", "v 1e7").replace("v 1 ", "v 10000001 ") + "f 1 2 3 4\n";
     assert_found("far away", &far, plain, &["warning far-from-origin s.toml:0:0"]);
-    // `render` also reports the lost digits, unless the file is moved to the origin.
+    // `render` also warns about the lost digits, unless the file is moved to the origin.
     let folder = folder_of(&far, plain);
     let render = "render a.obj --size 8x8 --spp 1 -q -o x.png --denoise=off";
     let said = |line: &str| words(&done(folder.path(), &split(line)));
@@ -226,7 +226,7 @@ fn face_mistakes_have_their_line() {
 }
 
 /// Far from the origin, the transform of an instance to its local space loses digits. This is
-/// reported even if the scene is as wide as the distance.
+/// reported even if the scene is as wide as its distance from the origin.
 #[test]
 fn instances_that_are_far_away_are_found() {
     let scene = |x: &str, size: &str| {
@@ -347,7 +347,8 @@ fn material_mistakes_have_their_line() {
     }
 }
 
-/// A library material that the scene file replaces or patches is used if faces use its name.
+/// A library material that the scene file replaces or patches counts as used if faces have its
+/// name.
 #[test]
 fn overridden_materials_are_not_unused() {
     let mtl = "newmtl m\nKd 0.5\nnewmtl patched\nKd 0.5\nnewmtl idle\nKd 0.5\n";
@@ -443,7 +444,8 @@ fn faulty_glass_and_lamp_meshes_are_reported() {
         "{found:?}"
     );
 
-    // A cavity faces inwards. Cubes whose faces have separate but equal positions are closed.
+    // A cavity inside a closed body faces inwards. A cube is closed even if each face has vertices
+    // of its own, at equal positions.
     let inner: String = cube_faces(9).iter().map(|face| turned(face)).collect();
     let hollow = format!("{}{}mtllib a.mtl\nusemtl m\n", corners(0.0, 1.0), corners(0.25, 0.75));
     assert_found(
@@ -588,7 +590,8 @@ fn check_lists_all_warnings_of_render() {
     let (report, _) = check(folder.path(), "a.obj");
     let known = |warning: &str| {
         let said = |f: &Value| warning.contains(f["message"].as_str().unwrap());
-        // Triangles without area are reported face by face.
+        // `render` reports the number of triangles without area in one warning. `check` has a
+        // finding for each face, so the texts differ.
         findings(&report).iter().any(said) || warning.contains("triangles without area")
     };
     for warning in warnings {
@@ -663,7 +666,8 @@ fn awkward_files_are_checked_without_harm() {
     }
 }
 
-/// Compares the memory forecast of `check` with the largest resident size of a render.
+/// Compares the memory forecast of `check` with the largest resident size of a render. The backend
+/// `brute` is left out, because it would take minutes.
 // Brute force would take minutes.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
@@ -748,8 +752,8 @@ fn explain_lists_lobes_and_renders_a_sphere() {
     let lobes = facts["lobes"].as_array().unwrap();
     let names: Vec<&str> = lobes.iter().map(|l| l["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["Lambert", "Phong"]);
-    // Lobes are sampled in proportion to reflectance. At normal incidence nearly all of the sharp
-    // lobe is above the horizon.
+    // A lobe is chosen with a probability proportional to its reflectance. At normal incidence
+    // nearly all of the sharp lobe is above the horizon.
     for (lobe, chosen, albedo) in [(&lobes[0], 1.0 / 3.0, 0.25), (&lobes[1], 2.0 / 3.0, 0.5)] {
         let probability = lobe["probability"]["normal"].as_f64().unwrap();
         assert!((probability - chosen).abs() < 1e-3, "{lobe}");
@@ -780,8 +784,8 @@ fn explain_lists_lobes_and_renders_a_sphere() {
     assert_eq!(pixels, crate::support::read_rgb(&folder.path().join("y.exr")));
 }
 
-/// Numbers are short. A roughness is listed only for lobes that have one. Albedos below a coat add
-/// up.
+/// Numbers are short. A roughness is listed only for lobes that have one. Below a coat, the albedos
+/// of the lobes sum to the total albedo.
 #[test]
 fn explain_prints_short_numbers() {
     let mtl = "newmtl x\nKd 1\nnewmtl m\nKd 0.25 0.25 0.25\nKs 0.5 0.5 0.5\nNs 40\n";
@@ -826,8 +830,8 @@ fn explain_prints_short_numbers() {
     }
 }
 
-/// A missing file is reported once, with its uses and the replacement. Invisible materials and
-/// missing lights are reported. Parts of the memory are listed with `-v`.
+/// A missing file is reported once, with its uses and with the value that replaces it. Invisible
+/// materials and missing lights are reported. With `-v`, the parts of the memory are listed.
 #[test]
 fn text_report_groups_findings() {
     let obj = format!("{SQUARE}f 1 2 3 4\nusemtl n\nf 1 2 3 4\nusemtl o\nf 1 2 3 4\nusemtl p\nf 1 2 3 4\n");

@@ -22,7 +22,8 @@ fn renders_exr_png_and_statistics() {
         assert!(values.iter().all(|v| v.is_finite()), "{name}");
     }
     assert!(read_channel(&exr, "samples").iter().all(|&n| n == 4.0));
-    // The floor is below the lamp, so the image is not upside down; its normal points up.
+    // The floor is below the lamp. The lower part of the image shows the floor, so the image is not
+    // upside down. The normal of the floor points up.
     assert_eq!(read_channel(&exr, "N.Y")[14 * 40 + 20], 1.0);
     assert!((read_channel(&exr, "albedo.B")[14 * 40 + 20] - 0.3).abs() < 1e-6);
 
@@ -550,8 +551,8 @@ fn a_missing_library_is_a_warning() {
     assert!(read_channel(&folder.path().join("s.exr"), "albedo.R").contains(&0.8));
 }
 
-/// Missing files of scene files are reported with line and column. Images, mappings and layers
-/// change the scene hash.
+/// A missing file that a scene file names is reported with line and column. Images, mappings and
+/// layers change the scene hash.
 #[test]
 fn scene_file_textures_are_part_of_the_hash() {
     let folder = lit_floor();
@@ -591,7 +592,8 @@ fn scene_file_textures_are_part_of_the_hash() {
     assert_eq!(distinct.len(), hashes.len() - 1, "{hashes:?}");
 }
 
-/// Missing files are reported with their line. Existing files change the scene hash.
+/// A missing texture of a library is reported with its line. A texture that exists changes the
+/// scene hash.
 #[test]
 fn library_textures_are_part_of_the_hash() {
     let folder = lit_floor();
@@ -624,7 +626,7 @@ fn library_textures_are_part_of_the_hash() {
     assert_ne!(hashes[0], hashes[1]);
     assert_eq!(hashes[0], hashes[2]);
 
-    // An invalid image is also a warning, with the reason.
+    // An invalid image also causes a warning, with the reason.
     fs::write(path.join("tile.png"), "no picture").unwrap();
     let out = run(path, &["render", "s.toml", "--size", "8x8"]);
     let said = words(&out);
@@ -684,7 +686,7 @@ fn a_scene_file_overrides_materials() {
         "{}",
         words(&out)
     );
-    // The specular lobe is colourless: channels differ by the scaled diffuse lobe.
+    // The specular lobe is colourless, so channels differ only by the scaled diffuse lobe.
     let albedo = |channel: &str| read_channel(&folder.path().join("s.exr"), channel)[14 * 40 + 20];
     let difference = albedo("albedo.B") - albedo("albedo.R");
     assert!((difference - (0.75 - 0.25) / 1.25).abs() < 1e-3, "{difference}");
@@ -805,7 +807,7 @@ fn one_sample_can_be_explained() {
     }
 }
 
-/// A reader that closes the pipe after the first line is not an error.
+/// It is not an error if the reader of the output closes the pipe after the first line.
 #[cfg(unix)]
 #[test]
 fn closed_output_pipe_is_not_an_error() {
@@ -866,7 +868,7 @@ fn keys_of_a_scene_file_can_be_set() {
     let bare =
         "a.obj --set camera.position=[0,1,4] --set camera.look_at=[0,0.3,0] --set image.width=8 --set render.samples=1";
     assert_eq!(size(bare), [8, 512]);
-    // A key has the same effect if it is set by `--set`, by a flag, or in the file
+    // A key has the same effect if `--set`, a flag or the file sets it.
     let bits = |line: &str| {
         done(at, &split(&format!("render {line} -q -o a.png")));
         fs::read(at.join("a.png")).unwrap()
@@ -937,7 +939,8 @@ fn flag_values_follow_a_space_or_an_equals_sign() {
     );
 }
 
-/// An interrupt during the slow reference still writes the renders.
+/// After an interrupt of the slow reference render, the results of the finished renders are
+/// written.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn lab_interrupt_at_reference_writes_renders() {
@@ -961,8 +964,8 @@ fn lab_interrupt_at_reference_writes_renders() {
     assert!(folder.path().join("cut.png").exists());
 }
 
-/// A render with an audit traces the same packets as a render without. If triangles coincide, both
-/// renders hit the same triangle.
+/// A render with an audit traces the same packets as a render without an audit. If triangles
+/// coincide, both renders hit the same triangle.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 fn audits_change_no_bit() {
@@ -1017,7 +1020,7 @@ fn audits_report_and_replay() {
     assert!((19_000..21_000).contains(&rays), "{report}");
     assert_eq!(report["causes"]["unexplained"], 0);
 
-    // A recorded ray is traced again: straight down onto the floor.
+    // Trace a recorded ray again. The ray goes straight down onto the floor.
     let bits = |values: [f32; 9]| values.map(|v| format!("{:08x}", v.to_bits()));
     let ray = bits([0.1, 0.5, 0.2, 0.0, -1.0, 0.0, 0.0, f32::INFINITY, 0.0]);
     let replay = serde_json::json!({
@@ -1235,8 +1238,8 @@ fn compact_scenes_look_the_same() {
     }
 }
 
-/// A checkpoint of a sample range keeps the range: it resumes to the same range, and merges as a
-/// part.
+/// A checkpoint of a range of samples stores the range. A resumed render has the same range, and
+/// `merge` accepts the checkpoint as a part.
 #[test]
 fn checkpoint_of_a_range_is_resumed_and_merged() {
     let folder = lit_floor();

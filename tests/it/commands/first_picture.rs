@@ -145,7 +145,7 @@ fn metered_exposure_is_equal_for_resume_and_merge() {
     let stats = render(at, "s.toml --spp 128 --exposure auto -o whole.png -o whole.exr");
     let stops = &stats["exposure"];
     assert!(stops.as_f64().is_some_and(|stops| stops != 0.0), "{stats}");
-    // The metered exposure gives pixels with a surface a medium median brightness.
+    // With the metered exposure, the median brightness of the pixels that show a surface is medium.
     let depth = read_channel(&at.join("whole.exr"), "Z");
     let (codes, _) = png_of(&at.join("whole.png"));
     let met = codes.chunks_exact(3).zip(&depth).filter(|(_, z)| **z < 1e10);
@@ -190,7 +190,7 @@ fn metered_exposure_is_equal_for_resume_and_merge() {
 }
 
 /// Parts and checkpoints of a bare OBJ store exposure, tone curve and denoiser. `merge` and
-/// `develop` use them, and make the image of a single render, byte by byte.
+/// `develop` use these settings. Their image is byte-identical to the image of a single render.
 #[test]
 fn merged_parts_of_a_bare_obj_equal_one_render() {
     let folder = scene();
@@ -286,7 +286,7 @@ fn default_output_names_keep_other_files() {
     assert!(at.join("a.render.png").exists() && !at.join("a.png").exists());
     fs::remove_file(at.join("a.exr")).unwrap();
 
-    // An image that this program wrote is replaced, but not if the scene uses it as a texture.
+    // An image that this program wrote is replaced, unless the scene uses the image as a texture.
     done(at, &split("render s.toml -q --spp 1 -o a.png"));
     let texture = fs::read(at.join("a.png")).unwrap();
     done(at, &split(&format!("{line} -q")));
@@ -355,7 +355,8 @@ fn quality_sets_samples_and_denoiser() {
         of("a.obj --set render.quality=draft --quality good"),
         (16, best.clone())
     );
-    // Quality `final` ends at its noise level, which is unset if samples are given.
+    // A render of quality `final` ends at a noise level. If the number of samples is given, there
+    // is no noise level.
     let line = "s.toml --quality final --size 4x4 --max-depth 0 -o x.exr";
     let stats = render(at, line);
     assert!(stats["noise"]["level"] == 0.01 && stats["spp"] == 2048, "{stats}");

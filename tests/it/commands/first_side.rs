@@ -171,7 +171,7 @@ fn wide_grounds_do_not_frame_the_object() {
         "{} {alone}",
         on_ground(1.0)
     );
-    // A base belongs to the object.
+    // A narrow ground is a base. The base belongs to the object, so the frame includes it.
     assert!(on_ground(0.2) > 1.2 * alone, "{} {alone}", on_ground(0.2));
 }
 
@@ -211,7 +211,8 @@ fn fixed_up_axis_of_a_program_is_used() {
     }
 }
 
-/// The walls of a flat building lie horizontally if the file has the name of a building.
+/// A flat building of walls lies in the plane of x and y if the file has the name of a building: +z
+/// is up.
 #[test]
 fn walls_of_a_flat_building_are_horizontal() {
     let mut walls = Boxes::default();

@@ -48,7 +48,7 @@ impl Boxes {
         self.corners += 8;
     }
 
-    /// The model with +z up.
+    /// The model after a rotation from +y up to +z up.
     pub(super) fn upended(self) -> String {
         turned(&self.text, |[x, y, z]| [x, -z, y])
     }
@@ -367,8 +367,8 @@ fn files_far_from_the_origin_are_moved() {
     let (far, said) = picture("far.obj");
     assert!(said.contains("origin: 512300,5412300,430 is subtracted"), "{said}");
     assert!(!said.contains("far-from-origin"), "{said}");
-    // In a national grid, heights are small compared with the other coordinates. The stair at the
-    // origin could also rise along y.
+    // In a national grid, heights are small compared with the other coordinates, so up is known.
+    // The stair at the origin could also rise along y, so it needs `--up`.
     assert_eq!(far, picture("near.obj --up 0,0,1").0);
     let camera = "--position {} --look-at {} --up 0,0,1 --fov 40";
     let flags = |places: [&str; 2]| {
@@ -389,7 +389,7 @@ fn files_far_from_the_origin_are_moved() {
     let info = json(&done(at, &split("info far.obj --json")));
     assert_eq!(vector(&info["origin"]), place);
     assert_eq!(vector(&info["bounds"][1]), [512_301.0, 5_412_303.0, 431.5]);
-    // Positions in an image are relative to the origin in the file.
+    // Positions in the channel `P` are relative to the origin that the metadata of the image name.
     picture("far.obj --aov P --denoise=off");
     let bytes = std::fs::read(at.join("x.exr")).unwrap();
     let holds = |text: &[u8]| bytes.windows(text.len()).any(|part| part == text);
@@ -501,7 +501,7 @@ fn light_flags_use_the_guessed_up_axis() {
         done(at, &split(&line));
         std::fs::read_to_string(at.join("d.toml")).unwrap()
     };
-    // The `up` of a guessed camera may be tilted. The up direction of the scene is the nearest
+    // The `up` of a guessed camera can be tilted. The up direction of the scene is the nearest
     // axis. The same holds for a camera that flags define completely.
     for camera in ["--up 0.1,0,1", "--position 0,-9,2 --look-at 0,0,1 --up 0,0,1"] {
         let scene = dump(&format!("z.obj {camera} --env map.exr --sun 20,30 --ground"));
@@ -568,8 +568,8 @@ fn rooms_without_a_wall_are_seen_through_it() {
     }
 }
 
-/// Lines of a render of `scene` in `folder` about the guessed camera and light. Writes `x.exr` and
-/// `x.png`.
+/// Lines that a render of `scene` in `folder` prints about the guessed camera and light. The render
+/// writes `x.exr` and `x.png`.
 fn guessed(folder: &Path, scene: &str, more: &[&str]) -> Vec<String> {
     let args = [
         &[
@@ -683,7 +683,7 @@ fn threads_and_backends_change_no_guess() {
         let flags = flags.unwrap();
         assert_eq!(render(&["--threads", "1"]).0.unwrap(), flags);
         assert_eq!(render(&["--backend", "brute"]).0.unwrap(), flags);
-        // Printed numbers are exact.
+        // The printed numbers define the camera exactly: the scene has the same hash.
         let said: Vec<&str> = flags.split(' ').collect();
         let hash = |args: &[&str]| {
             let args = [

@@ -39,7 +39,7 @@ fn said(folder: &Path, args: &str) -> String {
     words(&done(folder, &[&["render"][..], &args, &small].concat()))
 }
 
-/// Position of the camera in the messages.
+/// Position of the camera that the messages print.
 fn position(words: &str) -> [f64; 3] {
     numbers(words, "--position ")
 }
@@ -72,7 +72,7 @@ fn view_inside_shows_a_room_of_the_house() {
         );
         assert!(words.contains("an interior, from inside"), "{words}");
         assert!(words.contains("sky and sun through the openings"), "{words}");
-        // If numbers define the same camera position, the light is the same.
+        // If flags give the camera position as numbers, the light is the same.
         let words = said(at, &format!("{scene} --position {x},{y},{z} --look-at 0,1,0"));
         assert!(words.contains("sky and sun through the openings"), "{words}");
     }
@@ -272,7 +272,7 @@ fn stand_works_on_storeys_and_far_away() {
         }
         None => format!("{line}\n"),
     });
-    // The axes are swapped, so the winding of faces is reversed.
+    // Two axes are swapped, which mirrors the model, so the winding of faces is reversed.
     let far: String = far
         .map(|line| match line.strip_prefix("f ") {
             Some(face) => {

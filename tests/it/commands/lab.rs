@@ -80,8 +80,8 @@ fn the_lab_compares_the_ladder() {
     let table = fs::read_to_string(folder.path().join("methods.csv")).unwrap();
     let rows: Vec<&str> = table.lines().map(|line| line.split(',').next().unwrap()).collect();
     assert_eq!(rows, ["estimator", "\"path\"", "\"bdpt\"", "\"light\""]);
-    // Names may be padded with blanks. The last unbiased estimator makes the reference, and is
-    // printed.
+    // Names may be padded with blanks. The last unbiased estimator renders the reference, and its
+    // name is printed.
     let out = done(
         folder.path(),
         &["lab", "s.toml", "--methods", "bdpt, sppm", "--spp", "1", "-o", "judged"],
@@ -106,8 +106,8 @@ fn the_lab_compares_the_ladder() {
     assert!(said.contains("40x24"), "{said}");
 }
 
-/// Ray trees of a deep scene may have too many rays. They are refused before the first ray, and the
-/// error has the numbers.
+/// Deep ray trees may have too many rays. They are refused before the first ray. The error has the
+/// number of rays.
 #[test]
 fn trees_with_too_many_rays_are_refused() {
     let folder = lit_floor();

@@ -145,7 +145,7 @@ fn library_gives_the_bits_of_the_program() {
     assert_same_bits(&path("program.exr"), &path("library.exr"));
 }
 
-/// Ambient occlusion, written like a program that uses the library.
+/// An integrator for ambient occlusion, written as in a program that uses the library.
 struct Openness;
 
 impl SampleTracer for Openness {

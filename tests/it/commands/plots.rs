@@ -57,7 +57,7 @@ fn points_of_all_samplers_are_shown() {
         assert_eq!(facts["convergence"].as_array().unwrap().len(), 4);
         assert_svg(&folder.path().join("p.svg"));
     }
-    // The values of both halves of the sphere are the value of the whole sphere.
+    // The points of both halves of the sphere are together all points.
     let facts = json(&run(folder.path(), &split("points fibonacci -n 128 --json")));
     let count = |name: &str| {
         let projections = facts["projections"].as_array().unwrap().iter();
@@ -139,7 +139,8 @@ fn lobes_are_plotted_and_printed() {
     );
 }
 
-/// A square that fills the image, with texture coordinates from 0 to 2; one half faces away.
+/// A square that fills the image, with texture coordinates from 0 to 2. One of its two triangles
+/// faces away from the camera.
 const SQUARE: &str = "mtllib a.mtl\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 2 0\nvt 2 2\nvt 0 2\nusemtl plain\nf 1/1 2/2 3/3\nf 1/1 4/4 3/3\n";
 const SCENE: &str = "version = 1\n[camera]\nposition = [0, 0, 1]\nlook_at = [0, 0, 0]\nvertical_fov = 90\n[image]\nwidth = 32\nheight = 32\n\
                      [render]\nsamples = 16\nintegrator = 'debug'\n[[object]]\nobj = 'a.obj'\n[[light]]\ntype = 'point'\nposition = [0, 0, 0.5]\nintensity = [1, 1, 1]\n\

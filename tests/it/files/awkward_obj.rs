@@ -76,7 +76,8 @@ fn awkward_files_load_or_fail_with_a_line() {
     assert!(files.len() > 70, "{} files", files.len());
     let mut loaded = 0;
     for path in &files {
-        // Libraries may be wrong too; they are read from the folder of the file.
+        // Libraries, which are read from the folder of the file, may also be invalid. Here loading
+        // must not panic, but may fail.
         let _ = load(path);
         match load_without_libraries(path) {
             Ok(scene) => {

@@ -258,7 +258,8 @@ fn exhausted_memory_is_an_error() {
         let mut shell = Command::new("sh");
         shell.current_dir(at).args(["-c", &script]).output().unwrap()
     };
-    // Shared libraries take some of the limit, more with Open Image Denoise.
+    // The shared libraries of the program take some of the limit, and more with Open Image Denoise.
+    // Find the smallest limit at which the program starts.
     let start = (50..1000)
         .step_by(10)
         .find(|&megabytes| limited(megabytes, "--version").status.success());

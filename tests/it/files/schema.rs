@@ -116,7 +116,7 @@ fn violation(schema: &Value, value: &Value, path: &str) -> Option<String> {
     })
 }
 
-/// Fault of a scene file by the schema, if any. Text that is not TOML has a fault.
+/// First place where the scene file violates the schema, if any. Text that is not TOML violates it.
 fn fault_by_schema(schema: &Value, text: &str) -> Option<String> {
     match toml::from_str::<Value>(text) {
         Ok(value) => violation(schema, &value, "scene"),
@@ -235,8 +235,8 @@ name = \"lamps\"
 materials = [\"lamp\"]
 ";
 
-/// Changes: sections, and lines that replace the line of their key. A line without a value removes
-/// the key.
+/// Sections of [`SCENE`], each with lines for this section. Each line replaces the line of its key.
+/// A line without a value removes the key.
 const CHANGES: &[(&str, &[&str])] = &[
     (
         "",
@@ -551,7 +551,7 @@ const CHANGES: &[(&str, &[&str])] = &[
 ];
 
 /// Sections with errors in their names or keys. A section for lights replaces the light of the
-/// scene, and other sections are added.
+/// scene. Other sections are added.
 const SECTIONS: &[&str] = &[
     "[cammera]\nposition = [0, 1, 4]",
     "[renders]\nsamples = 4",
@@ -687,8 +687,8 @@ fn the_schema_and_the_program_agree() {
     assert!(refused > 150 && taken > 40, "{refused} refused, {taken} taken");
 }
 
-/// Keys in the first cells of the tables of the page: `camera.up`; `.k` after `material.NAME.eta`
-/// is short for `material.NAME.k`.
+/// Keys in the first cells of the tables of the page, such as `camera.up`. After
+/// `material.NAME.eta`, the name `.k` is short for `material.NAME.k`.
 fn keys_of_page(page: &str) -> BTreeSet<String> {
     let mut keys = BTreeSet::new();
     for row in page.lines().filter(|line| line.starts_with("| `")) {

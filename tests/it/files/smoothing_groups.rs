@@ -4,8 +4,8 @@ use crate::support::load;
 use crate::support::program::folder;
 use embrasure::math::Vec3;
 
-/// A corner of a cube has three faces with an angle of 90° each. Its normal is their mean for any
-/// triangulation.
+/// Each of the three faces at a corner of a cube has an angle of 90° there. The normal of the
+/// corner is therefore the mean of the three face normals, for any triangulation.
 #[test]
 fn group_normals_do_not_depend_on_triangles() {
     // Faces x = 0, y = 0 and z = 0; the first is two triangles that meet at the corner.

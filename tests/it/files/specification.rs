@@ -102,7 +102,7 @@ fn listed(findings: &[Value], file: &str) -> Vec<(String, u64)> {
 
 #[test]
 fn each_statement_is_read_or_listed() {
-    // Superseded statements count as the elements that replace them.
+    // `check` lists a superseded statement under the name of the element that replaces it.
     let listed_as = |keyword: &'static str| match keyword {
         "curv2" | "cdc" => "curv",
         "bzp" | "bsp" => "surf",

@@ -70,7 +70,7 @@ fn no_ray_escapes_a_closed_mesh() {
     });
 }
 
-/// Flags override keys. Faces of hidden parts do not count.
+/// Flags override keys. Triangles of hidden parts are not counted.
 #[test]
 fn flags_override_keys() {
     let triangles = |scene: &str, flags: &str| {
@@ -272,9 +272,9 @@ fn steps_of(with: &TempDir, flags: &str) -> u32 {
     steps.split(' ').next().unwrap().parse().unwrap()
 }
 
-/// The longest edge of the grid ends at the raised vertex, and has √2 · 16 = 22.6 pixels. Each step
-/// halves edges until the edge has the given length. The number of steps depends on the image size
-/// and the camera, but not on crop and samples.
+/// The longest edge of the grid ends at the raised vertex. Its length is √2 · 16 = 22.6 pixels.
+/// Each step halves the edges, until no edge is longer than the given number of pixels. The number
+/// of steps depends on the image size and the camera, but not on crop and samples.
 #[test]
 fn steps_by_pixels_are_the_smallest_that_suffice() {
     let with = grid_with(FROM_ABOVE);
@@ -309,8 +309,8 @@ fn steps_by_pixels_follow_the_nearest_placement() {
     let with_key = |key: String| grid_with(&far.replace("a.obj\"\n", &format!("a.obj\"\n{key}\n")));
     let steps = |key: String| steps_of(&with_key(key), "--subdivide pixels:0.5");
     let alone = steps(String::new());
-    // The camera is at a quarter of the distance to the raised vertex of the nearest copy: two
-    // steps more
+    // The camera has a quarter of its former distance to the raised vertex of the nearest copy, so
+    // two more steps are necessary.
     let near = steps(format!("instances = [{}, {}]", at(0), at(30)));
     assert_eq!([alone, near], [3, 5]);
     assert_eq!(steps("transform_close = { translate = [0, 0, 30] }".into()), near);
@@ -321,8 +321,8 @@ fn steps_by_pixels_follow_the_nearest_placement() {
         "--subdivide pixels:0.5 --projection panorama --size 128x64",
     );
     assert!((1..=alone).contains(&panorama), "{panorama}");
-    // If the camera is inside the object, the distance of edges has a minimum, so the number of
-    // steps is finite
+    // If the camera is inside the object, the distance of an edge can be 0. A minimum distance
+    // keeps the number of steps finite.
     let inside = far
         .replace("[0, 0, 41]", "[0.1, 0.2, 0]")
         .replace("look_at = [0, 0, 0]", "look_at = [1, 0, 0]");
@@ -342,7 +342,7 @@ fn steps_by_pixels_follow_the_nearest_placement() {
     assert!(text.contains("steps "), "{text}");
 }
 
-/// A camera is guessed in the scene without subdivision. A dumped scene file has the number of
+/// The guess of a camera uses the scene without subdivision. A dumped scene file has the number of
 /// steps.
 #[test]
 fn steps_by_pixels_work_with_a_guessed_camera() {
@@ -381,9 +381,9 @@ fn steps_by_pixels_work_with_a_guessed_camera() {
     assert_same_bits(&with.path().join("a.exr"), &with.path().join("c.exr"));
 }
 
-/// Parts of the samples have the same number of steps, so the merged picture is bit-identical to
-/// the whole picture. A resumed render is bit-identical too. Both hold for a given and for a
-/// guessed camera.
+/// Renders of ranges of the samples have the same number of steps, so the merged picture is
+/// bit-identical to the whole picture. A resumed render is bit-identical too. Both hold for a given
+/// and for a guessed camera.
 #[test]
 fn parts_with_steps_by_pixels_merge_to_one_picture() {
     let with = grid_with(FROM_ABOVE);

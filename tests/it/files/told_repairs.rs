@@ -10,7 +10,8 @@ use std::path::Path;
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 const SCENE: &str = "version = 1\n[[object]]\nobj = 'a.obj'\n";
 
-/// A scene may use any file. Errors quote at most 40 characters of it, and 120 of a name.
+/// A scene file can name any file. Errors quote at most 40 characters of the content of a file, and
+/// at most 120 characters of a name.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn errors_quote_at_most_40_characters() {
@@ -224,7 +225,8 @@ fn ignored_texture_metadata_is_reported() {
         ("map_Kd", "upright.jpg"),
         ("map_Kd", "srgb.png"),
         ("map_Kd", "plain.png"),
-        // Textures of numbers are read as linear, as gAMA says.
+        // Textures of numbers are read as linear. The gAMA chunk of this file says the same, so
+        // nothing is ignored.
         ("map_Pr", "linear.png"),
     ] {
         assert!(!told(key, file).contains("ignored"), "{key} {file}");
@@ -257,7 +259,7 @@ fn repeated_geometry_is_skipped_and_reported() {
     }
 }
 
-/// Two lamps at one place, with different materials.
+/// Two coincident lamps with different materials.
 #[test]
 fn coincident_lamps_are_reported() {
     let obj = format!("mtllib a.mtl\n{TRIANGLE}usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n");
@@ -453,7 +455,8 @@ fn normal_and_height_maps_are_detected() {
         );
         assert!(&picture == right, "{maps}");
     }
-    // Two swapped statements are read as the right ones, each with its options.
+    // If the images of `map_Bump` and `norm` are swapped, each image is read as what it is, with
+    // the options of its own statement.
     let (right, _) = of("map_Bump heights.png\nnorm -bm 0.5 normals.png");
     assert!(right != heights);
     for maps in [
@@ -537,7 +540,8 @@ fn fully_invisible_scene_is_made_opaque() {
     let told = "a.mtl:3: nothing could be seen: the opacity of material `m` and another one, all of the scene, is 0";
     assert!(said.contains(told) && said.contains("[invisible-scene]"), "{said}");
     assert!(!said.contains("the picture shows nothing"), "{said}");
-    // Settings of the user are kept, and so is the literal reading of the file.
+    // If a flag sets the opacity, or requests the literal reading of the file, the scene stays
+    // invisible.
     for flags in ["--strict", "--mtl-dialect spec", "--material '*.opacity=0'"] {
         let flags = flags.replace('\'', "");
         let (invisible, said) = picture(&flags);
@@ -610,7 +614,7 @@ fn material_messages_are_grouped() {
     assert!(said.contains("material `m0` and 8 others: Ns is"), "{said}");
 }
 
-/// Materials without a definition are one message with one cause.
+/// All materials without a definition cause one message together. It has one cause.
 #[test]
 fn missing_library_is_one_note() {
     let faces = "usemtl default\nf 1 2 3\nusemtl b\nf 1 2 3\n";

@@ -28,7 +28,8 @@ fn dumped(at: &Path, args: &[&str], of_run: &[&str]) -> String {
     assert_same_bits(&at.join("a.exr"), &at.join("b.exr"));
     let [a, b] = ["a.png", "b.png"].map(|name| fs::read(at.join(name)).unwrap());
     assert!(a == b, "{args:?}: {said}");
-    // Rendered from its own folder and dumped again, it is unchanged.
+    // If the dumped file is rendered from its own folder and dumped again, its text does not
+    // change.
     done(
         &at.join("other/place"),
         &split("render d.toml -q --spp 1 --size 4x4 --dump-scene e.toml -o e.png"),

@@ -1,5 +1,5 @@
-//! Backgrounds and alpha: coverage, compositing, and all flags and keys through the real program;
-//! also invalid values of the ground.
+//! Backgrounds and alpha: coverage, compositing, and all flags and keys through the real program.
+//! Also invalid values of the ground.
 
 use crate::support::program::{INTEGRATORS, assert_same_bits, done, folder, joined, json, refused, split};
 use crate::support::*;
@@ -53,7 +53,8 @@ fn alpha_is_coverage() {
     assert!((alpha(15, 5) - 0.5).abs() < 0.01, "{}", alpha(15, 5));
     assert!((alpha(25, 25) - 0.25).abs() < 0.06, "{}", alpha(25, 25));
     assert!((alpha(15, 25) - 0.125).abs() < 0.05, "{}", alpha(15, 25));
-    // Premultiplied: the radiance of the paper is 0.3 if it covers the pixel.
+    // Colours are premultiplied. The radiance of the paper is 0.3, so the value of a pixel is 0.3
+    // times its alpha.
     let red = |x, y| at(&path, "R", x, y);
     assert!((red(25, 5) - 0.3).abs() < 0.02 && (red(15, 5) - 0.3 * alpha(15, 5)).abs() < 0.02);
     assert_eq!(red(2, 15), 0.0);
@@ -128,8 +129,8 @@ fn transparent_over_a_color_is_the_opaque_image() {
         let [clear, opaque] = [clear, opaque].map(|path| read_rgb(&path));
         let mut compared = 0;
         for (i, &a) in alpha.iter().enumerate() {
-            // Clamped alpha makes the image brighter than its background, and weights of some
-            // filters do not sum to 1.
+            // Where alpha is clamped, the image can be brighter than its background. The weights of
+            // some filters do not sum to 1.
             if (a == 0.0 || a == 1.0) && (has_ground || way.starts_with("--filter")) {
                 continue;
             }

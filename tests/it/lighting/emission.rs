@@ -190,8 +190,9 @@ impl Case {
     }
 }
 
-/// Index of one of 16 equal parts of the light; of an infinitely distant light, parts of the disk
-/// in front of the scene. `None` if the point is not on the light or the disk.
+/// Index of the part of the light that contains the sample, of 16 equal parts. For an infinitely
+/// distant light, these are parts of the disk in front of the scene. `None` if the point is neither
+/// on the light nor on the disk.
 fn part(case: &Case, e: &Emission) -> Option<usize> {
     const SLACK: f32 = 1e-5;
     if let Some([a, b, c]) = case.corners {
@@ -399,7 +400,8 @@ fn power(case: &Case) -> [f64; 3] {
         }
         Light::Point(_) => color.map(|c| 4.0 * PI * c),
         Light::Spot(light) => {
-            // The smooth step is odd about the middle of the rim.
+            // The smooth step is odd about the middle of the rim, so the power is that of a sharp
+            // rim at this cosine.
             let middle = 0.5 * (light.cos_inner + light.cos_outer) as f64;
             color.map(|c| 2.0 * PI * (1.0 - middle) * c)
         }

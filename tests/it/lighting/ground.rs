@@ -1,5 +1,5 @@
-//! Shadow-catching ground: closed forms, and flags and keys through the real program. Invalid
-//! values are in `background.rs`.
+//! Shadow-catching ground: closed forms, and flags and keys through the real program. Tests of
+//! invalid values are in `background.rs`.
 
 use crate::lighting::background::stage;
 use crate::support::program::{done, json, printed, split};
@@ -129,7 +129,8 @@ fn ground_without_objects_is_the_background() {
                         256,
                     );
                     let what = format!("{name}, {selection:?}, camera {i}, reuse {reuse}");
-                    // If all lights are sampled and are points, there is no noise except rounding.
+                    // If all lights are sampled and are delta lights, there is no noise except
+                    // rounding.
                     let (mean, noise) = (film_mean(&film, 0), film_error(&film, 0));
                     match noise < 1e-7 {
                         true => assert!((mean - 0.75).abs() < 1e-5, "{what}: {mean}"),
@@ -144,7 +145,7 @@ fn ground_without_objects_is_the_background() {
     }
 }
 
-/// The other estimators give the same ground.
+/// Other integrators give the ground the same radiance as path tracing.
 #[test]
 fn all_estimators_agree_on_the_ground() {
     let scene = empty_stage(|b| b.add_environment(map(), 1.0, Quat::IDENTITY).unwrap());
@@ -191,7 +192,8 @@ fn missing_and_arriving_light_agree_on_ground() {
             let [missing, arriving] = [SelectionMode::Auto, SelectionMode::All]
                 .map(|selection| film_over((&scene, selection), camera, background, reuse, 512));
             if background == Background::Transparent {
-                // Ratios of the ground's light with and without the scene, before clamping
+                // Ratio of the light on the ground with the scene to the light without the scene,
+                // before clamping
                 let mean = |film: &Film| {
                     let sums = film.tiles().iter().flat_map(|tile| {
                         let pixels = tile.bounds().pixels();
@@ -218,7 +220,8 @@ fn missing_and_arriving_light_agree_on_ground() {
     }
 }
 
-/// Lights as a background: a constant environment keeps its radiance.
+/// With the background `light`, the ground shows the radiance of the constant environment behind
+/// it.
 #[test]
 fn a_ground_shows_the_lights_behind_it() {
     let scene = empty_stage(|b| {
@@ -242,8 +245,8 @@ fn ball_and_sun() -> Scene {
     b.build().unwrap().0
 }
 
-/// Under a directional light, without scattering, the ratio is exactly 0 in the umbra and 1
-/// outside.
+/// Under a directional light, without scattering, the ratio of the light with and without the ball
+/// is exactly 0 in the umbra and 1 outside.
 #[test]
 fn a_hard_shadow_is_all_or_nothing() {
     let scene = ball_and_sun();

@@ -14,8 +14,8 @@ use tempfile::TempDir;
 
 const OBJECT: &str = "version = 1\n[camera]\nposition = [0, 2, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, -1]\nvertical_fov = 40\n\
                       [image]\nwidth = 8\nheight = 8\n[render]\nsamples = 64\n[[object]]\nobj = 'a.obj'\n";
-/// A floor of albedo 0.5 in the plane y = 0 that fills the view from above. Lights follow in the
-/// file.
+/// A floor of albedo 0.5 in the plane y = 0. It fills the view from above. Tests append lights to
+/// the scene file.
 const FLOOR: &str = "mtllib a.mtl\nusemtl grey\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nf 1 2 3 4\n";
 const GREY: &str = "newmtl grey\nKd 0.5 0.5 0.5\n";
 
@@ -80,8 +80,8 @@ fn sky_and_studio_light_a_floor_as_their_images() {
     assert_same_bits(&bare.path().join("x.exr"), &stated.path().join("x.exr"));
 }
 
-/// Under the disc of a sun, a Lambertian floor has the radiance E ρ cos / π, for every sampling of
-/// the light.
+/// Under the disc of a sun, a Lambertian floor has the radiance E ρ cos / π. This holds for every
+/// integrator and light sampling strategy.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn every_integrator_finds_the_sun() {
@@ -358,7 +358,8 @@ fn suns_and_key_lights_are_added() {
         (&lights["studio"], &lights["sky"], &lights["directional"]),
         (&1.into(), &0.into(), &2.into())
     );
-    // The strength is the luminance of the irradiance, added to the sky, whose sun moves there.
+    // The third number of `--sun` is the luminance of the irradiance of the sun. This light is
+    // added to the light of the sky, whose sun moves to the same direction.
     let luminance = |[r, g, b]: [f64; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
     let flags = "--spp 1024 --max-depth 1";
     let both = luminance(means(folder.path(), &format!("--sun -30,30,2 {flags}")));

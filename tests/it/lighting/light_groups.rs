@@ -1,4 +1,5 @@
-//! Light groups: the light of each group, their sum, and bits of threads, parts and stops.
+//! Light groups: the light of each group, and their sum. Threads, parts and interruptions change no
+//! bit.
 
 use crate::support::statistics::{Mean, assert_same_mean};
 use crate::support::*;
@@ -25,8 +26,8 @@ const RESOLUTION: UVec2 = UVec2::new(21, 18);
 /// Light groups of [`stage`], in this order; the second lamp is in no group.
 const NAMES: [&str; 4] = ["lamp", "key", "sky", "default"];
 
-/// A matte corner with a mirror and a glass ball, lit by two lamps that also reflect, a point and a
-/// sky. `shining` has true for each light that emits.
+/// A matte corner with a mirror and a glass ball, lit by two lamps that also reflect light, a point
+/// light and a sky. `shining` has true for each light that emits.
 fn stage(shining: [bool; 4]) -> Scene {
     let [lamp, key, sky, other] = shining;
     let mut b = SceneBuilder::new();
@@ -109,8 +110,9 @@ fn film(integrator: &dyn CompiledIntegrator, seed: u64, spp: u32, groups: usize)
     film
 }
 
-/// Calls `look` for each integrator that gathers light: with its name, and with a render by seed,
-/// samples per pixel and groups.
+/// Calls `look` for each integrator that gathers light. The arguments are the name of the
+/// integrator, and a function that renders with a seed, a number of samples per pixel and a number
+/// of groups.
 fn with_each(world: World<Backend>, look: &mut impl FnMut(&str, &dyn Fn(u64, u32, usize) -> Film)) {
     let path = |reuse| PathTracer {
         path: PathIntegrator {
@@ -144,7 +146,7 @@ fn with_each(world: World<Backend>, look: &mut impl FnMut(&str, &dyn Fn(u64, u32
     look("naive", &by(&naive));
 }
 
-/// Means of all pixels, for each channel: of group `group`, or of the image.
+/// Mean of each pixel, for each channel: of the light group `group`, or of the image.
 fn means(film: &Film, group: Option<usize>) -> [Vec<f64>; 3] {
     [0, 1, 2].map(|c| {
         let mean = |pixel| {
@@ -219,8 +221,8 @@ fn group_equals_a_render_with_its_lights_only() {
 fn group_means_equal_renders_of_single_groups() {
     const SEEDS: u64 = 24;
     const SPP: u32 = 12;
-    // Compare four parts of the image over seeds: pixels with path reuse have correlated errors,
-    // and seeds are independent.
+    // Compare four regions of the image. Errors are computed from renders with different seeds,
+    // which are independent. Pixels with path reuse have correlated errors.
     let regions = |picture: [Vec<f64>; 3]| -> Vec<f64> {
         let region = |i: usize| {
             let (x, y) = (i as u32 % RESOLUTION.x, i as u32 / RESOLUTION.x);
@@ -268,8 +270,9 @@ fn group_means_equal_renders_of_single_groups() {
     assert_eq!(compared, (4 * 5 - 1) * 12);
 }
 
-/// Integrator that finds the light 1 of the first lamp and 2 of the second lamp in each sample. In
-/// every third sample, the first light is NaN. Samples have the weight 0.5.
+/// Integrator that finds the radiance 1 from the first lamp and 2 from the second lamp in each
+/// sample. In every third sample, the radiance from the first lamp is NaN. Samples have the weight
+/// 0.5.
 struct NanIntegrator<'a>(&'a Scene);
 
 impl Integrator for NanIntegrator<'_> {
@@ -302,8 +305,8 @@ fn nan_sample_is_black_in_all_groups() {
     }
 }
 
-/// The stage as files: a lamp and a screen by material, a point light and a sky, and a lamp in no
-/// group.
+/// The stage as files: a lamp and a screen that are in groups by their materials, a point light, a
+/// sky, and a lamp in no group.
 fn files() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
@@ -432,7 +435,7 @@ fn threads_and_parts_change_no_bit_of_groups() {
         assert!(bits(&path(file)) == one, "{file}");
     }
 
-    // Other groups are another render, which cannot be resumed.
+    // A render with other groups is a different render, so the checkpoint cannot be resumed.
     let other = fs::read_to_string(path("s.toml"))
         .unwrap()
         .replace("\"sky\"", "\"dome\"");

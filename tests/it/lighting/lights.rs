@@ -243,7 +243,8 @@ fn irradiance_matches_closed_forms() {
         })
     };
     check("spot", spot(Vec3::NEG_Y), 2.0);
-    // The floor is 25° off the axis: half way in angle, and nearly half way in the cosine.
+    // The floor is 25° off the axis of the spot light. This is the middle of the rim in angle, and
+    // nearly the middle in cosine.
     let t =
         (25f64.to_radians().cos() - 30f64.to_radians().cos()) / (20f64.to_radians().cos() - 30f64.to_radians().cos());
     let tilted = Vec3::new(25f32.to_radians().sin(), -25f32.to_radians().cos(), 0.0);
@@ -321,7 +322,7 @@ fn every_light_selection_has_the_same_mean() {
     }
 }
 
-/// Lights selected by place have the frequencies of their probabilities.
+/// Lights selected by place occur as often as their probabilities say.
 #[test]
 fn light_choices_follow_their_probabilities() {
     use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -371,8 +372,8 @@ fn light_choices_follow_their_probabilities() {
     }
 }
 
-/// Sampling all lamps at every vertex equals one light by power. Each lamp has a triangle selected
-/// by power, and wide lamps have more samples.
+/// Sampling all lamps at every vertex gives the picture of sampling one light selected by power.
+/// Within a lamp, triangles are selected by power. Wide lamps have more samples.
 #[test]
 fn all_lamps_give_the_picture_by_power() {
     let render = |mode, samples, direct, seed| {
@@ -421,8 +422,8 @@ fn all_lamps_give_the_picture_by_power() {
 }
 
 /// Selection by place and by power agree in every integrator that samples lights, with and without
-/// path reuse. The room has matte, glossy and clear objects, a large lamp, many small ones, a sun
-/// and a sky.
+/// path reuse. The room has matte, glossy and transparent objects, a large lamp, many small lamps,
+/// a sun and a sky.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
@@ -474,8 +475,8 @@ fn selection_by_place_and_by_power_agree() {
     let resolution = UVec2::splat(16);
     let camera = pinhole(Vec3::new(0.0, 0.2, 0.95), Vec3::new(0.0, -0.4, 0.0), 80.0);
     for what in ["alone", "shared", "branching"] {
-        // With the same seed, camera rays hit the same points, so differences have less noise than
-        // means. For means of groups, only seeds give the error.
+        // With the same seed, camera rays hit the same points, so the ratio of two renders has less
+        // noise than each mean. Errors are computed from renders with different seeds.
         let means = [SelectionMode::Power, SelectionMode::Place].map(|mode| {
             with_world((&scene, mode), camera, resolution, |world| -> Vec<f64> {
                 let path = PathIntegrator {
@@ -595,8 +596,8 @@ fn half_black_lamp_gives_half_the_light() {
     }
 }
 
-/// If hardly any texel emits, and the mip level used for power does not contain it, its light is
-/// still found.
+/// A single texel of a texture emits, and the mip level used for power does not contain this texel.
+/// Its light is found nevertheless.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn single_emitting_texel_lights_a_room() {

@@ -153,7 +153,8 @@ fn irradiance_matches_the_sum_of_samples() {
     }
 }
 
-/// A floor of albedo 0.5, and lamps above it that the camera between them does not see.
+/// A floor of albedo 0.5, and lamps above it. The camera is between floor and lamps, and does not
+/// see the lamps.
 fn floor(lights: &str) -> tempfile::TempDir {
     let toml = "version = 1\n[camera]\nposition = [0, 0.5, 0]\nlook_at = [0, 0, 0]\nup = [0, 0, -1]\nvertical_fov = 40\n[image]\nwidth = 8\nheight = 8\n[[object]]\nobj = 'a.obj'\n";
     folder(&[
@@ -272,8 +273,8 @@ fn every_integrator_finds_shaped_lamps() {
     assert!(check.contains("0 errors, 1 warning"), "{check}");
 }
 
-/// A room with all three lamps, whose hulls overlap other objects, a glossy block and a ball of
-/// glass.
+/// A room with all three kinds of shaped lamps, a glossy block and a ball of glass. The hulls of
+/// the lamps (meshes around them, for the backends) overlap other objects.
 fn lamp_room() -> Scene {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.5, 0.0));

@@ -126,8 +126,8 @@ fn lamp_far_from_the_origin_is_unbiased() {
     }
 }
 
-/// The hull of a sphere light has corners that are 1.8 % of the radius above the sphere. The cover
-/// is between such a corner and the sphere.
+/// Backends trace a hull instead of a sphere light: a polyhedron around the sphere. Its corners are
+/// 1.8 % of the radius above the sphere. The cover is between such a corner and the sphere.
 #[test]
 fn cover_inside_the_lamp_hull_hides_the_lamp() {
     let golden = 0.5 * (1.0 + 5f64.sqrt());

@@ -1,5 +1,5 @@
-//! Sampling of skies and lights by visibility: densities, means against selection by power, and
-//! bits.
+//! Sampling of skies and lights by visibility: densities, and means against selection by power.
+//! Threads and parts change no bit.
 
 use crate::chi_square::{chi_square, sidak};
 use crate::support::program::{assert_same_bits, done, folder, json, split};
@@ -38,8 +38,8 @@ fn map(width: usize, height: usize) -> Light {
     Light::Environment(Box::new(EnvironmentLight::new(image, 1.5, Quat::from_rotation_x(0.4))))
 }
 
-/// Light selection that has learned visibility in a cube of side 2: in one half directions near +x,
-/// in the other near −z.
+/// Light selection that has learned visibility in a cube of side 2. In one half, directions near +x
+/// are visible. In the other half, directions near −z are visible.
 fn learned(lights: &[Light]) -> LightSelection {
     let points: Vec<Vec3> = (0..4000)
         .map(|i| (2.0 * Vec3::from(at(i).extend(at(i + 5000).x)) - 1.0).normalize())
@@ -180,7 +180,7 @@ const SKY: &str = "[[light]]\ntype = \"sky\"\n";
 const SUN: &str =
     "[[light]]\ntype = \"directional\"\ndirection = [0.1, -0.4, -1]\nirradiance = [2, 2, 2]\nangle = 2.0\n";
 
-/// The mean equals selection by power, in each integrator.
+/// Selection by visibility has the same mean as selection by power, in each integrator.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn pictures_by_visibility_are_unbiased() {
@@ -195,7 +195,7 @@ fn pictures_by_visibility_are_unbiased() {
             "--spp 64 --integrator distributed --tree-depth 16 --branching 1",
         ] {
             render(&format!("{flags} --light-selection visibility --seed 2 -o visible.exr"));
-            // The exit code shows a difference beyond noise.
+            // `compare` fails if the difference exceeds the noise.
             let compared = json(&done(folder.path(), &split("compare power.exr visible.exr --json")));
             println!("{flags}: {compared}");
         }

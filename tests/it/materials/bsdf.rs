@@ -15,8 +15,8 @@ use embrasure::sampling::warp::{
 };
 
 /// Number of samples for each lobe and angle of incidence. [`wrong_densities_fail_the_test`] has
-/// the wrong densities that this number reveals. A density with a wrong scale is found from its
-/// integral, to 0.4 %.
+/// the wrong densities that this number reveals. A wrong scale of a density changes its integral,
+/// which is checked to 0.4 %.
 const SAMPLES: u32 = 300_000;
 const INCIDENCES: [f32; 4] = [0.0, 30.0, 60.0, 80.0];
 const EXPONENTS: [f32; 4] = [1.0, 10.0, 100.0, 1000.0];
@@ -222,8 +222,9 @@ fn rough_glass_samples_follow_their_densities() {
     compare_samples_with_densities(&bsdfs, incidences);
 }
 
-/// True if the density jumps within a hemisphere: refraction ends at directions whose facets would
-/// be at 90° to the normal. Mixtures here contain few facets.
+/// True if the density is discontinuous within a hemisphere: refraction ends at directions that
+/// need microfacets at 90° to the normal. The mixtures of these tests select rough glass with a low
+/// probability.
 fn has_edges((name, _): &(String, Bsdf)) -> bool {
     name.starts_with("rough glass")
 }
@@ -238,7 +239,7 @@ fn compare_samples_with_densities(bsdfs: &[(String, Bsdf)], incidences: &[f32]) 
     for (seed, named) in bsdfs.iter().enumerate() {
         let (name, bsdf) = named;
         for &degrees in incidences {
-            // Also sample from behind, because lobes are equal on both sides.
+            // Some samples come from behind, because lobes scatter in the same way on both sides.
             let side = if seed % 3 == 2 { -1.0 } else { 1.0 };
             let wo = incident(degrees) * Vec3::new(1.0, 1.0, side);
             let sample = |i| {
@@ -277,8 +278,8 @@ fn compare_samples_with_densities(bsdfs: &[(String, Bsdf)], incidences: &[f32]) 
     }
 }
 
-/// Directions mapped through the sphere have the cosine density individually. Each direction in
-/// this test comes from a different set of points, with any index in the set.
+/// Each point of a spherical set, mapped to a hemisphere, has the density of the map on its own.
+/// The directions of this test come from different point sets, and have any index in their set.
 #[test]
 fn sphere_points_follow_the_density_of_their_warp() {
     fn check(what: &str, mut sampler: impl Sampler) {
@@ -582,8 +583,8 @@ fn thin_dielectric_sums_internal_reflections() {
     }
 }
 
-/// Point `i` of a sequence that fills the cube evenly (Kronecker's, by powers of the root of x⁴ = x
-/// + 1).
+/// Point `i` of the Kronecker sequence in the unit cube. The steps are powers of 1/x, where x⁴ = x
+/// + 1.
 fn even_numbers(i: u32) -> (f32, Vec2) {
     let step = |power: i32| ((i as f64 + 0.5) * 1.220_744_084_605_759_5f64.powi(-power)).fract() as f32;
     (step(1).min(0.999_999_9), Vec2::new(step(2), step(3)))
@@ -696,9 +697,9 @@ fn under_layers(base: &Material, layers: &[(f32, f32)]) -> (f64, f64) {
     (min, max)
 }
 
-/// A coat and a sheen take their light from the base, so white stays white; on matte surfaces
-/// exactly. Glossy lobes lose light when they scatter from directions of high to directions of low
-/// transmittance; wider lobes lose more.
+/// Light that a coat or a sheen reflects does not reach the base. White therefore stays white,
+/// exactly if the base is matte. A glossy lobe loses light if it scatters from directions of high
+/// transmittance to directions of low transmittance. Wide lobes lose more light.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn layers_over_a_white_base_conserve_energy() {
@@ -734,7 +735,8 @@ fn layers_over_a_white_base_conserve_energy() {
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-/// The tangent of a material that is rotated by 30°, about ∂p/∂u if it exists.
+/// The tangent of a material with a rotation of 30°. The rotation starts from ∂p/∂u, if ∂p/∂u
+/// exists.
 #[test]
 fn anisotropy_follows_texture_coordinates() {
     use embrasure::geometry::{GeomId, Hit, InstanceId, Mesh, PrimId};
@@ -796,8 +798,8 @@ fn highlights_are_longer_along_the_tangent() {
         }
     }
     let ratio = (squares.x / squares.y).sqrt();
-    // The ratio of slopes is 1 / (1 − 0.9²) = 5.3. In a wide lobe, the sine of the angle grows
-    // less.
+    // The ratio of slopes is 1 / (1 − 0.9²) = 5.3. In a wide lobe, the sine of the angle grows less
+    // than the slope.
     assert!((2.0..5.3).contains(&ratio), "{ratio}");
 }
 
@@ -826,8 +828,8 @@ fn adjoint_factor_makes_both_directions_agree() {
         Material::metallic_roughness(grey(0.8), 0.5, 0.5).bsdf(),
     ];
     for bsdf in bsdfs {
-        // The first direction has the geometric cosine of the flux of the patch. The second follows
-        // the BSDF about the shading normal.
+        // The first direction is sampled by the geometric cosine, which the flux of the patch
+        // contains. The second direction is sampled from the BSDF about the shading normal.
         let mean = |from_light: bool, is_corrected: bool| {
             let mut sum = 0.0;
             for i in 0..SAMPLES {
@@ -1140,8 +1142,8 @@ fn rough_objects_vanish_in_a_furnace() {
     }
 }
 
-/// The random number that selects a lobe selects smooth lobes below a limit. Directions that do not
-/// follow the BSDF use only the smooth lobes of the BSDF.
+/// [`Bsdf::sample`] selects a lobe that is no delta distribution if `u_lobe` is below
+/// `smooth_probability`, and otherwise a delta lobe.
 #[test]
 fn smooth_lobes_are_chosen_first() {
     let mirror_and_rough_glass = Material {
@@ -1236,7 +1238,7 @@ fn strategies_agree_on_light_through_rough_glass() {
 fn lobes_with_parts_are_mixtures() {
     let metal = |roughness| Material::metallic_roughness(grey(0.9), 1.0, roughness).bsdf();
     assert!(matches!(metal(0.5), Bsdf::Mix(_)) && metal(0.5).lobes().all(Lobe::has_parts));
-    // Below a roughness of 1/64 it is a mirror.
+    // Below a roughness of 1/64 the metal is a mirror.
     assert!(matches!(metal(0.015), Bsdf::Single(Lobe::Mirror(_))));
     let glass = |roughness, ior| {
         let material = Material {

@@ -25,9 +25,9 @@ fn dot(a: Plane, b: Plane) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-/// Direction of `d` refracted at a plane of unit normal `n` by Snell's law, and the Fresnel
-/// transmittance. `n` is on the side of the incoming ray; `eta` is the index behind the plane over
-/// the index in front.
+/// Direction of `d` after refraction at a plane with the unit normal `n` (Snell's law), and the
+/// Fresnel transmittance. `n` is on the side of the incoming ray. `eta` is the index behind the
+/// plane divided by the index in front.
 fn refract(d: Plane, n: Plane, eta: f64) -> (Plane, f64) {
     let cos = -dot(d, n);
     let cos_t = (1.0 - (1.0 - cos * cos) / (eta * eta)).sqrt();
@@ -144,8 +144,9 @@ fn glass_room(ior: f32, abbe: Option<f32>) -> Scene {
     b.build().unwrap().0
 }
 
-/// Paths of one wavelength have the same mean as renders with a single index. Each of these renders
-/// is weighted by the contribution of its wavelength to a channel.
+/// Paths of one random wavelength each have the mean of a weighted sum of renders. Each of these
+/// renders has the index of one wavelength, and the weight is the contribution of the wavelength to
+/// a channel.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn dispersed_light_is_mean_over_wavelengths() {

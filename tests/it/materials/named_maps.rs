@@ -91,7 +91,7 @@ fn texture_set_is_used_if_it_is_unambiguous() {
     ] {
         assert!(picture(&scene(PLAIN, pictures), "").0 == plain, "{pictures:?}");
     }
-    // The texture set may belong to another OBJ file.
+    // The texture set may belong to another OBJ file of the folder, so it is not used.
     let other = scene(PLAIN, &["model_albedo.png"]);
     fs::write(other.path().join("b.obj"), OBJ).unwrap();
     assert!(picture(&other, "").0 == plain);
@@ -234,7 +234,8 @@ fn found_textures(obj: &str, objs: &[(&str, &str)], files: &[(&str, &str)], squa
     after("by their names it has ").or_else(likely)
 }
 
-/// A role word in the name of another thing does not make a picture the texture of this file.
+/// A picture with the name of another thing is not a texture of this file, even if its name has a
+/// role word such as `diff`.
 #[test]
 fn names_of_the_file_outweigh_role_words() {
     let plain = OBJ.replace("a.mtl", "gone.mtl");
@@ -311,7 +312,8 @@ fn only_picture_belongs_to_models_with_a_name_like_it() {
     assert_eq!(found("test.obj", "", &["lunarrock_s.png"]), None);
 }
 
-/// Pictures with the name of the file are found in other picture folders beside its folder.
+/// Pictures with the name of the OBJ file are also found in picture folders beside the folder of
+/// the file.
 #[test]
 fn picture_named_after_the_obj_is_found_in_other_folders() {
     let plain = OBJ.replace("a.mtl", "gone.mtl");
@@ -395,7 +397,8 @@ fn materials_are_found_in_other_case_and_with_other_separators() {
         }
     }
     let folder = of("Mat_1", "newmtl Mat.1\nmap_Kd x.png\n");
-    // The name of the OBJ file applies in flags, and the definition is in use.
+    // Flags use the name of the material in the OBJ file. The definition with the other name counts
+    // as used.
     let (got, words) = picture(&folder, "--material Mat_1.opacity=0.5");
     assert!(got != expected, "{words}");
     let words = messages(&folder, "check s.toml");
@@ -410,7 +413,8 @@ fn materials_are_found_in_other_case_and_with_other_separators() {
     }
 }
 
-/// A file without `usemtl` gets the only material of the library with its name.
+/// If an OBJ file has no `usemtl`, its faces get the only material of the library with the name of
+/// the file.
 #[test]
 fn faces_without_usemtl_get_the_only_material() {
     let plain = OBJ.replace("mtllib a.mtl\n", "").replace("usemtl wood\n", "");
@@ -504,7 +508,8 @@ fn cut_out_alpha_of_a_color_map_is_opacity() {
     for flags in ["--material wood.opacity_map=false", "--strict"] {
         assert!(picture(&folder, flags).0 == opaque, "{flags}");
     }
-    // Gradual alpha means gloss. Alpha 0 in the whole image is an error of the author.
+    // Gradual alpha usually is gloss. Alpha 0 in the whole image is an error of the author. Neither
+    // is used as opacity.
     for alphas in [std::array::from_fn(|i| 16 * i as u8), [0; 16]] {
         let folder = with_alpha(&alphas);
         let (got, words) = picture(&folder, "");

@@ -312,8 +312,8 @@ fn warnings_of_one_kind_are_one_line() {
     );
 }
 
-/// A flag whose pattern matches no material is an error that lists the materials. In a scene file
-/// it is a warning.
+/// A flag whose pattern matches no material is an error that lists the materials. The same pattern
+/// in a scene file is a warning.
 #[test]
 fn a_pattern_without_materials_is_an_error() {
     let folder = scene();

@@ -55,7 +55,7 @@ fn shadow_transmittance_follows_opacity() {
     }
 }
 
-/// A table under a canopy of opacity 0.4, with a lamp and a sky: every kind of ray passes the
+/// A table under a canopy of opacity 0.4, with a lamp and a sky. Rays of every kind go through the
 /// canopy.
 fn canopy() -> Scene {
     let mut b = SceneBuilder::new();
@@ -68,8 +68,9 @@ fn canopy() -> Scene {
     b.build().unwrap().0
 }
 
-/// Estimators pass surfaces by chance, by transmittance, or by both. They have the same mean. Means
-/// are taken over seeds, because pixels with path reuse share errors.
+/// Rays pass through partly opaque surfaces by a random choice, by a factor (the transmittance), or
+/// by both. All estimators have the same mean. Errors are computed from renders with different
+/// seeds, because pixels with path reuse have correlated errors.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn estimators_agree_on_opacity() {
@@ -232,16 +233,16 @@ fn interpolated_normals_match_the_sphere() {
             continue;
         };
         let got = Vec3::from_array([0, 1, 2].map(|c| 2.0 * sums.mean(c) as f32 - 1.0));
-        // Facets are 22° wide, so facet normals differ by up to 0.2. The camera also sees slightly
-        // different points on a facet and on the sphere.
+        // Triangles are 22° wide, so their normals differ from those of the sphere by up to 0.2.
+        // The camera also sees slightly different points on a triangle and on the sphere.
         assert!(got.distance(n) < 0.13, "{pixel}: {got} instead of {n}");
         seen += 1;
     }
     assert!(seen > 1000, "{seen}");
 }
 
-/// A coarse sphere under light from the side looks like a sphere: shadows of single facets do not
-/// show (Hanika 2021), and the side away from the light is dark.
+/// A coarse sphere under light from the side looks like a sphere: shadows of single triangles are
+/// not visible (Hanika 2021), and the side away from the light is dark.
 #[test]
 fn terminator_matches_the_sphere() {
     let (mesh, matte) = coarse_sphere(1.0);
@@ -328,8 +329,8 @@ fn bump_normals_tilt_downhill() {
             [0, 1, 2].map(|c| 2.0 * sums.mean(c) - 1.0)
         })
     };
-    // Between texel centres, white is one texel above black: a slope of 45°, or less with -bm. The
-    // pixel includes some of the flat border.
+    // Between the texel centres, the height rises by the width of one texel. This is a slope of
+    // 45°, or less with -bm. The pixel includes some of the flat border.
     let close = |got: [f64; 3], expected: [f64; 3]| {
         let is_near = got.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.07);
         assert!(is_near, "{got:?}, not {expected:?}");

@@ -831,7 +831,8 @@ fn assert_decoded(path: &Path) {
         let seen = texture.color(uv, 0.0).to_array();
         for ((sum, code), seen) in sums.iter_mut().zip([r, g, b]).zip(seen) {
             *sum += weight * linear(code as f64 / 255.0);
-            // The column is a float: its error is up to 2⁻¹² of a texel.
+            // The column of the texel is computed in f32. The rounding error is up to 2⁻¹² of a
+            // texel.
             assert!(
                 (seen as f64 - linear(code as f64 / 255.0)).abs() < 5e-4,
                 "{} {x} {y}: {seen}",
@@ -966,7 +967,7 @@ fn albedos(scene: &Scene, spp: u32) -> Vec<f64> {
 }
 
 /// With few samples, mip levels reduce noise. With many samples, they keep detail, because a sample
-/// covers only its share of a pixel. Errors are measured against the closed-form integral of the
+/// covers only a small part of a pixel. Errors are measured against the closed-form integral of the
 /// bilinear texture over each pixel.
 #[test]
 fn mip_levels_reduce_noise_and_keep_detail() {
@@ -977,8 +978,8 @@ fn mip_levels_reduce_noise_and_keep_detail() {
         (256.0 * sampler.get_2d(Dimension::PIXEL).x) as u8
     };
     let codes: Vec<u8> = (0..n * n).map(code).collect();
-    // Fraction of the bilinear hat of a texel within a pixel: 1/8 just outside the border, 7/8
-    // inside
+    // Fraction of the bilinear hat function of a texel that is within the pixel: 1/8 for a texel
+    // just outside the border, 7/8 for a texel just inside
     let weights = |pixel: usize| {
         (0..ACROSS + 2).map(move |k| {
             let weight = match k {

@@ -1,4 +1,4 @@
-//! Additional channels: their values, and bits of threads, parts and stops.
+//! Additional channels: their values. Threads, parts and interruptions change no bit.
 
 use crate::support::program::{assert_same_bits, done, folder, joined, refused, split};
 use crate::support::{matte, read_channel, read_rgb};

@@ -17,7 +17,7 @@ fn scene() -> TempDir {
     ])
 }
 
-/// Values of each channel by name; true if it has half floats.
+/// For each channel by name: true if it stores half floats, and its values.
 fn channels(path: &Path) -> BTreeMap<String, (bool, Vec<f32>)> {
     let image = read_all_flat_layers_from_file(path).unwrap();
     let channels = image.layer_data.into_iter().flat_map(|layer| layer.channel_data.list);
@@ -95,7 +95,7 @@ fn half_floats_are_in_the_requested_channels() {
     }
 }
 
-/// The sums of a part are exact in any format of its image.
+/// The sums of a part are exact, also if its image stores half floats.
 #[test]
 fn half_float_parts_merge_without_loss() {
     let folder = scene();

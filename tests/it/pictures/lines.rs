@@ -107,8 +107,9 @@ fn column(values: &[f32], x: usize) -> f32 {
     rows.map(|y| values[y * SIZE + x]).sum::<f32>() / count
 }
 
-/// A line of width w lies on both sides of an edge: outside of a square of side s it has the area
-/// 2 s w + π w² / 4, inside 2 s w − w². Corners outside are octagons: 0.2 w² is less.
+/// A line of width w lies on both sides of an edge. Outside of a square of side s it has the area 2
+/// s w + π w² / 4, and inside 2 s w − w². The outer corners are octagons instead of circles, so the
+/// area is smaller by up to 0.2 w².
 #[test]
 fn lines_have_their_width() {
     let scenes = scenes();
@@ -123,7 +124,7 @@ fn lines_have_their_width() {
     }
 }
 
-/// Edges in the middle of plates are lines at creases, steps and changes of material.
+/// Edges inside the plates have lines at creases, steps and changes of material.
 #[test]
 fn lines_are_creases_steps_and_changes_of_material() {
     let scenes = scenes();
@@ -215,7 +216,8 @@ fn pictures_show_lines_in_their_color() {
     assert_eq!(a.get_pixel(22, 32).0, [255, 128, 0]);
     assert_eq!(a.get_pixel(32, 32), plain.get_pixel(32, 32));
     assert_ne!(plain.get_pixel(22, 32).0, [255, 128, 0]);
-    // A flag switches off the lines of a scene file, and those that a render noted.
+    // A flag switches off the lines of a scene file, and the lines that the EXR file of a render
+    // stores for `develop`.
     let scene = std::fs::read_to_string(folder.join("plate.toml")).unwrap();
     let scene = format!("{scene}\n[image]\nlines = \"#ff8000\"\nlines_width = 4\n");
     std::fs::write(folder.join("lined.toml"), scene).unwrap();

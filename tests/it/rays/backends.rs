@@ -122,9 +122,8 @@ impl Accel for Oracle<'_> {
     }
 }
 
-/// Compares each pair of backends, including brute force. A disagreement beyond rounding is a
-/// failure, except for `budget` disagreements per pair. Each disagreement is printed as bits for
-/// `Ray::from_bits`.
+/// Compares each pair of backends, including brute force. Fails if more than `budget` disagreements
+/// of a pair exceed the rounding error. Each disagreement is printed as bits for `Ray::from_bits`.
 fn assert_agree(what: &str, scene: &Scene, rays: &[Ray], budget: usize) {
     let mut accels = backends(scene);
     accels.push(Box::new(Oracle {
@@ -140,7 +139,7 @@ fn assert_agree(what: &str, scene: &Scene, rays: &[Ray], budget: usize) {
                 for kind in [QueryKind::Closest, QueryKind::Occlusion] {
                     let accels = [first.as_ref(), second.as_ref()];
                     let differs = compare(scene, accels, &Query { ray: *ray, kind });
-                    // If two surfaces coincide, a hit on either is right.
+                    // If two surfaces coincide, a hit on any of them is right.
                     found.extend(differs.filter(|d| d.cause != Cause::Coincident));
                 }
                 count += usize::from(found.len() > before);
@@ -149,7 +148,7 @@ fn assert_agree(what: &str, scene: &Scene, rays: &[Ray], budget: usize) {
                     let crossing = Crossing::new(scene, ray, &hit);
                     let (t, b) = crossing.errors();
                     let bounds = [crossing.t_error(), crossing.barycentric_error()];
-                    // Barycentrics of triangles seen edge-on are undefined.
+                    // Barycentrics of triangles seen edge-on are undefined, so they are left out.
                     if bounds[1] < 0.1 {
                         used = [used[0].max(t / bounds[0]), used[1].max(b / bounds[1])];
                     }
@@ -272,7 +271,7 @@ fn copies(center: Vec3, is_moving: bool, deforms: bool) -> Scene {
         let place = |k: u32| center + 2.0 * at(i, 53 + k).x.sqrt() * uniform_sphere(at(i, 55 + k));
         let placement = match is_moving && i != 3 {
             false => Placement::Still(askew(i, place(0))),
-            // Some copies move along a straight line, some along a corner.
+            // Some copies move along a straight line, and some along a path with a corner.
             true => Placement::Moving((0..2 + i % 3).map(|k| askew(i, place(k))).collect()),
         };
         b.add_instance(prototypes[i as usize % 2], placement).unwrap();
@@ -371,7 +370,7 @@ fn backends_agree_with_brute_force() {
         let scene = scene_of(meshes);
         for (kind, rays) in rays_at(&scene, rays) {
             // At the outer edges of a surface, the last bit decides if a ray hits. One of the 10⁵
-            // random rays, or of the 10⁴ rays along axes, may disagree.
+            // random rays, or one of the 10⁴ rays along axes, may disagree.
             let budget = if matches!(kind, "random" | "along axes") {
                 1
             } else {
@@ -556,7 +555,7 @@ fn a_closed_sphere_is_closed() {
     }
 }
 
-/// Far from the origin, floats are 1/64 apart: corners and ray origins are on that grid.
+/// Far from the origin, floats are 1/64 apart. Corners and ray origins are multiples of 1/64.
 #[test]
 fn a_closed_sphere_far_away_is_closed() {
     let place = Vec3::new(2.0e5, -1.5e5, 1.7e5);
@@ -777,7 +776,8 @@ fn intervals_are_open() {
                 let to = Vec3::new(0.3 * v.x, 0.3 * v.y - 0.2, 0.0);
                 let ray =
                     Ray::new(from, (0.5 + 2.0 * u.x) * (to - from)).when(if scene.is_moving() { v.x } else { 0.0 });
-                // Single rays, and packets, whose distances may differ in the last digits
+                // Test single rays, and packets, whose distances may differ from those of single
+                // rays in the last digits
                 for is_packet in [false, true] {
                     let ask = |ray: Ray| -> (Option<Hit>, bool) {
                         if !is_packet {
@@ -794,8 +794,8 @@ fn intervals_are_open() {
                         panic!("{what}: nothing is hit")
                     };
                     let next = |t: f32, steps: i32| f32::from_bits((t.to_bits() as i32 + steps) as u32);
-                    // Code for occlusion may differ from code for the closest hit, so last digits
-                    // may differ.
+                    // Backends may use other code for occlusion than for the closest hit, so the
+                    // last digits may differ.
                     const DIGITS: i32 = 16;
                     for (near, far, is_met) in [
                         (Some((hit.t, 0)), None, false),
@@ -846,7 +846,7 @@ fn scenes_beyond_the_range_are_refused() {
         let error = added(scale).unwrap_err().to_string();
         assert!(error.contains(number), "{scale}: {error}");
     }
-    // The range applies to an instance in the world and in its local space.
+    // The allowed range of sizes applies to an instance in the world and in its local space.
     let instance = |own: f32, scale: f32| {
         let mut b = SceneBuilder::new();
         let m = b.add_material(material(0.5, 0.0)).unwrap();
@@ -880,7 +880,7 @@ fn rays_do_not_hit_the_surface_they_left() {
         let scale = 10f32.powi((i as i32 % 17 - 8).min(7));
         let place = [Vec3::ZERO, Vec3::ONE, Vec3::new(100.0, -3.0, 20.0)][i as usize % 3];
         let mut corners = [0, 1, 2].map(|k| scale * (uniform_sphere(at(i, 10 + k)) + place));
-        // Also test slivers, which are 10 to 1000 times as long as wide. Narrower triangles have
+        // Also test slivers, whose length is 10 to 1000 times their width. Narrower triangles have
         // larger f32 errors of hit points.
         if i % 5 == 0 {
             corners[2] =
@@ -1006,14 +1006,14 @@ mod together {
         }
     }
 
-    /// Two rays in 10⁵ may pass an edge at a distance below the rounding error. Their number
+    /// Two rays in 10⁵ may be nearer to an edge than the rounding error, and disagree. Their number
     /// depends on the instruction set of Embree. All other disagreements must be choices between
     /// coincident surfaces.
     fn check(name: &str, scene: &Scene, auditor: &Auditor) {
         let findings = auditor.findings();
-        // Sponza has coincident surfaces. A ray that passes a surface by alpha continues from the
-        // exact parameter of the hit. The parameter differs by rounding between backends, so one of
-        // them may hit this surface again, and pass it again.
+        // Sponza has coincident surfaces. A ray that passes a surface because of its alpha
+        // continues from the exact parameter of the hit. Backends differ in the rounding of the
+        // parameter, so the ray may hit the same surface again in one of them.
         let walks = match scene.has_alpha() {
             true => findings.caused_by(Cause::Interval),
             false => 0,
@@ -1059,9 +1059,9 @@ mod together {
 
     /// Renders with both backends and checks the images, and every ray of the first render.
     ///
-    /// Barycentrics differ in their last bits, so no pixel needs to be bit-identical. A larger
-    /// difference is a path with another direction, because an edge or a random choice was closer
-    /// than these bits.
+    /// Barycentrics differ in their last bits, so no pixel needs to be bit-identical. If these bits
+    /// change a random choice, or the side on which a ray passes an edge, a path goes in another
+    /// direction, and the difference is larger.
     fn assert_pictures_agree(files: &[PathBuf]) {
         for path in files {
             let file = SceneFile::load(path).unwrap();

@@ -1,5 +1,5 @@
-//! Calibrated cameras, compared with independent code for the camera models of OpenCV. The point
-//! seen by a pixel is projected to the centre of the pixel.
+//! Calibrated cameras, compared with independent code for the camera models of OpenCV. The code
+//! projects the point that a pixel sees. The projection must be the centre of the pixel.
 
 use crate::support::program::*;
 use crate::support::read_channel;
@@ -9,7 +9,7 @@ const SIZE: [usize; 2] = [64, 48];
 /// Maximum distance of a projected point from the centre of its pixel, in pixels.
 const TOLERANCE: f64 = 1e-3;
 
-/// A box around the origin and a light. All rays hit a surface.
+/// A box around the origin, and a light. All rays hit a surface.
 pub(super) fn room() -> TempDir {
     let mut obj = String::from("mtllib a.mtl\nusemtl m\n");
     for i in 0..8 {

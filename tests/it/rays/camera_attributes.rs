@@ -1,5 +1,5 @@
-//! Camera attributes of EXR files: they project the point seen by a pixel to the centre of the
-//! pixel.
+//! Camera attributes of EXR files. Their matrices project the point that a pixel sees to the centre
+//! of the pixel.
 
 use super::calibrated::room;
 use crate::support::program::*;
@@ -87,7 +87,7 @@ fn lens_attributes_survive_a_merge() {
     assert!((c.focus.unwrap() - 5.0).abs() < 1e-5);
 }
 
-/// Developed files have the camera of their input, except scaled parts.
+/// Developed files have the camera of their input, except if a crop is scaled.
 #[test]
 fn developed_files_keep_the_camera() {
     let folder = room();

@@ -87,8 +87,8 @@ fn cap_area_matches_the_circle() {
     }
 }
 
-/// A cut gives the same image as a section of a scene file, as a flag, and in the scene file of
-/// `--dump-scene`.
+/// A cut has the same effect as a section of a scene file, as a flag, and in a scene file that
+/// `--dump-scene` wrote.
 #[test]
 fn sections_in_files_and_flags_are_equal() {
     let scene = |section: &str| {
@@ -163,7 +163,8 @@ fn invalid_sections_are_errors_with_help() {
     );
 }
 
-/// A closed room with a lamp below its ceiling, a solid on its floor and a glass pane across.
+/// A closed room with a lamp below its ceiling, a solid body on its floor, and a glass pane across
+/// the room.
 fn room() -> TempDir {
     let mut vertices = 0;
     let mut obj = String::from("mtllib a.mtl\nusemtl wall\n");
@@ -189,7 +190,7 @@ fn room() -> TempDir {
     ])
 }
 
-/// Means of blocks of pixels over renders with several seeds.
+/// Means of blocks of pixels. Errors are computed from renders with several seeds.
 fn means(folder: &TempDir, flags: &str, seeds: u32) -> Vec<Mean> {
     let render = |seed: u32| {
         let args = format!("render s.toml -q -o t.exr --ortho-height 3.6 --seed {seed} {flags}");
@@ -234,8 +235,8 @@ fn cut_room_keeps_the_light_of_the_whole_room() {
     }
 }
 
-/// If a wall is hidden from the camera, the image is the same as from inside, and a mirror still
-/// shows the wall.
+/// If a wall is hidden, a camera behind the wall sees the same image as a camera in the room, and a
+/// mirror still shows the wall.
 #[test]
 fn hidden_surfaces_keep_their_light() {
     let folder = room();

@@ -111,7 +111,7 @@ fn scale_sets_ortho_height_or_image_size() {
     let folder = walls();
     let camera = "--projection orthographic --position 1,1,9 --look-at 1,1,0";
     for (flags, size) in [
-        // 0.02 × 2 m are 40 mm, 157.48 pixels at 100 dpi.
+        // A height of 2 m at the scale 0.02 is 40 mm, which are 157.48 pixels at 100 dpi.
         ("--ortho-height 2 --size 200x100", [314, 157]),
         ("--size 120x90", [120, 90]),
     ] {

@@ -208,7 +208,7 @@ fn impossible_projections_are_errors() {
     }
 }
 
-/// Projections whose lens can be hit by light paths.
+/// Projections whose lens light paths can hit.
 const PROJECTIONS: [&str; 9] = [
     "perspective --shift 0.3,-0.2",
     "orthographic --ortho-height 5",
@@ -222,9 +222,9 @@ const PROJECTIONS: [&str; 9] = [
 ];
 /// Integrators that connect paths to the lens, or are otherwise unbiased.
 const UNBIASED: [&str; 4] = ["bdpt", "light", "pssmlt", "mlt"];
-/// Integrators with a bias of a few per cent.
+/// Integrators with a bias of a few percent.
 const BIASED: [&str; 4] = ["vcm", "sppm", "photon-map", "irradiance-cache"];
-/// A convex body scatters light only once.
+/// A convex body: no light is scattered from one face to another.
 const OCTAHEDRON: &str = "v 0 1 0\nv 0 -1 0\nv 1 0 0\nv -1 0 0\nv 0 0 1\nv 0 0 -1\n\
     f 1 5 3\nf 1 3 6\nf 1 6 4\nf 1 4 5\nf 2 3 5\nf 2 6 3\nf 2 4 6\nf 2 5 4\n";
 const SIZE: [usize; 2] = [20, 10];
@@ -302,7 +302,7 @@ fn furnace_is_even_in_every_projection() {
     let folder = scene(OCTAHEDRON, "Kd 1 1 1", &format!("{camera}{CONSTANT}"));
     for projection in PROJECTIONS {
         let flags = format!("--projection {projection}");
-        // The circle of a fisheye is part of the image.
+        // The border of the circle of a fisheye is in the image, so these means are not 1.
         let expected = regions(&folder, &format!("{flags} --direct none --reuse none --spp 1024"), 8);
         if !projection.starts_with("fisheye") {
             assert!(

@@ -14,8 +14,8 @@ const OCTAHEDRON: &str = "v 0 1 0\nv 0 -1 0\nv 1 0 0\nv -1 0 0\nv 0 0 1\nv 0 0 -
 const ROOM: &str = "v -3 -2 -4\nv 3 -2 -4\nv 3 2 -4\nv -3 2 -4\nv -3 -2 4\nv 3 -2 4\nv 3 2 4\nv -3 2 4\n\
     f 1 2 3 4\nf 6 5 8 7\nf 5 1 4 8\nf 2 6 7 3\nf 5 6 2 1\nf 4 3 7 8\n\
     v -0.7 1.9 0.7\nv -0.7 1.9 -0.7\nv 0.7 1.9 -0.7\nv 0.7 1.9 0.7\nusemtl lamp\nf -4 -3 -2 -1\n";
-/// Right, left, upper, lower, front and back face of a cube map, for a camera that views along −z:
-/// view direction and up direction of each face.
+/// View direction and up direction of the right, left, upper, lower, front and back face of a cube
+/// map, for a camera that views along −z.
 const FACES: [([i32; 3], [i32; 3]); 6] = [
     ([1, 0, 0], [0, 1, 0]),
     ([-1, 0, 0], [0, 1, 0]),
@@ -26,7 +26,7 @@ const FACES: [([i32; 3], [i32; 3]); 6] = [
 ];
 /// Integrators that connect paths to the lens, or are otherwise unbiased.
 const UNBIASED: [&str; 4] = ["bdpt", "light", "pssmlt", "mlt"];
-/// Integrators with a bias of a few per cent.
+/// Integrators with a bias of a few percent.
 const BIASED: [&str; 4] = ["vcm", "sppm", "photon-map", "irradiance-cache"];
 
 fn scene(obj: &str, more: &str) -> TempDir {
@@ -160,7 +160,7 @@ fn parts_of_cube_maps_have_the_bits_of_the_whole() {
     );
 }
 
-/// A cube map shows the environment: the pixel of each direction has the light of its texel.
+/// A cube map shows the environment: each pixel has the light of the texel in its direction.
 #[test]
 fn cube_map_gives_the_environment_back() {
     const SIDE: usize = 16;
@@ -225,7 +225,7 @@ fn regions(folder: &TempDir, flags: &str, (width, views): (usize, usize), seeds:
 }
 
 /// Flags of pictures with several views, width of the picture, and number of views side by side.
-/// Methods that connect paths to the lens do not render the last picture.
+/// Integrators that connect paths to the lens do not support the last picture.
 const VIEWS: [(&str, usize, usize); 4] = [
     ("--projection cubemap --size 48x8", 48, 6),
     ("--stereo side-by-side --eye-distance 0.5 --size 24x12", 24, 2),
@@ -279,7 +279,7 @@ fn furnace_is_even_in_every_view() {
         let flags = format!("{views} --position 0.3,0.5,2 --look-at 0,0,0");
         let shape = (width, count);
         let exact = green(&folder, &format!("{flags} --direct none --reuse none"));
-        // Few samples of a tent filter do not add up to 1
+        // The weights of a few samples of a tent filter do not sum to 1.
         let allowed = if views.contains("tent") { 0.1 } else { 1e-4 };
         assert!(exact.iter().all(|value| (value - 1.0).abs() < allowed), "{views}");
         for method in UNBIASED.into_iter().chain(BIASED).filter(|method| takes(method, views)) {
@@ -303,8 +303,9 @@ fn middle(row: &[f32]) -> f64 {
     row.iter().enumerate().map(moment).sum::<f64>() / sum
 }
 
-/// A lamp at the depth z has the disparity f b / z, without a convergence; a convergence z₀ changes
-/// it to f b (1/z − 1/z₀). There is no vertical disparity.
+/// Without a convergence distance, a lamp at the depth z has the disparity f b / z, where f is the
+/// focal length in pixels and b is the distance of the eyes. With a convergence distance z₀, it has
+/// the disparity f b (1/z − 1/z₀). There is no vertical disparity.
 #[test]
 fn disparity_of_a_plane_is_focal_length_times_base_over_depth() {
     let corners = "usemtl lamp\nv -0.3 -0.3 0\nv 0.3 -0.3 0\nv 0.3 0.3 0\nv -0.3 0.3 0\nf 1 2 3 4\n";
@@ -354,8 +355,8 @@ fn eyes_are_perspectives() {
     }
 }
 
-/// In a stereo panorama, a lamp at the horizontal distance d has the disparity 2 asin(b / 2d), in
-/// every direction.
+/// In a stereo panorama, a lamp at the horizontal distance d has the disparity 2 asin(b / 2d) in
+/// every direction. b is the distance of the eyes.
 #[test]
 fn disparity_of_a_panorama_is_equal_in_all_directions() {
     const WIDTH: usize = 720;
@@ -400,7 +401,7 @@ fn scene_files_keep_views() {
     }
 }
 
-/// Commands that trace the rays of one camera say so for stereo pictures.
+/// Commands that trace the rays of a single camera report this for stereo pictures.
 #[test]
 fn commands_of_one_camera_tell_that_they_have_no_eyes() {
     let folder = scene(ROOM, "");

@@ -53,15 +53,16 @@ fn path_with(name: &str, spp: u32, strategy: Strategy, roulette: Roulette, light
 /// All estimators. Efficient estimators have `spp` samples. Estimators that hit lamps by chance
 /// have `blind` × `spp` samples.
 fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
-    // With fewer samples, the means of estimators that hit lamps by chance are far from normal.
+    // Estimators that hit lamps by chance need more samples. With fewer samples, their means are
+    // far from normal.
     let rare = slack().ceil() as u32 * blind * spp;
     let mut all = Vec::new();
     for (d, directions) in [
         ("uniform", Directions::Uniform),
         ("cosine", Directions::Cosine),
         ("bsdf", Directions::Bsdf),
-        // These directions are made from independent random numbers, which all these estimators
-        // use.
+        // All these estimators use independent random numbers, so these directions are also made
+        // from independent random numbers.
         ("perturbed qmc", Directions::PerturbedQmc),
         ("perturbed qmc uniform", Directions::PerturbedQmcUniform),
     ] {
@@ -182,17 +183,17 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
     all
 }
 
-/// Fails unless at least 99.75 % of the channels, and the means, of both images differ by no more
-/// than noise.
+/// Fails unless the images agree: at least 99.75 % of the channels of pixels, and the means of the
+/// images, may differ by noise only.
 ///
-/// With all samples the standard error of a difference of means is between 0.04 % and 4 %, and 2 %
-/// for half of the comparisons; with a quarter of the samples it is twice that. A factor is found
-/// if it is wrong by six standard errors. Smaller ones are found by `bsdf.rs`, `lights.rs` and
-/// `closed_forms.rs`.
+/// With all samples, the standard error of a difference of means is between 0.04 % and 4 %, and 2 %
+/// for half of the comparisons. With a quarter of the samples, it is twice as large. The test finds
+/// a wrong factor if the error exceeds six standard errors. `bsdf.rs`, `lights.rs` and
+/// `closed_forms.rs` find smaller errors.
 fn assert_agree(what: &str, a: &Film, b: &Film) {
     // Šidák: all N = 192 channels stay below |z| < 4.1 with a probability of 99 %. Skewed
     // distributions need a slightly larger threshold. With a quarter of the samples, one more
-    // channel may exceed it.
+    // channel may exceed the threshold.
     const THRESHOLD: f64 = 4.5;
     let pixels = |film: &Film| -> Vec<_> { film.pixels().map(|(_, s)| *s).collect() };
     let (a, b) = (pixels(a), pixels(b));
@@ -206,8 +207,8 @@ fn assert_agree(what: &str, a: &Film, b: &Film) {
         let means: Vec<f64> = b.iter().map(|s| s.mean(c)).collect();
         for (i, (a, b)) in a.iter().zip(&b).enumerate() {
             let (difference, v) = (a.mean(c) - b.mean(c), variances[i]);
-            // The variance of a pixel is too small if the pixel missed rare bright samples. Use the
-            // variance of its neighbours then.
+            // If a pixel missed rare bright samples, its variance estimate is too small. The
+            // relative variance of the pixels around it is then used.
             let near = v.max(means[i].powi(2) * relative_variance_about(i, &variances, &means));
             beyond += usize::from(difference.abs() > THRESHOLD * near.sqrt() + 1e-6);
             sum += difference;
@@ -242,7 +243,7 @@ fn relative_variance_about(i: usize, variances: &[f64], means: &[f64]) -> f64 {
     near.iter().sum::<f64>() / near.len().max(1) as f64
 }
 
-/// Compares all [`estimators`] except estimators whose names end in an entry of `skip`.
+/// Compares all [`estimators`], except those whose names end with an entry of `skip`.
 fn all_agree(what: &str, scene: &Scene, camera: CameraParameters, samples: (u32, u32), skip: &[&str]) {
     with_world(scene, camera, RESOLUTION, |world| {
         all_agree_in(what, world, samples, skip)
@@ -267,8 +268,8 @@ fn all_agree_in(what: &str, world: World<Backend>, (spp, blind): (u32, u32), ski
 fn estimators_agree_on_our_scenes() {
     let cornell = pinhole(Vec3::new(278.0, 273.0, -800.0), Vec3::new(278.0, 273.0, 0.0), 39.0);
     all_agree("cornell-box", &own("cornell-box.toml"), cornell, (512, BLIND), &[]);
-    // In the closed box and in the furnace, every ray hits a light. If a lamp touches other
-    // surfaces, the inverse squared distance has no finite variance, and z-tests fail.
+    // In the closed box and in the furnace, every ray hits a light. The box skips `light`: if a
+    // lamp touches other surfaces, 1/distance² has no finite variance, and z-tests fail.
     let inside = pinhole(Vec3::new(0.4, 0.3, 0.6), Vec3::new(-1.0, -1.0, -1.0), 60.0);
     all_agree("closed-box", &own("closed-box.toml"), inside, (512, 8), &["light"]);
     let furnace = pinhole(Vec3::new(0.0, 0.5, 4.0), Vec3::ZERO, 40.0);
@@ -288,8 +289,8 @@ fn estimators_agree_on_our_scenes() {
     all_agree("furnace", &own("furnace.toml"), furnace, (512, 8), &[]);
 }
 
-/// A room with every lobe: a Phong floor, a Blinn block, glass, a metal and a filter. Paths hit its
-/// large lamp.
+/// A room with every lobe: a Phong floor, a Blinn block, glass, a metal and a colour filter. Paths
+/// hit its large lamp.
 #[test]
 fn estimators_agree_on_every_lobe() {
     let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
@@ -372,8 +373,8 @@ fn mis_is_as_good_as_the_better_strategy() {
     assert!(mis < 1.1 * none.min(light), "none {none}, light {light}, mis {mis}");
 }
 
-/// Samplers whose samples within a pixel depend on each other. The variance over seeds measures
-/// their error, but the variance over samples does not.
+/// Samplers whose samples within a pixel depend on each other. The variance over seeds measures the
+/// error of these samplers, but the variance over samples does not.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn dependent_samples_have_the_same_means() {
@@ -459,9 +460,9 @@ fn estimators_agree_on_mcguires_boxes() {
     for (name, height) in [("Original", 1.0), ("Glossy", 0.8), ("Mirror", 1.0), ("Sphere", 0.8)] {
         let scene = load(&folder.join(format!("CornellBox-{name}.obj")));
         let camera = pinhole(Vec3::new(0.0, height, 3.6), Vec3::new(0.0, height, 0.0), 36.0);
-        // Without light samples, directions that do not follow the BSDF hit these small lamps too
-        // rarely for a sample variance. Even with 32,768 samples, pixels exceed the threshold in
-        // both directions for many seeds.
+        // Without light samples, directions that do not follow the BSDF rarely hit these small
+        // lamps, so sample variances are wrong. Even with 32,768 samples, pixels exceed the
+        // threshold in both directions for many seeds.
         let skip = [
             "naive",
             "uniform, none",

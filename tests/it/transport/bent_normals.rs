@@ -1,6 +1,6 @@
-//! Shading normals that differ much from the facets: normal maps, bump maps, coarse smooth balls,
-//! normals on the wrong side. In random scenes of all materials, every integrator is compared with
-//! `naive`, with both backends.
+//! Shading normals that differ much from the geometric normals: normal maps, bump maps, coarse
+//! smooth balls, and normals on the wrong side. In random scenes of all materials, every integrator
+//! is compared with `naive`, with both backends.
 //!
 //! `naive` has no light samples, connections or weights, so it is right if ray origins are right.
 //! Tests with a white surface in a white sky check the ray origins
@@ -26,8 +26,8 @@ const BLOCK: u32 = 4;
 /// films are independent.
 const FILMS: u64 = 16;
 const MAX_DEPTH: u32 = 6;
-/// Maximum |t| of a difference of two means. With 30 degrees of freedom P(|t| > 6.5) is 3.4e-7:
-/// over the 2,000 differences of a run, one false alarm in 1,500 runs.
+/// Maximum |t| of a difference of two means. With 30 degrees of freedom P(|t| > 6.5) is 3.4e-7. A
+/// run has 2,000 differences, so one run in 1,500 fails by chance.
 pub(super) const MAX_T: f64 = 6.5;
 /// Relative difference allowed for photon methods: their radius blurs edges.
 const BLUR: f64 = 0.04;
@@ -66,7 +66,8 @@ const MATERIALS: [&str; 10] = [
     "diffuse = 0.4\nspecular = 0.5\nmodel = \"mirror\"",
 ];
 
-/// PNG texels: 8 × 8 random normals with slopes up to `slope`, or random heights if `None`.
+/// Texels of an 8 × 8 PNG: random normals with slopes up to `slope`, or random heights if `slope`
+/// is `None`.
 fn map(numbers: &mut Numbers, slope: Option<f32>) -> Vec<[u8; 3]> {
     let byte = |x: f32| (255.0 * (0.5 + 0.5 * x)).round() as u8;
     let texel = |numbers: &mut Numbers| match slope {
@@ -136,7 +137,7 @@ fn random_scene(seed: u64) -> (String, Scene, CameraParameters) {
     (what, load(&folder.path().join("scene.toml")), camera)
 }
 
-/// Adds a ball of 8 × 5 quads with the normals of the sphere, times `sign`.
+/// Adds a ball of 8 × 5 quads. Vertex normals are the normals of the sphere, times `sign`.
 fn ball(obj: &mut String, center: Vec3, radius: f32, sign: f32) {
     let (around, rings) = (8, 5);
     for i in 0..=rings {
@@ -160,7 +161,7 @@ fn ball(obj: &mut String, center: Vec3, radius: f32, sign: f32) {
     }
 }
 
-/// Means of blocks of pixels, then of the whole film, for each film.
+/// For each film: means of blocks of pixels, then the mean of the whole film.
 type Blocks = Vec<Vec<f64>>;
 
 fn blocks(render: impl Fn(u64) -> Film) -> Blocks {
@@ -184,12 +185,12 @@ enum AllowedDifference {
     Noise,
     /// The integrators may differ by noise, and by the blur of photons.
     Blur,
-    /// The second integrator may also be darker by any amount, because it lacks light from beyond
-    /// the horizon of a facet.
+    /// The second integrator may also be darker by any amount, because it does not find light from
+    /// directions below the plane of the triangle.
     Darkness,
 }
 
-/// Largest |t| of block means, of the differences that are not allowed.
+/// Largest |t| over all block means, for differences that are not allowed.
 fn largest_t(reference: &Blocks, other: &Blocks, allowed: AllowedDifference) -> f64 {
     let t = |(expected, got): (Mean, Mean)| {
         let difference = match allowed {
@@ -339,8 +340,9 @@ fn waves(slope: f32) -> Vec<[u8; 3]> {
     (0..n * n).map(|i| texel(i).to_array().map(byte)).collect()
 }
 
-/// Asserts that each pixel of the white `scene` in a white sky is 1, because nothing absorbs light.
-/// Fails if the mean, or the mean of a block, differs from 1. Integrators in `skipped` may differ.
+/// Asserts that the white `scene` in a white sky has the radiance 1, because nothing absorbs light.
+/// Fails if the mean of the image, or of a block, differs from 1. Integrators in `skipped` may
+/// differ.
 fn assert_white(what: &str, scene: &Scene, camera: CameraParameters, skipped: &[&str]) {
     let size = UVec2::splat(SIZE);
     with_world(scene, camera, size, |world| {
@@ -403,8 +405,8 @@ fn white_waves_in_a_white_sky_are_white() {
     }
 }
 
-/// A ray that leaves a facet below the facet's horizon starts at the height of the curved surface,
-/// but not inside the other ball.
+/// If a ray leaves a triangle to a direction below the plane of the triangle, the ray starts at the
+/// height of the curved surface. The origin must not be inside the other ball.
 #[test]
 fn touching_balls_in_a_white_sky_are_white() {
     let mut obj = String::new();
@@ -416,13 +418,13 @@ fn touching_balls_in_a_white_sky_are_white() {
     fs::write(folder.path().join("scene.toml"), toml).unwrap();
     let scene = load(&folder.path().join("scene.toml"));
     let camera = pinhole(Vec3::new(1.5, 1.5, 2.5), Vec3::new(0.35, 0.8, 0.5), 30.0);
-    // Photons treat facets at an angle of 45° as different surfaces.
+    // Photon mapping treats triangles at an angle of 45° as different surfaces.
     assert_white("balls", &scene, camera, &["sppm"]);
 }
 
 /// A lamp and a board are below a floor with steep waves, so no light may reach the camera above.
-/// `sppm` stores photons only after the second scattering, so its photons reach the floor only from
-/// the board.
+/// `sppm` stores photons only after their second scattering, so only photons that the board
+/// scattered reach the floor.
 #[test]
 fn light_below_a_bent_floor_does_not_leak() {
     let folder = tempfile::tempdir().unwrap();
@@ -490,8 +492,8 @@ fn light_below_a_bent_floor_does_not_leak() {
 }
 
 /// A mirror with tilted normals reflects the light of a lamp onto the floor. Paths from the light
-/// multiply it by the adjoint factor of the mirror, which is 0.64 straight above the middle of the
-/// lamp.
+/// multiply this light by the adjoint factor of the mirror. The factor is 0.64 straight above the
+/// middle of the lamp.
 #[test]
 fn light_paths_agree_at_a_bent_mirror() {
     let (scene, camera) = floor_lit_by_a_mirror(25.0);

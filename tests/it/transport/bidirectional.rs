@@ -1,5 +1,5 @@
 //! Light tracing and bidirectional path tracing: each strategy separately, all strategies together,
-//! closed forms, and bits.
+//! closed forms, and bit-identical renders.
 
 use crate::support::statistics::{Mean, assert_all_means_within, assert_same_mean};
 use crate::support::*;
@@ -55,7 +55,7 @@ fn picture(film: &Film) -> Vec<f64> {
     regions(film, |pixel, c| film.sums(pixel).unwrap().mean(c))
 }
 
-/// Means of the light of part `part`.
+/// Means of the light of the film's part `part`, such as a strategy.
 fn part(film: &Film, part: usize) -> Vec<f64> {
     let iterations = film.sums(UVec2::ZERO).unwrap().samples();
     regions(film, |pixel, c| {
@@ -64,7 +64,7 @@ fn part(film: &Film, part: usize) -> Vec<f64> {
 }
 
 /// Asserts that the means over renders are equal. Returns the standard error of the difference of
-/// the whole image.
+/// the means of the whole image.
 fn assert_same_means_to(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     let pairs: Vec<_> = Mean::of_each(a).into_iter().zip(Mean::of_each(b)).collect();
     assert_all_means_within(what, &pairs, |_| 1e-7);
@@ -72,7 +72,8 @@ fn assert_same_means_to(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     a.error().hypot(b.error())
 }
 
-/// Asserts that means are equal, relative to the mean of the whole image.
+/// Asserts that means are equal, relative to the mean of the whole image. Returns the standard
+/// error as [`assert_same_means_to`] does.
 pub(crate) fn assert_same_means(what: &str, a: &[Vec<f64>], b: &[Vec<f64>]) -> f64 {
     let whole = Mean::of_each(b)[b[0].len() - 2].value;
     let relative = |renders: &[Vec<f64>]| -> Vec<Vec<f64>> {
@@ -86,7 +87,7 @@ pub(crate) fn renders(of: impl Fn(u64) -> Film) -> Vec<Vec<f64>> {
     (0..SEEDS).map(|seed| picture(&of(seed))).collect()
 }
 
-/// A room whose walls do not touch, so no two points are arbitrarily near. The middle of the
+/// A room whose walls do not touch, so distances between surfaces have a minimum. The middle of the
 /// ceiling emits.
 fn open_box() -> (Scene, CameraParameters) {
     let mut b = SceneBuilder::new();
@@ -182,9 +183,9 @@ fn each_bdpt_strategy_alone_is_unbiased() {
 }
 
 /// A corner with a lamp and a sky, with matte, glossy and rough surfaces, rough glass, an opacity
-/// below 1, and smooth normals. It also has glass and a mirror, or else a point light and a
-/// directional light: in mirrors and glass, paths from the camera never find light of these two
-/// lights.
+/// below 1, and smooth normals. If `has_mirrors` is true, it also has glass and a mirror. Otherwise
+/// it has a point light and a directional light: camera paths cannot find light of these two lights
+/// in mirrors and glass.
 fn stage(has_mirrors: bool) -> Scene {
     let mut b = SceneBuilder::new();
     let quad = |at: [[f32; 3]; 4]| polygon(&at.map(Vec3::from));
@@ -265,8 +266,8 @@ fn stage_camera() -> CameraParameters {
     }
 }
 
-/// The mean of a scene with all kinds of lights and surfaces, seen through a lens, equals the mean
-/// of the path tracer, for every light selection and heuristic.
+/// A scene with all kinds of lights and surfaces, seen through a lens. The mean equals the mean of
+/// the path tracer, for every light selection and heuristic.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn bidirectional_paths_agree_with_paths() {
@@ -296,8 +297,8 @@ fn bidirectional_paths_agree_with_paths() {
     }
 }
 
-/// Strongly bent normals. A camera path may hit the facet that it has left. The weights of all
-/// strategies take this light into account.
+/// Shading normals are strongly bent, so a camera path may hit the triangle that it has left. The
+/// weights of all strategies take this light into account.
 #[test]
 fn bidirectional_paths_agree_on_bent_normals() {
     let (scene, camera) = tilted_room();
@@ -309,7 +310,8 @@ fn bidirectional_paths_agree_on_bent_normals() {
     });
 }
 
-/// Means of the light tracer equal the path tracer if the camera sees no mirror or glass directly.
+/// Means of the light tracer equal means of the path tracer, if the camera sees no mirror or glass
+/// directly.
 #[test]
 fn light_tracing_agrees_with_paths() {
     let (scene, camera) = open_box();
@@ -328,7 +330,7 @@ fn light_tracing_agrees_with_paths() {
     }
 }
 
-/// Connections, also those to the lens, pass thin glass and filters.
+/// Connections, also those to the lens, go through thin glass and filters.
 #[test]
 fn light_tracing_passes_glass() {
     let mut b = room_below_a_pane();
@@ -422,7 +424,7 @@ fn closed_forms_hold() {
         assert_known("furnace, light", 2048, &light_tracer(world, 20), 1.0);
     });
 
-    // If the flux 4πI hits an area A, and a fraction ρ is reflected, then E = 4πI / (A (1 − ρ))
+    // If the flux 4πI hits an area A that reflects the fraction ρ, then E = 4πI / (A (1 − ρ))
     // everywhere, because every point of a sphere sees all other points in the same way.
     let (rho, intensity) = (0.6, 2.0);
     let mut ball = sphere(1.0, Vec3::ZERO, 4);

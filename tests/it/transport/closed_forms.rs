@@ -39,7 +39,8 @@ fn closed_box_shows_the_geometric_series() {
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn roulette_keeps_the_mean_of_long_paths() {
-    // e / (1 - ρ) = 10: nearly all of it comes from paths after roulette starts.
+    // The radiance is e / (1 − ρ) = 10. Nearly all of this light comes from paths after roulette
+    // starts.
     let scene = glowing_room(0.9, 1.0);
     let camera = pinhole(Vec3::ZERO, Vec3::new(1.0, 0.3, -0.2), 90.0);
     let film = render_film(&scene, camera, [24, 24], budget(2048), None);
@@ -63,9 +64,9 @@ fn roulette_at_depth_0_keeps_the_mean() {
     assert_unbiased("roulette from 0", &film, 2.0);
 }
 
-/// A path that survives each scattering with probability p carries Σ (ρ/p)ᵏ up to the scattering N
-/// that ends it, with P(N ≥ k) = pᵏ. If the walls of a room emit 1, the second moment is (1 + ρ) /
-/// ((1 − ρ²/p) (1 − ρ)), and the mean 1 / (1 − ρ).
+/// A path that survives each scattering with the probability p has the value Σ (ρ/p)ᵏ, summed up to
+/// the scattering N that ends the path. P(N ≥ k) is pᵏ. If the walls of a room emit 1, the mean is
+/// 1 / (1 − ρ), and the second moment is (1 + ρ) / ((1 − ρ²/p) (1 − ρ)).
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn constant_survival_has_its_variance() {
@@ -119,7 +120,8 @@ fn glass_box_in_uniform_light_is_invisible() {
     let film = render_film(&scene, camera, [64, 64], 256, None);
     let mean = film_mean(&film, 0);
     assert!((mean - 1.0).abs() < 2e-3, "mean {mean}");
-    // Inside the glass, radiance is η² times the radiance outside. No pixel may show this factor.
+    // Inside the glass, radiance is η² times the radiance outside. No pixel may contain this
+    // factor.
     for value in &film.develop().channels[0].values {
         assert!(*value < 1.2, "a pixel of {value}");
     }
@@ -139,7 +141,7 @@ fn paths_without_absorption_end() {
     assert!(rays < 500.0, "{rays} rays a path");
 }
 
-// Brute force would take minutes.
+// The backend `brute` would take minutes.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 fn white_furnace_hides_a_white_object() {
@@ -198,8 +200,8 @@ fn irradiance_under_a_point_light() {
     }
 }
 
-/// Irradiance at `p` on a surface of normal +y from a uniform polygonal emitter above it: Lambert's
-/// formula, `E = L/2 Σ γᵢ Γᵢ·n` over the edges (Arvo 1994, eq. 4).
+/// Irradiance at `p` on a surface of normal +y from a uniform polygonal emitter above the surface:
+/// Lambert's formula, `E = L/2 Σ γᵢ Γᵢ·n` over the edges (Arvo 1994, eq. 4).
 fn lambert_irradiance(p: Vec3, corners: &[Vec3], radiance: f64) -> f64 {
     let edges = (0..corners.len()).map(|i| {
         let [a, b] = [corners[i], corners[(i + 1) % corners.len()]].map(|c| (c - p).as_dvec3().normalize());
@@ -255,7 +257,8 @@ fn the_back_of_an_emitter_is_dark() {
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn circle_of_confusion() {
-    // A quad smaller than its blur at depth 6, seen by a lens of radius 0.1 focused at 2.
+    // A quad at depth 6 that is smaller than its blur, seen by a lens of radius 0.1 that is focused
+    // at 2.
     let (lens, focus, depth, fov, height) = (0.1, 2.0, 6.0, 40.0f32, 128);
     let s = 0.05;
     let corners = [
@@ -271,8 +274,9 @@ fn circle_of_confusion() {
     (camera.lens_radius, camera.focus_distance) = (lens, focus);
     let film = render_film(&scene, camera, [height, height], 512, Some(0));
 
-    // By similar triangles, the displacement in the plane of focus is l (z - f) / z. The plane of
-    // focus is f × pixels-per-unit away, in pixels.
+    // By similar triangles, a ray through the lens at the distance l from the axis is displaced by
+    // l (z − f) / z in the plane of focus. The distance of this plane in pixels is f ×
+    // pixels-per-unit.
     let pixels_per_unit = height as f64 / (2.0 * (0.5 * fov as f64).to_radians().tan());
     let radius = lens as f64 * (depth - focus) as f64 / (depth * focus) as f64 * pixels_per_unit;
 
@@ -286,8 +290,8 @@ fn circle_of_confusion() {
             farthest = farthest.max(dx.hypot(dy));
         }
     }
-    // A uniform disk has E r² = R²/2. Pixels add 1/6, and the quad adds 2/3 of its squared
-    // half-width.
+    // A uniform disk has E r² = R²/2. The size of the pixels adds 1/6, and the quad adds 2/3 of its
+    // squared half-width.
     let source = s as f64 / depth as f64 * pixels_per_unit;
     let expected = radius * radius / 2.0 + 1.0 / 6.0 + 2.0 / 3.0 * source * source;
     assert!(
@@ -300,8 +304,8 @@ fn circle_of_confusion() {
 }
 
 /// The blur of a point has the shape of the aperture. A regular polygon with corners at distance R
-/// has E r² = R²/6 (2 + cos 2π/n). Behind the plane of focus the blur has the orientation of the
-/// aperture.
+/// has E r² = R²/6 (2 + cos 2π/n). A blurred point behind the plane of focus has the orientation of
+/// the aperture.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn blades_shape_the_circle_of_confusion() {
@@ -371,8 +375,8 @@ fn objects_in_the_plane_of_focus_are_sharp() {
     assert!(differ <= 4, "{differ} pixels differ");
 }
 
-/// Across a straight edge of light, the value of a pixel is the integral of its filter up to the
-/// edge.
+/// Across a straight edge between light and dark, the value of a pixel is the integral of its
+/// filter up to the edge.
 #[test]
 fn filters_blur_an_edge_by_their_integral() {
     // The camera is at a height of 4, with a field of view of 90 degrees. Each of the 8 pixels is
@@ -439,9 +443,9 @@ fn filters_blur_an_edge_by_their_integral() {
     }
 }
 
-/// Between two plates at a distance h a direction is open for h / cos θ, and cos² θ of a
-/// cosine-weighted direction is uniform. The open fraction within a distance d is (h / d)², and
-/// half of all directions are open for less than √2 h.
+/// Two plates are at a distance h. A ray of direction θ is free for the length h / cos θ. For
+/// directions with cosine density, cos² θ is uniform. So the fraction of rays that are free for a
+/// distance d is (h / d)², and half of the rays hit the other plate within √2 h.
 #[test]
 fn ambient_occlusion_between_plates() {
     const H: f32 = 1.5;
@@ -463,13 +467,13 @@ fn ambient_occlusion_between_plates() {
                 f64::from(H / distance).powi(2).min(1.0),
             );
         }
-        // The default distance is half of the median; 1024 directions give the median to a few
-        // percent
+        // The default distance is half of the median free length. 1024 directions give the median
+        // with an error of a few percent.
         let usual = AmbientOcclusion::usual_distance(&world);
         let expected = H * std::f32::consts::FRAC_1_SQRT_2;
         assert!((usual / expected - 1.0).abs() < 0.08, "{usual}, expected {expected}");
     });
-    // If most directions are open, the distance is the diameter of the scene.
+    // If most rays hit nothing, the distance is the diameter of the scene.
     let mut b = SceneBuilder::new();
     add(&mut b, panel(0.0, 1.0), material(0.5, 0.0));
     let (scene, _) = b.build().unwrap();

@@ -1,5 +1,5 @@
-//! Irradiance caching: gradients against closed forms, bias for error settings, and bits that
-//! depend only on the image settings.
+//! Irradiance caching: gradients against closed forms, and bias for different error settings. The
+//! bits of a render depend only on its image settings.
 #![cfg(feature = "embree")]
 
 use crate::support::program::{assert_same_bits, done, folder, joined, refused, split, words};
@@ -19,7 +19,7 @@ use tempfile::TempDir;
 
 const RESOLUTION: UVec2 = UVec2::new(48, 40);
 
-/// Ward's error and the number of rays of a record.
+/// Ward's error parameter and the number of rays of a record.
 type Fineness = (f32, u32);
 const USUAL: Fineness = (0.3, 1024);
 
@@ -64,8 +64,8 @@ fn regions(film: &Film) -> Vec<f64> {
     sums
 }
 
-/// Root mean squared relative difference of the regions. The denominator is the value of the region
-/// in `b` plus a tenth of the mean.
+/// Root mean square of the relative differences of the regions. The denominator is the value of the
+/// region in `b` plus a tenth of the mean.
 fn difference(a: &Film, b: &Film) -> f64 {
     let (a, b) = (regions(a), regions(b));
     let count = a.len() as f64;
@@ -74,9 +74,9 @@ fn difference(a: &Film, b: &Film) -> f64 {
     (squares / count).sqrt()
 }
 
-/// Irradiance from a polygon of radiance 1 at `p` with normal `n` (Lambert): half the sum over its
-/// edges of the angle that the edge subtends times the cosine of the angle between `n` and the
-/// normal of the plane through `p` and the edge. The polygon must be above the horizon.
+/// Irradiance at `p` with normal `n` from a polygon of radiance 1 (Lambert). It is half of a sum
+/// over the edges: the angle that the edge subtends, times the cosine between `n` and the normal of
+/// the plane through `p` and the edge. The polygon must be above the horizon.
 fn lambert(polygon: &[DVec3], p: DVec3, n: DVec3) -> f64 {
     let edges = (0..polygon.len()).map(|i| [polygon[i], polygon[(i + 1) % polygon.len()]]);
     let terms = edges.map(|[a, b]| {
@@ -86,8 +86,8 @@ fn lambert(polygon: &[DVec3], p: DVec3, n: DVec3) -> f64 {
     0.5 * terms.sum::<f64>().abs()
 }
 
-/// An emitting rectangle is above a plane, and there is nothing else. Irradiance and its gradients
-/// by translation and by rotation match the closed form.
+/// An emitting rectangle above a plane, and nothing else. Irradiance, and its gradients for
+/// translation and rotation, match the closed form.
 #[test]
 fn gradients_below_a_rectangle_match_closed_form() {
     let lamp = [[-0.3, -0.6], [1.1, -0.6], [1.1, 0.5], [-0.3, 0.5]].map(|[x, y]| DVec3::new(x, y, 0.8));
@@ -139,11 +139,12 @@ fn gradients_below_a_rectangle_match_closed_form() {
     }
 }
 
-/// Inside a convex box whose walls emit smoothly, nothing is hidden. Differences between strata
-/// therefore come only from smooth light.
+/// Inside a convex box whose walls emit smoothly, no surface hides another. So differences between
+/// strata come only from the variation of the emission.
 #[test]
 fn gradients_in_a_box_match_differences() {
-    // Radiance at x, in the box [-1, 1]² × [0, 2]; `gather` collects it at a point of the floor
+    // The box is [-1, 1]² × [0, 2]. `radiance` is the emission of its walls, and `gather` traces
+    // rays from a point of the floor
     let radiance = |q: Vec3| 1.0 + 0.5 * q.x;
     let gather = |p: Vec3, rays: u32| {
         let strata = Strata::new(rays);
@@ -177,8 +178,8 @@ fn gradients_in_a_box_match_differences() {
     }
 }
 
-/// The radiance in the closed box is 2, and it is 2 − 2⁻ⁿ with n scatterings. `max_depth` limits
-/// the cache in the same way as paths.
+/// The radiance in the closed box is 2. With n scatterings it is 2 − 2⁻ⁿ. `max_depth` limits cached
+/// light in the same way as paths.
 #[test]
 fn closed_box_has_the_exact_radiance() {
     let scene = own("closed-box.toml");
@@ -222,8 +223,7 @@ fn bias_shrinks_with_finer_settings() {
     );
 }
 
-/// Mirrors and glass show cached light up to the remaining depth. Surfaces beyond are traced as
-/// paths.
+/// Mirrors and glass show cached light, with the scatterings that are left behind them.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn mirrors_and_glass_agree_with_paths() {
@@ -265,8 +265,8 @@ fn mirrors_and_glass_agree_with_paths() {
     }
 }
 
-/// Records lit by a caustic depend on a few of their rays, and the program warns. Records of a
-/// matte room cause no warning.
+/// If a caustic lights records, they depend on a few of their rays, and the program warns. Records
+/// of a matte room cause no warning.
 #[test]
 fn caustics_cause_a_warning_about_records() {
     let warns = |scene: &str| {
@@ -280,7 +280,7 @@ fn caustics_cause_a_warning_about_records() {
     assert!(!warns("cornell-box.toml"));
 }
 
-/// A convex white surface in a white sky has only direct light, so the cache adds no light.
+/// A convex white surface in a white sky has only direct light, so the cache contributes no light.
 #[test]
 fn white_furnace_radiance_is_one() {
     let camera = pinhole(Vec3::new(0.0, 0.0, 4.0), Vec3::ZERO, 40.0);
@@ -384,7 +384,8 @@ fn threads_crops_and_parts_change_no_bit() {
         &split("merge -q -o merged.exr second.exr left.exr first.exr"),
     );
     same("merged.exr");
-    // A render that ends before the cache is full writes no file. A checkpoint can be resumed.
+    // A render that ends before the cache is complete writes no image. Its checkpoint can be
+    // resumed.
     let early = split("--checkpoint state.exr --time-limit 0.001s -o early.exr");
     let words = refused(folder.path(), &joined(&usual, &early), 1);
     assert!(
@@ -399,7 +400,7 @@ fn threads_crops_and_parts_change_no_bit() {
     render("--checkpoint state.exr --resume --spp 100 -o later.exr");
     render("--checkpoint state.exr --resume -o whole.exr");
     same("whole.exr");
-    // A checkpoint of other settings is refused.
+    // A checkpoint of a render with other settings is refused.
     for other in ["--cache-error 0.4", "--cache-rays 65", "--integrator path"] {
         let more = split(&format!("--checkpoint state.exr --resume {other}")).join(" ");
         let words = refused(folder.path(), &joined(&usual, &split(&more)), 1);

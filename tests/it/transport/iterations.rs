@@ -1,6 +1,6 @@
-//! Integrators whose light can fall on any pixel render in iterations. Others prepare data for all
-//! pixels. For both kinds, threads, stops and parts change no bit of the image, and files have the
-//! expected channels.
+//! Integrators whose light can fall on any pixel render in iterations. Other integrators prepare
+//! data for all pixels. For both kinds, threads, interruptions and parts change no bit of the
+//! image, and files have the expected channels.
 
 use crate::support::program::{
     assert_same_bits, code, done, folder, joined, limited, read_json, refused, run, split, words,
@@ -67,7 +67,7 @@ fn threads_parts_and_stops_change_no_bit() {
         render("-o other.exr --threads 3");
         assert_same(&folder, "other.exr", "one.exr");
 
-        // The render is stopped many times
+        // Stop and resume the render many times
         let (mut limit, mut stops) = (0.01, 0);
         loop {
             let more = split("--spp 130 -o later.exr --checkpoint c.exr --resume --stats s.json");
@@ -79,12 +79,12 @@ fn threads_parts_and_stops_change_no_bit() {
         }
         assert!(stops > 0, "{method}");
         assert_same(&folder, "later.exr", "one.exr");
-        // More iterations are added later
+        // Add iterations to a checkpoint
         iterations("37", "-o few.exr --checkpoint d.exr");
         render("-o many.exr --checkpoint d.exr --resume");
         assert_same(&folder, "many.exr", "one.exr");
 
-        // The image is rendered in parts
+        // Render the image in parts
         render("-o left.exr --crop 0,0,17,29");
         render("-o right-2.exr --crop 17,0,44,29 --samples 64..130 --threads 3");
         render("--checkpoint right-1.exr -o unused.exr --crop 17,0,44,29 --samples 0..64");
@@ -152,7 +152,7 @@ fn unsupported_outputs_are_errors() {
         folder.path(),
         &split("render s.toml -q --spp 1 --integrator bdpt --max-depth 2 --aov all -o a.exr"),
     );
-    // Strategies must be named explicitly: they are hundreds of channels.
+    // Strategies must be named explicitly, because they are hundreds of channels.
     let picture = read_all_flat_layers_from_file(folder.path().join("a.exr")).unwrap();
     let channels = picture.layer_data.iter().flat_map(|layer| &layer.channel_data.list);
     let names: Vec<String> = channels.map(|channel| channel.name.to_string()).collect();
@@ -187,8 +187,8 @@ fn strategies_sum_to_the_image() {
     }
 }
 
-/// A render that ends before its first sample writes no image and no checkpoint. Existing files are
-/// kept.
+/// A render that ends before its first sample is complete writes no image and no checkpoint, and
+/// keeps existing files.
 #[test]
 fn render_without_samples_writes_no_image() {
     let folder = scene();
@@ -260,8 +260,8 @@ fn interrupt_before_first_sample_writes_nothing() {
     assert_eq!(fs::read(&path).unwrap(), b"good");
 }
 
-/// Images and checkpoints that are due within an iteration wait for its end. So the render always
-/// makes progress.
+/// Images and checkpoints that are due within an iteration are written at the end of the iteration.
+/// So the render always makes progress.
 #[test]
 fn frequent_writes_wait_for_whole_iterations() {
     let folder = scene();
@@ -274,7 +274,8 @@ fn frequent_writes_wait_for_whole_iterations() {
     assert_eq!(stats["complete"], true, "{stats}");
 }
 
-/// The memory of stored light is forecast. If it is too large, the render is refused.
+/// The forecast of `-v` includes the memory of stored photons and paths. If this memory exceeds the
+/// limit, the render is refused.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn memory_of_stored_light_is_forecast() {

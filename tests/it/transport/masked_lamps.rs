@@ -78,8 +78,8 @@ fn lamp_light_is_proportional_to_opacity() {
     }
 }
 
-/// If the vertices of a lamp have opacities, light samples, scattered rays and both together find
-/// the same light.
+/// The opacities of a lamp are given at its vertices. Light samples, scattered rays, and both
+/// together find the same light.
 #[test]
 fn opacities_of_vertices_dim_lamps() {
     let scene = |alphas: [f32; 4]| {
@@ -136,7 +136,7 @@ fn lamp_power_is_proportional_to_opacity() {
     };
     let whole = power(1.0);
     assert!((power(0.25) / whole - 0.25).abs() < 1e-6);
-    // A lamp of opacity 0 has no power, and a scene without power gets the default light.
+    // A lamp of opacity 0 has no power. A scene without power gets the default light.
     let scene = floor_below(&[0.0]);
     assert!(scene.lights().iter().any(|light| matches!(light, Light::Constant(_))));
 }
@@ -210,7 +210,8 @@ fn metropolis_agrees_on_masked_lamps() {
     });
 }
 
-/// The irradiance that a ground uses for comparison is proportional to the opacity of the lamp.
+/// The ground compares irradiance with and without the scene. The irradiance without the scene is
+/// proportional to the opacity of the lamp.
 #[test]
 fn irradiance_is_proportional_to_opacity() {
     let irradiance = |opacity| {

@@ -1,5 +1,5 @@
 //! Metropolis light transport in primary sample space: iterations against closed forms and path
-//! tracing, and the bits of threads and parts.
+//! tracing. Threads and parts change no bit.
 
 #![cfg(any(feature = "embree", feature = "obvhs"))]
 
@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 
 const BOTH: [MetropolisDirect; 2] = [MetropolisDirect::Ordinary, MetropolisDirect::Metropolis];
 
-/// Integrator with few chains and few bootstrap paths, so that errors in them are visible.
+/// Integrator with few chains and few bootstrap paths, so that their errors are visible.
 fn pssmlt<'a>(
     world: World<'a, Backend<'a>>,
     max_depth: u32,
@@ -65,8 +65,8 @@ fn means_of_iterations(integrator: &dyn CompiledIntegrator, resolution: UVec2, c
     (0..count).map(of).collect()
 }
 
-/// Fails unless the mean over iterations is `expected`, and its standard error is at most 0.2 %
-/// with all samples.
+/// Fails if the mean over iterations differs from `expected`, or if its standard error exceeds 0.2
+/// % with all samples.
 fn assert_mean(what: &str, iterations: &[f64], expected: f64) {
     let mean = Mean::of(iterations);
     assert!(
@@ -103,7 +103,7 @@ fn closed_box_shows_the_geometric_series() {
     });
 }
 
-// Brute force would take minutes.
+// The backend `brute` would take minutes.
 
 #[test]
 fn white_furnace_hides_a_white_object() {
@@ -114,8 +114,8 @@ fn white_furnace_hides_a_white_object() {
     let camera = pinhole(Vec3::new(0.0, 0.5, 3.0), Vec3::ZERO, 50.0);
     let resolution = UVec2::splat(24);
     with_world(&scene, camera, resolution, |world| {
-        // No light is scattered twice, so chains of longer paths find no light, but use their share
-        // of the bootstrap paths.
+        // No light is scattered twice, so chains of longer paths find no light. They nevertheless
+        // use a part of the bootstrap paths.
         for (direct, max_depth, iterations) in [
             (MetropolisDirect::Ordinary, 20, 200),
             (MetropolisDirect::Metropolis, 1, 800),
@@ -130,8 +130,9 @@ fn white_furnace_hides_a_white_object() {
     });
 }
 
-/// A point light anywhere in a diffuse sphere. Light scattered once illuminates the sphere evenly
-/// (the integrating sphere), with ρ Φ / (4 π R²). Each further scattering multiplies it by ρ.
+/// A point light anywhere in a diffuse sphere (the integrating sphere). Light that was scattered
+/// once illuminates the sphere evenly, with the irradiance ρ Φ / (4 π R²). Each further scattering
+/// multiplies the irradiance by ρ.
 
 #[test]
 fn point_light_lights_a_sphere_evenly() {
@@ -151,8 +152,8 @@ fn point_light_lights_a_sphere_evenly() {
             integrator.metropolis.bootstrap = Some(2048);
             means_of_iterations(&integrator, resolution, budget(400))
         };
-        // Direct light is bit-identical in both renders, so the difference has at least two
-        // scatterings, with radiance ρ E / π.
+        // Direct light is bit-identical in both renders. So their difference is the light of at
+        // least two scatterings, and its radiance is ρ E / π.
         let indirect: Vec<f64> = means(max)
             .iter()
             .zip(means(1))
@@ -164,8 +165,8 @@ fn point_light_lights_a_sphere_evenly() {
     });
 }
 
-/// Each iteration is unbiased, even with few bootstrap paths and few mutations. In this test a
-/// chain often has a single starting path, and four steps.
+/// Each iteration is unbiased, even with few bootstrap paths and few mutations. In this test, a
+/// chain often has only one path to start from, and four steps.
 #[test]
 fn single_iterations_are_unbiased() {
     let (scene, camera) = glowing_room();
@@ -421,7 +422,7 @@ fn light_groups_sum_to_the_same_image() {
     });
 }
 
-/// In a room of uniform radiance, chains of large steps stay in a pixel for about as long as
+/// In a room of uniform radiance, chains of large steps stay in a pixel about as long as
 /// independent samples. Chains of tiny steps stay longer.
 #[test]
 fn autocorrelation_time_grows_for_small_steps() {
@@ -461,7 +462,7 @@ fn autocorrelation_time_grows_for_small_steps() {
     });
 }
 
-/// Without light there are no chains, and no errors.
+/// In a scene without light, there are no chains and no errors.
 #[test]
 fn dark_scene_renders_black() {
     let mut b = SceneBuilder::new();

@@ -233,7 +233,8 @@ fn all_light_types_agree_with_paths() {
     );
 }
 
-/// A lamp lights a room only through a gap beside it. Each render finds all of this light, once.
+/// A lamp lights a room only through a gap beside the lamp. Each render finds all of this light
+/// exactly once.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn light_through_a_gap_is_found_by_each_seed() {
@@ -310,8 +311,8 @@ fn threads_change_no_bit() {
     assert_eq!(bits(&render(1)), bits(&render(3)));
 }
 
-/// Strongly bent normals. A camera path may hit the facet that it has left. Chains and light
-/// tracing do not find this light.
+/// Shading normals are strongly bent, so a camera path may hit the triangle that it has left.
+/// Chains and light tracing do not find the light of such paths.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn bent_normals_agree_with_light_tracing() {

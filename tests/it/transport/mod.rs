@@ -1,4 +1,5 @@
-//! Estimators of light transport: means against closed forms and each other, noise, and bits.
+//! Estimators of light transport: means against closed forms and against each other, noise, and
+//! bit-identical renders.
 
 mod agreement;
 mod bent_normals;

@@ -63,8 +63,8 @@ fn moving_panel_has_the_exact_coverage() {
                 film_of(&path(world, true), SIZE, 512, 1)
             });
             for (column, x) in (0..24).map(|c| (c, (c as f64 + 0.5) / 12.0 - 1.0)) {
-                // When the shutter opens and closes, edges lie on pixel boundaries. The mean of a
-                // pixel is then the coverage at its middle.
+                // When the shutter opens and closes, the edges of the panel lie on pixel borders.
+                // The mean of a pixel is then the coverage at its middle.
                 let covered = |t: f64| f64::from(u8::from(x > 2.0 * t - 2.0 && x < 2.0 * t));
                 const TIMES: u32 = 24_000;
                 let time = |i: u32| open as f64 + (i as f64 + 0.5) / TIMES as f64 * (close - open) as f64;
@@ -172,15 +172,15 @@ fn estimators_agree_on_moving_scenes() {
     assert_alike("light samples alone", &lights_alone, &own);
 }
 
-/// A black panel hides the left half of a room while the lamp is there. Path reuse between pixels
-/// must not bring light from that time to the left half at a later time.
+/// A black panel hides the left half of a room as long as the lamp is there. Path reuse between
+/// pixels must not bring light of this time to the left half at a later time.
 #[test]
 fn path_reuse_keeps_light_in_its_time() {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.8, 0.0));
     let black = b.add_material(material(0.0, 0.0)).unwrap();
     let lamp = b.add_material(material(0.0, 6.0)).unwrap();
-    // The lamp and the panel leave at half of the time, within 1/128 of the time.
+    // Halfway through the shutter time, the lamp and the panel leave, within 1/128 of this time.
     let mut leaving = |mesh: Mesh, material, place: Affine3A| {
         let prototype = b.add_prototype(vec![(mesh, material)]).unwrap();
         let away = shift(0.0, 0.0, 90.0) * place;
@@ -383,8 +383,8 @@ fn scene_files_place_and_move_objects() {
     let scene = read(&format!("[[object]]\nobj = \"tri.obj\"\ninstances = [{one}, {two}]\n")).unwrap();
     assert_eq!(places(&scene, 0.0), [1.0, 2.0].map(|x| Vec3::new(x, 1.0, 0.0)));
 
-    // Components of a transform move linearly, including angles, so a full turn passes through all
-    // angles.
+    // The components of a transform, including angles, change linearly. So a full turn passes
+    // through all angles.
     let scene =
         read("[[object]]\nobj = \"tri.obj\"\ntransform_close = { rotate = [0, 0, 360], translate = [4, 0, 0] }\n")
             .unwrap();

@@ -1,5 +1,5 @@
 //! Light through window panes and other thin glass: closed forms, straight light compared with
-//! refracted light, noise, bits and messages.
+//! refracted light, noise, bit-identical renders, and messages.
 #![cfg(feature = "embree")]
 
 use crate::support::program::{done, folder, printed, read_json, refused, split, words};
@@ -140,7 +140,7 @@ fn panes_in_a_row_multiply() {
     }
 }
 
-/// The camera sees a lamp in a mirror behind a pane; the light also passes a second pane.
+/// The camera sees a lamp in a mirror behind a pane. The light also goes through a second pane.
 #[test]
 fn mirror_behind_a_pane_shows_the_lamp() {
     let mut b = SceneBuilder::new();
@@ -218,8 +218,8 @@ fn lit_through_a_window(panes: Panes) -> Scene {
     b.build().unwrap().0
 }
 
-/// Straight and refracted light have the same mean, and straight light has less noise. They count
-/// scatterings differently, so long paths are allowed.
+/// Straight and refracted light have the same mean, and straight light has less noise. The two
+/// modes count scatterings differently, so long paths are allowed.
 #[test]
 fn straight_and_refracted_light_agree() {
     let camera = pinhole(Vec3::new(0.0, 0.2, 0.9), Vec3::new(0.2, -0.6, -0.3), 80.0);
@@ -261,8 +261,8 @@ fn light_behind_a_window_has_little_noise() {
     assert!(straight.1 < 0.05 * refract.1, "{straight:?} {refract:?}");
 }
 
-/// Camera rays select transmission by a stratified number, so pixels of a window in front of a lamp
-/// hardly differ.
+/// Camera rays select transmission by a stratified random number. So in a window with a lamp behind
+/// it, pixels differ little.
 #[test]
 fn windows_in_the_picture_are_stratified() {
     let (scene, camera) = lamp_behind(&[pane(45.0, false)], &glass([1.0; 3], true));
@@ -280,8 +280,8 @@ fn windows_in_the_picture_are_stratified() {
     });
 }
 
-/// Backends differ in the last bits of barycentrics, which secondary rays use as random numbers.
-/// The means of the images are the same.
+/// Backends differ in the last bits of barycentrics, and secondary rays use these bits as random
+/// numbers. Only the means of the images are the same.
 #[test]
 fn backends_agree_through_glass() {
     let scene = glazed_room();

@@ -122,7 +122,8 @@ fn density_estimates_use_the_photon_count() {
     assert!((0.4..2.5).contains(&ratio), "{ratio}");
 }
 
-/// The contribution of a path is the product of its throughputs, densities and weights.
+/// A contribution is the product of the throughput of its vertex and of the recorded factors:
+/// radiance, f cos θ, transmittance, 1 / density and MIS weight.
 #[test]
 fn vertex_factors_multiply_to_contributions() {
     let folder = scene();
@@ -237,7 +238,7 @@ fn a_replayed_pixel_has_the_same_numbers() {
     assert!(said.contains(".obj"), "{said}");
 }
 
-/// The type of a recorded light is the type of its source.
+/// A recorded light has the type of the light that emits.
 #[test]
 fn recorded_lights_have_their_type() {
     let folder = scene();

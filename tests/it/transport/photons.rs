@@ -1,5 +1,5 @@
-//! Photon mapping: power of photons against closed forms, images against the path tracer, and bits
-//! of threads and parts.
+//! Photon mapping: power of photons against closed forms, and images against the path tracer.
+//! Threads and parts change no bit.
 #![cfg(feature = "embree")]
 
 use crate::support::program::{assert_same_bits, done, folder};
@@ -20,7 +20,7 @@ use embrasure::scene::{Scene, SceneBuilder};
 use std::f64::consts::PI;
 use std::path::Path;
 
-/// Photons of paths with at most `max_depth` scatterings, also photons that come straight from
+/// Photons of paths with at most `max_depth` scatterings, including photons that come straight from
 /// lights.
 fn photons_of(scene: &Scene, paths: u32, max_depth: u32) -> Vec<Photon> {
     let camera = pinhole(Vec3::ZERO, Vec3::NEG_Z, 60.0);
@@ -39,8 +39,8 @@ fn photons_of(scene: &Scene, paths: u32, max_depth: u32) -> Vec<Photon> {
     })
 }
 
-/// Conservation of flux: in a closed room, the first photons carry the power of all lights of every
-/// kind.
+/// Conservation of flux: in a closed room, the photons before any scattering carry the power of all
+/// lights.
 #[test]
 fn photons_carry_the_power_of_lights() {
     let (intensity, emission) = (3.0, 5.0);
@@ -60,8 +60,8 @@ fn photons_carry_the_power_of_lights() {
     let expected = 4.0 * PI * intensity as f64 + PI * emission as f64 * 0.25;
     // Lights are sampled in proportion to their power, so each path carries the total power.
     assert!((sum(0) / expected - 1.0).abs() < 1e-3, "{} {expected}", sum(0));
-    // Each scattering keeps half of the power, except for photons that hit the black lamp, which
-    // has less than 1 % of the area.
+    // Each scattering keeps half of the power. Photons that hit the black lamp are lost, but the
+    // lamp has less than 1 % of the area.
     for (scatterings, share) in [(1, 0.5), (2, 0.25)] {
         let ratio = sum(scatterings) / (share * expected);
         assert!((0.95..1.02).contains(&ratio), "{scatterings}: {ratio}");
@@ -157,8 +157,8 @@ fn mapped(world: World<Backend>, resolution: UVec2, paths: u32, max_depth: u32, 
     film_of(&integrator, resolution, spp, seed)
 }
 
-/// Photons of one time are not used at surfaces of another time. An emitting room that moves by a
-/// quarter of its width while the shutter is open is as bright as a still room.
+/// Photons are used only at surfaces of the same time. An emitting room moves by a quarter of its
+/// width while the shutter is open. It is as bright as a still room.
 #[test]
 fn moving_room_is_as_bright_as_a_still_room() {
     let mean = |way: f32, seed: u64| {
@@ -186,8 +186,8 @@ fn moving_room_is_as_bright_as_a_still_room() {
     assert!((moving / still - 1.0).abs() < 0.02, "{moving}, not {still}");
 }
 
-/// A convex body reflects all light in uniform light. No scattered photon hits it again, so photon
-/// mapping has no bias.
+/// A convex body reflects all light in uniform light. No scattered photon hits the body again, so
+/// photon mapping has no bias.
 #[test]
 fn the_furnace_has_no_bias() {
     let scene = own("furnace.toml");
@@ -197,7 +197,8 @@ fn the_furnace_has_no_bias() {
         let film = iterations(&progressive(world, (0.05, 2.0 / 3.0), 6), resolution, 64, 1);
         assert_unbiased("sppm in the furnace", &film, 1.0);
         let film = iterations(&merging(world, 0.05, 6), resolution, 64, 4);
-        // VCM also merges photons straight from the light, and the body has facets.
+        // VCM also merges photons that come straight from the light, and the body consists of flat
+        // triangles.
         let (mean, error) = (film_mean(&film, 0), film_error(&film, 0));
         println!("vcm in the furnace: mean {mean} ± {error}");
         assert!((mean - 1.0).abs() < 0.02, "vcm in the furnace: {mean}");
@@ -206,9 +207,10 @@ fn the_furnace_has_no_bias() {
     });
 }
 
-/// The closed box has radiance 2 everywhere. A density estimate loses the part of its disk that is
-/// beyond an edge. Seen into a corner of a room of width 2, the mean is too small by about the
-/// radius. Photon mapping with final gathering loses less.
+/// The closed box has the radiance 2 everywhere. A density estimate loses the part of its disk that
+/// is beyond an edge of the box. The camera looks into a corner of a room of width 2. There the
+/// mean is smaller than 2 by about the search radius. Photon mapping with final gathering loses
+/// less.
 #[test]
 fn closed_box_loses_light_at_edges_only() {
     let scene = own("closed-box.toml");
@@ -252,10 +254,10 @@ fn image(film: &Film) -> RgbImage {
     }
 }
 
-/// The mean squared error of n iterations falls as n^−α. The squared bias, n^(2α − 2), falls
-/// equally at α = 2/3 (Knaus and Zwicker 2011, eqs. 14 and 17). Errors of direct light, which fall
-/// as 1/n, and photons at edges make the slope steeper. With a fixed radius, the bias of the first
-/// iteration stays.
+/// The variance of n iterations falls as n^−α, and the squared bias as n^(2α − 2). At α = 2/3 both
+/// fall equally (Knaus and Zwicker 2011, eqs. 14 and 17). Errors of direct light, which fall as
+/// 1/n, and photons at edges make the slope steeper. With a fixed radius, the bias of the first
+/// iteration remains.
 #[test]
 fn errors_shrink_as_iterations_are_added() {
     let scene = own("cornell-box.toml");
@@ -300,8 +302,8 @@ fn blocks(film: &Film, c: usize) -> Vec<Mean> {
         .collect()
 }
 
-/// Asserts that each block differs from the path tracer by at most noise and the fraction `bias` of
-/// its mean.
+/// Asserts that each block differs from the path tracer by at most noise plus the fraction `bias`
+/// of the mean of the block.
 fn assert_same_blocks(what: &str, film: &Film, reference: &Film, bias: f64) {
     let pairs: Vec<_> = [0, 1, 2]
         .iter()
@@ -339,7 +341,7 @@ fn opacity_is_applied_once() {
     });
 }
 
-/// Panes, thin glass and filters: photons pass them in the same way as camera rays.
+/// Panes, thin glass and filters: photons go through them in the same way as camera rays.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn photons_pass_glass() {
@@ -360,7 +362,7 @@ fn photons_pass_glass() {
 }
 
 /// A room with every kind of lobe, including glass and mirrors, and caustics of a wide lamp. Each
-/// light path counts once, at every depth.
+/// light path is counted once, at every depth.
 #[test]
 fn all_light_is_counted_once() {
     let scene = lobes_room();
@@ -421,7 +423,7 @@ fn caustic_of_a_ball_agrees_with_paths() {
     });
 }
 
-/// Renders with other threads, crops, merged parts and resumed renders are bit-identical to one
+/// Renders with more threads, in crops, merged from parts, or resumed are bit-identical to one
 /// render.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]

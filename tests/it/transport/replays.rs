@@ -1,6 +1,5 @@
-//! Scenes from public bug reports about light in path tracers. Each scene has a known value.
-//!
-//! Reports covered by other tests are not repeated here.
+//! Scenes from public bug reports about light in path tracers. Each scene has a known value. If
+//! another test covers a report, the report is not repeated here.
 
 use crate::support::program::{done, folder, split};
 use crate::support::*;
@@ -72,7 +71,7 @@ fn in_white_sky(meshes: impl IntoIterator<Item = (Mesh, Material)>) -> Scene {
     b.build().unwrap().0
 }
 
-/// Coarse ball: 8 facets, subdivided `levels` times, with the normals of the ball.
+/// Coarse ball: 8 triangles, subdivided `levels` times, with the normals of the ball.
 fn coarse_ball(levels: u32) -> Mesh {
     let mesh = sphere(1.0, Vec3::ZERO, levels);
     Mesh {
@@ -81,8 +80,8 @@ fn coarse_ball(levels: u32) -> Mesh {
     }
 }
 
-/// Without absorption, a ball of each material is as bright as its surroundings. Coarse facets with
-/// the normals of a ball must not have black rims.
+/// Without absorption, a ball of each material is as bright as its surroundings. A coarse mesh with
+/// the smooth normals of a ball must not have black rims.
 #[test]
 fn coarse_balls_in_a_white_sky_are_white() {
     let mirror = Material {
@@ -115,8 +114,8 @@ fn air_bubble_in_a_white_sky_is_white() {
     assert_close("bubble", film_mean(&film, 1), 1.0, 0.004);
 }
 
-/// Radiance over the square of the index is constant along a ray (Veach 1997, §5.2): a camera in
-/// glass sees n² times the sky.
+/// Radiance divided by the squared index is constant along a ray (Veach 1997, §5.2). A camera in
+/// glass therefore sees n² times the radiance of the sky.
 #[test]
 fn radiance_inside_glass_is_scaled_by_squared_index() {
     let scene = in_white_sky([(sphere(1.0, Vec3::ZERO, 3), clear())]);
@@ -211,8 +210,9 @@ fn irradiance(texels: &[f64], width: usize, height: usize, up: Vec3) -> f64 {
     sum * (PI / rows as f64) * (TAU / columns as f64)
 }
 
-/// Environments with a single bright texel in the middle, at the seam and at both poles, also
-/// rotated. They are sampled by light samples, by rays, and by both.
+/// Environments with a single bright texel: in the middle, at the seam, and at both poles. The
+/// environments are also rotated. Light samples, scattered rays, and both together find the same
+/// irradiance.
 #[test]
 fn environment_texels_give_exact_irradiance() {
     let (width, height) = (32, 16);
@@ -284,17 +284,17 @@ fn spots_fall_off_by_a_smooth_step() {
     assert_eq!(floor_radiance(&scene, outside, DirectLight::Mis, 16), 0.0);
 }
 
-/// Irradiance below the centre of a square lamp of radiance 1 and half width `half` at height
-/// `height`.
+/// Irradiance from a square lamp of radiance 1 and half width `half`, at `height` below its centre.
 fn below_square(half: f64, height: f64) -> f64 {
     let a = half / height;
     let root = (1.0 + a * a).sqrt();
-    // The square is four quarters. Each has two equal terms over 2 (Howell, configuration factors,
-    // B-3).
+    // The square is four quarters. Each quarter is a sum of two equal terms, divided by 2 (Howell,
+    // configuration factors, B-3).
     4.0 * a / root * (a / root).atan()
 }
 
-/// Vertex normals opposite to the facets change neither the front of a lamp nor its density.
+/// If vertex normals are opposite to the triangle normals, the front of a lamp and its density do
+/// not change.
 #[test]
 fn reversed_vertex_normals_keep_the_lamp_front() {
     let expected = 0.5 / PI * 2.0 * below_square(0.5, 1.0);
@@ -319,8 +319,8 @@ fn reversed_vertex_normals_keep_the_lamp_front() {
     }
 }
 
-/// Faces of both windings have normals towards the camera, emitters are opaque, and depth is exact
-/// even out of focus.
+/// Faces of both windings have normals towards the camera. Emitters are opaque. Depth is exact even
+/// out of focus.
 #[test]
 fn feature_layers_are_exact_out_of_focus() {
     let folder = folder(&[

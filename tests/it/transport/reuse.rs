@@ -37,8 +37,8 @@ fn means(film: &Film) -> [Vec<f64>; 3] {
 }
 
 /// Asserts that renders by `integrator` have the means of `reference`, for the whole image and
-/// pixel by pixel. Pixels of one film have correlated errors. Films with different seeds do not, so
-/// means and variances are computed over seeds.
+/// pixel by pixel. Pixels of one film have correlated errors. Films with different seeds are
+/// independent, so means and variances are computed over seeds.
 fn assert_same(what: &str, integrator: &PathTracer, reference: &Film, spp: u32) {
     let films: Vec<_> = (0..SEEDS)
         .map(|seed| means(&film_of(integrator, RESOLUTION, budget(spp), 100 + seed)))
@@ -74,8 +74,8 @@ fn assert_unmoved_in(what: &str, world: World<Backend>, spp: u32) {
     let reference = film_of(&path(world, false), RESOLUTION, 2 * SEEDS as u32 * budget(spp), 0);
     let best = path(world, true);
     assert_same(what, &best, &reference, spp);
-    // Shared paths do not end before their second vertex, even if roulette starts at the first
-    // vertex.
+    // Paths that pixels share do not end before their second vertex, even if roulette starts at the
+    // first vertex.
     let mut at_once = path(world, true);
     at_once.path.roulette.depth = 0;
     let [a, b] = [&best, &at_once].map(|integrator| means(&film_of(integrator, RESOLUTION, spp, 100)));
@@ -138,7 +138,8 @@ fn coated(base: f32, roughness: f32, metallic: f32) -> Material {
     }
 }
 
-/// Shared vertices with every kind of glossy BSDF, which scatter different light to each pixel.
+/// Vertices that pixels share have every kind of glossy BSDF. They scatter different light to each
+/// pixel.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn glossy_shared_vertices_keep_means() {
@@ -189,7 +190,7 @@ fn glossy_shared_vertices_keep_means() {
     let scene = builder.build().unwrap().0;
     let outside = pinhole(Vec3::new(1.6, 0.8, 2.2), Vec3::new(-0.2, -0.4, -0.3), 45.0);
     assert_unmoved("coats under a sky", &scene, outside, 16);
-    // The light of a delta lobe beside a diffuse lobe stays with the pixel that found it.
+    // Light of a delta lobe beside a diffuse lobe counts only for the pixel that traced the path.
     let polished = Material {
         specular: Spectrum::ONE,
         gloss: Gloss::Mirror(Fresnel::Dielectric { eta: 1.8 }),
@@ -204,7 +205,8 @@ fn glossy_shared_vertices_keep_means() {
     assert_unmoved_between("Phong lobes", phong, |_| ());
 }
 
-/// Shared vertices with varying normals, transmission or an opacity below 1.
+/// Vertices that pixels share are on surfaces with varying normals, transmission, or an opacity
+/// below 1.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn shared_vertices_on_any_surface_keep_means() {
@@ -243,7 +245,8 @@ fn shared_vertices_on_any_surface_keep_means() {
     });
 }
 
-/// If a pixel shows a mirror or glass, its first vertex is the surface behind it.
+/// If a pixel shows a mirror or glass, its first vertex for path reuse is on the surface that the
+/// mirror or glass shows.
 #[test]
 fn first_vertices_behind_mirrors_keep_means() {
     assert_unmoved_between("mirror and glass", coated(0.6, 0.5, 0.0), |builder| {
@@ -321,7 +324,7 @@ fn paths_from_black_surfaces_keep_means() {
     assert_unmoved("a black patch", &patched_room(0.0), looking_at_the_patch(), 16);
 }
 
-/// Roulette must not end a path because its first surface is dark.
+/// Roulette must not end a path because the first surface of the path is dark.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn dark_neighbours_do_not_add_variance() {
@@ -337,7 +340,7 @@ fn dark_neighbours_do_not_add_variance() {
     assert!(ratio < 0.4, "{ratio}");
 }
 
-/// Path reuse reduces the error as much as many more samples would. The variance channel reports
+/// Path reuse reduces the error as much as many more samples would. The variance channel contains
 /// the remaining error.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]

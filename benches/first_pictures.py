@@ -98,7 +98,7 @@ def main():
         def figure(name, scale, unit):
             low, high = LIMITS[name]
             text = f"{row[name] * scale:.{0 if scale == 100 and name == 'covered' else 2}f}{unit}"
-            # Interiors fill the frame.
+            # Interiors fill the frame, so their coverage may exceed the limit.
             is_wanted = low <= row[name] <= high or (name == "covered" and "interior" in row["camera"])
             return text if is_wanted else f"**{text}**"
 

@@ -5,10 +5,10 @@
 //! cargo run --release --example texels -- picture.tif color out/texels.bin
 //! ```
 //!
-//! The kind is `color`, for linear colours of sRGB codes; `normal`, for three linear numbers; or
-//! `value`, for the linear number of the first channel. The file has width, height and number of
-//! values per texel as `u32`, and the values as `f32`, row by row from the top, with alpha last if
-//! the texture has one.
+//! The second argument is the kind of texture: `color` for linear colours of sRGB codes, `normal`
+//! for three linear numbers, or `value` for the linear number of the first channel. The file has
+//! width, height and number of values per texel as `u32`. Then it has the values as `f32`, row by
+//! row from the top, with alpha last if the texture has alpha.
 
 use embrasure::io::{TextureKind, load_texture};
 use embrasure::math::Vec2;

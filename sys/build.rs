@@ -52,8 +52,8 @@ fn watch(embree: &Embree, deps: &Path) {
     println!("cargo::rerun-if-changed=build");
     println!("cargo::rerun-if-env-changed=LIBCLANG_PATH");
 
-    // bindgen declares each header. The folder of the headers shows an upgrade even if the package
-    // manager sets dates older than the last build.
+    // bindgen declares each header as an input. The folder of the headers also changes at an
+    // upgrade, even if the package manager sets dates older than the last build.
     let headers = embree.include_dir.join("embree4");
     let library = embree.lib_dir.join(embree.library);
     println!("cargo::rerun-if-changed={}", headers.display());

@@ -205,7 +205,7 @@ fn slurm_gets_the_missing_parts() {
     let (said, jobs) = submit(&again);
     assert!(jobs.is_empty() && said.contains("nothing is left to do"), "{said}");
 
-    // The folder can be used by this render only.
+    // Only this render can use the folder.
     let other = again
         .iter()
         .map(|a| if *a == "1000" { "2000" } else { a })

@@ -450,8 +450,8 @@ fn unsound(path: &Path) -> Option<String> {
     };
     for layer in image.layer_data {
         for channel in layer.channel_data.list {
-            // These channels may be infinite: for rays that miss, and if few samples give no
-            // variance
+            // These channels may be infinite: the depth of rays that miss, and variances and errors
+            // if there are too few samples
             let name = channel.name.to_string();
             let may_be_infinite = name == "Z" || name == "error" || name.starts_with("variance.");
             let is_sound = |x: f32| x.is_finite() || (may_be_infinite && x == f32::INFINITY);
@@ -537,7 +537,7 @@ fn random_renders_end_with_a_documented_code() {
         faults.len(),
         faults.join("\n")
     );
-    // Combinations that are refused test little.
+    // Combinations that are refused test little, so most of the runs must render.
     println!("{rendered} of {count} runs rendered");
     assert!(
         count < 100 || 2 * rendered > count,

@@ -18,7 +18,7 @@ US = "Embrasure"
 def mitsuba(obj: str, output: str) -> int:
     import mitsuba as mi
 
-    # The variant of render_mitsuba.py, which builds its hierarchy with Embree.
+    # Use the variant of render_mitsuba.py. It builds its hierarchy with Embree.
     mi.set_variant("llvm_ad_rgb")
     look = mi.ScalarTransform4f().look_at(origin=ORIGIN, target=[0, 0, 0], up=[0, 1, 0])
     film = {"type": "hdrfilm", "width": SIZE, "height": SIZE, "rfilter": {"type": "box"}, "component_format": "float32"}

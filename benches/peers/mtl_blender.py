@@ -27,7 +27,8 @@ import numpy as np
 import OpenEXR
 
 SIZE, SPP, DISTANCE, FOV_Y, DEPTH = 64, 64, 10, 12, 64
-# Radius of the compared disc, relative to half the height; the sphere's disc ends at 0.956.
+# Radius of the compared disc, relative to half the height. The disc of the sphere has the radius
+# 0.956.
 DISC = 0.945
 # Maximum relative difference of a mean, and the value below which the difference is absolute.
 TOLERANCE, FLOOR = 0.05, 0.01

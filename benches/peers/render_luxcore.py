@@ -78,10 +78,11 @@ settings = properties(
         "path.pathdepth.total": scene.MAX_DEPTH + 1,
         "path.pathdepth.diffuse": scene.MAX_DEPTH + 1,
         # With the default of 3, hall is 4 % too bright. With roulette, the MIS weight of a light
-        # sample includes the survival probability in the density of the BSDF, the MIS weight of an
-        # emitter hit does not, and their sum exceeds 1 (DirectLightSampling and
-        # DirectHitFiniteLight in LuxCore's src/slg/engines/pathtracer.cpp). From the tenth bounce on
-        # the error is 0.2 %. Without roulette sponza takes three times as long.
+        # sample includes the survival probability in the density of the BSDF. The MIS weight of an
+        # emitter hit does not include it, so the sum of the weights exceeds 1 (DirectLightSampling
+        # and DirectHitFiniteLight in LuxCore's src/slg/engines/pathtracer.cpp). If roulette starts
+        # at the tenth bounce, the error is 0.2 %. Without roulette sponza takes three times as
+        # long.
         "path.russianroulette.depth": 10,
         "batch.haltspp": int(spp),
     }
@@ -95,6 +96,7 @@ session.Stop()
 pixels = np.empty(scene.width * scene.height * 3, np.float32)
 session.GetFilm().GetOutputFloat(pyluxcore.FilmOutputType.RGB, pixels)
 np.save(output, pixels.reshape(scene.height, scene.width, 3)[::-1])
-# At its exit, the library calls Python's log handler after the interpreter has ended. This avoids it.
+# At its exit, the library calls Python's log handler after the interpreter has ended. `os._exit`
+# avoids this call.
 sys.stdout.flush()
 os._exit(0)

@@ -59,8 +59,8 @@ def compare(path, kind="color"):
         codes = got
     expected = expected.astype(np.float64)
     if expected.shape[2] != codes.shape[2]:
-        # A grey texture has three equal colours here, a single channel is read as one value, and an
-        # alpha of 1 everywhere is left out.
+        # The texture may have fewer channels: a grey texture has three equal colours in `expected`,
+        # a single channel is read as one value, and an alpha of 1 everywhere is left out.
         count = min(expected.shape[2], codes.shape[2])
         expected, codes = expected[..., :count], codes[..., :count]
     same = np.mean(codes == expected)

@@ -38,8 +38,8 @@ fn processor_time(process: u32) -> [f64; 2] {
         };
         let fields: Vec<&str> = stat.rsplit(')').next().unwrap().split_whitespace().collect();
         let ticks: f64 = fields[11..13].iter().map(|t| t.parse::<f64>().unwrap()).sum();
-        // Threads of the pool have the name of the program. The first thread has it too, but only
-        // waits for the pool.
+        // Threads of the pool have the name of the program. The first thread also has this name,
+        // but only waits for the pool.
         let is_first = task.file_name().to_string_lossy() == process.to_string();
         let renders = !is_first && !["page", "server"].contains(&name.trim());
         times[usize::from(!renders)] += ticks / TICKS;

@@ -29,7 +29,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    // `cargo bench` adds the flag `--bench`, which is meant for test harnesses. It starts the
+    // `cargo bench` adds the flag `--bench`, which is meant for test harnesses, and starts the
     // program in the folder of the package.
     let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
     match words.split_first() {

@@ -22,7 +22,7 @@ def program() -> str:
     if os.path.basename(packages) in ("site-packages", "dist-packages"):
         schemes.append(os.path.normpath(os.path.join(packages, *[".."] * 3, "bin")))
     schemes += [sysconfig.get_path("scripts"), os.path.join(sys.prefix, "bin")]
-    # Available since Python 3.10. Older versions have fixed names.
+    # `get_preferred_scheme` exists since Python 3.10. Older versions have fixed names.
     preferred = getattr(sysconfig, "get_preferred_scheme", None)
     user = preferred("user") if preferred else f"{os.name}_user"
     schemes.append(sysconfig.get_path("scripts", user))

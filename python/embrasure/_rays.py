@@ -14,7 +14,8 @@ from embrasure._scene import Scene, scene_of
 from embrasure._settings import Array
 from embrasure._vectors import vectors
 
-#: Settings of a scene that affect its geometry.
+#: Settings of a scene that ray queries take over: how the geometry is read, and how the
+#: acceleration structure is built.
 _OF_GEOMETRY = ("backend", "compact", "max_memory", "mtl_dialect", "obj_reader", "smooth", "strict", "texture_dir", "threads")
 
 #: Maximum number of acceleration structures that a scene keeps: one per backend.
@@ -141,7 +142,7 @@ def _rays(
     given = {"backend": backend, "threads": threads}
     own.update({name: value for name, value in given.items() if value is not None})
     flags = _settings.flags({**own, **_FIXED})
-    # A forked process does not have the threads of its parent.
+    # A forked process does not have the threads of its parent, so it builds its own structures.
     known = scene._rays_of
     if known is None or known[0] is not description or known[1] != os.getpid():
         scene._rays_of, scene._rays = (description, os.getpid()), {}

@@ -98,7 +98,8 @@ class Scene:
         self._base = base
         self._meshes: List[Tuple[str, _native.Mesh, Optional[str]]] = []
         self._materials: Dict[str, Material] = {}
-        # Names that this scene gave to materials without a name. The key is the id of the object.
+        # Names that this scene gave to materials without a name. The key is the id of the Python
+        # object.
         self._given_names: Dict[int, str] = {}
         self._described: Optional[Tuple[List[str], int, _native.Description]] = None
         self._rays: Dict[Tuple[str, ...], _native.Rays] = {}

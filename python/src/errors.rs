@@ -25,8 +25,8 @@ pub fn no_pickle(name: &str, help: &str) -> PyErr {
     PyTypeError::new_err(format!("cannot pickle a {name}: {help}"))
 }
 
-/// Prefix of errors about keys that are set over a scene file. It is removed, because Python has no
-/// flags.
+/// Prefix of errors about keys that override keys of a scene file. The prefix is removed, because
+/// Python has no flags.
 const SET: &str = "--set ";
 
 /// Exception for an error of a session.

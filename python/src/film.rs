@@ -75,7 +75,7 @@ impl Film {
         [size.y as usize, size.x as usize]
     }
 
-    /// Tone curve and exposure of the render, except for values that are given here.
+    /// Tone curve and exposure: the given values, or else the values of the render.
     fn tone(&self, tone: Option<&str>, exposure: Option<&str>) -> Result<Tone, Error> {
         let mut options = ToneOptions::default();
         for (key, text) in [("tone", tone), ("exposure", exposure)] {
@@ -328,7 +328,8 @@ pub fn read(py: Python, path: PathBuf) -> PyResult<Film> {
         .map_err(|error: FileError| errors::of_file(py, &error))
 }
 
-/// Image with all channels whose data window is the window of the first channel, and the camera.
+/// Image with all channels that have the data window of the first channel, and the camera of the
+/// file.
 fn image_of_layers(path: &Path) -> Result<(Image, Option<CameraAttributes>), FileError> {
     let layers = read_layers(path)?;
     let crop = layers.channels[0].window;

@@ -1,6 +1,6 @@
 //! The extension module `embrasure._native`, which the Python package `embrasure` uses. The package
 //! (`python/embrasure`) has the names, types and documentation for users. The classes of this
-//! module have the data that has no Python or numpy type.
+//! module hold data for which neither Python nor numpy has a type.
 //!
 //! Renders run in a separate thread, and scenes are read in a separate thread (`job`). The Python
 //! thread waits without the interpreter's lock, checks for signals, and calls the progress

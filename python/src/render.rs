@@ -1,5 +1,5 @@
-//! Renders. The thread of a render has session, renderer and state. It returns films when they are
-//! requested.
+//! Renders. The thread of a render owns the session, the renderer and the state. It sends films on
+//! request.
 
 use crate::errors;
 use crate::film::{Developed, Film, Source};
@@ -108,7 +108,7 @@ impl Work {
         }
     }
 
-    /// Renders, and replies to requests for films, except for the last film, which is returned.
+    /// Renders, and sends a film for each request. The last film is returned instead. Returns
     /// `None` if the render was stopped, or if no film was requested.
     fn render(&self) -> Answer {
         let Request {
@@ -150,8 +150,8 @@ impl Work {
         }
     }
 
-    /// Makes the current film. It is denoised if a denoiser was requested and if `is_over` is true:
-    /// the render has ended.
+    /// Makes the current film. The film is denoised if a denoiser was requested and the render has
+    /// ended (`is_over`).
     fn film(
         &self,
         renderer: &Renderer,

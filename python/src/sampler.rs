@@ -10,9 +10,8 @@ use pyo3::prelude::*;
 /// Number of values between two checks for signals.
 const BATCH: u32 = 1 << 22;
 
-/// Decision of a path with the index `index`. Decisions have two numbers each. Their order is:
-/// pixel, lens, then at each vertex the choice of a light, the point on the light, and the
-/// direction.
+/// Decision `index` of a path. Each decision uses two numbers. The order of decisions is: pixel,
+/// lens, then at each vertex the choice of a light, the point on the light, and the direction.
 fn decision(index: u32) -> Dimension {
     const AT_A_VERTEX: [Bounce; 3] = [Bounce::Decisions, Bounce::LightPoint, Bounce::Direction];
     match index {

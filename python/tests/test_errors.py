@@ -126,9 +126,9 @@ def test_keys_of_a_scene_in_code_are_checked() -> None:
         scene.add_mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], material=em.Material("a", diffuse=0.2))
 
 
-def test_an_empty_scene_is_an_error() -> None:
+def test_an_empty_scene_gets_the_default_light() -> None:
     film = em.render(em.Scene(), spp=1, size=(8, 8), position=(0, 0, 1), look_at=(0, 0, 0))
-    # The scene has only the light that a dark scene gets.
+    # A scene without lights gets the default light.
     assert film["rgb"].shape == (8, 8, 3)
 
 

@@ -106,7 +106,8 @@ def test_films_are_developed(box: Path, tmp_path: Path) -> None:
     shown = film.develop()
     assert shown.shape == (12, 20, 3) and shown.dtype == np.uint8
     film.save(tmp_path / "a.png")
-    # The file has the pixels of `develop`: decoded bytes, encoded again.
+    # The PNG file has the pixels of `develop`. `read` decodes them to linear values, so encode the
+    # values again.
     linear = em.read(tmp_path / "a.png")["rgb"]
     encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 1e-9) ** (1 / 2.4) - 0.055)
     assert (np.round(255 * encoded).astype(np.uint8) == shown).all()

@@ -57,7 +57,7 @@ def test_an_exception_of_the_callback_ends_the_render(box: Path) -> None:
 
 
 def test_forked_processes_trace_rays_and_render(box: Path) -> None:
-    # The structure built by the parent has threads that the child lacks.
+    # The acceleration structure of the parent needs threads that the child does not have.
     script = f"""
 import os, sys
 import embrasure as em

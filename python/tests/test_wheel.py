@@ -37,7 +37,7 @@ def test_the_module_finds_the_libraries_of_the_wheel(tmp_path: Path) -> None:
     assert str(tmp_path / "v") in said.split()[0]
     libraries = [line.split()[-1] for line in said.splitlines() if line.startswith("library ")]
     assert libraries and all(path.startswith(str(tmp_path / "v" / "lib" / "embrasure" / "lib")) for path in libraries), said
-    # The program of the wheel is beside it.
+    # The program is in the environment in which the wheel is installed.
     found = run(python, "-c", code.replace("em.__file__, em.version_text()", "em.program()"))
     assert found.strip() == str(tmp_path / "v" / "bin" / "embrasure")
     # Another environment that imports the package finds the same program.

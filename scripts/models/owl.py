@@ -25,7 +25,7 @@ def surface(mesh, tile, point, columns, rows, low=(0.0, 0.0), high=(1.0, 1.0)):
                 corners.pop(-1)
             shares = [(a / columns, b / rows) for a, b in corners]
             points = [point(0.0 if v in (0.0, 1.0) else u % 1.0, v) for u, v in shares]
-            # Points that are merged would make triangles without area
+            # Keep merged points once: two equal corners would make triangles without area
             numbers = [mesh.point(p) for p in points]
             kept = [n for n, number in enumerate(numbers) if number not in numbers[:n]]
             if len(kept) > 2:
@@ -115,7 +115,7 @@ def head(u, v):
     back, name = feathers(u, v, 18, 9)
     color = mix(BROWN, DARK, 0.6 * back ** 3 + 0.1 * (name % 3))
     for side in (-1, 1):
-        # u spans the circumference, v half of it
+        # u spans the circumference, and v spans half of the circumference
         x, y = 2.3 * (u - 0.5 - 0.072 * side), v - 0.5
         r, angle = hypot(x, y), atan2(y, x)
         rays = 0.5 + 0.5 * cos(24 * angle)

@@ -60,7 +60,8 @@ How to get it:
 To build without it:
   cargo build --no-default-features --features cli";
 
-/// First usable Embree. A location set by the user is used or is an error; it is never skipped.
+/// Finds the first usable Embree. If the user sets a location that has no usable Embree, this is an
+/// error, and other locations are not searched.
 ///
 /// The error is for the user: several lines with the searched locations, their contents, and a
 /// remedy.
@@ -139,7 +140,7 @@ pub fn needs_rpath(lib_dir: &Path, multiarch: &str) -> bool {
 }
 
 /// Returns an error if `path` is relative. Cargo runs build scripts in the package's folder, so a
-/// relative path would have a different base than the user's.
+/// relative path would start there, and not in the user's folder.
 fn absolute(path: &Path) -> Result<(), String> {
     if path.is_absolute() {
         Ok(())

@@ -2,15 +2,15 @@
 //! headers of the linked library.
 //!
 //! The layout of Embree's structures depends on its build options: `RTCRayHit` has 96 bytes with
-//! instance arrays and 80 without. Bindings from another machine would be wrong for one of the two,
-//! and Embree would write past the end. A program should still check, by
+//! instance arrays and 80 without. Bindings from another machine may have the smaller structure,
+//! and Embree would then write past its end. A program should still check, by
 //! `RTC_DEVICE_PROPERTY_VERSION`, that the library at run time has the major version
 //! `RTC_VERSION_MAJOR` and is not older than `RTC_VERSION`.
 //!
 //! Names are as in the C header. An enum is a newtype over an integer, because C may return values
-//! that the header does not name. Its values are associated constants (`RTCError::RTC_ERROR_NONE`),
-//! and flags combine with `|`. The header's inline helpers (`rtcInitIntersectArguments` and
-//! similar) are not bound; null arguments mean their defaults.
+//! that the header does not name. The named values are associated constants
+//! (`RTCError::RTC_ERROR_NONE`), and flags combine with `|`. The header's inline helpers
+//! (`rtcInitIntersectArguments` and similar) are not bound. Null arguments select the defaults.
 //!
 //! docs.rs has no Embree, so the page there has no bindings. `cargo doc -p embrasure-embree-sys`
 //! with an installed Embree documents them.
@@ -76,8 +76,8 @@ const _: () = {
     assert!(offset_of!(RTCHit, geomID) == 24);
     assert!(offset_of!(RTCHit, instID) == 28);
 
-    // A hit has seven words, then an id for each level of instancing, or two with instance arrays.
-    // At the usual single level, ray and hit together have 80 or 96 bytes.
+    // A hit has seven words and an instance id for each level of instancing. With instance arrays,
+    // each level has two ids. At the usual single level, ray and hit together have 80 or 96 bytes.
     let ids = RTC_MAX_INSTANCE_LEVEL_COUNT as usize * (1 + RTC_GEOMETRY_INSTANCE_ARRAY as usize);
     assert!(offset_of!(RTCRayHit, ray) == 0);
     assert!(offset_of!(RTCRayHit, hit) == 48);

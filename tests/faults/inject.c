@@ -1,6 +1,6 @@
-// Makes one system call fail with EIO: number FAULT_NTH of the calls FAULT_CALL on files below
-// FAULT_FOLDER. Creates the file FAULT_MARK at that moment. For LD_PRELOAD on Linux;
-// tests/processes/outputs.rs builds it.
+// Makes one system call fail with EIO: the call number FAULT_NTH of the function FAULT_CALL, among
+// its calls on files below FAULT_FOLDER. Creates the file FAULT_MARK at that moment. LD_PRELOAD
+// loads this library on Linux. tests/processes/outputs.rs builds it.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>

@@ -475,7 +475,7 @@ fn every_integrator_ends_by_an_interrupt() {
 }
 
 /// Between mirrors without absorption, a branch of a ray tree never ends by itself. The program
-/// limits its length, and the stack is large enough.
+/// limits the length of branches, and the stack is large enough.
 #[test]
 fn branches_between_mirrors_end() {
     let mirrors = furnace("Kd 0 0 0\nKs 1 1 1\nillum 3");
@@ -494,8 +494,8 @@ fn branches_between_mirrors_end() {
     );
 }
 
-/// Commands without images end at once after an interrupt, with its exit code, even during
-/// measurements.
+/// After an interrupt, commands without images end at once with the exit code of an interrupt, even
+/// during measurements.
 #[cfg(unix)]
 #[test]
 fn commands_without_pictures_end_at_once() {
@@ -547,7 +547,7 @@ fn damaged_checkpoints_are_refused() {
     }
 }
 
-/// If outputs can no longer be written, the render reports it, continues, and tries again.
+/// If outputs can no longer be written, the render reports this, continues, and tries again.
 #[cfg(unix)]
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
@@ -609,7 +609,7 @@ fn usage_of_parts_is_checked() {
 }
 
 /// A full disk loses neither the previous checkpoint nor the image on another disk. This test needs
-/// root. In a container, root may not be allowed to mount; then the test ends at once.
+/// root. If root cannot mount a disk, as in some containers, the test ends at once.
 #[cfg(target_os = "linux")]
 #[test]
 #[cfg_attr(not(root), ignore = "needs root")]

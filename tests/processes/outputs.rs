@@ -427,7 +427,7 @@ fn unwritable_image_affects_no_other_file() {
 /// System calls that the test can make fail.
 const CALLS: [&str; 6] = ["open", "read", "write", "fsync", "rename", "mmap"];
 
-/// A command in a folder of files, of which some calls fail.
+/// A command in a folder of files. Some system calls of the command fail.
 struct FailingCommand {
     folder: TempDir,
     /// Library that makes the calls fail.

@@ -107,7 +107,7 @@ fn links_of_others_in_sticky_folders_are_refused() {
     fs::write(path("notes"), "notes").unwrap();
     symlink("../notes", path("tmp/x.png")).unwrap();
     symlink("..", path("tmp/sub")).unwrap();
-    // In a container, root may lack this user.
+    // Some containers do not have this user.
     if lchown(path("tmp/x.png"), Some(65534), None).is_err() {
         return;
     }

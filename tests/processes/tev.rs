@@ -118,7 +118,7 @@ impl ViewerImage {
     }
 }
 
-/// Picture after the client has gone, and the lengths of all packets.
+/// Returns the image when the client has disconnected, and the lengths of all packets.
 fn watch(mut client: TcpStream) -> (ViewerImage, Vec<usize>) {
     let mut bytes = Vec::new();
     client.read_to_end(&mut bytes).unwrap();

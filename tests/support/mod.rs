@@ -33,10 +33,10 @@ pub fn agree_within_rounding(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(is_near)
 }
 
-/// Part of `n` samples, iterations or rays that a statistical test uses. It is all of them in `make
-/// test-long`, which sets `EMBRASURE_ALL_SAMPLES`, a quarter in `make test-all`, and an eighth in
-/// `make test`. A bound in standard errors is valid for each part. A bound that was set for all
-/// samples must be multiplied by [`slack`].
+/// Number of samples, iterations or rays that a statistical test uses, out of `n`. These are all in
+/// `make test-long`, which sets `EMBRASURE_ALL_SAMPLES`, a quarter in `make test-all`, and an
+/// eighth in `make test`. A bound in standard errors is valid for each number. A bound that was set
+/// for all samples must be multiplied by [`slack`].
 pub fn budget(n: u32) -> u32 {
     n / share()
 }
@@ -74,7 +74,7 @@ pub fn backend(scene: &Scene) -> BuiltAccel<'_> {
     return BuiltAccel::new(scene);
 }
 
-/// A scene with a choice of its lights.
+/// A scene, and how its lights are selected.
 pub struct LitScene<'a> {
     scene: &'a Scene,
     choice: LightChoice,
@@ -216,8 +216,8 @@ pub fn film_by(sampler: &RenderSampler, integrator: &dyn CompiledIntegrator, res
     film
 }
 
-/// Renders with an integrator that has iterations. Separates the light by strategy if the world
-/// does.
+/// Renders with an integrator that has iterations. If the integrator separates its strategies, the
+/// film has two parts for each strategy.
 pub fn film_of_iterations(
     integrator: &(impl CompiledIntegrator + IterationIntegrator),
     resolution: UVec2,
@@ -469,7 +469,7 @@ pub fn write_png(path: &Path, width: u32, texels: &[[u8; 3]]) {
     writer.write_image_data(texels.as_flattened()).unwrap();
 }
 
-/// A channel of an EXR file.
+/// Values of a channel of an EXR file.
 pub fn read_channel(path: &Path, name: &str) -> Vec<f32> {
     use exr::prelude::*;
     let image = read_first_flat_layer_from_file(path).unwrap();
@@ -516,7 +516,7 @@ pub fn read_rgb(path: &Path) -> [Vec<f32>; 3] {
     ["R", "G", "B"].map(|name| read_channel(path, name))
 }
 
-/// Error measure of the suite.
+/// relMSE, the error measure of the suite.
 pub fn rel_mse(image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3]) -> f64 {
     let joined = |image: &[Vec<f32>; 3]| RgbImage {
         width: image[0].len(),
@@ -582,7 +582,7 @@ pub fn room_below_a_pane() -> SceneBuilder {
 }
 
 /// Room lit by a lamp behind a coloured pane, with thin glass, a filter, a mirror and a block.
-/// Every kind of path passes some of these.
+/// Paths of every kind go through some of these objects.
 pub fn glazed_room() -> Scene {
     use embrasure::material::Gloss;
     let mut b = room_below_a_pane();

@@ -14,8 +14,9 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use statrs::function::erf::erfc;
 use std::fmt;
 
-/// Probability of a false alarm of one comparison: 10⁻⁴ for a run over its 10⁴ comparisons. |z| of
-/// a normal variable exceeds 5.73 with this probability, and |t| with 30 degrees of freedom 7.6.
+/// Probability that one comparison fails by chance. With 10⁴ comparisons, a run of all tests fails
+/// by chance with the probability 10⁻⁴. |z| of a normal variable exceeds 5.73 with the probability
+/// 10⁻⁸, and |t| with 30 degrees of freedom exceeds 7.6.
 pub const FALSE_ALARM: f64 = 1e-8;
 
 /// Relative difference that is explained by rounding of `f32` samples, even if a mean has no noise.
@@ -27,7 +28,7 @@ pub struct Mean {
     pub value: f64,
     /// Variance of the mean.
     pub variance: f64,
-    /// Degrees of freedom of the variance; infinite if the variance is known, for means of many
+    /// Degrees of freedom of the variance. Infinite if the variance is known, as for means of many
     /// values.
     pub degrees: f64,
 }

@@ -71,7 +71,8 @@ fn names_with_markup_are_text_in_the_page() {
 }
 
 /// The page handles the actions of a user: view, orbit, walk, undo, inspect, change display and
-/// materials, save the camera. It does so with a second page, and until the render ends.
+/// materials, save the camera. A second page follows the first, and the page shows the end of the
+/// render.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]

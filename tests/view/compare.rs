@@ -28,7 +28,7 @@ fn two_settings_are_compared() {
     let both = |said: &serde_json::Value| said["second"].is_object();
     let early = page.message_where("errors", both);
     let [one, other] = ["first", "second"].map(|side| early[side]["seconds"].as_f64().unwrap());
-    // The times differ by at most a slice. On a busy machine slices are longer
+    // The times differ by at most a time slice. On a busy machine time slices are longer
     assert!((one - other).abs() < 2.0, "{early}");
     assert_eq!(early["first"]["settings"], "path");
     // Request the channel only now. The last image of a fast render may arrive before the errors,

@@ -1,4 +1,4 @@
-//! The server of `embrasure view`, tested without a browser: images, bits, refusals, files,
+//! The server of `embrasure view`, tested without a browser: bit-identical images, refusals, files,
 //! shutdown.
 
 use super::{PATIENCE, Page, Viewer};
@@ -13,7 +13,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 use tungstenite::Message;
 
-/// Maximum time of a shutdown: writing to a page times out after 20 s (`src/view/server.rs`).
+/// Maximum time of a shutdown. It is shorter than the timeout of writing to a page, 20 s
+/// (`src/view/server.rs`).
 const END: Duration = Duration::from_secs(15);
 
 /// Saves the image of a viewer as a file.

@@ -36,7 +36,7 @@ fn corners(low: f32, high: f32) -> String {
     (0..8).map(corner).map(line).collect()
 }
 
-/// Faces of the cube with eight positions from `first` on, facing outwards.
+/// Faces of the cube whose vertices have the eight indices from `first` on. They face outwards.
 fn cube_faces(first: usize) -> Vec<String> {
     let faces = [
         [1, 3, 4, 2],
@@ -666,9 +666,8 @@ fn awkward_files_are_checked_without_harm() {
     }
 }
 
-/// Compares the memory forecast of `check` with the largest resident size of a render. The backend
-/// `brute` is left out, because it would take minutes.
-// Brute force would take minutes.
+/// Compares the memory forecast of `check` with the largest resident size of a render.
+// The backend `brute` would take minutes.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 #[cfg_attr(not(target_os = "linux"), ignore = "needs /proc/self/status")]

@@ -149,7 +149,7 @@ fn noise_level_ends_the_render() {
     let [min, max] = [f32::min, f32::max].map(|f| samples.iter().copied().reduce(f).unwrap());
     assert!(min < max, "every pixel has {min}");
 
-    // Too few samples are reported.
+    // If the noise level needs more samples than the maximum, this is reported.
     let (words, noise) = render("few.exr", &["0.0001", "--spp", "192"]);
     assert!(
         words.contains("was not reached with at most 192 samples per pixel"),
@@ -833,7 +833,7 @@ fn closed_output_pipe_is_not_an_error() {
     }
 }
 
-/// Far more threads than processors are refused, in all commands.
+/// Far more threads than processors are refused by all commands.
 #[test]
 fn threads_are_counted_by_processors() {
     let folder = lit_floor();
@@ -996,7 +996,8 @@ fn audits_change_no_bit() {
     );
 }
 
-/// A scene whose lengths exceed the range of 32-bit floats is refused, with its size and help.
+/// A scene whose lengths exceed the range of 32-bit floats is refused. The error has the size of
+/// the scene and help.
 #[test]
 fn sizes_beyond_the_range_are_refused() {
     let obj = |s: &str| format!("v 0 0 0\nv {s} 0 0\nv 0 {s} 0\nf 1 2 3\n");
@@ -1238,8 +1239,8 @@ fn compact_scenes_look_the_same() {
     }
 }
 
-/// A checkpoint of a range of samples stores the range. A resumed render has the same range, and
-/// `merge` accepts the checkpoint as a part.
+/// A checkpoint of a range of samples stores the range. If it is resumed, the render has this
+/// range, and `merge` accepts the checkpoint as a part.
 #[test]
 fn checkpoint_of_a_range_is_resumed_and_merged() {
     let folder = lit_floor();

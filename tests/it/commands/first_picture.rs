@@ -35,7 +35,7 @@ fn render(at: &Path, line: &str) -> Value {
     read_json(&at.join("s.json"))
 }
 
-/// 8-bit codes of a PNG, and its texts.
+/// 8-bit codes of a PNG, and its text chunks.
 fn png_of(path: &Path) -> (Vec<u8>, String) {
     let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap()));
     let mut reader = decoder.read_info().unwrap();
@@ -273,7 +273,7 @@ fn default_output_names_keep_other_files() {
     let folder = scene();
     let at = folder.path();
     let line = format!("render {BARE} --spp 1 --denoise=off");
-    // A file that another program wrote has the default name
+    // If a file of another program has the default name, the pictures get other names.
     fs::write(at.join("a.exr"), "no picture").unwrap();
     let said = words(&done(at, &split(&line)));
     assert!(
@@ -348,7 +348,7 @@ fn quality_sets_samples_and_denoiser() {
     assert_eq!(of("s.toml --quality draft"), (4, fast.clone()));
     assert_eq!(of("s.toml --quality good"), (16, best.clone()));
     assert_eq!(of("s.toml --quality good --spp 2 --denoise=off"), (2, none));
-    // Samples of the scene override its quality.
+    // The number of samples in the scene file overrides the quality.
     assert_eq!(of("s.toml --set render.quality=good"), (4, best.clone()));
     assert_eq!(of("a.obj --set render.quality=draft"), (4, fast.clone()));
     assert_eq!(

@@ -1,4 +1,5 @@
-//! Up axis, front and frame of the first image, from the content of a file and from shapes.
+//! Up axis, front and frame of the first image, guessed from the text of a file and from its
+//! shapes.
 
 use super::guess::{Boxes, camera, turned, vector};
 use crate::support::program::folder;
@@ -77,7 +78,7 @@ fn declared_axes_override_shapes() {
     let text = format!("{head}{}", turned(&chair().text, |[x, y, z]| [x, -y, -z]));
     assert_eq!(up(&text), [0.0, -1.0, 0.0]);
     let (azimuth, words) = seen(&text);
-    // The chair faces −z, which is azimuth 0 about −y.
+    // The chair faces −z. If −y is up, this is azimuth 0.
     assert!(apart(azimuth, 180.0) < 60.0, "{azimuth}");
     assert!(words.contains("its front is at azimuth 0° as the file says"), "{words}");
     assert!(words.contains("-y is up as the file says"), "{words}");
@@ -123,7 +124,8 @@ fn slender_body_without_a_base_is_horizontal() {
     assert_eq!(up(&tower.upended()), [0.0, 0.0, 1.0]);
 }
 
-/// The front of a chair is the side of its seat, the front of a person the direction of the feet.
+/// The front of a chair is the side of its seat. The front of a person is the direction of the
+/// feet.
 #[test]
 fn seats_and_feet_give_the_front() {
     for model in [chair(), figure()] {
@@ -198,7 +200,7 @@ fn up_of(name: &str, text: &str) -> [f64; 3] {
     vector(&camera(folder.path(), name)["up"])
 }
 
-/// Files of programs with a fixed up axis have that axis, for any shapes.
+/// If a program always writes the same up axis, its files have this axis, for any shapes.
 #[test]
 fn fixed_up_axis_of_a_program_is_used() {
     let text = chair().upended();

@@ -99,8 +99,8 @@ pub(super) fn vector(value: &Value) -> [f64; 3] {
     [0, 1, 2].map(|i| value[i].as_f64().unwrap())
 }
 
-/// Horizontal direction from the target to the camera, in degrees from +z towards +x, and
-/// elevation; +y is up.
+/// Azimuth of the direction from the target to the camera, in degrees from +z towards +x, and
+/// elevation in degrees. +y is up.
 fn angles(camera: &Value) -> (f64, f64) {
     let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
     let way = [0, 1, 2].map(|i| eye[i] - target[i]);
@@ -208,7 +208,7 @@ fn rooms_and_objects_are_upright() {
     }
 }
 
-/// A mug around the y axis, open at the top, with a handle; its centre is the origin.
+/// A mug around the y axis with a handle, open at the top. The centre of the mug is the origin.
 fn mug() -> String {
     const SIDES: usize = 24;
     let profile = [
@@ -389,7 +389,8 @@ fn files_far_from_the_origin_are_moved() {
     let info = json(&done(at, &split("info far.obj --json")));
     assert_eq!(vector(&info["origin"]), place);
     assert_eq!(vector(&info["bounds"][1]), [512_301.0, 5_412_303.0, 431.5]);
-    // Positions in the channel `P` are relative to the origin that the metadata of the image name.
+    // Positions in the channel `P` are relative to the origin, which is in the metadata of the
+    // image.
     picture("far.obj --aov P --denoise=off");
     let bytes = std::fs::read(at.join("x.exr")).unwrap();
     let holds = |text: &[u8]| bytes.windows(text.len()).any(|part| part == text);
@@ -418,12 +419,13 @@ fn files_far_from_the_origin_are_moved() {
     assert!(text.contains("origin = \"512300,5412300,430\""), "{text}");
     done(at, &split("render d.toml -q -o b.exr"));
     assert_same_bits(&at.join("a.exr"), &at.join("b.exr"));
-    // Without the origin, the steps are lost in the rounding, and a warning reports this.
+    // Without the origin, rounding errors exceed the steps, and a warning reports this.
     let said = picture("far.obj --origin off").1;
     assert!(said.contains("far-from-origin"), "{said}");
 }
 
-/// For a file with two places, camera and ground follow the place with most faces.
+/// If the faces of a file lie in two places far apart, camera and ground follow the place with most
+/// faces.
 #[test]
 fn few_distant_faces_do_not_set_the_camera() {
     let near = || {
@@ -482,7 +484,7 @@ fn light_flags_use_the_guessed_up_axis() {
         });
         let error = rel_mse(&z, &y);
         assert!(error < 0.01, "{flags}: {error}");
-        // The dumped scene is the rendered scene.
+        // The dumped scene file gives the same image.
         done(at, &split("render z.toml --reuse none --denoise=off -q -o again.exr"));
         assert_same_bits(&at.join("z.exr"), &at.join("again.exr"));
         let dump = std::fs::read_to_string(at.join("z.toml")).unwrap();
@@ -666,7 +668,8 @@ fn backends_guess_the_same_of_real_scenes() {
     }
 }
 
-/// Thread counts and backends choose the same camera, and its flags give the same image.
+/// Any thread count and backend chooses the same camera. The printed camera flags give the same
+/// image.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn threads_and_backends_change_no_guess() {
@@ -814,7 +817,7 @@ fn invalid_camera_flags_are_errors() {
     assert!(wrong(&["--focus-at", "1,1", "--focus-distance", "2"]).contains("cannot be used with"));
 }
 
-/// The focus at a pixel is the depth of the surface there.
+/// The focus distance at a pixel is the depth of the surface there.
 #[test]
 fn focus_at_a_pixel() {
     let wall = Boxes::default().add([-9.0, -9.0, -5.0], [9.0, 9.0, -4.0]).text;
@@ -933,7 +936,7 @@ fn light(folder: &Path, args: &[&str]) -> Option<String> {
 
 #[test]
 fn light_is_guessed_for_unlit_scenes() {
-    // A room with a window in its wall at x = 2: the wall is four slabs around it.
+    // A room with a window in its wall at x = 2. The wall is made of four slabs around the window.
     let slabs = [
         ([2.0, 0.0, -3.0], [2.1, 2.6, -1.0]),
         ([2.0, 0.0, 1.0], [2.1, 2.6, 3.0]),
@@ -992,7 +995,7 @@ fn light_is_guessed_for_unlit_scenes() {
     assert!(dark.starts_with("a lamp below the ceiling") && dark.contains("the lamps of the file light little"));
     assert!(!of(&["closed.obj"]).unwrap().contains("lamps of the file"));
     assert!(of(&["glow.obj"]).unwrap().starts_with("sky and sun"));
-    // An integrator that does not support a ground gets none.
+    // If an integrator does not support a ground, the scene gets no ground.
     assert!(
         of(&["statue.obj", "--integrator", "bdpt"])
             .unwrap()

@@ -175,7 +175,7 @@ fn narrow_floors_make_no_interior() {
     }
 }
 
-/// Doubled faces have fronts on both sides, which does not indicate a room.
+/// If faces are doubled, rays hit fronts everywhere. This alone is no sign of a room.
 #[test]
 fn doubled_faces_make_no_interior() {
     let doubled = |scene: Boxes| {
@@ -244,7 +244,8 @@ fn stand_puts_the_camera_at_eye_height() {
             "{words}"
         );
     }
-    // The camera faces the longest direction, unless flags set the direction.
+    // The camera faces the direction with the longest free distance, unless flags set the
+    // direction.
     let at = folder.path();
     let target = |args: &str| numbers(&said(at, &format!("m.obj --stand 0.5,2 {args}")), "--look-at ");
     let [_, y, z] = target("");

@@ -17,7 +17,7 @@ fn replace(folder: &Path, from: &str, to: &str) {
     fs::write(folder.join("s.toml"), old.replace(from, to)).unwrap();
 }
 
-/// Rows of a CSV file of the lab: name, and numbers as text.
+/// Rows of a CSV file of the lab: the name of each row, and its numbers as text.
 fn rows(path: &Path) -> Vec<(String, Vec<String>)> {
     let text = fs::read_to_string(path).unwrap();
     let mut lines = text.lines();
@@ -123,8 +123,8 @@ fn trees_with_too_many_rays_are_refused() {
     );
 }
 
-/// The page and the plot have the same points of curves as the CSV file. The slopes are fitted to
-/// these points.
+/// The page and the plot show the points of the curves that the CSV file has. The slopes are fitted
+/// to these points.
 #[test]
 fn curves_have_the_figures_of_the_table() {
     let folder = lit_floor();

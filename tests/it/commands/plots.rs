@@ -177,8 +177,8 @@ fn debug_views_show_their_quantity() {
     assert_eq!(material[0][at(3, 4)], material[0][at(28, 20)]);
     let ids = view("ids");
     assert_ne!(ids[0][at(4, 10)], ids[0][at(28, 20)]);
-    // One of two lights shines on the visible side: the value is ln 2 / ln 3 of the colour map
-    // magma. The cost of a pixel is at least one ray, even if the ray hits nothing.
+    // One of the two lights shines on the visible side. The value of the pixel is ln 2 / ln 3 on
+    // the colour map magma. The cost of a pixel is at least one ray, even if the ray hits nothing.
     let lights = view("light-count");
     assert!(
         lights[0][at(9, 9)] > 0.3 && near(lights[0][at(9, 9)], lights[0][at(20, 25)]),

@@ -1,5 +1,5 @@
-//! OBJ files of test suites of other loaders, and of real scenes: each loads with all its
-//! triangles, or is refused with a line.
+//! OBJ files of test suites of other loaders, and of real scenes. Each file loads with all its
+//! triangles, or is refused with an error that has a line.
 
 use crate::support::shared;
 use embrasure::description::{LoadedScene, SceneFile, load_scene};

@@ -395,7 +395,8 @@ fn info_lists_parts() {
     );
 }
 
-/// A long name of an object does not take memory for each of its groups. It is cut, with a note.
+/// If an object with a long name has many groups, the name is not stored for each group. The name
+/// is cut, with a note.
 #[test]
 fn long_names_are_cut() {
     let name = "x".repeat(1 << 20);

@@ -113,7 +113,8 @@ fn readers_agree_on_the_projects_files() {
     assert_eq!(differing, known);
 }
 
-/// Kinds of difference: statements, and the text of the guide.
+/// Kinds of difference between the readers. Each has statements, with the text of the guide about
+/// the difference.
 const DIFFERENCES: [(&str, &[(&str, &str)]); 6] = [
     (
         "",

@@ -614,7 +614,7 @@ fn material_messages_are_grouped() {
     assert!(said.contains("material `m0` and 8 others: Ns is"), "{said}");
 }
 
-/// All materials without a definition cause one message together. It has one cause.
+/// All materials without a definition cause a single message, with one cause.
 #[test]
 fn missing_library_is_one_note() {
     let faces = "usemtl default\nf 1 2 3\nusemtl b\nf 1 2 3\n";

@@ -75,7 +75,7 @@ fn moved() -> [Vec3; 3] {
 /// Diameter of the disc of the sun in degrees.
 const SUN_ANGLE: f32 = 40.0;
 
-/// A light with the corners of its triangle, if it is a triangle.
+/// A light, and the corners of its triangle if it is a triangle light.
 struct Case {
     name: &'static str,
     light: Light,
@@ -590,7 +590,8 @@ fn splats_match_camera_rays() {
     }
 }
 
-/// The bounding ball contains all moving objects at any time. Degenerate triangles do not count.
+/// The bounding ball contains moving objects at any time. Degenerate triangles do not change the
+/// ball.
 #[test]
 fn bounding_ball_contains_moving_objects() {
     let mut b = SceneBuilder::new();

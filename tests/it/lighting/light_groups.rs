@@ -187,8 +187,8 @@ fn groups_sum_to_the_image_and_keep_its_bits() {
     }
 }
 
-/// If light selection and sample counts do not depend on other lights, a group equals a render
-/// without the other lights, up to rounding.
+/// A group equals a render without the other lights, up to rounding, if light selection and sample
+/// counts do not depend on other lights.
 #[test]
 fn group_equals_a_render_with_its_lights_only() {
     let all = stage([true; 4]);

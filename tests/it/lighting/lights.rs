@@ -322,7 +322,7 @@ fn every_light_selection_has_the_same_mean() {
     }
 }
 
-/// Lights selected by place occur as often as their probabilities say.
+/// Each light is selected by place as often as its probability says.
 #[test]
 fn light_choices_follow_their_probabilities() {
     use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -596,8 +596,8 @@ fn half_black_lamp_gives_half_the_light() {
     }
 }
 
-/// A single texel of a texture emits, and the mip level used for power does not contain this texel.
-/// Its light is found nevertheless.
+/// A texture has a single bright texel beside a few dim texels. Even if the mip level used for
+/// power does not contain the bright texel, its light is found.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn single_emitting_texel_lights_a_room() {

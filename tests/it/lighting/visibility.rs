@@ -202,8 +202,8 @@ fn pictures_by_visibility_are_unbiased() {
     }
 }
 
-/// Threads, interruptions, parts and crops change no bit: learned visibility depends on the scene
-/// only.
+/// Threads, interruptions, parts and crops change no bit, because learned visibility depends only
+/// on the scene.
 #[test]
 fn threads_and_parts_change_no_bit() {
     let folder = room(&format!("{SKY}{SUN}"), true);

@@ -19,8 +19,8 @@ fn absorbing(ior: f32) -> Material {
     }
 }
 
-/// A lamp of radiance 2 seen straight through a slab: `(1 − R)² a / (1 − R² a²)` with `a = exp(−σ
-/// d)`, including all internal reflections.
+/// A lamp of radiance 2 seen straight through a slab. With `a = exp(−σ d)`, the transmittance is
+/// `(1 − R)² a / (1 − R² a²)`. This includes all internal reflections.
 #[test]
 fn slabs_absorb_by_beers_law() {
     for (ior, thickness) in [(1.0, 0.5f32), (1.0, 2.0), (1.5, 0.5), (2.4, 1.0)] {
@@ -45,7 +45,7 @@ fn slabs_absorb_by_beers_law() {
     }
 }
 
-/// From inside, and from outside at an angle: absorption depends on the path length in the body.
+/// Absorption depends on the path length in the body: from inside, and from outside at an angle.
 #[test]
 fn absorption_depends_on_path_length() {
     let scene = || {
@@ -85,8 +85,8 @@ fn aquarium(roughness: f32) -> Scene {
     b.build().unwrap().0
 }
 
-/// Estimators from camera and lights agree with objects inside bodies: a segment absorbs the same
-/// in both directions.
+/// Estimators from camera and lights agree with objects inside bodies, because a segment absorbs
+/// the same light in both directions.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn estimators_agree_on_absorbing_bodies() {
@@ -116,7 +116,8 @@ fn estimators_agree_on_absorbing_bodies() {
                 renders(|seed| film_of_iterations(&bidirectional(world, 6), resolution, budget(128), 150 + seed));
             assert_same_means(&format!("bdpt, roughness {roughness}"), &films, &expected);
             if roughness > 0.0 {
-                // Only shadow rays find light sampled through rough glass.
+                // Light samples alone and light tracing can connect points through rough glass, but
+                // not through smooth glass.
                 let sampled = renders(|seed| film_of(&path(DirectLight::Light), resolution, budget(512), 200 + seed));
                 assert_same_means("light samples", &sampled, &expected);
                 let films = renders(|seed| film_of_iterations(&light_tracer(world, 6), resolution, budget(512), seed));

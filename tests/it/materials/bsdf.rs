@@ -463,8 +463,8 @@ fn directional_albedo_equals_white_furnace() {
             });
             let furnace = weights.fold(Spectrum::ZERO, |sum, s| sum + s.weight) / n as f32;
             let albedo = bsdf.directional_albedo(wo);
-            // Anisotropic facets lose light, and the tables of isotropic facets do not include this
-            // loss. Lobes below a rough layer also lose light.
+            // Anisotropic microfacets lose light. The tables are for isotropic microfacets, so they
+            // do not correct this loss. Lobes below a rough layer also lose light.
             let is_anisotropic = ["[0.1, 0.4]", "[0.5, 0.2]", "brushed"]
                 .iter()
                 .any(|part| name.contains(part));
@@ -868,7 +868,7 @@ fn adjoint_factor_makes_both_directions_agree() {
     assert_eq!(point.adjoint_factor(Vec3::X, wi), 0.0);
 }
 
-/// Anisotropic facets lose energy, and gain a little at grazing angles.
+/// Mirrors with anisotropic microfacets lose some energy, and gain a little at grazing angles.
 #[test]
 fn brushed_mirrors_keep_most_energy() {
     let (mut max, mut min) = (0f64, 2f64);

@@ -144,9 +144,9 @@ fn glass_room(ior: f32, abbe: Option<f32>) -> Scene {
     b.build().unwrap().0
 }
 
-/// Paths of one random wavelength each have the mean of a weighted sum of renders. Each of these
-/// renders has the index of one wavelength, and the weight is the contribution of the wavelength to
-/// a channel.
+/// Each path has one random wavelength. The mean equals a weighted sum of renders with the
+/// refractive index of one wavelength each. The weight is the contribution of this wavelength to a
+/// channel.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn dispersed_light_is_mean_over_wavelengths() {

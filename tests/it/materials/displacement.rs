@@ -84,8 +84,8 @@ fn keys_scale_heights() {
     assert!(off.iter().all(|&h| h == 0.0));
 }
 
-/// A height map on a plane gives the same image as an OBJ mesh with these heights. Both have flat
-/// faces.
+/// A height map on a plane gives the same image as an OBJ mesh with these heights. Both are shaded
+/// flat.
 #[test]
 fn height_map_equals_the_mesh() {
     let n = 16u32;

@@ -101,7 +101,7 @@ fn flags_patch_after_the_file() {
     let (metallic, specular) = ("Floor.001.metallic=1", "Floor.001.specular=0.5");
     assert_eq!(gold(metallic, specular), gold(specular, metallic));
 
-    // Patch a bare OBJ, with and without a library. Textures are in its folder.
+    // Patch a bare OBJ, with and without a library. Textures are in the folder of the OBJ file.
     let bare = |flags: &[&str]| {
         let line = ["render", "a.obj", "-q", "-o", "o.png", "--size", "24x12", "--spp", "2"];
         let out = done(at, &joined(&line, flags));

@@ -29,7 +29,7 @@ const COLORS: [[u8; 3]; 6] = [
 ];
 const ALPHAS: [u8; 6] = [255, 0, 51, 102, 153, 204];
 
-/// The image with `channels` samples per texel. Grey values are the red values of the colours.
+/// The image with `channels` channels. Grey values are the red values of the colours.
 fn picture(channels: usize) -> Vec<u8> {
     let texel = |i: usize| {
         let ([r, g, b], a) = (COLORS[i], ALPHAS[i]);
@@ -347,7 +347,8 @@ fn every_format_keeps_orientation_and_channels() {
             let alpha = if has_alpha { ALPHAS[i] as f64 / 255.0 } else { 1.0 };
             let uv = middle(i);
             for (got, share) in texture.color(uv, 0.0).to_array().into_iter().zip(shares) {
-                // A step of 8 bits grows by up to 2.3, the maximum slope of the sRGB curve.
+                // The sRGB curve multiplies an error of the codes by its slope, which is at most
+                // 2.3.
                 if sort.is_linear {
                     near("colour", got, share, 1.0);
                 } else {

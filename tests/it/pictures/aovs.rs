@@ -139,8 +139,8 @@ fn mattes_are_read_back() {
         "{} {expected}",
         area(&standing)
     );
-    // The moving card is 16 pixels wide and moves from 0..16 to 8.9..24.9 in pixels. The image has
-    // 24 of these pixels. The expected coverage is the average over time:
+    // The moving card is 16 pixels wide. It covers columns 0 to 16 at first and 8.9 to 24.9 at the
+    // end, but the image ends at 24. The expected coverage is the average over time.
     let expected = HEIGHT as f32 * 0.9 * 16.0 / 0.9;
     assert!(
         (area(&moving) / expected - 1.0).abs() < 0.02,

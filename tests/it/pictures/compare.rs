@@ -92,7 +92,7 @@ fn brighter_lamp_differs_and_noise_does_not() {
     }
 }
 
-/// `%` is the difference of the two values beside it. It is not NaN if both values are 0.
+/// `%` is the relative difference of the two values beside it. It is not NaN if both values are 0.
 #[test]
 fn bias_percentages_match_the_values() {
     let folder = scenes();

@@ -201,7 +201,8 @@ fn crops_and_scales_use_full_image_pixels() {
     assert!((half[10 * 20 + 4] - expected).abs() < 1e-5);
 }
 
-/// `{face}` writes the six faces of a cube map, each with the pixels of a crop.
+/// `{face}` in a file name writes the six faces of a cube map as six files. Each file has the
+/// pixels of a crop.
 #[test]
 fn faces_of_cube_maps_are_files() {
     let folder = scene();
@@ -234,7 +235,7 @@ fn faces_of_cube_maps_are_files() {
         assert_eq!(read_channel(&at.join(format!("z_{face}.exr")), "Z").len(), 400);
     }
     assert_eq!(png_of(&at.join("whole.png")).0, [30, 20]);
-    // The file of a face is a whole picture.
+    // The file of a face is a whole picture, with its own pixel coordinates.
     done(at, &split("develop -q f_front.exr --crop 0,0,10,10 -o g.exr"));
     done(at, &split("render s.toml -q --spp 1 -o s.exr"));
     done(

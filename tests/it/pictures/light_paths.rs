@@ -90,7 +90,7 @@ const METHODS: [(IntegratorKind, bool); 5] = [
     (IntegratorKind::Bidirectional, false),
 ];
 
-/// Means of all pixels: of part `part`, or of the image.
+/// Means of each pixel and channel: of the part `part`, or of the image.
 fn means(film: &Film, part: Option<usize>) -> Vec<f64> {
     let mean = |pixel, c| {
         let sums = film.sums(pixel).unwrap();
@@ -151,7 +151,8 @@ fn parts_sum_to_the_image_bit_by_bit() {
                     }
                 }
             }
-            // All parts have light, except the parts that light scattered once cannot reach.
+            // Each part has light, unless the part needs several scatterings and the integrator
+            // computes only one.
             for (i, layer) in layers.iter().enumerate() {
                 let sum: f64 = means(&film, Some(groups + i)).iter().sum();
                 let is_far = layer.contains("indirect") || ["bounce.2", "bounce.3", "bounce.rest"].contains(layer);
@@ -276,7 +277,7 @@ fn mixtures_are_split_by_their_lobes() {
 #[cfg_attr(not(long), ignore = "long")]
 fn parts_have_equal_means_by_all_integrators() {
     let folder = files();
-    // All parts together would need too many classes, so test them in groups.
+    // All parts together would need too many classes of light paths, so test them in groups.
     for names in [
         "emission direct diffuse_direct diffuse_indirect specular_direct specular_indirect transmission_direct transmission_indirect \
          bounce.1 bounce.2 bounce.3",

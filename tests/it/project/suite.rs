@@ -90,8 +90,8 @@ fn own_cornell_box_converges() {
 #[cfg_attr(all(shared, not(long)), ignore = "long")]
 fn cornell_converges_to_the_reference() {
     let folder = shared("suite/cornell");
-    // Use only rows between the lamp and the front of the floor. The other half adds no information
-    // about errors.
+    // Use only the rows from the lamp to the front of the floor. The other half of the rows adds no
+    // information about errors.
     const ROWS: Range<usize> = 128..384;
     let crop = format!("0,{},{WIDTH},{}", ROWS.start, ROWS.end);
     let reference = read_rgb(&folder.join("reference.exr"));

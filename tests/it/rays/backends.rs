@@ -94,8 +94,8 @@ fn soup(n: u32, size: f32) -> Mesh {
     }
 }
 
-/// Brute force with a cache of results, because brute force is slow and each backend is compared
-/// with it.
+/// Brute force with a cache of its results. Brute force is slow, and each backend is compared with
+/// it.
 struct Oracle<'a> {
     brute: BruteForce<'a>,
     hits: Mutex<HashMap<[u32; 9], Option<Hit>>>,
@@ -410,8 +410,8 @@ fn backends_agree_on_instances_and_motion() {
     }
 }
 
-/// An instance is hit at the same points as its triangles placed in the world. The surface data of
-/// the hits are equal.
+/// Rays hit an instance at the same points as its triangles placed in the world. The surface data
+/// of the hits are equal.
 #[test]
 fn instances_match_meshes_in_the_world() {
     let scene = copies(Vec3::ZERO, false, false);

@@ -55,7 +55,7 @@ impl Extrinsics {
         [0, 1, 2].map(along)
     }
 
-    /// Value of `--pose` in each of the conventions.
+    /// Value of `--pose` in each of the three conventions.
     fn poses(&self) -> [String; 3] {
         let [a, b, c] = self.rotation;
         let [x, y, z] = self.translation;
@@ -73,7 +73,7 @@ impl Extrinsics {
     }
 }
 
-/// OpenCV's pinhole: equations in the documentation of `projectPoints`.
+/// OpenCV's pinhole model. The equations are in the documentation of `projectPoints`.
 fn pinhole([x, y, z]: [f64; 3], [k1, k2, p1, p2, k3]: [f64; 5]) -> [f64; 2] {
     let (x, y) = (x / z, y / z);
     let r2 = x * x + y * y;
@@ -84,7 +84,7 @@ fn pinhole([x, y, z]: [f64; 3], [k1, k2, p1, p2, k3]: [f64; 5]) -> [f64; 2] {
     ]
 }
 
-/// OpenCV's fisheye: equations in its documentation.
+/// OpenCV's fisheye model. The equations are in its documentation.
 fn fisheye([x, y, z]: [f64; 3], [k1, k2, k3, k4]: [f64; 4]) -> [f64; 2] {
     let across = x.hypot(y);
     let t = across.atan2(z);
@@ -144,7 +144,8 @@ fn projected_points_lead_back_to_their_pixels() {
     }
 }
 
-/// A calibrated camera without distortion, with a centred principal point, is a perspective.
+/// A calibrated camera without distortion whose principal point is in the centre is a perspective
+/// camera.
 #[test]
 fn centered_intrinsics_equal_a_perspective() {
     let folder = room();

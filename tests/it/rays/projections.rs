@@ -295,7 +295,7 @@ fn methods_agree_in_every_projection() {
     }
 }
 
-/// A white convex body in light of radiance 1 is invisible, with each integrator.
+/// A white convex body in light of radiance 1 is invisible with each integrator.
 #[test]
 fn furnace_is_even_in_every_projection() {
     let camera = "[camera]\nposition = [0.3, 0.5, 2]\nlook_at = [0, 0, 0]\n";

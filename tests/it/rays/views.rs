@@ -74,8 +74,8 @@ fn assert_view(folder: &TempDir, whole: (&str, usize), corner: [usize; 2], alone
     }
 }
 
-/// Faces of a cube map are bit-identical to perspectives of 90°. This holds if the borders of faces
-/// cut tiles, for wide filters, and for methods whose light falls on any pixel.
+/// Faces of a cube map are bit-identical to perspectives of 90°. This also holds if the borders of
+/// faces cut tiles, for wide filters, and for integrators whose light can fall on any pixel.
 #[test]
 fn six_faces_equal_six_perspectives() {
     const SIDE: usize = 20;
@@ -263,7 +263,7 @@ fn methods_agree_in_every_view() {
             let found = regions(&folder, &format!("{flags} --integrator {method} --spp 64"), shape, 2);
             for (view, (found, expected)) in found.iter().zip(&expected).enumerate() {
                 let ratio = found.value / expected.value;
-                // Faces of few pixels have large search radii
+                // Faces have few pixels, so search radii are large and the bias is larger
                 assert!((ratio - 1.0).abs() < 0.12, "{views}, {method}, view {view}: {ratio}");
             }
         }

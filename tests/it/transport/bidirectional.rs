@@ -118,9 +118,9 @@ fn open_box() -> (Scene, CameraParameters) {
     (b.build().unwrap().0, camera)
 }
 
-/// For paths of one to five segments, each strategy that can sample them is tested without MIS
-/// weights. It must give the image of all paths of that length. This reveals a wrong density (Veach
-/// 1997, figure 10.3).
+/// For paths of one to five segments, each strategy that can sample paths of this length is tested
+/// without MIS weights. The strategy must find all light of these paths. This test detects a wrong
+/// density (Veach 1997, figure 10.3).
 #[test]
 fn each_bdpt_strategy_alone_is_unbiased() {
     const MAX_DEPTH: u32 = 4;

@@ -384,8 +384,8 @@ fn threads_crops_and_parts_change_no_bit() {
         &split("merge -q -o merged.exr second.exr left.exr first.exr"),
     );
     same("merged.exr");
-    // A render that ends before the cache is complete writes no image. Its checkpoint can be
-    // resumed.
+    // A render that ends before the cache is complete writes neither an image nor a checkpoint. A
+    // checkpoint of a later render can be resumed.
     let early = split("--checkpoint state.exr --time-limit 0.001s -o early.exr");
     let words = refused(folder.path(), &joined(&usual, &early), 1);
     assert!(

@@ -294,8 +294,7 @@ fn frozen(scene: &Scene, time: f32) -> Scene {
     b.build().unwrap().0
 }
 
-/// Emitting instances are the same lights as their triangles placed in the world, except for
-/// rounding.
+/// Emitting instances are the same lights as their triangles placed in the world, up to rounding.
 #[test]
 fn instanced_lamps_match_single_lamps() {
     let mut b = SceneBuilder::new();

@@ -100,8 +100,8 @@ fn contributions_sum_to_the_pixel() {
     }
 }
 
-/// The radius of a density estimate with k photons is the distance of the k-th photon, and the
-/// estimate counts the nearer photons. The density hardly changes with k.
+/// The radius of a density estimate with k photons is the distance of the k-th photon. The estimate
+/// counts the k − 1 nearer photons. The density hardly changes with k.
 #[test]
 fn density_estimates_use_the_photon_count() {
     let folder = folder(&[("a.txt", "")]);

@@ -95,8 +95,8 @@ const RENDER: [&str; 9] = [
     "--size=32x32",
 ];
 
-/// Sample ranges are contiguous from 0 to the end, start at passes, and differ in length by at most
-/// one pass.
+/// Sample ranges are contiguous from 0 to the end. Each starts at the first sample of a pass, and
+/// their lengths differ by at most one pass.
 #[test]
 fn samples_are_cut_evenly() {
     let script = "source scripts/farm/plan
@@ -262,7 +262,7 @@ fn failed_part_is_tried_again() {
     ] {
         assert!(said.contains(word), "no {word} in {said}");
     }
-    // If no attempt succeeds, there are four: the first one and three more.
+    // If every attempt fails, there are four attempts: the first one and three more.
     farm.program("embrasure", &format!("{calls}; exit 1"));
     assert_eq!((run("2", false), whole("2")), ((Some(1), 4), false));
     // A usage error is not retried.

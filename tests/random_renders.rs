@@ -1,11 +1,11 @@
 //! Renders of random combinations of scenes, materials, flags and integrators, with the real
 //! program.
 //!
-//! Run k makes a small scene from the number k, and renders it. It must end with a documented exit
-//! code and without a panic. No image may contain NaN or infinity. Negative light is allowed only
-//! with a filter with negative lobes, a debug view, or a shadow-catching ground.
-//! `EMBRASURE_RANDOM_RENDERS=A..B` selects other runs (`make random-renders`); a single run is
-//! `A..A+1`. `EMBRASURE_KEEP=DIR` keeps the files of failed runs; `EMBRASURE_PROGRAM=FILE` tests
+//! Run k makes a small scene from the number k, and renders it. The render must end with a
+//! documented exit code and without a panic. No image may contain NaN or infinity. Negative light
+//! is allowed only with a filter with negative lobes, a debug view, or a shadow-catching ground.
+//! `EMBRASURE_RANDOM_RENDERS=A..B` selects other runs (`make random-renders`). A single run is
+//! `A..A+1`. `EMBRASURE_KEEP=DIR` keeps the files of failed runs. `EMBRASURE_PROGRAM=FILE` tests
 //! another build.
 
 mod support;
@@ -124,8 +124,9 @@ fn library(random: &mut Random) -> String {
     text
 }
 
-/// Triangles of size `scale`: random triangles, cards around a crown with normals that point away
-/// from it, a closed box seen from inside, needles and slivers, or panels behind each other.
+/// Triangles of size `scale`: random triangles, cards around the crown of a tree with normals that
+/// point away from the crown, a closed box seen from inside, needles and slivers, or panels behind
+/// each other.
 fn mesh(random: &mut Random, scale: f64) -> String {
     let mut text = String::from("mtllib s.mtl\n");
     let mut vertices = 0;
@@ -468,8 +469,8 @@ fn unsound(path: &Path) -> Option<String> {
     None
 }
 
-/// Returns true if negative light is documented for this command: with the filter, with a debug
-/// view, or with a ground that `words` of the program mention.
+/// Returns true if negative light is documented for this command: with the Mitchell filter, with a
+/// debug view, or with a ground, which `words` of the program mention.
 fn explains_negative_light(args: &[&str], words: &str) -> bool {
     let by_flag = |arg: &&str| *arg == "--filter=mitchell" || arg.starts_with("--debug-view");
     args.iter().any(by_flag) || words.contains("catches shadows")

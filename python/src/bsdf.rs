@@ -65,7 +65,7 @@ impl Bsdf {
         self.0.albedo().to_array().into()
     }
 
-    /// True if all lobes are delta lobes.
+    /// Returns true if all lobes are delta lobes.
     #[getter]
     fn is_delta(&self) -> bool {
         self.0.is_delta()

@@ -226,7 +226,7 @@ impl Film {
         self.0.seconds
     }
 
-    /// True if all samples were taken.
+    /// Returns true if all samples were taken.
     #[getter]
     fn complete(&self) -> bool {
         match &self.0.source {

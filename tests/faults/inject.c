@@ -27,7 +27,7 @@ __attribute__((constructor)) static void start(void) {
     nth = n ? atoi(n) : 0;
 }
 
-// Relative names match: the program is started in the folder.
+// Relative names count, because the program is started in the folder.
 static int path_counts(const char *path) {
     return path[0] != '/' || strncmp(path, folder, strlen(folder)) == 0;
 }

@@ -44,8 +44,8 @@ fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     files
 }
 
-/// Names that have characters beyond Latin-1, in Latin-1, and beyond 16 bits are used for
-/// everything that has a name in an EXR file.
+/// Everything that has a name in an EXR file gets names with characters in Latin-1, beyond Latin-1,
+/// and beyond 16 bits.
 #[test]
 fn exr_files_store_names_of_all_scripts() {
     use exr::prelude::*;
@@ -597,8 +597,8 @@ fn checkpoints_survive_faults_of_the_system() {
     FailingCommand::new(folder, line, &["c.exr", "x.png"]).check();
 }
 
-/// Regression: if the file system failed to answer, the file counted as missing, and an older
-/// checkpoint was replaced.
+/// Regression: if the file system failed to answer, the program treated the checkpoint as missing,
+/// and replaced it.
 #[test]
 #[cfg_attr(not(target_os = "linux"), ignore = "needs LD_PRELOAD")]
 fn checkpoint_is_kept_if_its_search_fails() {

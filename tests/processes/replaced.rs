@@ -95,8 +95,8 @@ fn pipes_are_not_waited_for() {
     }
 }
 
-/// A link of another user, in a folder like `/tmp`, points to a file of this user. An output
-/// through this link is refused. Only root can make such a link for the test.
+/// A link of another user, in a folder like `/tmp`, points to a file of the user who runs the
+/// program. An output through this link is refused. Only root can make such a link for the test.
 #[test]
 #[cfg_attr(not(root), ignore = "needs root")]
 fn links_of_others_in_sticky_folders_are_refused() {
@@ -157,8 +157,8 @@ fn locked_checkpoint_is_not_replaced() {
     done(folder.path(), &split("render s.toml -q -o c.exr"));
 }
 
-/// A render starts before a second render writes a checkpoint with the same name. It must not
-/// replace the checkpoint.
+/// A render starts before a second render writes a checkpoint with the same name. The first render
+/// must not replace this checkpoint.
 #[test]
 fn checkpoint_of_a_later_render_is_not_replaced() {
     let folder = lit_floor();

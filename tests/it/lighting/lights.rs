@@ -144,7 +144,7 @@ fn directions_follow_their_densities() {
     }
 }
 
-/// True if rounding could move the direction to another texel of [`map`].
+/// Returns true if rounding could move the direction to another texel of [`map`].
 fn at_a_border(wi: Vec3, rotation: Quat) -> bool {
     let w = rotation.inverse() * wi;
     let x = (0.5 + w.x.atan2(-w.z) / std::f32::consts::TAU) * 32.0;

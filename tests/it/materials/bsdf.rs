@@ -222,9 +222,9 @@ fn rough_glass_samples_follow_their_densities() {
     compare_samples_with_densities(&bsdfs, incidences);
 }
 
-/// True if the density is discontinuous within a hemisphere: refraction ends at directions that
-/// need microfacets at 90° to the normal. The mixtures of these tests select rough glass with a low
-/// probability.
+/// Returns true if the density is discontinuous within a hemisphere: refraction ends at directions
+/// that need microfacets at 90° to the normal. The mixtures of these tests select rough glass with
+/// a low probability.
 fn has_edges((name, _): &(String, Bsdf)) -> bool {
     name.starts_with("rough glass")
 }

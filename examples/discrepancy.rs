@@ -5,7 +5,7 @@
 //! cargo run --release --example discrepancy
 //! ```
 //!
-//! Each value is the mean over 4096 / n pixels of one seed.
+//! Each value for n directions is the mean over 4096 / n pixels of one seed.
 
 use embrasure::math::Vec3;
 use embrasure::sampler::{

@@ -48,7 +48,7 @@ INPUTS = {
     "emission": "Emission Color",
     "emission_strength": "Emission Strength",
 }
-# Differences from a new principled surface, by the name of the material.
+# Settings of each material that differ from a new principled surface, by the name of the material.
 CHART = {
     "plain": {},
     "black": {"Base Color": (0.01, 0.01, 0.01, 1)},

@@ -27,9 +27,9 @@ def properties(values: dict) -> "pyluxcore.Properties":
 
 
 # Left, right, bottom and top of the image, in units of half the field of view. LuxCore's own window
-# spans the field of view over the longer side; our field of view is over the height. The window is
-# lowered by a pixel, because LuxCore uses H − 1 − y instead of H − y for a film position of y in
-# 0 .. H, so that its images are a pixel too low (PerspectiveCamera::InitRay in its
+# spans the field of view over the longer side, but our field of view is over the height. The window
+# is lowered by a pixel, because LuxCore's images are a pixel too low. For a film position of y in 0
+# .. H, LuxCore uses H − 1 − y instead of H − y (PerspectiveCamera::InitRay in its
 # src/slg/cameras/perspective.cpp).
 aspect, pixel = scene.width / scene.height, 2 / scene.height
 window = [-aspect, aspect, -1 - pixel, 1 - pixel]

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 _TASKS = Path("/proc/self/task")
-#: Maximum wait in seconds, because a thread of the caller may never sleep.
+#: Maximum wait in seconds. The wait needs a limit, because a thread of the caller may never sleep.
 _PATIENCE = 0.1
 
 

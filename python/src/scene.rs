@@ -107,8 +107,8 @@ impl Description {
             .map_err(|error| errors::of_file(py, &error))
     }
 
-    /// Copy of this scene with the keys `keys` and the meshes `meshes`. Each mesh has its name and
-    /// the name of its material.
+    /// Copy of this scene with the keys `keys` and the meshes `meshes`. `meshes` has the name of
+    /// each mesh, the mesh, and the name of its material.
     #[pyo3(signature = (keys, meshes))]
     fn with_parts(
         &self,

@@ -21,7 +21,8 @@ def channels(path: Path) -> Dict[str, Any]:
         return {name: np.array(channel.pixels) for name, channel in file.channels().items()}
 
 
-#: Attributes with the render time, or with a digest of it.
+#: Attributes that are not compared. Most of them contain the render time, or a digest of the render
+#: time.
 OF_TIME = ("renderTime", "embrasure.statistics", "embrasure.stateDigest", "channels")
 
 

@@ -1,9 +1,12 @@
 //! Lights with a surface that rays can hit: shapes that emit on their front.
 
 use super::irradiance::{of_disk, of_polygon, of_triangle};
+use super::textured::UniformTriangle;
 use super::tree::{LightBounds, ReceiverRegion};
-use super::{DiskLight, Emission, LightSample, MovingTriangle, RectangleLight, SphereLight, TexturedTriangle};
-use super::{Light, TriangleLight};
+use super::{
+    DiskLight, Emission, Light, LightSample, MovingTriangle, RectangleLight, SphereLight, TexturedTriangle,
+    TriangleLight, Variation,
+};
 use crate::color::Spectrum;
 use crate::math::{Encode, Vec2, Vec3};
 use crate::texture::Texture;
@@ -84,6 +87,24 @@ impl Encode for AreaLight {
 }
 
 impl AreaLight {
+    /// If this light is a triangle, multiplies its emission by the textures and the opacity of
+    /// `variation`. A triangle that emits nowhere gets radiance 0.
+    pub fn varied(self, variation: Variation, textures: &[Texture]) -> Self {
+        let (even, black) = match self {
+            Self::Triangle(light) => {
+                let black = light.emitting(Spectrum::ZERO);
+                (UniformTriangle::Still(light), Self::Triangle(black))
+            }
+            Self::MovingTriangle(light) => {
+                let black = Box::new(light.emitting(Spectrum::ZERO));
+                (UniformTriangle::Moving(light), Self::MovingTriangle(black))
+            }
+            other => return other,
+        };
+        let textured = TexturedTriangle::new(even, variation, textures);
+        textured.map_or(black, |light| Self::Textured(Box::new(light)))
+    }
+
     /// Samples light that arrives at `p`, like [`Light::sample`].
     #[inline(always)]
     pub(super) fn sample(&self, p: Vec3, time: f32, u: Vec2, textures: &[Texture]) -> Option<LightSample> {

@@ -13,14 +13,14 @@
 //! light sampling and BSDF sampling both have: the point and its normal. If a surface transmits
 //! light by lobes other than delta lobes, the normal is zero.
 //!
-//! A new light needs a variant of [`Light`] with its module, its encoding for the scene hash
-//! (`encode_fields!`), an `add_…` function of `scene/builder.rs`, and a section in
-//! `description/light_section.rs`. The compiler reports all missing arms of a `match`. A light that
-//! rays can hit also needs `Scene::emitted` or `Scene::escaped` (`scene/mod.rs`), and a round light
-//! needs a hull (`scene/lamp_hulls.rs`). The ground needs its irradiance (`irradiance`). A light
-//! that can be a latitude-longitude image needs no variant. Like `sky` and `studio`, the module of
-//! this light makes a [`LatLongImage`], and `scene/made_lights.rs` makes an [`EnvironmentLight`]
-//! with an [`EnvironmentKind`] from this image.
+//! A light with a surface is a variant of [`AreaLight`], and needs arms in `area.rs` alone. A round
+//! one also needs a hull (`scene/lamp_hulls.rs`). Another light needs a variant of [`Light`], and
+//! `Scene::escaped` (`scene/incident.rs`) if rays can find it. Both need a module, an encoding for
+//! the scene hash (`encode_fields!`), an `add_…` function of `scene/made_lights.rs`, and a section in
+//! `description/light_section.rs`. The compiler reports all missing arms of a `match`. The ground
+//! needs the irradiance of the light (`irradiance`). A light that can be a latitude-longitude image
+//! needs no variant. Like `sky` and `studio`, the module of this light makes a [`LatLongImage`], and
+//! `scene/made_lights.rs` makes an [`EnvironmentLight`] with an [`EnvironmentKind`] from this image.
 //!
 //! Moving lights are placed at the time of each sample. An emitting triangle stores its normal and
 //! the largest ray offset of its points, so that the end of a shadow ray costs one product.

@@ -11,7 +11,7 @@
 //! strategies estimate the same integral, so MIS weights do not depend on α.
 
 use super::tree::{LightBounds, ReceiverRegion};
-use super::{AreaLight, Emission, LightSample, MovingTriangle, TriangleLight};
+use super::{Emission, LightSample, MovingTriangle, TriangleLight};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::uniform_triangle;
@@ -54,37 +54,26 @@ pub struct TexturedTriangle {
 
 /// A triangle that emits the same radiance everywhere.
 #[derive(Clone, Debug)]
-enum UniformTriangle {
+pub(super) enum UniformTriangle {
+    /// A triangle that does not move.
     Still(TriangleLight),
+    /// A moving triangle.
     Moving(Box<MovingTriangle>),
 }
 
-impl AreaLight {
-    /// If this light is a triangle, multiplies its emission by the textures and the opacity of
-    /// `variation`. A triangle that emits nowhere gets radiance 0.
-    pub fn varied(self, variation: Variation, textures: &[Texture]) -> Self {
-        let even = match self {
-            Self::Triangle(light) => UniformTriangle::Still(light),
-            Self::MovingTriangle(light) => UniformTriangle::Moving(light),
-            other => return other,
-        };
-        let mut light = TexturedTriangle {
+impl TexturedTriangle {
+    /// Multiplies the emission of `even` by the textures and the opacity of `variation`. `None` if
+    /// the triangle then emits nowhere.
+    pub(super) fn new(even: UniformTriangle, variation: Variation, textures: &[Texture]) -> Option<Self> {
+        let mut light = Self {
             even,
             variation,
             mean: Spectrum::ZERO,
         };
         light.mean = light.mean_factor(textures);
-        if !light.mean.is_black() {
-            return Self::Textured(Box::new(light));
-        }
-        match light.even {
-            UniformTriangle::Still(light) => Self::Triangle(light.emitting(Spectrum::ZERO)),
-            UniformTriangle::Moving(light) => Self::MovingTriangle(Box::new(light.emitting(Spectrum::ZERO))),
-        }
+        (!light.mean.is_black()).then_some(light)
     }
-}
 
-impl TexturedTriangle {
     /// The triangle at `time` with constant emission. Points are sampled on this triangle.
     pub fn at(&self, time: f32) -> TriangleLight {
         match &self.even {
@@ -268,7 +257,7 @@ impl TexturedTriangle {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::{Light, TriangleSampling};
+    use crate::light::{AreaLight, Light, TriangleSampling};
     use crate::texture::{Curve, Texels, Wrap};
 
     /// A texture of 256 × 256 black texels, except the texel in column `x` and row `y`, which emits

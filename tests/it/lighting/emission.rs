@@ -82,21 +82,29 @@ struct Case {
     corners: Option<[Vec3; 3]>,
 }
 
+fn case(name: &'static str, light: impl Into<Light>, corners: Option<[Vec3; 3]>) -> Case {
+    Case {
+        name,
+        light: light.into(),
+        corners,
+    }
+}
+
 fn cases() -> Vec<Case> {
     let color = Spectrum::rgb(3.0, 2.0, 5.0);
     let position = Vec3::new(0.3, 1.2, -0.2);
     let downwards = Vec3::new(0.3, -1.0, 0.2).normalize();
-    let triangle = |sampling| Light::from(TriangleLight::new(CORNERS, color, sampling));
+    let triangle = |sampling| AreaLight::from(TriangleLight::new(CORNERS, color, sampling));
     let moving = || {
         let (ends, placement) = motion();
-        Light::from(Box::new(MovingTriangle::new(
+        AreaLight::from(Box::new(MovingTriangle::new(
             ends,
             placement,
             color,
             TriangleSampling::Area,
         )))
     };
-    let textured = |light: Light| {
+    let textured = |light: AreaLight| {
         let variation = Variation {
             uvs: UVS,
             emission: Some((TextureId(0), Mapping::default())),
@@ -116,7 +124,6 @@ fn cases() -> Vec<Case> {
         })
     };
     let rotation = Quat::from_rotation_x(0.7);
-    let case = |name, light, corners| Case { name, light, corners };
     vec![
         case("triangle", triangle(TriangleSampling::Area), Some(CORNERS)),
         case(

@@ -56,7 +56,9 @@ impl SceneFile {
     /// An invalid `[part]`, or a reader that does not read polygons.
     pub(crate) fn cages(&self) -> Result<Vec<ObjectCage>, FileError> {
         if self.load.parameters.obj_reader() == ObjReader::Tobj {
-            let error = self.whole("subdivision: obj-reader tobj reads no polygons").of_flag();
+            let error = self
+                .whole("the OBJ reader `tobj` reads no polygons, which subdivision needs")
+                .of_flag();
             return Err(error.help("use --obj-reader own"));
         }
         let mut options = self.load.clone();

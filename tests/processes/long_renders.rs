@@ -145,7 +145,7 @@ fn crops_and_ranges_are_merged() {
         "{said}"
     );
     let said = merge(&["one.exr"]);
-    assert!(said.contains("but not its sums"), "{said}");
+    assert!(said.contains("but not the sums"), "{said}");
     assert!(!folder.path().join("no.exr").exists());
     // If requested, only the existing parts are merged
     done(

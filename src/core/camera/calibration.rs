@@ -95,10 +95,10 @@ impl CalibratedLens {
             Some(film) => Err(CameraError {
                 parameter: "distortion",
                 message: format!(
-                    "folds over within the picture of {} × {} pixels: no ray belongs to the pixel {},{}",
+                    "is not valid in the whole picture of {} × {} pixels: it folds over, so no ray belongs to the pixel {},{}",
                     size.x, size.y, film.x, film.y
                 ),
-                help: Some("use the coefficients, the intrinsics and the --size of one calibration".into()),
+                help: Some("use `distortion`, `intrinsics` and --size of the same calibration".into()),
             }),
         }
     }

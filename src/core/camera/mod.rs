@@ -112,7 +112,7 @@ impl Camera {
         if !(0.0 <= open && open <= close && close <= 1.0) {
             return Err(CameraError {
                 parameter: "shutter",
-                message: format!("must open and close between 0 and 1, in this order, not at {open} and {close}"),
+                message: format!("must be two times from 0 to 1, the opening first, not {open} and {close}"),
                 help: None,
             });
         }
@@ -131,7 +131,7 @@ impl Camera {
                     return Err(CameraError {
                         parameter: "close",
                         message: format!(
-                            "position cannot be reached: at time {place} the camera looks along `up`, or has no direction"
+                            "position cannot be reached: at time {place} the camera would look along `up`, or `position` would be `look_at`"
                         ),
                         help: None,
                     });

@@ -197,7 +197,7 @@ impl Film {
                 let refused = || {
                     let (width, height) = (resolution.x, resolution.y);
                     let message = format!(
-                        "`cubemap` shows six squares in a row, in a column, or in two rows, not in a picture of {width}x{height}"
+                        "`cubemap` needs a picture that six squares fill in a row, in a column, or in two rows, not {width}x{height} pixels"
                     );
                     let help = format!("use --size with one of {}", CubeLayout::sizes(resolution));
                     CameraError::no_place("projection", message, help)

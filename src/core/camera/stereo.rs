@@ -77,7 +77,7 @@ impl Stereo {
             Projection::Perspective { .. } => {}
             Projection::Panorama if self.convergence.is_none() => {}
             Projection::Panorama => {
-                let message = "needs a perspective: the rays of panoramas have parallel axes";
+                let message = "needs a perspective: the eyes of a panorama always have parallel axes";
                 return Err(CameraError::wrong("convergence", message));
             }
             _ => {
@@ -93,7 +93,7 @@ impl Stereo {
             0 => Ok(()),
             _ => Err(CameraError {
                 parameter: "stereo",
-                message: format!("needs a picture of an even {side}, for two equal views, not {size} pixels"),
+                message: format!("needs an even {side} of the picture, for two equal views, not {size} pixels"),
                 help: Some(format!("use --size with a {side} of {}", size.saturating_add(1))),
             }),
         }

@@ -31,7 +31,7 @@ const KEPT: f64 = 0.999;
 
 /// Error for images of different sizes.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
-#[error("the image has {}x{} pixels, but the reference {}x{}", image[0], image[1], reference[0], reference[1])]
+#[error("the image has {}x{} pixels, but the reference has {}x{}", image[0], image[1], reference[0], reference[1])]
 pub struct SizeMismatch {
     image: [usize; 2],
     reference: [usize; 2],

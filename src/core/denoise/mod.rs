@@ -48,10 +48,10 @@ pub enum DenoiseError {
     #[error("the image has no channel {0}\n  help: denoise an EXR file that this program wrote")]
     NoChannel(&'static str),
     /// Open Image Denoise failed.
-    #[error("Open Image Denoise: {0}\n  help: render with --denoise=atrous or without")]
+    #[error("Open Image Denoise: {0}\n  help: use --denoise=atrous or --denoise=off")]
     Oidn(String),
     /// The filter failed.
-    #[error("denoising failed: {0}\n  help: render with another --denoise or without")]
+    #[error("denoising failed: {0}\n  help: use another denoiser, or --denoise=off")]
     Failed(String),
 }
 

@@ -64,7 +64,7 @@ impl Input {
             let kind = kind_name(metadata.file_type());
             let error = FileError::new(path, format!("{what} is {kind}, not a regular file"));
             return Err(error
-                .help("give the name of a file, or save the data in one")
+                .help("give the name of a file, or save the data in a file")
                 .unreadable());
         }
         Ok(Self {
@@ -90,7 +90,7 @@ impl Input {
         let failure = self.failure();
         let mut reader = BufReader::new(self);
         match reader.fill_buf() {
-            Ok([]) => Err(FileError::new(path, "the file is empty").help("save or copy it again")),
+            Ok([]) => Err(FileError::new(path, "the file is empty").help("save or copy the file again")),
             Ok(_) => Ok(reader),
             Err(error) => Err(failure.or(path, FileError::system(path, "cannot read it", &error))),
         }
@@ -101,8 +101,8 @@ impl Input {
         let mut bytes = Vec::new();
         let length = usize::try_from(self.length).unwrap_or(usize::MAX);
         if bytes.try_reserve_exact(length).is_err() {
-            let error = FileError::new(path, format!("not enough memory for its {length} bytes"));
-            return Err(error.help("free some memory, or cut it into several files"));
+            let error = FileError::new(path, format!("not enough memory for the {length} bytes of the file"));
+            return Err(error.help("free some memory, or cut the file into several files"));
         }
         self.read_to_end(&mut bytes)
             .map_err(|error| FileError::system(path, "cannot read it", &error).help("check the disk or the network"))?;

@@ -48,17 +48,21 @@ impl Allowance {
 
     /// Returns an error if `bytes` more would exceed the limit. Call it before the allocation.
     pub fn check(&self, path: &Path, bytes: u64) -> Result<(), FileError> {
+        self.check_reading(path, "this file", bytes)
+    }
+
+    /// Like [`Allowance::check`]; `what` names the files that are read in the error.
+    pub fn check_reading(&self, path: &Path, what: &str, bytes: u64) -> Result<(), FileError> {
         let total = self.kept.saturating_add(bytes);
         let Some(refusal) = MemoryLimit::refusal(self.limit, total, bytes) else {
             return Ok(());
         };
         let all = match self.kept {
             0 => String::new(),
-            _ => format!(", which makes {} with what was read before", in_words(total)),
+            _ => format!(", together with the files before {}", in_words(total)),
         };
-        let message = format!("reading this takes about {}{all}: {refusal}", in_words(bytes));
-        let help =
-            "allow more, scale pictures down, or leave parts out; objects that name the same OBJ share its memory";
+        let message = format!("reading {what} takes about {}{all}: {refusal}", in_words(bytes));
+        let help = "allow more memory, scale pictures down, or leave parts of the scene out; objects with the same OBJ file share its memory";
         Err(FileError::new(path, message).help(help))
     }
 }

@@ -53,8 +53,10 @@ impl Output {
         }
         if let Some(link) = untrusted_link(path).map_err(unusable)? {
             let link = link.display();
-            return Err(refused(&format!("{link} is a link of another user in a sticky folder"))
-                .help("remove the link, or give the name of the file that it leads to"));
+            return Err(refused(&format!(
+                "{link} is a link of another user, in a folder that many users can write"
+            ))
+            .help("remove the link, or give the name of the file that it leads to"));
         }
         let target = follow_links(path).map_err(unusable)?;
         if names_a_folder(&target) {
@@ -187,7 +189,7 @@ impl Output {
         // The temporary name no longer exists, so there is nothing to remove.
         let _ = path.keep();
         sync_folder(folder_of(&self.target)).map_err(|error| {
-            let what = "written, but a power failure may lose it: cannot sync its folder";
+            let what = "the file is written, but a power failure may lose it, since its folder cannot be synced";
             FileError::system(&self.path, what, &error)
         })?;
         Ok(Some(written))
@@ -206,8 +208,8 @@ impl Output {
             |path: &PathBuf| fs::symlink_metadata(path).is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
         let mut free = paths.filter(is_free);
         let Some(path) = free.next() else {
-            let message = format!("cannot write {}: {MAX_RESCUES} such files exist", name(1));
-            return Err(FileError::new(&self.path, message).help("remove old ones"));
+            let message = format!("cannot write {}: {MAX_RESCUES} rescue files exist already", name(1));
+            return Err(FileError::new(&self.path, message).help("remove old rescue files"));
         };
         Self::prepare(&path)
     }

@@ -166,7 +166,7 @@ fn in_use(path: &Path, lock: &File) -> FileError {
         Err(_) => "another process".into(),
     };
     let error = FileError::new(path, format!("{owner} is writing this file"));
-    error.help("wait until it ends, or give another name")
+    error.help("wait until that process ends, or give another name")
 }
 
 /// Checks that no run has locked the output `target`, which the user calls `path`.
@@ -177,11 +177,11 @@ pub(super) fn check_unlocked(path: &Path, target: &Path) -> Result<(), FileError
             Ok(file) => file,
             Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
                 let what = format!(
-                    "cannot tell whether another process writes this file: {}",
+                    "cannot tell whether another process writes this file, from the lock {}",
                     lock.display()
                 );
                 let error = FileError::system(path, &what, &error);
-                return Err(error.help("remove the lock if no process writes, or give another name"));
+                return Err(error.help("remove the lock if no process writes the file, or give another name"));
             }
             Err(_) => return Ok(()),
         };
@@ -200,7 +200,7 @@ impl OutputLock {
     pub(super) fn take(path: &Path, target: &Path, is_held: &Arc<AtomicBool>) -> Result<Self, FileError> {
         let lock = lock_path(target);
         let failed = |error: io::Error| {
-            let what = format!("cannot lock this file: {}", lock.display());
+            let what = format!("cannot lock this file by {}", lock.display());
             FileError::system(path, &what, &error).help("remove the lock, or give another name")
         };
         let (mut attempts, mut tries) = (0, 0);
@@ -220,7 +220,7 @@ impl OutputLock {
                 // The previous owner may have removed the file before it released the lock.
                 Lock::Taken if !is_at(&file, &lock) => tries += 1,
                 Lock::Taken if has_other_names(&file) => {
-                    return Err(failed(io::Error::other("this file has a second name (a hard link)")));
+                    return Err(failed(io::Error::other("the lock has a second name (a hard link)")));
                 }
                 Lock::Taken => {
                     // Write the process id for the messages of other runs. The lock does not need
@@ -230,7 +230,7 @@ impl OutputLock {
                 }
             }
         }
-        Err(failed(io::Error::other("another program removes it")))
+        Err(failed(io::Error::other("another program removes the lock")))
     }
 
     fn new(held: Option<(File, PathBuf)>, is_held: &Arc<AtomicBool>) -> Self {

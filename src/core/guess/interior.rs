@@ -177,7 +177,7 @@ pub(super) fn reason_for_none(tracer: &SceneTracer, horizon: &Horizon) -> &'stat
     if count == 0 {
         "there is no floor with room above it"
     } else if 2 * backs > count && closed > 0 {
-        "it is a closed body: inside, surfaces show their backs"
+        "the scene is a closed body, and shows the backs of its surfaces inside"
     } else if closed == 0 {
         "no place on a floor is enclosed by walls"
     } else {

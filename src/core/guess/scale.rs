@@ -42,6 +42,8 @@ pub(super) struct Scale {
     pub eyes: f32,
     /// Name of the unit and the reason for it.
     unit: Option<(&'static str, &'static str)>,
+    /// What the height of the eyes is a share of, if the unit is unknown: the room or the scene.
+    whole: &'static str,
 }
 
 impl Scale {
@@ -52,10 +54,12 @@ impl Scale {
         let of = |(metres, name): (f32, &'static str), why| Self {
             eyes: EYES / metres,
             unit: Some((name, why)),
+            whole: "",
         };
-        let unknown = |height: f32| Self {
+        let unknown = |height: f32, whole| Self {
             eyes: SHARE * height,
             unit: None,
+            whole,
         };
         if let Some(metres) = named {
             let is_named = |unit: &&(f32, &str)| (unit.0 / metres - 1.0).abs() < 0.01;
@@ -68,12 +72,12 @@ impl Scale {
                 let off = |unit: &(f32, &str)| (unit.0 * room / ROOM).ln().abs();
                 let nearest = UNITS.into_iter().min_by(|a, b| off(a).total_cmp(&off(b)));
                 let is_believed = |unit: &(f32, &str)| (BELIEVED[0]..BELIEVED[1]).contains(&(unit.0 * room));
-                nearest
-                    .filter(is_believed)
-                    .map_or(unknown(room), |unit| of(unit, "by the height of the rooms"))
+                nearest.filter(is_believed).map_or(unknown(room, "room"), |unit| {
+                    of(unit, "as the height of the rooms shows")
+                })
             }
-            None if height > EYES => of(UNITS[0], "as usual"),
-            None => unknown(height),
+            None if height > EYES => of(UNITS[0], "the usual unit"),
+            None => unknown(height, "scene"),
         }
     }
 
@@ -87,7 +91,7 @@ impl Scale {
     pub fn words(&self) -> String {
         match self.unit {
             Some((name, why)) => format!("{EYES} m; the unit is the {name}, {why}"),
-            None => "0.6 of the height, since no unit is known".into(),
+            None => format!("0.6 of the height of the {}, since no unit is known", self.whole),
         }
     }
 }

@@ -216,7 +216,7 @@ fn damaged(path: &Path, error: &dyn std::fmt::Display) -> FileError {
     let begins = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
     if begins.is_ok() && magic != EXR_MAGIC {
         let message = "this is not an EXR file: only EXR files keep the sums of a render";
-        return FileError::new(path, message).help("write parts to .exr files, or with --checkpoint");
+        return FileError::new(path, message).help("render the part again with -o PART.exr or --checkpoint PART.exr");
     }
     FileError::new(path, format!("this file is damaged: {error}")).help("use an earlier copy, or render it anew")
 }
@@ -254,7 +254,7 @@ impl OpenCheckpoint {
             .first()
             .ok_or_else(|| damaged(path, &"it has no layer"))?;
         let stateless = || {
-            FileError::new(path, "this file holds a picture, but not its sums").help(
+            FileError::new(path, "this file holds a picture, but not the sums of its samples").help(
                 "use a file from --checkpoint, or from -o with --samples or --crop; a picture without its sums cannot be resumed",
             )
         };
@@ -309,7 +309,7 @@ impl OpenCheckpoint {
         // The settings must have a background if, and only if, the film has sums of the background.
         let backing = self.metadata.backing();
         if backing.is_some() != self.layout.has_background() {
-            return Err(damaged(path, &"its sums are not those of its settings"));
+            return Err(damaged(path, &"its sums do not match its settings"));
         }
         let mut bytes = Film::bytes(self.crop) + Film::part_bytes(self.crop, self.layout.parts());
         if self.layout.has_background() {

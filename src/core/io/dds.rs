@@ -16,7 +16,7 @@ use std::path::Path;
 /// First bytes of every DDS file.
 pub(super) const MAGIC: &[u8] = b"DDS ";
 
-const HELP: &str = "save it as PNG: `magick a.dds a.png` of ImageMagick, or a painting program";
+const HELP: &str = "save it as PNG, with a painting program or with `magick a.dds a.png` of ImageMagick";
 
 /// A DDS file in memory, and its pixel format.
 pub(super) struct DdsFile {
@@ -35,7 +35,7 @@ impl DdsFile {
         };
         let format = guarded(|| image_dds::dds_image_format(&dds)).ok().and_then(Result::ok);
         let format = format.ok_or_else(|| {
-            let message = "this DDS file has a format of pixels that is not read";
+            let message = "the pixel format of this DDS file is not supported";
             FileError::new(path, message).help(HELP)
         })?;
         Ok(Self { dds, format })

@@ -73,7 +73,7 @@ pub(super) fn decoding_error(
     let (message, help) = if reason.contains("deep") {
         (
             "this EXR file has deep data, with several values for each pixel".into(),
-            "flatten it to one value for each pixel, as by `oiiotool IN.exr --flatten -o OUT.exr`",
+            "flatten it to one value for each pixel with `oiiotool IN.exr --flatten -o OUT.exr`",
         )
     } else {
         (

@@ -24,7 +24,7 @@ pub(super) fn check_exr(path: &Path, file_bytes: u64, meta: &exr::MetaData) -> R
         if bytes > file_bytes.saturating_mul(MAX_BYTES_PER_BYTE) {
             let count = header.channels.list.len();
             let message = format!(
-                "the header says {width}x{height} pixels of {count} channels, which {file_bytes} bytes cannot hold"
+                "the header says {width}x{height} pixels of {count} channels, which a file of {file_bytes} bytes cannot hold"
             );
             return Err(FileError::new(path, message).help("the file may be damaged"));
         }
@@ -44,6 +44,7 @@ pub(super) fn check_size(path: &Path, bytes: u64, width: usize, height: usize) -
     {
         return Ok(());
     }
-    let message = format!("the header says {width}x{height} pixels; at most {max} can be read from {bytes} bytes");
+    let message =
+        format!("the header says {width}x{height} pixels; at most {max} can be read from a file of {bytes} bytes");
     Err(FileError::new(path, message).help("the file may be damaged; else scale the image down"))
 }

@@ -28,22 +28,31 @@ pub fn load_obj(
             obj::read_obj(path, options, changes, allowance, observer, findings)?
         }
         ObjReader::Tobj if !options.parts.is_empty() => {
-            let error = FileError::new(path, "--hide, --only and [part]: obj-reader tobj reads no parts").of_flag();
+            let error = FileError::new(
+                path,
+                "the OBJ reader `tobj` reads no parts, which --hide, --only and [part] need",
+            )
+            .of_flag();
             return Err(error.help("use --obj-reader own"));
         }
         ObjReader::Tobj if options.parameters.subdivision().steps() > 0 => {
-            let error = FileError::new(path, "subdivision: obj-reader tobj reads no polygons").of_flag();
+            let error =
+                FileError::new(path, "the OBJ reader `tobj` reads no polygons, which subdivision needs").of_flag();
             return Err(error.help("use --obj-reader own"));
         }
         ObjReader::Tobj if options.parameters.line_width().is_some() => {
-            let error = FileError::new(path, "line_width: obj-reader tobj reads no lines and points").of_flag();
+            let error = FileError::new(
+                path,
+                "the OBJ reader `tobj` reads no lines and points, which line_width renders",
+            )
+            .of_flag();
             return Err(error.help("use --obj-reader own"));
         }
         #[cfg(feature = "tobj")]
         ObjReader::Tobj => tobj_reader::read_obj(path, options, allowance, observer, findings)?,
         #[cfg(not(feature = "tobj"))]
         ObjReader::Tobj => {
-            let error = FileError::new(path, "obj-reader tobj: not built in").of_flag();
+            let error = FileError::new(path, "the OBJ reader `tobj` is not built in").of_flag();
             return Err(error.help("use --obj-reader own, or build with the feature tobj"));
         }
     };

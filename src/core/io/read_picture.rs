@@ -107,7 +107,7 @@ fn open(path: &Path, selection: ChannelSelection, allowance: Allowance) -> Resul
             Ok(OpenPicture::Exr(Box::new(file)))
         }
         (_, ChannelSelection::Depth) => {
-            let help = "-imfchan z is for .exr files with a channel Z; use l or r for others";
+            let help = "-imfchan z is for .exr files with a channel Z; use -imfchan l or r for other pictures";
             Err(FileError::new(path, "this picture has no depth").help(help))
         }
         (Some(format), ChannelSelection::Colors) if format.reading_enabled() => {
@@ -139,7 +139,7 @@ fn open(path: &Path, selection: ChannelSelection, allowance: Allowance) -> Resul
             let (message, help) = match start.starts_with(b"8BPS") {
                 true => (
                     "pictures of Photoshop are not read",
-                    "save it as PNG: in the painting program, or by `magick \"a.psd[0]\" a.png` of ImageMagick",
+                    "save it as PNG, in the painting program or with `magick \"a.psd[0]\" a.png` of ImageMagick",
                 ),
                 false => (
                     "this picture format is not supported",
@@ -155,11 +155,11 @@ fn open(path: &Path, selection: ChannelSelection, allowance: Allowance) -> Resul
 fn too_large(path: &Path, max: u64, allowance: Allowance) -> FileError {
     let left = in_words(max);
     let message = match allowance.limit.filter(|_| max < MAX_BYTES) {
-        Some(limit) => format!("decoding this takes more than the {left} that are left of {limit}"),
-        None => format!("decoding this takes more than {left}, the maximum for a picture"),
+        Some(limit) => format!("decoding this picture takes more than the {left} that are left of {limit}"),
+        None => format!("decoding this picture takes more than {left}, the maximum for a picture"),
     };
     FileError::new(path, message)
-        .help("scale the picture down, or allow more")
+        .help("scale the picture down, or allow more memory")
         .unreadable()
 }
 

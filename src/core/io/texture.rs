@@ -185,16 +185,14 @@ fn check_memory(requests: &[&TextureRequest], allowance: Allowance) -> Result<()
         .zip(requests)
         .max_by_key(|((kept, passing), _)| kept + passing)
     {
-        Some((_, largest)) => allowance.check(&largest.path, bytes).map_err(|mut error| {
-            if requests.len() > 1 {
-                error.message = format!(
-                    "of {} textures this is the largest; all of them: {}",
-                    requests.len(),
-                    error.message
-                );
-            }
-            error.unreadable()
-        }),
+        Some((_, largest)) => {
+            let what = match requests.len() {
+                1 => "this file".to_string(),
+                n => format!("all {n} textures, of which this is the largest,"),
+            };
+            let checked = allowance.check_reading(&largest.path, &what, bytes);
+            checked.map_err(FileError::unreadable)
+        }
         None => Ok(()),
     }
 }
@@ -264,8 +262,7 @@ const SRGB_GAMMA: f32 = 0.45455;
 fn ignored_metadata(path: &Path, kind: TextureKind, orientation: u8) -> Vec<FileError> {
     let mut ignored = Vec::new();
     if orientation != 1 {
-        let message =
-            format!("EXIF orientation {orientation} is ignored: the texture has the pixels as they are stored");
+        let message = format!("EXIF orientation {orientation} is ignored: the texture is not rotated");
         ignored.push(FileError::new(path, message).help("rotate the pixels, and save the picture without orientation"));
     }
     let gamma = (kind == TextureKind::Color).then(|| png_gamma(path)).flatten();

@@ -110,7 +110,7 @@ impl Tiles {
     ) -> Result<Picture, FileError> {
         let pictures: Vec<Picture> = self.files().map(&mut read).collect::<Result<_, _>>()?;
         let Some(first) = pictures.first() else {
-            return Err(FileError::new(Path::new(MARKER), "no tile of this texture is there"));
+            return Err(FileError::new(Path::new(MARKER), "no tile of this texture exists"));
         };
         for (picture, file) in pictures.iter().zip(self.files()) {
             let of = |picture: &Picture| {
@@ -123,7 +123,7 @@ impl Tiles {
                 == (first.width, first.height, first.channels)
                 && std::mem::discriminant(&picture.samples) == std::mem::discriminant(&first.samples);
             if !is_alike {
-                let message = format!("a tile of {}, and the first one has {}", of(picture), of(first));
+                let message = format!("this tile has {}, but the first tile has {}", of(picture), of(first));
                 return Err(FileError::new(file, message).help("save all tiles with one size and one format"));
             }
         }

@@ -29,7 +29,7 @@ impl Format {
                 path,
                 match other {
                     Some(e) => format!("unknown image format `.{e}`"),
-                    None => "the file name has no extension to choose a format by".into(),
+                    None => "the file name has no extension, which chooses the format".into(),
                 },
             )
             .help("use .exr (linear floats) or .png (8-bit display)")),

@@ -115,7 +115,7 @@ impl Loader<'_> {
                 let is_exact = |name: &str| !case_differs(folder, name, &path) && !name.contains('\\');
                 if !names.clone().any(is_exact) {
                     let found = request.remark(&format!("is found as {}", path.display()));
-                    let help = "write the name exactly as the file is called; other systems may not find it";
+                    let help = "write the name exactly as the file is called; other systems may not find the file";
                     self.findings.add(Severity::Note, "other-case", found.help(help));
                 }
                 Some(with_all_tiles(path, statement))

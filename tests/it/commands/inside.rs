@@ -85,18 +85,24 @@ fn view_inside_without_a_room_is_an_error() {
     let folder = folder(&[("sheet.obj", sheet), ("cube.obj", &cube)]);
     for (scene, reason) in [
         ("sheet.obj", "there is no floor with room above it"),
-        ("cube.obj", "it is a closed body: inside, surfaces show their backs"),
+        (
+            "cube.obj",
+            "the scene is a closed body, and shows the backs of its surfaces inside",
+        ),
     ] {
         let words = refused(folder.path(), &["render", scene, "--view", "inside"], 2);
         let expected =
-            format!("error: camera view inside: there is no place for the camera: {reason}\n  help: leave --view out");
+            format!("error: camera view `inside` has no place for the camera: {reason}\n  help: leave --view out");
         assert!(words.starts_with(&expected), "{words}");
     }
     // Errors of scene files refer to the key.
     let toml = "version = 1\n[[object]]\nobj = \"cube.obj\"\n[camera]\nview = \"inside\"\n";
     std::fs::write(folder.path().join("s.toml"), toml).unwrap();
     let words = refused(folder.path(), &["render", "s.toml"], 1);
-    assert!(words.contains("s.toml:5:8: camera view inside: "), "{words}");
+    assert!(
+        words.contains("s.toml:5:8: camera view `inside` has no place"),
+        "{words}"
+    );
 }
 
 #[test]

@@ -150,7 +150,7 @@ fn the_list_has_lines_and_counts() {
     let folder = folder(&[("a.obj", obj)]);
     let printed = printed(&run(folder.path(), &["check", "a.obj"]));
     assert!(
-        printed.contains("a.obj:4: note: 3 statements `bevel` have no effect, the first is here:"),
+        printed.contains("a.obj:4: note: 3 statements `bevel` have no effect, the first in this line:"),
         "{printed}"
     );
     assert!(printed.contains("a.obj:7: note: `lod` has no effect:"), "{printed}");

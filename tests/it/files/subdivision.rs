@@ -143,7 +143,7 @@ fn too_many_steps_suggest_a_fitting_number() {
         1,
     );
     assert!(
-        error.contains("subdivision 10 makes 12582912 triangles of 6 faces"),
+        error.contains("subdivision 10 makes 12582912 triangles from 6 faces"),
         "{error}"
     );
     assert!(error.contains("GB") && error.contains("--max-memory"), "{error}");

@@ -89,7 +89,7 @@ fn missing_tiles_are_named() {
     write_tiles(&uneven, "skin.", &[1001]);
     write_png(&uneven.path().join("skin.1002.png"), 4, &[[9; 3]; 16]);
     let said = render(&uneven);
-    assert!(said.contains("a tile of 4x4 texels"), "{said}");
+    assert!(said.contains("this tile has 4x4 texels"), "{said}");
 }
 
 /// A numbered file without other tiles beside it is an ordinary texture.

@@ -20,7 +20,7 @@ pub enum EmbreeError {
     /// The loaded library does not match the headers of this build.
     #[error(
         "Embree {found} was loaded, but this program was built for {required} or a later {}.x\n  \
-         help: install that version, or rebuild against the one that is installed",
+         help: install that version, or build this program with the installed version",
         RTC_VERSION_MAJOR
     )]
     Version {
@@ -31,8 +31,8 @@ pub enum EmbreeError {
     },
     /// The build options of the loaded library differ from the options in its headers.
     #[error(
-        "Embree {version} {problem}\n  help: install a library with {RTC_MAX_INSTANCE_LEVEL_COUNT} level of instances and without backface culling, or \
-         rebuild against the headers of this one"
+        "Embree {version} {problem}\n  help: install an Embree with {RTC_MAX_INSTANCE_LEVEL_COUNT} level of instances and without backface culling, or \
+         build this program with the headers of the installed Embree"
     )]
     Misfit {
         /// Version of the library.

@@ -16,7 +16,8 @@ const INTERIOR_FOV: f32 = 62.0;
 /// in degrees.
 const OPEN_SIDE_FOV: f32 = 40.0;
 /// Hint for users: flags for other cameras of an interior.
-const OTHERS: &str = "--view iso shows it from outside, `embrasure views SCENE -o views.png` other cameras";
+const OTHERS: &str =
+    "--view iso shows the scene from outside, `embrasure views SCENE -o views.png` shows other cameras";
 /// Limits for two similar views of an interior: maximum distance, as a fraction of the scene's
 /// width, and minimum cosine between the directions. Only one of several similar views is a
 /// candidate.
@@ -100,8 +101,9 @@ impl CameraFinder<'_> {
         };
         CameraError::no_place(
             "view",
-            format!("inside: there is no place for the camera: {reason}"),
-            "leave --view out to see it from outside, or choose a place by --stand X,Z or --position X,Y,Z".into(),
+            format!("`inside` has no place for the camera: {reason}"),
+            "leave --view out to see the scene from outside, or choose a place by --stand X,Z or --position X,Y,Z"
+                .into(),
         )
     }
 
@@ -168,7 +170,7 @@ impl CameraFinder<'_> {
             "stand",
             format!("{}: this place {reason}", stand.place_text()),
             format!(
-                "choose another place ({}), a lower HEIGHT, or one of `embrasure views SCENE -o views.png`",
+                "choose another place ({}), a lower HEIGHT, or a camera that `embrasure views SCENE -o views.png` shows",
                 across.join(", ")
             ),
         )

@@ -99,7 +99,7 @@ impl Dissolve {
         let opacity = counts.unwrap_or(1.0);
         let contradiction = match (other, self.d, self.tr) {
             (Some(other), Some(d), Some(tr)) if (other - opacity).abs() > 1e-3 => Some(format!(
-                "d is {d} but Tr is {tr}; {word} counts (--mtl-dialect says how `Tr` is meant)"
+                "d is {d} but Tr is {tr}; {word} is used (--mtl-dialect sets the meaning of `Tr`)"
             )),
             _ => None,
         };

@@ -255,7 +255,8 @@ fn maya_writes_glass_for_everything() {
         let (materials, _, messages) = read(statements, MtlDialect::Auto);
         assert!(materials[0].transmission.is_black(), "{statements}");
         assert!(
-            messages[0].contains("a file of Maya by its habits") && messages[0].contains("--mtl-dialect spec"),
+            messages[0].contains("a file of Maya by its typical statements")
+                && messages[0].contains("--mtl-dialect spec"),
             "{messages:?}"
         );
         assert!(!read(statements, MtlDialect::Spec).0[0].transmission.is_black());
@@ -365,7 +366,7 @@ fn guess_is_reported_if_it_changes_the_material() {
     assert!(messages[0].contains("--mtl-dialect spec"), "{messages:?}");
     let (_, _, messages) = read(&blender(250.0, 1.0, 0.5, 1.45, 1.0, 2), MtlDialect::Auto);
     assert!(
-        messages[0].contains("recognised as a file of Blender by its habits"),
+        messages[0].contains("recognised as a file of Blender by its typical statements"),
         "{messages:?}"
     );
     for (dialect, count) in [(MtlDialect::Spec, 0), (MtlDialect::Blender, 0)] {
@@ -417,7 +418,10 @@ fn rhino_wings_3d_3dfier_and_assimp_write_highlights() {
         MtlDialect::Auto,
     );
     assert_eq!(materials[0].gloss, Gloss::Metallic(0.0));
-    assert!(messages[0].contains("a file of 3dfier by its habits"), "{messages:?}");
+    assert!(
+        messages[0].contains("a file of 3dfier by its typical statements"),
+        "{messages:?}"
+    );
 }
 
 #[test]
@@ -433,7 +437,7 @@ fn ks_is_a_highlight_if_kd_and_ks_exceed_1() {
         "{materials:?}"
     );
     assert!(
-        messages.len() == 1 && messages[0].contains("t.mtl:7: Kd + Ks of material `roof` is 1.74, more than all light"),
+        messages.len() == 1 && messages[0].contains("t.mtl:7: Kd + Ks of material `roof` is 1.74, so the surface"),
         "{messages:?}"
     );
     // The colours of a picture are darker than its factor. If `Kd` has a picture, a `Ks` that is

@@ -144,7 +144,7 @@ impl MapStatement {
                     words.next();
                     self.ignored.push("-colorspace");
                 }
-                _ => return Err(format!("unknown texture option `{}`", excerpt(option))),
+                _ => return Err(format!("`{}` is no texture option", excerpt(option))),
             }
         }
         Ok(())
@@ -177,7 +177,7 @@ impl<'a> RemainingWords<'a> {
     fn number(&mut self, option: &str) -> Result<f32, String> {
         let word = self.next().unwrap_or("");
         let number = word.parse().ok().filter(|n: &f32| n.is_finite());
-        number.ok_or_else(|| format!("`{option} {}` should be a finite number", excerpt(word)))
+        number.ok_or_else(|| needs(option, "a finite number", word))
     }
 
     /// Parses one to three numbers, of which textures use two. Missing numbers are `default`.
@@ -195,7 +195,7 @@ impl<'a> RemainingWords<'a> {
         if v.is_finite() {
             Ok(Vec2::new(u, v))
         } else {
-            Err(format!("`{option} {u} {v}` should be finite numbers"))
+            Err(format!("`{option}` needs finite numbers, not `{u} {v}`"))
         }
     }
 
@@ -203,10 +203,7 @@ impl<'a> RemainingWords<'a> {
         match self.next() {
             Some("on") => Ok(true),
             Some("off") => Ok(false),
-            other => Err(format!(
-                "`{option} {}` should be `on` or `off`",
-                excerpt(other.unwrap_or(""))
-            )),
+            other => Err(needs(option, "`on` or `off`", other.unwrap_or(""))),
         }
     }
 
@@ -214,7 +211,15 @@ impl<'a> RemainingWords<'a> {
         let word = self.next().unwrap_or("");
         let found = Channel::NAMES.iter().find(|(name, _)| *name == word);
         let channel = found.map(|(_, channel)| *channel);
-        channel.ok_or_else(|| format!("`{option} {}` should be r, g, b, m, l or z", excerpt(word)))
+        channel.ok_or_else(|| needs(option, "r, g, b, m, l or z", word))
+    }
+}
+
+/// Error: the texture option `option` needs `what`, but `word` is given; empty if nothing is given.
+fn needs(option: &str, what: &str, word: &str) -> String {
+    match word {
+        "" => format!("`{option}` needs {what}"),
+        _ => format!("`{option}` needs {what}, not `{}`", excerpt(word)),
     }
 }
 

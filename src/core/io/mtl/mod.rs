@@ -191,7 +191,7 @@ pub(super) fn read_library(path: &Path, findings: &mut Findings) -> Option<Strin
     read_text(path, "the material library")
         .map(with_line_feeds)
         .map_err(|error| {
-            let error = error.help_if_none("check its permissions");
+            let error = error.help_if_none("check the permissions of the file");
             findings.add(Severity::Error, "unreadable-file", error);
         })
         .ok()
@@ -271,7 +271,7 @@ impl<'a> Library<'a> {
         };
         let mut statement = MapStatement::parse(slot, rest).map_err(|message| {
             let help = "write options, then the name of a picture: map_Kd -s 2 2 wall.png";
-            (format!("{key}: {message}; it has no effect"), help)
+            (format!("{key} has no effect, since {message}"), help)
         })?;
         let whole = whole.and_then(|whole| MapStatement::parse(slot, whole).ok());
         statement.whole_file = whole.map(|whole| whole.file);
@@ -327,7 +327,7 @@ impl<'a> Library<'a> {
             let Some(lines) = ignored_lines.get(key) else { continue };
             let message = match lines.len() {
                 1 => format!("`{key}` has no effect: {why}"),
-                count => format!("{count} statements `{key}` have no effect, the first is here: {why}"),
+                count => format!("{count} statements `{key}` have no effect, the first in this line: {why}"),
             };
             let mut places = lines.iter().map(|&line| Position::line(line));
             let first = FileError::new(path, message).at(places.next().unwrap_or(Position::line(1)));
@@ -336,7 +336,10 @@ impl<'a> Library<'a> {
         }
         if let Some((first, line)) = skipped.first() {
             let keys: Vec<_> = skipped.iter().map(|(key, _)| excerpt(key)).collect();
-            let message = format!("no effect: {}; the first is here", keys.join(", "));
+            let message = format!(
+                "statements or options without effect: {}; the first in this line",
+                keys.join(", ")
+            );
             let error = FileError::new(path, message).at(place_of(text, *line, first));
             let others = skipped.iter().skip(1).map(|&(_, line)| Position::line(line));
             let finding = Finding::new(Severity::Warning, "unknown-keyword", error);
@@ -401,7 +404,7 @@ impl<'a> Library<'a> {
             };
             let number = lines.len() as u64;
             let noun = if number == 1 { "material" } else { "materials" };
-            let message = format!("{key} of {number} {noun} has no effect: {why}; the first is here");
+            let message = format!("{key} of {number} {noun} has no effect, the first in this line: {why}");
             let mut places = lines.into_iter().map(Position::line);
             if let Some(first) = places.next() {
                 let error = FileError::new(path, message).at(first);

@@ -137,14 +137,14 @@ impl Section {
             "ps" => self.sheen = number(SHARE).unwrap_or(self.sheen),
             "aniso" => self.anisotropy = number(SHARE).unwrap_or(self.anisotropy),
             "anisor" => {
-                let turn = number(([f32::MIN, f32::MAX], "write a share of a whole turn"));
+                let turn = number(([f32::MIN, f32::MAX], "write a fraction of a whole turn, such as 0.25"));
                 self.anisotropy_rotation = turn.unwrap_or(self.anisotropy_rotation);
             }
             "illum" => self.illum = read(&mut complaint, model(rest)).or(self.illum),
             "kd" => {
                 (self.diffuse, self.dissolve.alpha) = match color_and_alpha(rest) {
                     Some((color, alpha)) => {
-                        let message = format!("{key} has a fourth number; it is read as the opacity {alpha}");
+                        let message = format!("the fourth number of {key} is read as the opacity {alpha}");
                         complaint = Some((message, "write three numbers, and the opacity as `d`"));
                         (Some(color), Some(alpha))
                     }
@@ -207,7 +207,7 @@ impl Section {
                 note(
                     "illum",
                     "illum",
-                    format!("illum {model} is a mirror without Ks: it is black"),
+                    format!("illum {model} is a mirror, which is black without Ks"),
                 );
             }
             Some(model @ (4 | 6 | 7)) => {
@@ -215,11 +215,12 @@ impl Section {
                     note(
                         "illum",
                         "illum",
-                        format!("illum {model} is glass without Tf: it is clear"),
+                        format!("illum {model} is glass, which is clear without Tf"),
                     );
                 }
                 if self.ior.is_none() {
-                    let words = format!("illum {model} is glass without Ni: its index of refraction is {DEFAULT_IOR}");
+                    let words =
+                        format!("illum {model} is glass, whose index of refraction is {DEFAULT_IOR} without Ni");
                     note("illum", "illum", words);
                 }
             }
@@ -227,7 +228,7 @@ impl Section {
                 note(
                     "default-exponent",
                     "ks",
-                    format!("Ks without Ns: the exponent is {DEFAULT_EXPONENT}"),
+                    format!("Ks has no Ns, so the exponent of the highlight is {DEFAULT_EXPONENT}"),
                 );
             }
             _ => {}
@@ -345,7 +346,7 @@ impl Section {
                 let all = material.diffuse + material.specular + material.transmission;
                 if !material.specular.is_black() && all.max_component() > 1.0 {
                     material.specular = Spectrum::ZERO;
-                    let words = "glass reflects by its index of refraction; Ks is ignored";
+                    let words = "Ks is ignored, since glass reflects by its index of refraction";
                     remarks.push(Remark::warning("glass-reflection", "ks", words));
                 }
                 if !is_phong || material.specular.is_black() {
@@ -379,7 +380,7 @@ impl Section {
             remarks.push(Remark::warning(
                 "no-effect",
                 "ni",
-                "Ni 0 is not an index of refraction; it has no effect",
+                "Ni 0 has no effect, since it is no index of refraction",
             ));
         }
         remarks.extend(self.lost_numbers(&material));
@@ -399,7 +400,7 @@ impl Section {
 }
 
 fn counts_alone(key: &str) -> String {
-    format!("{key} is 0 and would make its texture black; the texture is used without it")
+    format!("{key} is 0 and would make its texture black; the texture is used without {key}")
 }
 
 /// A wrong value: the value that replaces it, if any, and the error.
@@ -430,7 +431,7 @@ fn number(key: &str, rest: &str, [low, high]: [f32; 2], help: &'static str) -> R
     } else {
         Err((
             Some(used),
-            (format!("{key} is `{}`; {used} counts", excerpt(rest)), help),
+            (format!("{key} is `{}`; {used} is used", excerpt(rest)), help),
         ))
     }
 }
@@ -445,7 +446,7 @@ fn model(rest: &str) -> Result<u32, InvalidValue<u32>> {
             // Accept a whole number such as `2.0`
             let whole = rest.parse().ok().filter(|n: &f32| n.fract() == 0.0 && *n >= 0.0);
             let used = whole.map(|n| n as u32).filter(is_model);
-            let effect = used.map_or("it has no effect".into(), |model| format!("{model} counts"));
+            let effect = used.map_or("it has no effect".into(), |model| format!("{model} is used"));
             Err((used, (format!("illum is `{}`; {effect}", excerpt(rest)), help)))
         }
     }
@@ -473,7 +474,7 @@ fn color(key: &str, rest: &str) -> Result<Spectrum, InvalidValue<Spectrum>> {
         return Ok(color);
     }
     let [r, g, b] = color.to_array().map(|n| n.max(0.0));
-    let message = format!("{key}: `{}` is not a colour; `{r} {g} {b}` counts", excerpt(rest));
+    let message = format!("{key}: `{}` is not a colour; `{r} {g} {b}` is used", excerpt(rest));
     Err((Some(Spectrum::rgb(r, g, b)), (message, help)))
 }
 

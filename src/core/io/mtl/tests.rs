@@ -122,7 +122,7 @@ fn statement_without_effect_is_a_warning() {
     );
     assert!(
         warnings[1].contains(
-            "t.mtl:2: 2 statements `decal` have no effect, the first is here: pictures do not replace the material"
+            "t.mtl:2: 2 statements `decal` have no effect, the first in this line: pictures do not replace the material"
         ),
         "{warnings:?}"
     );

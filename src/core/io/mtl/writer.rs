@@ -222,7 +222,9 @@ impl Reading {
                     (Some(own), _) => (own.line, format!("written by {name}")),
                     (None, Some(_)) => (1, format!("written by {name}, as its OBJ file says")),
                     (None, None) => {
-                        let source = format!("recognised as a file of {name} by its habits; it has no comment");
+                        let source = format!(
+                            "recognised as a file of {name} by its typical statements, since it has no comment"
+                        );
                         (1, source)
                     }
                 };
@@ -242,7 +244,7 @@ fn guess_of_unknown(tr: TrMeaning, sections: &[Section]) -> Option<(usize, Strin
     let excess = excess_of(sections).map(|(section, sum)| {
         let name = excerpt_of_name(&section.name);
         let words = format!(
-            "Kd + Ks of material `{name}` is {}, more than all light; so Ks and Ns of this library are read as \
+            "Kd + Ks of material `{name}` is {}, so the surface would reflect more light than it receives; Ks and Ns of this library are read as \
              the highlight of a dielectric",
             excess_in_words(sum)
         );
@@ -254,7 +256,7 @@ fn guess_of_unknown(tr: TrMeaning, sections: &[Section]) -> Option<(usize, Strin
     let opaque = opaque.map(|section| {
         let name = excerpt_of_name(&section.name);
         let words = format!(
-            "illum {} with Ni 1 would make the texture of material `{name}` invisible; it is read as opaque, as in files of Maya",
+            "illum {} with Ni 1 would make the texture of material `{name}` invisible; the material is read as opaque, as in files of Maya",
             section.illum.unwrap_or(0)
         );
         (section.line_of("illum"), words)

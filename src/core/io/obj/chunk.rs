@@ -195,7 +195,7 @@ impl<'a> Chunk<'a> {
                 let uv = numbers(statement, rest, 1).map(Vec2::from);
                 let mut uv = uv.map_err(|fault| {
                     self.vertices.uvs.push(Vec2::ZERO);
-                    fault.and("it counts as 0 0")
+                    fault.and("the texture coordinate counts as 0 0")
                 })?;
                 if !uv.is_finite() {
                     self.remarks.add(Remark::BadUv, line);
@@ -207,7 +207,7 @@ impl<'a> Chunk<'a> {
                 let given = numbers(statement, rest, 3).map(Vec3::from);
                 let given = given.map_err(|fault| {
                     self.vertices.normals.push(Vec3::ZERO);
-                    fault.and("it counts as none")
+                    fault.and("the normal counts as missing")
                 })?;
                 // Normalise in f64: squares of f32 numbers neither overflow nor underflow there
                 let normal = given.as_dvec3().normalize_or_zero().as_vec3a();
@@ -292,13 +292,13 @@ impl<'a> Chunk<'a> {
             corner.map(|[v, ..]| v)
         };
         let vertices: Result<Vec<u32>, StatementError> = words.split_ascii_whitespace().map(vertex).collect();
-        let vertices = vertices.map_err(|fault| fault.and("the element is left out"))?;
+        let vertices = vertices.map_err(|fault| fault.and("this line or point is left out"))?;
         if is_line && vertices.len() < 2 {
-            let message = format!("a line of {} vertices", vertices.len());
+            let message = format!("a line needs two vertices or more, not {}", vertices.len());
             return Err(StatementError::new(
                 "l",
                 message,
-                "name two vertices or more, or write a point (`p`)",
+                "name more vertices, or write a point (`p`)",
             ));
         }
         let line = self.keep_lines.then(|| u32::try_from(line).unwrap_or(u32::MAX));
@@ -334,7 +334,7 @@ impl<'a> Chunk<'a> {
         }
         let Ok(size) = u32::try_from(size) else {
             self.section.truncate(start);
-            let message = format!("a face of {size} corners");
+            let message = format!("a face of {size} corners is too large");
             return Err(StatementError::new("f", message, "cut the face into smaller ones"));
         };
         let line = self.keep_lines.then(|| u32::try_from(line).unwrap_or(u32::MAX));
@@ -395,7 +395,9 @@ impl<'a> Chunk<'a> {
         let help = match (index < 0, total) {
             (_, 0) => format!("the file has no `{keyword}` line"),
             (true, _) if so_far == 0 => format!("no `{keyword}` came before this line: use a positive index"),
-            (true, _) => format!("{so_far} came before this line: use -{so_far} to -1, or a positive index"),
+            (true, _) => {
+                format!("{so_far} `{keyword}` lines came before this line: use -{so_far} to -1, or a positive index")
+            }
             (false, _) => format!("the file has {total} `{keyword}` lines: use 1 to {total}"),
         };
         let message = format!("{name} index {index} in `{shown}` is out of range");
@@ -433,7 +435,7 @@ fn numbers_of<'w, const N: usize>(
         count += 1;
     }
     if count < needed {
-        let message = format!("{needed} numbers expected: `{}`", excerpt(statement));
+        let message = format!("{needed} numbers are expected in `{}`", excerpt(statement));
         return Err(StatementError::new(
             split_keyword(statement).0,
             message,

@@ -74,7 +74,7 @@ pub(super) fn take_colors(
     if colors.is_empty() && !blocks.is_empty() {
         if blocks.len() != count {
             let message = format!(
-                "the #MRGB lines have {} colours for {count} vertices; they are not used",
+                "the #MRGB lines have {} colours for {count} vertices; the colours are not used",
                 blocks.len()
             );
             report(Severity::Warning, "bad-vertex-color", message, "export the file again");
@@ -108,7 +108,7 @@ pub(super) fn take_colors(
         let grey = colors.iter().map(|color| color[0]).find(|c| !c.is_nan()).unwrap_or(1.0);
         if grey < 1.0 - GREY_TOLERANCE {
             let message =
-                format!("all vertices have the grey {grey:.3}, which exporters write by default; it is not used");
+                format!("all vertices have the grey {grey:.3}, which exporters write by default, so it is not used");
             report(
                 Severity::Note,
                 "default-vertex-color",
@@ -138,7 +138,7 @@ pub(super) fn take_colors(
         some => format!("{some} vertices have a colour"),
     };
     if is_bytes {
-        words += ", from 0 to 255";
+        words += ", with numbers from 0 to 255";
     }
     report(
         Severity::Note,

@@ -206,7 +206,7 @@ fn remark(obj: &Path, library: &ObjLibrary, options: &LoadOptions, findings: &mu
         let other_case = at_line(format!(
             "the file of material library `{shown}` is called `{found}`{others}"
         ));
-        let help = "write the name exactly as the file is called; other systems may not find it";
+        let help = "write the name exactly as the file is called; other systems may not find the file";
         findings.add(Severity::Warning, "other-case", other_case.help(help));
     } else if name.contains('\\') {
         let error = at_line(format!("material library `{shown}` is found as `{found}`"));

@@ -189,7 +189,7 @@ pub(super) fn no_faces(path: &Path, file: FacelessFile) -> FileError {
             has_wires: false,
             ..
         } => (
-            format!("{NO_FACES}: its {elements} are not rendered, the first is here"),
+            format!("{NO_FACES}: its {elements} are not rendered, the first in this line"),
             "convert free-form curves and surfaces to faces (`f` lines) in the program that made them",
         ),
         FacelessFile {
@@ -204,7 +204,7 @@ pub(super) fn no_faces(path: &Path, file: FacelessFile) -> FileError {
             is_cut: true,
             ..
         } => (
-            format!("{NO_FACES}: it is cut off in its last line, after {vertices} and before its faces"),
+            format!("{NO_FACES}: the file is cut off in its last line, after {vertices} and before the faces"),
             "copy or download the file again",
         ),
         FacelessFile {
@@ -212,11 +212,11 @@ pub(super) fn no_faces(path: &Path, file: FacelessFile) -> FileError {
             vertices: 1..,
             ..
         } => (
-            format!("{NO_FACES}: it is a point cloud of {vertices}"),
-            "reconstruct its surface, and export that with its faces (`f` lines)",
+            format!("{NO_FACES}: the file is a point cloud of {vertices}"),
+            "reconstruct the surface, and export it with faces (`f` lines)",
         ),
         FacelessFile { vertices: 1.., .. } => (
-            format!("{NO_FACES}: of its mesh there are {vertices} alone"),
+            format!("{NO_FACES}: the file has only the {vertices} of a mesh"),
             "export the mesh with its faces (`f` lines), or copy the file again if it was longer",
         ),
         _ => (NO_FACES.to_string(), "export the mesh with its faces (`f` lines)"),
@@ -327,7 +327,7 @@ pub(super) fn read_obj(
     }
     if pairs > 0 {
         let noun = if pairs == 1 { "face has" } else { "faces have" };
-        let message = format!("{pairs} {noun} another material on the back; each side shows its own");
+        let message = format!("{pairs} {noun} another material on the back; each side shows its own material");
         findings.add(Severity::Note, "two-sided", FileError::new(path, message));
     }
     // If the user selects parts, the parts may be in another file.
@@ -354,8 +354,8 @@ fn give_only_material(path: &Path, groups: &mut [Group], materials: &[FileMateri
         group.material = Some(name.clone());
     }
     let shown = excerpt_of_name(name);
-    let message = format!("no face names a material; all have `{shown}`, the only one of the library");
-    let help = format!("write `usemtl {shown}` before the faces; --mtl-dialect spec leaves them without");
+    let message = format!("no face names a material; all faces get `{shown}`, the only material of the library");
+    let help = format!("write `usemtl {shown}` before the faces; with --mtl-dialect spec, the faces get no material");
     findings.add(
         Severity::Note,
         "only-material",

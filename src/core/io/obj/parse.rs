@@ -115,7 +115,7 @@ fn parse_all(
     let corners: usize = outline.all_sections().map(Section::corner_count).sum();
     if 2 * corners + total.elements.iter().sum::<usize>() >= NONE as usize {
         let message = "the file has too many vertices or faces for 32-bit indices";
-        return Err(FileError::new(path, message).help("cut it into several files"));
+        return Err(FileError::new(path, message).help("cut the file into several files"));
     }
     Ok(outline)
 }

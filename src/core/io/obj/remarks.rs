@@ -47,7 +47,7 @@ pub(super) enum SkippedElement {
 const SKIPPED: [[&str; 2]; 4] = [["line", "l"], ["point", "p"], ["curve", "curv"], ["surface", "surf"]];
 
 const FREE_FORM: &str = "it belongs to free-form curves and surfaces, which are skipped";
-const DISPLAY: &str = "it is about the display in Wavefront's programs";
+const DISPLAY: &str = "it only changes the display in Wavefront's programs";
 
 /// Statements of the format that have no effect: keyword and reason.
 const IGNORED: [(&str, &str); 27] = [
@@ -75,7 +75,7 @@ const IGNORED: [(&str, &str); 27] = [
     ("usemap", "textures come from material libraries"),
     ("shadow_obj", "the object itself casts its shadow"),
     ("trace_obj", "the object itself is reflected"),
-    ("call", "other files are not included: join them"),
+    ("call", "other files are not read; join the files"),
     ("csh", "commands are not run"),
     ("-csh", "commands are not run"),
 ];
@@ -226,8 +226,8 @@ impl Remarks {
             (
                 "bad-vertex-color",
                 [
-                    "colour is not three or four finite numbers, and counts as none",
-                    "colours are not three or four finite numbers, and count as none",
+                    "colour is not three or four finite numbers, and counts as missing",
+                    "colours are not three or four finite numbers, and count as missing",
                 ]
                 .map(String::from),
             ),
@@ -248,7 +248,7 @@ impl Remarks {
             .filter_map(|((code, [one, several]), tally)| {
                 let message = match tally.count {
                     1 => format!("1 {one}"),
-                    count => format!("{count} {several}, the first is here"),
+                    count => format!("{count} {several}, the first in this line"),
                 };
                 tally.finding(path, Severity::Warning, code, message)
             });
@@ -256,7 +256,7 @@ impl Remarks {
             let verb = if self.skipped.count == 1 {
                 "is skipped"
             } else {
-                "are skipped, the first is here"
+                "are skipped, the first in this line"
             };
             let message = format!("{elements} {verb}");
             let finding = self.skipped.finding(path, Severity::Note, "skipped-elements", message);
@@ -275,7 +275,7 @@ impl Remarks {
         let ignored = ignored.filter_map(|((keyword, why), tally)| {
             let message = match tally.count {
                 1 => format!("`{keyword}` has no effect: {why}"),
-                count => format!("{count} statements `{keyword}` have no effect, the first is here: {why}"),
+                count => format!("{count} statements `{keyword}` have no effect, the first in this line: {why}"),
             };
             // Statements of free-form elements and of the display cannot change the picture. Other
             // statements may change it.

@@ -96,10 +96,10 @@ fn check_memory(path: &Path, mesh: &ControlMesh, steps: u32, allowance: Allowanc
     let Some(why) = refusal(steps) else { return Ok(()) };
     let kept = match allowance.kept {
         0 => String::new(),
-        kept => format!(", besides the {} of what was read before", in_words(kept)),
+        kept => format!(", besides the {} of the files before", in_words(kept)),
     };
     let message = format!(
-        "subdivision {steps} makes {} triangles of {} faces, which take about {}{kept}: {why}",
+        "subdivision {steps} makes {} triangles from {} faces, which take about {}{kept}: {why}",
         mesh.triangles(steps),
         mesh.sizes.len(),
         in_words(bytes_of(steps)),

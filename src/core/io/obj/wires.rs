@@ -53,7 +53,9 @@ pub(super) fn add_wires(
             "lines and points become {triangles} triangles, which take about {}: {why}",
             in_words(bytes)
         );
-        return Err(FileError::new(path, message).help("leave some out, or render without --line-width"));
+        return Err(
+            FileError::new(path, message).help("leave some lines and points out, or render without --line-width")
+        );
     }
     let builder = WireBuilder {
         outline,

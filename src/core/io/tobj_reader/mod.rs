@@ -169,7 +169,7 @@ pub(super) fn read_obj(
     Ok(ObjFile::new(groups, materials, files))
 }
 
-const HELP: &str = "--obj-reader own names the line, and reads more";
+const HELP: &str = "--obj-reader own names the wrong line, and reads more files";
 
 fn refused(path: &Path, refusal: &str) -> FileError {
     FileError::new(path, format!("tobj refuses this file: {refusal}")).help(HELP)

@@ -59,7 +59,7 @@ fn failure_or_panic_of_tobj_is_an_error() {
     );
     let (_, findings) = load(&format!("mtllib a.mtl\n{SQUARE}f 1 2 3\n"), "newmtl a\nNs -1\n").unwrap();
     assert!(
-        findings[0].contains("a.mtl:1: warning: material `a`: Ns is `-1`; 0 counts"),
+        findings[0].contains("a.mtl:1: warning: material `a`: Ns is `-1`; 0 is used"),
         "{}",
         findings[0]
     );

@@ -45,7 +45,7 @@ impl Section {
                     Some(0..=2) if !is_physical => {
                         format!("Tf has no effect: Kd + Ks + Tf is {sum}, and illum {model} needs a sum of at most 1")
                     }
-                    _ => format!("Tf has no effect with illum {model}; illum 6 transmits"),
+                    _ => format!("Tf has no effect with illum {model}; use illum 6 for a surface that transmits"),
                 },
             );
         }
@@ -66,7 +66,10 @@ impl Section {
         }
         let is_mirror = matches!(material.gloss, Gloss::Mirror(_)) && !material.specular.is_black();
         if is_mirror && self.exponent.is_some_and(|ns| ns < MAX_EXPONENT) {
-            lost("ns", format!("Ns has no effect: with illum {model} Ks is a mirror"));
+            lost(
+                "ns",
+                format!("Ns has no effect: with illum {model}, Ks is the colour of a mirror"),
+            );
         }
         if is_glass && self.metallic.is_some_and(|metallic| metallic > 0.0) {
             lost("pm", format!("Pm has no effect: illum {model} is glass"));

@@ -94,7 +94,7 @@ fn library_with_name_of_obj_file_is_used() {
     let (names, messages) = materials(at, "");
     assert_eq!((names.as_slice(), messages.len()), (&["t".to_string()][..], 2));
     assert!(
-        messages[1].contains("no face names a material; all have `t`"),
+        messages[1].contains("no face names a material; all faces get `t`"),
         "{messages:?}"
     );
     fs::write(at.join("t.mtl"), "newmtl t\nKd 1\nnewmtl u\nKd 1\n").unwrap();

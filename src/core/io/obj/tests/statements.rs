@@ -38,7 +38,7 @@ fn unusual_number_formats_are_read() {
 fn lines_and_points_are_not_faces() {
     let file = load(format!("{SQUARE}l 1 2 3 4\np 1 2\nf 1 2 3\nl 1 2\n")).unwrap();
     assert_eq!(file.groups[0].mesh.triangles.len(), 1);
-    let messages = "t.obj:5: 2 lines (`l`) and 2 points (`p`) are skipped, the first is here";
+    let messages = "t.obj:5: 2 lines (`l`) and 2 points (`p`) are skipped, the first in this line";
     assert!(
         file.warnings.len() == 1 && file.warnings[0].contains(messages),
         "{:?}",
@@ -54,9 +54,9 @@ fn unread_statements_have_one_warning_each() {
     assert_eq!(file.warnings.len(), 4, "{:?}", file.warnings);
     for expected in [
         "t.obj:6: 2 smoothing groups",
-        "t.obj:15: 2 statements `call` have no effect, the first is here: other files are not included",
+        "t.obj:15: 2 statements `call` have no effect, the first in this line: other files are not read",
         "t.obj:16: `csh` has no effect: commands are not run",
-        "t.obj:10: 1 curve (`curv`) and 1 surface (`surf`) are skipped, the first is here",
+        "t.obj:10: 1 curve (`curv`) and 1 surface (`surf`) are skipped, the first in this line",
     ] {
         let is_told = file.warnings.iter().any(|warning| warning.contains(expected));
         assert!(is_told, "{expected}: {:?}", file.warnings);
@@ -139,7 +139,7 @@ fn wrong_index_of_a_corner_is_treated_as_missing() {
         (
             "vt x\nf 1/2 2/2 3/2\n",
             "vt 0\nf 1/2 2/2 3/2\n",
-            &["`x` is not a number; it counts as 0 0"],
+            &["`x` is not a number; the texture coordinate counts as 0 0"],
         ),
     ];
     for (wrong, right, words) in cases {
@@ -221,18 +221,18 @@ fn nothing_to_render_is_an_error() {
     for (text, what, remedy) in [
         (
             SQUARE.to_string(),
-            "no faces in this OBJ file: it is a point cloud of 4 vertices",
+            "no faces in this OBJ file: the file is a point cloud of 4 vertices",
             "surface",
         ),
         ("v 0 0 0\n".into(), "a point cloud of 1 vertex", "surface"),
         (
             format!("{SQUARE}vt 0 0\nvt 0.2"),
-            "it is cut off in its last line, after 4 vertices and before its faces",
+            "the file is cut off in its last line, after 4 vertices and before the faces",
             "again",
         ),
         (
             format!("{SQUARE}vt 0 0\n"),
-            "of its mesh there are 4 vertices alone",
+            "the file has only the 4 vertices of a mesh",
             "again",
         ),
         (
@@ -247,7 +247,7 @@ fn nothing_to_render_is_an_error() {
         ),
         (
             format!("{SQUARE}cstype bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\nend\ncurv 0 1 1 2\nsurf 0 1 0 1 1 2 3 4"),
-            "its 1 curve (`curv`) and 2 surfaces (`surf`) are not rendered, the first is here",
+            "its 1 curve (`curv`) and 2 surfaces (`surf`) are not rendered, the first in this line",
             "convert free-form curves and surfaces to faces",
         ),
         ("o a\n".into(), "no faces in this OBJ file", "export"),

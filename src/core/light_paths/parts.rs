@@ -67,9 +67,9 @@ impl PathPart {
         }
         if let Some(bounce) = name.strip_prefix("bounce.") {
             if name == REST {
-                let help = "ask for bounces or bounces:N, which include it";
+                let help = "use bounces or bounces:N, which include this channel";
                 return Err(LightPathError::new(
-                    "the rest is defined only beside other bounces",
+                    "the channel of all further bounces needs the bounces before it",
                     help,
                 ));
             }
@@ -81,8 +81,8 @@ impl PathPart {
             None => {
                 let names: Vec<&str> = Self::names().collect();
                 return Err(LightPathError::new(
-                    "no such part",
-                    format!("use some of {}", names.join(", ")),
+                    "there is no such part of the light",
+                    format!("choose among {}", names.join(", ")),
                 ));
             }
         };
@@ -106,7 +106,7 @@ impl PathPart {
                     "{} is defined twice, as {} and as {}",
                     part.layer, known.expression, part.expression
                 ),
-                "give each expression a name of its own, and ask for bounces once",
+                "give each expression a name of its own, and write bounces once",
             ));
         }
         let new: Vec<Self> = parts.into_iter().filter(|part| of_layer(part).is_none()).collect();

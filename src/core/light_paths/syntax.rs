@@ -150,7 +150,7 @@ impl Parser<'_> {
             false => Some(min),
         };
         if max.is_some_and(|max| max == 0 || max < min) || !self.takes('}') {
-            return Err(self.unexpected("write counts as {n}, {n,} or {n,m}, with m from n up and not 0"));
+            return Err(self.unexpected("write counts as {n}, {n,} or {n,m}, with m at least n and above 0"));
         }
         Ok((min, max))
     }
@@ -215,14 +215,16 @@ impl Parser<'_> {
             };
             if sort(symbols).is_none() {
                 self.rest = before;
-                return Err(self.unexpected("a set has either scattering events or lights"));
+                return Err(self.unexpected("a set has either scattering events or lights, not both"));
             }
         }
         self.take();
         let all = sort(symbols).unwrap_or(symbols);
         match is_complement {
             false => Ok(symbols),
-            true if all == symbols => Err(self.unexpected("the set before is empty: remove a symbol from [^…]")),
+            true if all == symbols => {
+                Err(self.unexpected("the set before this character is empty: remove a symbol from [^…]"))
+            }
             true => Ok(all & !symbols),
         }
     }

@@ -256,7 +256,7 @@ fn names_are_checked() {
         ("bounces:21", "is not a number of bounces"),
         ("bounces:x", "is not a number of bounces"),
         ("bounce.-1", "is not a number of bounces"),
-        ("bounce.rest", "beside other bounces"),
+        ("bounce.rest", "needs the bounces before it"),
         ("glossy", "no such part"),
     ] {
         let error = PathPart::parse(name).expect_err(name).to_string();

@@ -171,8 +171,8 @@ impl Components {
         let warning = |code| (Severity::Warning, code);
         let bodies = |n| counted(n, "refracting component");
         let open = self.tally(|s| s.open).finding(warning("open-shell"), path, |n| {
-            let message = format!("{}: not closed; light enters a body that it never leaves", bodies(n));
-            (message, "close it, or make the material thin")
+            let message = format!("{}: not closed, so light enters the body and never leaves", bodies(n));
+            (message, "close the body, or make the material thin")
         });
         let crowded = self.tally(|s| s.crowded).finding(warning("non-manifold"), path, |n| {
             let message = format!("{}: more than two faces at one edge", bodies(n));

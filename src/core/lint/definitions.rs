@@ -33,12 +33,12 @@ pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
             let is_new = seen.insert((library, line));
             if let Some((file, first)) = defined.insert(name, (library, line)).filter(|_| is_new) {
                 let message = format!(
-                    "material `{}` is defined again; this one counts, not that of {}:{first}",
+                    "material `{}` is defined twice; this definition is used, not that of {}:{first}",
                     excerpt_of_name(name),
                     file.display()
                 );
                 let error = FileError::new(library, message).at(Position::line(line));
-                let error = error.help("rename or delete one of them");
+                let error = error.help("rename or delete one of the definitions");
                 findings.push(Finding::new(Severity::Warning, "duplicate-material", error));
             }
         }
@@ -60,7 +60,7 @@ pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
         let mut places = materials.iter().map(|&(_, line)| Position::line(line));
         let Some(first) = places.next() else { continue };
         let message = format!(
-            "{} defined, but no face uses: {}{rest}",
+            "{} that no face uses: {}{rest}",
             super::tally::counted(materials.len() as u64, "material"),
             names.join(", ")
         );

@@ -94,19 +94,19 @@ impl<'a> FaceLint<'a> {
         let mut findings: Vec<Finding> = [
             repeated.finding((warning, "repeated-vertex"), self.path, |n| {
                 let message = format!("{} with the same point at several corners", counted(n, "face"));
-                (message, "name each point once; triangles without area are skipped")
+                (message, "name each point once; a render skips triangles without area")
             }),
             degenerate.finding((warning, "degenerate-face"), self.path, |n| {
                 let message = format!("{} without area", counted(n, "face"));
-                (message, "delete them; faces without area are skipped")
+                (message, "delete these faces; a render skips them")
             }),
             crossing.finding((warning, "crossing-face"), self.path, |n| {
                 let message = format!("{} whose outline crosses itself: triangles overlap", counted(n, "face"));
-                (message, "cut it into triangles in the program that exported it")
+                (message, "cut the face into triangles in the program that exported the file")
             }),
             flipped.finding((flipped_severity, "flipped-normal"), self.path, |n| {
                 let message = format!(
-                    "{} of {with_normals} with normals ({:.1} %) have normals against their winding; the winding decides",
+                    "{} of {with_normals} with normals ({:.1} %) have normals against their winding; the winding decides which side is the front",
                     counted(n, "face"),
                     100.0 * share
                 );
@@ -125,7 +125,10 @@ impl<'a> FaceLint<'a> {
                         "{faces} of the textured material `{}` without texture coordinates",
                         used.name
                     );
-                    (message, "export them (`vt`); these faces show the texel at (0, 0)")
+                    (
+                        message,
+                        "export texture coordinates (`vt`); without them, these faces show the texel at (0, 0)",
+                    )
                 }));
             }
         }
@@ -194,15 +197,19 @@ impl<'a> FaceLint<'a> {
                 let faces = counted(n, "face");
                 let message =
                     format!("{faces} with the same points as another face; the first repeats line {of_repeated}");
-                (message, "delete one of them: it is arbitrary which one a ray hits")
+                (
+                    message,
+                    "delete one of the faces: which of them a ray hits is arbitrary",
+                )
             }),
             backs.finding((Severity::Note, "two-sided"), self.path, |n| {
                 let faces = counted(n, "face");
-                let message = format!("{faces} on the back of another face; the first is on that of line {of_back}");
+                let message =
+                    format!("{faces} on the back of another face; the first is on the back of line {of_back}");
                 let effect = if are_apart {
-                    "none needed: each side shows its own material"
+                    "nothing to do: each side shows its own material"
                 } else {
-                    "none needed: both sides show the same material"
+                    "nothing to do: both sides show the same material"
                 };
                 (message, effect)
             }),

@@ -39,9 +39,9 @@ fn inspect_bounds(scene: &Scene, whole: SceneErrorMaker) -> Option<Finding> {
         return None;
     }
     let message = format!(
-        "the scene is {size} wide, but {largest} from the origin: 32-bit coordinates have only {steps:.0} steps across it"
+        "the scene is {size} wide, but {largest} from the origin: 32-bit coordinates have only {steps:.0} steps across the scene"
     );
-    let error = whole(message).help("move it to the origin");
+    let error = whole(message).help("move the scene to the origin");
     Some(Finding::new(Severity::Warning, "far-from-origin", error))
 }
 
@@ -131,7 +131,7 @@ pub fn inspect_view(
         return finding(
             "empty-view",
             message,
-            "turn it, or remove [camera], and the program frames the scene",
+            "turn the camera, or remove [camera], so that the program frames the scene",
         );
     }
 
@@ -144,7 +144,7 @@ pub fn inspect_view(
     };
     if cells().all(|cell| is_back(uniform_sphere(cell))) {
         let message = "the camera is inside a body: on all sides it sees the backs of near surfaces";
-        return finding("camera-inside", message.into(), "move it");
+        return finding("camera-inside", message.into(), "move the camera");
     }
     None
 }
@@ -184,7 +184,7 @@ pub fn inspect_place(
         return finding(
             "camera-behind",
             format!(
-                "the camera is behind surfaces: {share} % of them show their backs; it is outside of a room, or inside of a body"
+                "the camera is outside of a room or inside of a body: {share} % of the surfaces that it sees show their backs"
             ),
         );
     }
@@ -196,7 +196,7 @@ pub fn inspect_place(
             return finding(
                 "camera-near",
                 format!(
-                    "the camera is {} from a surface, which is less than 5 cm ({})",
+                    "the camera is {} units from a surface, which is less than 5 cm ({} units)",
                     two_digits(nearest),
                     two_digits(near)
                 ),

@@ -18,10 +18,10 @@ impl Backend {
     pub fn absence(self) -> InvalidSetting {
         let names: Vec<&str> = Self::ALL.iter().map(|b| b.name()).collect();
         let help = format!(
-            "built in: {}; others need a build with their features",
+            "use one of {}; for another backend, build the program with its feature",
             names.join(", ")
         );
-        InvalidSetting::new("backend", format!("{}: not built in", self.name()), help)
+        InvalidSetting::new("backend", format!("{} is not built in", self.name()), help)
     }
 
     /// Builds the acceleration structure of `scene` like [`Backend::build`], but without a borrow
@@ -66,7 +66,7 @@ impl Backend {
                 let bytes = OBVHS_BUILDING_BYTES * scene.triangle_count();
                 if let Some(refusal) = MemoryLimit::refusal(None, 0, bytes) {
                     return Err(Error::Failed(format!(
-                        "obvhs: building the acceleration structure takes about {}: {refusal}\n  help: allow more, or use --backend embree",
+                        "obvhs: building the acceleration structure takes about {}: {refusal}\n  help: allow more memory, or use --backend embree",
                         in_words(bytes)
                     )));
                 }

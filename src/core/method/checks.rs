@@ -150,11 +150,14 @@ impl Method {
             return Ok(());
         }
         let value = format!(
-            "{}: --integrator {} shows only the background `light`",
+            "{} is not possible, since --integrator {} shows only the background `light`",
             background.text(),
             self.name()
         );
-        let help = format!("use light, or --integrator {}", names_of(shows_background));
+        let help = format!(
+            "use --background light, or one of the integrators {}",
+            names_of(shows_background)
+        );
         Err(InvalidSetting::new("background", value, help))
     }
 
@@ -175,7 +178,7 @@ impl Method {
             let words = format!("--integrator {} cannot show a ground that catches shadows", self.name());
             let names = names_of(catches_shadows);
             return Err(Error::Refused(format!(
-                "{words}\n  help: use --no-ground, or --integrator {names}"
+                "{words}\n  help: use --no-ground, or one of the integrators {names}"
             )));
         }
         let is_flat = self.max_depth().is_some_and(|depth| depth.limit() == Some(0));
@@ -212,7 +215,7 @@ impl Method {
                 "the scene moves while the shutter is open: the irradiance cache stays empty, and path tracing computes all light"
             }
             IntegratorKind::PhotonMap => {
-                "the scene moves while the shutter is open: photons of a slice of the shutter interval are used together, which blurs shadows and caustics further"
+                "the scene moves while the shutter is open: photons of similar times are used together, which blurs shadows and caustics further"
             }
             _ => return None,
         };
@@ -242,7 +245,7 @@ impl Method {
         }
         let names = names_of(|kind| !reaches_lens(kind));
         Err(Error::Refused(format!(
-            "--integrator {} connects paths of light to the lens, and each ray of a stereo panorama starts at another point\n  help: use one of {names}, or leave out --stereo",
+            "--integrator {} cannot render a stereo panorama, since it connects paths to one lens, but each ray of the panorama starts at another point\n  help: use one of {names}, or leave out --stereo",
             self.name()
         )))
     }
@@ -254,7 +257,7 @@ impl Method {
         let (rays, count) = (lamps.samples(), lamps.len());
         (rays > MANY_SAMPLES).then(|| {
             format!(
-                "--light-selection all traces {rays} shadow rays at each vertex of a path, for {count} lamps: --light-selection place traces one, to a lamp chosen by its importance there"
+                "--light-selection all traces {rays} shadow rays at each vertex of a path, for {count} lamps; --light-selection place traces one ray, to a lamp that is important at the vertex"
             )
         })
     }
@@ -298,7 +301,7 @@ impl Method {
         }
         let names: Vec<&str> = parts.iter().map(PathPart::layer).collect();
         let value = format!(
-            "{}: --integrator {} cannot separate light paths",
+            "{} is not possible, since --integrator {} cannot separate light paths",
             names.join(","),
             self.name()
         );
@@ -309,15 +312,15 @@ impl Method {
     /// Checks the channels of strategies. Returns an error if the method has no strategies, or too
     /// many.
     pub fn check_strategies(&self) -> Result<(), InvalidSetting> {
-        let wrong = |value: &str, help: &str| Err(InvalidSetting::new("aov", format!("strategies: {value}"), help));
+        let wrong = |value: &str, help: &str| Err(InvalidSetting::new("aov", format!("strategies {value}"), help));
         if self.kind() != IntegratorKind::Bidirectional {
-            let value = format!("--integrator {} has none", self.name());
+            let value = format!("is not possible, since --integrator {} has no strategies", self.name());
             return wrong(&value, "use --integrator bdpt");
         }
         let value = match self.max_depth().and_then(|MaxDepth(depth)| depth) {
             Some(depth) if depth <= MAX_STRATEGIES_DEPTH => return Ok(()),
-            Some(depth) => format!("there are too many with a --max-depth of {depth}"),
-            None => "their number has no limit without a --max-depth".into(),
+            Some(depth) => format!("has too many channels with a --max-depth of {depth}"),
+            None => "has channels without limit if there is no --max-depth".into(),
         };
         let help = format!(
             "use a --max-depth of at most {MAX_STRATEGIES_DEPTH}: that is {} ways to make a path, of 6 channels each",

@@ -164,7 +164,7 @@ impl PoseMatrix {
         }
         if determinant < 0.0 {
             return Err(format!(
-                "mirrors: the determinant of its matrix is {determinant}, not above 0"
+                "mirrors the scene, since the determinant of its matrix is {determinant}, not above 0"
             ));
         }
         let rotation = axes * scale.recip();

@@ -191,7 +191,7 @@ impl SceneBuilder {
                 NAME,
                 "position",
                 value,
-                "corners must be finite and within 1e10",
+                "the corners must have coordinates of at most 1e10",
             ));
         }
         let mesh = Mesh {
@@ -204,7 +204,7 @@ impl SceneBuilder {
             triangle_area(a, b, c) > 0.0
         };
         if !mesh.triangles.iter().all(has_area) {
-            let rule = "is too small for 32-bit floats at this position; enlarge it, or use a point light";
+            let rule = "is too small for 32-bit floats at this position; enlarge the light, or use a point light";
             return Err(bad_light(NAME, "size", list(&rectangle.size), rule));
         }
         let light = RectangleLight::new(corners[0], [2.0 * right, 2.0 * up], rectangle.radiance);
@@ -284,7 +284,7 @@ fn check_place(light: &'static str, position: Vec3, reach: f32) -> Result<(), Bu
                 light,
                 "position",
                 value,
-                "must be finite and within 1e10, with the radius",
+                "must keep the whole light within coordinates of 1e10",
             ))
         }
     }

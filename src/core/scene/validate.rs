@@ -52,7 +52,7 @@ pub enum BuildError {
         position: Vec3,
     },
     /// The extent of the scene or of an object is too small for backends.
-    #[error("{what} is {extent:e} units wide: it must be {MIN_EXTENT:e} at least, for ray tracing with 32-bit floats")]
+    #[error("{what} is {extent:e} units wide, but needs at least {MIN_EXTENT:e} for ray tracing with 32-bit floats")]
     TooSmall {
         /// Part of the description that is too small: the scene, or an object.
         what: &'static str,
@@ -60,7 +60,7 @@ pub enum BuildError {
         extent: f32,
     },
     /// A deforming mesh has different numbers of vertices at shutter close and shutter open.
-    #[error("the mesh has {open} vertices at first and {close} in the end")]
+    #[error("the mesh has {open} vertices at time 0, but {close} at time 1")]
     OtherVertices {
         /// Number of vertices at shutter open.
         open: usize,
@@ -130,7 +130,7 @@ pub enum BuildError {
     UnknownIrradiance,
     /// The ground has too many lights to sum at each point.
     #[error(
-        "the ground cannot catch the shadows of {count} lights that are not infinitely far away: the maximum is {max}, and each emitting triangle is one"
+        "the ground cannot catch the shadows of {count} lights that are not infinitely far away: the maximum is {max}, and each emitting triangle counts as a light"
     )]
     TooManyLightsOfGround {
         /// Number of finite lights.

@@ -258,7 +258,7 @@ fn invalid_settings_are_errors_before_rendering() {
     if !Backend::ALL.contains(&Backend::Obvhs) {
         refused(
             |s| s.backend = Backend::Obvhs,
-            &["backend obvhs: not built in", "brute"],
+            &["backend obvhs is not built in", "brute"],
         );
     }
 }

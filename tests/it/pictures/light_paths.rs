@@ -452,7 +452,7 @@ fn unsupported_light_paths_are_errors() {
         ("--aov direct,glossy", "unknown channels"),
         ("--aov lpe:a=LSX", "`X` at character 3"),
         ("--aov lpe:a=CDL,lpe:a=CGL", "defined twice, as CDL and as CGL"),
-        ("--aov bounces:2,bounces:3", "ask for bounces once"),
+        ("--aov bounces:2,bounces:3", "write bounces once"),
         ("--aov lpe:a=C.{7}D.*L", "more than 64 classes"),
         ("--aov lpe:caustics", "needs a name"),
     ] {

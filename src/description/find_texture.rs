@@ -169,7 +169,7 @@ impl<'a> TextureSearch<'a> {
             .map(|place| shown(place))
             .collect();
         let [others @ .., last] = USUAL_FOLDERS;
-        let usual = format!("in the folders {} and {last} there", others.join(", "));
+        let usual = format!("in their subfolders {} and {last}", others.join(", "));
         let folders = match within.as_slice() {
             [] => format!("and {usual}"),
             within => format!("{usual}, and one level deep in {}", within.join(", ")),
@@ -179,7 +179,7 @@ impl<'a> TextureSearch<'a> {
             format!(", and as {}", excerpt_of_path(&path.to_string_lossy()))
         });
         format!(
-            "searched {wanted}in {}, {folders}{resource}; put it there, or name its folder with --texture-dir",
+            "searched {wanted}in {}, {folders}{resource}; put the file into one of these folders, or name its folder with --texture-dir",
             names.join(", ")
         )
     }
@@ -312,7 +312,7 @@ mod tests {
             assert_eq!(content.as_deref(), expected, "{name}");
         }
         let help = search.help("mod1:block/gone", &mut FileFinder::default());
-        assert!(help.contains("gone.png; put it there"), "{help}");
+        assert!(help.contains("gone.png; put the file into"), "{help}");
     }
 
     #[test]
@@ -322,8 +322,8 @@ mod tests {
         let search = TextureSearch::new(&library, &[], &obj);
         let folder = folder.path().display();
         let help = format!(
-            "searched in {folder}/x, {folder}, and in the folders textures, maps, texture, images and tex there; put it \
-             there, or name its folder with --texture-dir"
+            "searched in {folder}/x, {folder}, and in their subfolders textures, maps, texture, images and tex; put the \
+             file into one of these folders, or name its folder with --texture-dir"
         );
         assert_eq!(search.help("b.png", &mut FileFinder::default()), help);
     }

@@ -295,7 +295,7 @@ impl LightSection {
                 error.message
             );
             let place = file.error(name.span(), message);
-            let help = "name a picture of latitude and longitude, .hdr or .exr; the path is relative to this file";
+            let help = "name a picture of latitude and longitude, .hdr or .exr; the path is relative to the scene file";
             place.help(error.help.as_deref().unwrap_or(help))
         })?;
         for repair in repairs {

@@ -304,7 +304,7 @@ impl SceneFile {
         match &section.patch {
             Some(key) => {
                 let error = self.error(key.span(), "`patch` belongs in [material.NAME] only");
-                Err(error.help("remove it: this section is already a patch"))
+                Err(error.help("remove `patch`: this section is already a patch"))
             }
             None => Ok(()),
         }

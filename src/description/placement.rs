@@ -270,7 +270,7 @@ fn parse_instances(path: &Path, text: &str) -> Result<Vec<Affine3A>, FileError> 
             count += 1;
         }
         if count != 12 && count != 16 {
-            return Err(wrong(format!("{count} numbers")));
+            return Err(wrong(format!("the line has {count} numbers, not 12 or 16")));
         }
         let affine = affine_from_rows(rows).ok_or_else(|| wrong("the last row is not 0 0 0 1".into()))?;
         if !is_placement(&affine) {
@@ -279,7 +279,7 @@ fn parse_instances(path: &Path, text: &str) -> Result<Vec<Affine3A>, FileError> 
         placements.push(affine);
     }
     if placements.is_empty() {
-        return Err(FileError::new(path, "no instances in this file").help("give one placement a line"));
+        return Err(FileError::new(path, "no instances in this file").help("write one placement in each line"));
     }
     Ok(placements)
 }

@@ -66,7 +66,8 @@ pub(super) fn read(folder: &Path) -> Result<Vec<FileCamera>, FileError> {
             images,
         )
     } else {
-        let message = "no model of COLMAP: it has neither cameras.txt and images.txt nor cameras.bin and images.bin";
+        let message =
+            "no COLMAP model: the folder has neither cameras.txt and images.txt nor cameras.bin and images.bin";
         return Err(FileError::new(folder, message).help("give the folder of a model, such as sparse/0"));
     };
     let camera = |picture: Picture| {
@@ -337,7 +338,7 @@ pub(super) fn write(folder: &Path, camera: &FileCamera) -> Result<(), FileError>
     for (id, camera) in (1..).zip(&cameras) {
         let (size, _) = camera.written();
         let Some((Intrinsics { focal, center }, distortion)) = camera.calibration(size) else {
-            return Err(camera.no_projection(folder, "COLMAP has perspectives and equidistant fisheyes"));
+            return Err(camera.no_projection(folder, "COLMAP stores perspectives and equidistant fisheyes"));
         };
         let [[fx, fy], [cx, cy]] = [focal, center];
         let (model, more) = match distortion {

@@ -46,7 +46,7 @@ impl FileCamera {
             "csv" => list::read_csv(path)?,
             _ => {
                 let help = "give a transforms.json, a folder of COLMAP, or a .gltf, .glb, .toml or .csv file";
-                return Err(FileError::new(path, "no file of cameras, by its name").help(help));
+                return Err(FileError::new(path, "this is no camera file, by its name").help(help));
             }
         };
         if cameras.is_empty() {
@@ -94,7 +94,7 @@ impl FileCamera {
                 [camera] => return Ok(camera.clone()),
                 [..] => {
                     let message = format!("{} cameras are called `{name}`", found.len());
-                    return Err(FileError::new(path, message).help("give them names of their own"));
+                    return Err(FileError::new(path, message).help("give each camera a name of its own"));
                 }
             }
         }
@@ -164,10 +164,7 @@ impl FileCamera {
     /// fails.
     pub fn write(&self, path: &Path) -> Result<(), FileError> {
         if let Some(layout) = self.options.stereo {
-            let message = format!(
-                "the file has no place for the two eyes of a camera with stereo `{}`",
-                layout.text()
-            );
+            let message = format!("the file cannot store a camera with stereo `{}`", layout.text());
             let help = "leave out --stereo; --dump-scene writes every camera";
             return Err(FileError::new(path, message).help(help));
         }
@@ -239,7 +236,7 @@ impl FileCamera {
     /// help.
     fn no_projection(&self, path: &Path, possible: &str) -> FileError {
         let message = format!(
-            "the file has no place for a camera of the projection `{}`",
+            "the file cannot store a camera with the projection `{}`",
             self.options.projection().text()
         );
         FileError::new(path, message).help(format!("{possible}; --dump-scene writes every camera"))

@@ -263,12 +263,12 @@ fn wrong_files_are_errors_with_a_remedy() {
             "neither a perspective",
         ),
         ("a.glb", "glTF".into(), None, "a.glb:1"),
-        ("a.png", String::new(), None, "no file of cameras"),
+        ("a.png", String::new(), None, "this is no camera file"),
         (
             "images.txt",
             "1 1 0 0 0 0 0 0 1 a.png\n\n".into(),
             None,
-            "no model of COLMAP",
+            "no COLMAP model",
         ),
         (
             "cameras.txt",

@@ -121,7 +121,7 @@ impl Lens {
         let Some(size) = size else {
             return match (angle, self.fl_x, is_distorted || is_fisheye) {
                 (Some(angle), None, false) => Ok((CameraOptions::default(), Some(angle))),
-                _ => Err("`w` and `h` are missing, in whose pixels `fl_x` and the distortion are".into()),
+                _ => Err("`w` and `h` are missing, which `fl_x` and the distortion need".into()),
             };
         };
         let size = size.as_dvec2();
@@ -219,7 +219,7 @@ pub(super) fn write(path: &Path, camera: &FileCamera) -> Result<(), FileError> {
             set("camera_model", "EQUIRECTANGULAR".into());
         }
         None => {
-            let possible = "it takes perspectives, equidistant fisheyes and panoramas";
+            let possible = "a transforms.json stores perspectives, equidistant fisheyes and panoramas";
             return Err(camera.no_projection(path, possible));
         }
     }

@@ -124,15 +124,16 @@ impl Loader<'_> {
         }
         if report.inward > 0 {
             let noun = if report.inward == 1 {
-                "surface faces"
+                "surface that faces"
             } else {
-                "surfaces face"
+                "surfaces that face"
             };
             let error = here(format!(
-                "the section {words}: {} closed {noun} inwards, as rooms do, and without a cap",
+                "the section {words} makes no cap in {} closed {noun} inwards, as rooms do",
                 report.inward
             ));
-            let error = error.help("turn the faces of solids outwards; walls with a thickness have caps");
+            let error =
+                error.help("if these are solids, turn their faces outwards; walls get caps if they have a thickness");
             self.findings.add(Severity::Note, "inward-surface", error);
         }
         if report.open.is_empty() {
@@ -147,12 +148,17 @@ impl Loader<'_> {
         if report.open.len() > MAX_NAMED {
             names.push(format!("{} more", report.open.len() - MAX_NAMED));
         }
-        let noun = if count == 1 { "surface is" } else { "surfaces are" };
+        let noun = if count == 1 {
+            "surface, which is"
+        } else {
+            "surfaces, which are"
+        };
         let error: FileError = here(format!(
-            "the section {words}: {count} cut {noun} not closed and without a cap: {}",
+            "the section {words} makes no cap on {count} cut {noun} not closed: {}",
             names.join(", ")
         ));
-        let error = error.help("close their surfaces in a modeller; sheets without a thickness have no inside");
+        let error =
+            error.help("close these surfaces in a modelling program; sheets without a thickness have no inside");
         self.findings
             .push(Finding::new(Severity::Warning, "open-section", error).repeated(count, []));
     }
@@ -160,8 +166,8 @@ impl Loader<'_> {
 
 fn help_of_side(words: &str) -> &str {
     if words.starts_with('-') {
-        "the scene stays above the plane with a minus before the axis; `embrasure info` prints the scene's box"
+        "the minus before the axis keeps the part above the plane; `embrasure info` prints the box of the scene"
     } else {
-        "the scene stays below the plane, and above it with a minus before the axis; `embrasure info` prints the scene's box"
+        "the part below the plane is kept, or with a minus before the axis the part above; `embrasure info` prints the box of the scene"
     }
 }

@@ -59,7 +59,7 @@ impl Loader<'_> {
             let [low, high] = [min, max].map(|height| significant(height.into(), 3));
             let message = format!("displacement: vertices move by {low} to {high} units along their normals");
             let error = FileError::new(obj, message);
-            let error = error.help("--displacement off leaves them where they are");
+            let error = error.help("--displacement off does not move the vertices");
             self.findings.add(Severity::Note, "displacement", error);
         }
         Ok(())

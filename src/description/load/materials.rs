@@ -148,7 +148,7 @@ impl Loader<'_> {
     /// name; 0 if there is no such line.
     fn report_other_name(&mut self, name: &str, found: &FileMaterial, path: &Path, line: usize) {
         let message = format!(
-            "material `{}` is called `{}` in its library, and is used",
+            "there is no material `{}`; `{}` of the library is used",
             excerpt_of_name(name),
             excerpt_of_name(&found.material.name)
         );
@@ -157,7 +157,7 @@ impl Loader<'_> {
             0 => error,
             line => error.at(Position::line(line)),
         };
-        let help = "write the name exactly as in `newmtl`; --mtl-dialect spec takes exact names alone";
+        let help = "write the name exactly as in `newmtl`; --mtl-dialect spec accepts only exact names";
         self.findings.add(Severity::Note, "found-elsewhere", error.help(help));
     }
 
@@ -219,8 +219,9 @@ impl Loader<'_> {
             let own: Vec<&Path> = untextured.libraries.iter().map(PathBuf::as_path).collect();
             let offers = self.maps_beside(&path).offers(&own);
             if let Some((names, flag)) = offer_in_words(&material, offers) {
-                let message = format!("the file has texture coordinates and no texture; pictures near it: {names}");
-                let error = FileError::new(&path, message).help(format!("{flag} uses one"));
+                let message =
+                    format!("the file has texture coordinates, but no texture; pictures near the file: {names}");
+                let error = FileError::new(&path, message).help(format!("to use the first picture, add {flag}"));
                 self.findings.add(Severity::Note, "unused-pictures", error);
             }
         }
@@ -246,11 +247,11 @@ impl Loader<'_> {
         };
         let name = excerpt_of_name(&first.name);
         let message = format!(
-            "nothing could be seen: the opacity of material `{name}`{others}, all of the scene, is 0; they are rendered opaque"
+            "all materials of the scene (`{name}`{others}) have the opacity 0 and would be invisible; they are rendered opaque"
         );
         let line = first.found.opacity_line.unwrap_or(first.found.line);
         let error = FileError::new(&first.found.library, message).at(Position::line(line));
-        let error = error.help("write `d 1` in the library; --strict keeps them invisible");
+        let error = error.help("write `d 1` in the library; --strict keeps the materials invisible");
         self.warn("invisible-scene", error);
         for (id, source) in (0..).map(MaterialId).zip(&mut self.materials) {
             source.found.material.opacity = 1.0;

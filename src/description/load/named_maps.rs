@@ -383,7 +383,7 @@ impl Loader<'_> {
         names.dedup();
         let unused: Vec<String> = files.keys().filter(|role| !used.contains(role)).map(name).collect();
         let mut message = format!(
-            "material `{}` names no texture; by their names it {}has {}",
+            "material `{}` names no texture; by the file names it {}has {}",
             excerpt_of_name(&found.material.name),
             if is_certain { "" } else { "probably " },
             names.join(", ")
@@ -396,7 +396,7 @@ impl Loader<'_> {
             0 => FileError::new(path, message),
             line => FileError::new(&found.library, message).at(Position::line(line)),
         };
-        let error = error.help("--maps-by-name off ignores them");
+        let error = error.help("--maps-by-name off ignores these textures");
         self.findings.add(Severity::Note, "maps-by-name", error);
 
         let used_color = has(Role::Color);

@@ -33,7 +33,9 @@ impl Loader<'_> {
         let path = &shapes.open.path;
         let refused = |error: BuildError| {
             FileError::new(path, error.to_string()).help(match error {
-                BuildError::TooSmall { .. } => "scale its vertices up, and the matrices of its instances down",
+                BuildError::TooSmall { .. } => {
+                    "scale the vertices of the object up, and the matrices of its instances down"
+                }
                 _ => "scale the object down, or export it again",
             })
         };
@@ -89,7 +91,7 @@ impl Loader<'_> {
             let error = self
                 .file
                 .whole(format!("object `{}`: {error}", excerpt_of_name(&object.name)));
-            error.help("correct its arrays")
+            error.help("correct the arrays of the mesh")
         })
     }
 
@@ -127,7 +129,9 @@ impl Loader<'_> {
                         path.display()
                     );
                     let error = self.file.error(name.span(), message);
-                    return Err(error.help("both must have the same faces in the same order; only vertices may move"));
+                    return Err(
+                        error.help("both files must have the same faces in the same order; only vertices may move")
+                    );
                 };
                 mesh.positions_close = last.mesh.positions.clone();
                 mesh.normals_close = last.mesh.normals.clone();

@@ -24,7 +24,7 @@ pub(super) fn scene_error(file: &SceneFile, error: &BuildError) -> FileError {
     }
     file.whole(error.to_string()).help(match error {
         BuildError::TooSmall { .. } => {
-            "scale it up, camera and lights too: `transform = { scale = ... }` of its objects"
+            "scale the scene up with `transform = { scale = ... }` in each [[object]], and scale camera and lights too"
         }
         BuildError::UnknownIrradiance | BuildError::TooManyLightsOfGround { .. } => {
             "use --no-ground, or light the scene with an environment or directional lights"
@@ -56,7 +56,7 @@ fn report_repetitions(file: &SceneFile, report: &SceneReport, findings: &mut Fin
             "triangles lie"
         };
         let message = format!(
-            "{} emitting {noun} on others: light sampling counts all of them, up to {} at one place, and rays find one",
+            "{} emitting {noun} on others, up to {} at one place: light sampling counts all of them, but a ray hits only one, so the brightness is wrong there",
             emitters.triangles, emitters.max_at_one_place
         );
         let error = file.whole(message).help("delete all but one of them");
@@ -65,7 +65,7 @@ fn report_repetitions(file: &SceneFile, report: &SceneReport, findings: &mut Fin
     if report.coincident_triangles > 0 {
         let count = report.coincident_triangles;
         let message = format!(
-            "up to {count} triangles of different materials or objects lie at one place: each ray there is tested with all of them, and hits any of them"
+            "up to {count} triangles of different materials or objects lie at one place: rays there are slow, and it is chance which material they show"
         );
         let error = file.whole(message).help("delete all but one of them");
         findings.add(Severity::Warning, "coincident-triangles", error);
@@ -89,7 +89,7 @@ pub(super) fn report_findings(
     let scaled = report.scaled_materials.iter().filter(|(_, sum)| *sum > MAX_ROUNDING);
     for (name, sum) in scaled {
         let message = format!(
-            "material `{}` reflects more light than it receives: {} times, in some channel; scaled to 1",
+            "material `{}` reflects up to {} times the light that it receives; its colours are scaled down to 1",
             excerpt_of_name(name),
             significant((*sum).into(), 4)
         );
@@ -104,7 +104,7 @@ pub(super) fn report_findings(
         let message = format!("Glass: {} {noun}, light passes straight", report.panes);
         let error = file
             .whole(message)
-            .help("`panes = \"refract\"` in [render] keeps them as bodies");
+            .help("`panes = \"refract\"` in [render] makes them refracting bodies");
         findings.add(Severity::Note, "glass-panes", error);
     }
     if report.rectangles > 0 {
@@ -119,7 +119,7 @@ pub(super) fn report_findings(
         );
         let error = file
             .whole(message)
-            .help("`triangle_sampling = \"solid-angle\"` in [render] samples their triangles");
+            .help("`triangle_sampling = \"solid-angle\"` in [render] samples the triangles separately");
         findings.add(Severity::Note, "rectangle-lights", error);
     }
     report_repetitions(file, report, findings);
@@ -128,14 +128,14 @@ pub(super) fn report_findings(
             1 => "1 emitting triangle has".into(),
             count => format!("{count} emitting triangles have"),
         };
-        let error = file.whole(format!("{noun} no area in 32-bit floats, and gives no light"));
-        let error = error.help("scale them up, move them closer to the origin, or use a sphere light");
+        let error = file.whole(format!("{noun} no area in 32-bit floats, so no light comes from there"));
+        let error = error.help("scale such triangles up, move them closer to the origin, or use a sphere light");
         findings.add(Severity::Warning, "lost-emitter", error);
     }
     if report.is_dark {
-        let error = file.whole("no light of the scene emits: the picture is black");
+        let error = file.whole("no light of the scene emits, so the picture is black");
         let error =
-            error.help("set their radiance, intensity or irradiance above 0, or remove them for the default light");
+            error.help("set the radiance, intensity or irradiance of the lights above 0, or remove the lights to get the default light");
         findings.add(Severity::Warning, "no-light", error);
     }
     if report.default_light {

@@ -147,8 +147,9 @@ impl Loader<'_> {
             return;
         };
         let text = Subdivision::Pixels(pixels).text();
-        let message =
-            format!("subdivision {text}: not subdivided here; a render finds the number of steps from its camera");
+        let message = format!(
+            "subdivision {text} is not applied here, since the number of steps depends on the camera of a render"
+        );
         let error = FileError::new(&self.file.resolve(object.obj.get_ref()), message);
         let error = error.help("use --subdivide 3 for a fixed number of steps");
         let count = self.file.objects_by_pixels().count() as u64;

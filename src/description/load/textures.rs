@@ -142,7 +142,7 @@ impl Loader<'_> {
                 if statement.slot == MapSlot::Diffuse {
                     let offers = self.maps_beside(obj).offers(&[&request.place.file]);
                     if let Some((names, flag)) = offer_in_words(material, offers) {
-                        help += &format!("; pictures near it: {names} ({flag} uses one)");
+                        help += &format!("; pictures near the OBJ file: {names}; to use the first, add {flag}");
                     }
                 }
                 let file = (request.place.file.clone(), statement.file.clone());
@@ -213,7 +213,9 @@ impl Loader<'_> {
                 "is missing; {} has the name of the OBJ file, and is used",
                 picture.display()
             );
-            let error = first.remark(&words).help("--maps-by-name off leaves it out");
+            let error = first
+                .remark(&words)
+                .help("--maps-by-name off does not use this picture");
             let more = uses.iter().skip(1).filter_map(|request| request.place.position);
             let finding = Finding::new(Severity::Note, "maps-by-name", error);
             self.findings.push(finding.repeated(uses.len() as u64, more));
@@ -288,7 +290,7 @@ impl Loader<'_> {
             let here = if path.parent() == Some(Path::new("")) { "./" } else { "" };
             let words = format!("is not where this file says; {here}{} is used{others}", path.display());
             let error = first.remark(&words);
-            let error = error.help("write its path relative to the file that names it");
+            let error = error.help("write the path of the texture relative to this file");
             let more = found.iter().skip(1).filter_map(|(request, _)| request.place.position);
             let finding = Finding::new(Severity::Note, "found-elsewhere", error);
             self.findings.push(finding.repeated(found.len() as u64, more));
@@ -349,9 +351,9 @@ impl Loader<'_> {
                 };
                 let instead = match severity {
                     Severity::Error => "",
-                    _ => "; the material's constant is used",
+                    _ => "; the material's constant is used instead",
                 };
-                let words = format!("cannot be used{instead}: {place}: {message}");
+                let words = format!("cannot be used: {place}: {message}{instead}");
                 let mut unread = asked.request.remark(&words);
                 unread.help.clone_from(&error.help);
                 self.findings.add(severity, "unreadable-texture", unread);
@@ -394,9 +396,11 @@ impl Loader<'_> {
         }
         if is_cut_out {
             let name = self.materials.get(asked.material).map_or("", |source| &source.name);
-            let found = asked.request.remark("has the alpha of a cut-out, which is the opacity");
+            let found = asked
+                .request
+                .remark("has transparent regions, so its alpha is used as opacity");
             let help = format!(
-                "`map_d` with the picture says so; --material '{}.opacity_map=false' ignores it",
+                "write `map_d` with the picture to confirm this, or ignore the alpha with --material '{}.opacity_map=false'",
                 excerpt_of_name(name)
             );
             let found = found.help(help);
@@ -442,8 +446,8 @@ impl Loader<'_> {
             requests.sort_by_key(|request| request.place.position.map(|position| position.line));
             let Some(first) = requests.first() else { continue };
             let others = others(requests.len() - 1, "of this file");
-            let help = "write `norm` for normal maps and `map_Bump` for heights; `bump_map` and `normal_map` in a scene \
-                        file mean what they say";
+            let help = "write `norm` for normal maps and `map_Bump` for heights; in a scene file, `normal_map` and `bump_map` \
+                        are never exchanged";
             let error = first.remark(&format!("{words}{others}")).help(help);
             let more = requests.iter().skip(1).filter_map(|request| request.place.position);
             let finding = Finding::new(Severity::Note, "heights-or-normals", error);

@@ -108,7 +108,7 @@ fn reason_unseen(material: &Material, textures: &[Texture]) -> Option<Reason> {
     let is_dark = !emits && material.diffuse.is_black() && material.specular.is_black() && material.sheen.is_black();
     let is_clear = material.thin && material.ior == 1.0 && material.transmission == Spectrum::ONE;
     (is_dark && is_clear && material.clearcoat == 0.0).then_some(Reason {
-        words: "since all light passes it straight",
+        words: "since all light passes straight through it",
         help: "write `Tf 0 0 0` and a `Kd` in its library, or set its `transmission` with --material",
     })
 }

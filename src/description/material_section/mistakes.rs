@@ -43,7 +43,7 @@ impl Named<'_> {
 
     pub fn metallic_with_others(&self, place: Range<usize>) -> FileError {
         let message = "`metallic` cannot be combined with `eta`, `k` or a `model` other than \"ggx\"";
-        self.error(place, message, "leave them out")
+        self.error(place, message, "leave these keys out")
     }
 
     pub fn fresnel_of_phong(&self, place: Range<usize>) -> FileError {
@@ -52,7 +52,7 @@ impl Named<'_> {
     }
 
     pub fn exponent_of(&self, model: &str, place: Range<usize>) -> FileError {
-        let help = "leave it out, or use model = \"phong\" or \"blinn\"";
+        let help = "leave `exponent` out, or use model = \"phong\" or \"blinn\"";
         self.error(place, &format!("model \"{}\" has no exponent", excerpt(model)), help)
     }
 
@@ -78,13 +78,14 @@ impl Named<'_> {
     }
 
     pub fn disperses_nothing(&self, place: Range<usize>) -> FileError {
-        let message = "`abbe` needs smooth glass without other lobes";
-        let help = "remove it, or use a transmission that is not thin, without roughness, other lobes or textures";
+        let message = "`abbe` needs smooth glass that only reflects and refracts";
+        let help =
+            "remove `abbe`, or set `transmission` with thin = false, without roughness, other colours or textures";
         self.error(place, message, help)
     }
 
-    pub fn nothing_has(&self, what: &str, place: Range<usize>) -> FileError {
-        let help = "use model = \"ggx\", or a transmission that is not thin";
-        self.error(place, &format!("nothing here has {what}"), help)
+    pub fn no_facets_for(&self, key: &str, place: Range<usize>) -> FileError {
+        let help = "set model = \"ggx\", or `transmission` with thin = false";
+        self.error(place, &format!("`{key}` has no effect on this material"), help)
     }
 }

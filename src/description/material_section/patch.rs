@@ -289,10 +289,10 @@ impl MaterialSection {
             return Ok(());
         }
         if let Some(place) = place_of(&self.roughness, &self.roughness_map) {
-            return Err(section.nothing_has("a roughness", place));
+            return Err(section.no_facets_for("roughness", place));
         }
         match &self.anisotropy {
-            Some(anisotropy) => Err(section.nothing_has("facets", anisotropy.span())),
+            Some(anisotropy) => Err(section.no_facets_for("anisotropy", anisotropy.span())),
             None => Ok(()),
         }
     }

@@ -134,7 +134,7 @@ fn mistakes_of_textures_are_named_with_their_line() {
         ("opacity = 1.5", "opacity is 1.5"),
         (
             "roughness_map = \"a.png\"\nmodel = \"blinn\"",
-            "nothing here has a roughness",
+            "`roughness` has no effect on this material",
         ),
         (
             "metallic_map = \"a.png\"\nmodel = \"mirror\"",
@@ -159,10 +159,13 @@ fn keys_that_do_not_go_together_are_errors() {
         ("clearcoat_roughness = -1.0", "clearcoat_roughness is -1"),
         ("sheen = [0, 0, 1.5]", "sheen is"),
         ("roughness = 0.5\nanisotropy = 1.5", "anisotropy is 1.5"),
-        ("anisotropy = 0.5", "nothing here has facets"),
+        ("anisotropy = 0.5", "`anisotropy` has no effect on this material"),
         ("anisotropy_rotation = inf", "anisotropy_rotation is"),
         ("metallic = -0.1", "metallic is -0.1"),
-        ("model = \"blinn\"\nroughness = 0.5", "nothing here has a roughness"),
+        (
+            "model = \"blinn\"\nroughness = 0.5",
+            "`roughness` has no effect on this material",
+        ),
         (
             "model = \"phong\"\ntransmission = [1, 1, 1]\nthin = true\nroughness = 0.5",
             "nothing here",
@@ -363,7 +366,10 @@ fn mistakes_of_patches_are_named() {
     let glossy = &materials[1];
     for (keys, word) in [
         ("roughness = 2", "roughness is 2"),
-        ("model = \"phong\"\nroughness = 0.5", "nothing here has a roughness"),
+        (
+            "model = \"phong\"\nroughness = 0.5",
+            "`roughness` has no effect on this material",
+        ),
         ("roughness = 0.5\nexponent = 3", "model \"ggx\" has no exponent"),
         ("model = \"phong\"\neta = 1.5\nk = 1", "no Fresnel term"),
         ("eta = 1.5", "`eta` without `k`"),

@@ -350,7 +350,7 @@ impl SceneFile {
                 let folder = self.resolve(Path::new(name));
                 if !folder.is_dir() {
                     let error = self.error(span, format!("{TEXTURE_DIR}: there is no folder {}", folder.display()));
-                    return Err(error.help("correct its name; it is relative to the scene file"));
+                    return Err(error.help("correct the name of the folder; it is relative to the scene file"));
                 }
                 folders.push(folder);
             }

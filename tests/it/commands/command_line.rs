@@ -682,7 +682,7 @@ fn a_scene_file_overrides_materials() {
     assert!(words(&out).contains("no face uses the material `unused`"));
     // Kd + Ks is 0.75 + 0.5, more than 1, so both lobes are scaled.
     assert!(
-        words(&out).contains("material `floor` reflects more light than it receives: 1.25 times"),
+        words(&out).contains("material `floor` reflects up to 1.25 times the light that it receives"),
         "{}",
         words(&out)
     );

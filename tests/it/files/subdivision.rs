@@ -436,7 +436,7 @@ fn invalid_steps_by_pixels_are_errors() {
         );
     }
     let text = printed(&done(with.path(), &["check", "s.toml", "--subdivide", "pixels:2"]));
-    assert!(text.contains("subdivision pixels:2: not subdivided here"), "{text}");
+    assert!(text.contains("subdivision pixels:2 is not applied here"), "{text}");
     let tobj = ["render", "s.toml", "--subdivide", "pixels:2", "--obj-reader", "tobj"];
     assert!(refused(with.path(), &tobj, 2).contains("--obj-reader own"));
 }

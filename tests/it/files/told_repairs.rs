@@ -266,7 +266,7 @@ fn coincident_lamps_are_reported() {
     let mtl = "newmtl a\nKe 1 1 1\nnewmtl b\nKe 2 2 2\n";
     let folder = folder(&[("s.toml", SCENE), ("a.obj", &obj), ("a.mtl", mtl)]);
     let check = printed(&done(folder.path(), &split("check s.toml")));
-    let told = "1 emitting triangle lies on others: light sampling counts all of them, up to 2 at one place";
+    let told = "1 emitting triangle lies on others, up to 2 at one place: light sampling counts all of them";
     assert!(
         check.contains(told) && check.contains("[coincident-emitters]"),
         "{check}"
@@ -537,7 +537,7 @@ fn fully_invisible_scene_is_made_opaque() {
         (read_rgb(&at.join("x.exr")), said)
     };
     let (opaque, said) = picture("");
-    let told = "a.mtl:3: nothing could be seen: the opacity of material `m` and another one, all of the scene, is 0";
+    let told = "a.mtl:3: all materials of the scene (`m` and another one) have the opacity 0";
     assert!(said.contains(told) && said.contains("[invisible-scene]"), "{said}");
     assert!(!said.contains("the picture shows nothing"), "{said}");
     // If a flag sets the opacity, or requests the literal reading of the file, the scene stays
@@ -674,7 +674,11 @@ fn scenes_without_a_visible_face_have_a_reason() {
             "since its opacity is 0, and so is another material",
         ),
         ("newmtl m\nd 0\nKe 1\n", "f 1 2 3", "since its opacity is 0"),
-        ("newmtl m\nTf 1 1 1\n", "f 1 2 3", "since all light passes it straight"),
+        (
+            "newmtl m\nTf 1 1 1\n",
+            "f 1 2 3",
+            "since all light passes straight through it",
+        ),
         (
             plain,
             "f 1 2 1",

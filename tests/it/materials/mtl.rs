@@ -145,8 +145,8 @@ fn textures_are_found_elsewhere() {
     assert!(
         said.contains(
             "searched for Users/bob/Textures/Wall.PNG, bob/Textures/Wall.PNG, Textures/Wall.PNG and Wall.PNG in lib, ., .., \
-             in the folders textures, maps, texture, images and tex there, and one level deep in lib, .; put it there, or \
-             name its folder with --texture-dir"
+             in their subfolders textures, maps, texture, images and tex, and one level deep in lib, .; put the file into \
+             one of these folders, or name its folder with --texture-dir"
         ),
         "{said}"
     );

@@ -116,7 +116,7 @@ fn image_named_after_the_obj_is_its_color() {
         let folder = pictures(&[name], None);
         let (got, words) = picture(&folder, "");
         assert!(
-            got != grey && words.contains("by their names it has "),
+            got != grey && words.contains("by the file names it has "),
             "{name}: {words}"
         );
         assert!(words.contains("--maps-by-name off"), "{words}");
@@ -195,7 +195,7 @@ fn single_fitting_image_is_used_without_library() {
         let folder = without_library(&all, squares);
         fs::write(folder.path().join("s.toml"), SCENE.replace("a.obj", "car_red.obj")).unwrap();
         let (_, words) = picture(&folder, "");
-        let (_, after) = words.split_once("by their names it probably has ")?;
+        let (_, after) = words.split_once("by the file names it probably has ")?;
         after.split_whitespace().next().map(str::to_string)
     };
     let one = |name: &str| Some(name.to_string());
@@ -230,8 +230,8 @@ fn found_textures(obj: &str, objs: &[(&str, &str)], files: &[(&str, &str)], squa
     fs::write(folder.path().join("s.toml"), SCENE.replace("a.obj", obj)).unwrap();
     let (_, words) = picture(&folder, "");
     let after = |begin: &str| Some(words.split_once(begin)?.1.split_whitespace().next()?.to_string());
-    let likely = || after("by their names it probably has ").map(|name| format!("{name}?"));
-    after("by their names it has ").or_else(likely)
+    let likely = || after("by the file names it probably has ").map(|name| format!("{name}?"));
+    after("by the file names it has ").or_else(likely)
 }
 
 /// A picture with the name of another thing is not a texture of this file, even if its name has a
@@ -386,7 +386,7 @@ fn materials_are_found_in_other_case_and_with_other_separators() {
         let folder = of("Mat_1", &format!("newmtl {name}\nmap_Kd x.png\n"));
         let (got, words) = picture(&folder, "");
         assert!(got == expected, "{name}: {words}");
-        let message = format!("material `Mat_1` is called `{name}` in its library");
+        let message = format!("there is no material `Mat_1`; `{name}` of the library is used");
         assert!(
             words.contains(&message) && words.contains("[found-elsewhere]"),
             "{words}"
@@ -461,7 +461,10 @@ fn textures_without_extension_are_found() {
         assert!(got != expected && words.contains("[missing-texture]"), "{words}");
     }
     let (_, words) = found(&["x.png", "y.png"], None);
-    assert!(words.contains("x.png, y.png (--material 'wood.diffuse_map="), "{words}");
+    assert!(
+        words.contains("x.png, y.png; to use the first, add --material 'wood.diffuse_map="),
+        "{words}"
+    );
 }
 
 #[test]
@@ -470,7 +473,7 @@ fn unused_images_are_listed_in_a_warning() {
     let (_, words) = picture(&folder, "");
     assert!(words.contains("b.png, c.png, d.png and 1 more"), "{words}");
     assert!(
-        words.contains("--material 'wood.diffuse_map=b.png' uses one"),
+        words.contains("to use the first picture, add --material 'wood.diffuse_map=b.png'"),
         "{words}"
     );
     let (_, words) = picture(&folder, "--material wood.diffuse_map=b.png");
@@ -495,7 +498,7 @@ fn cut_out_alpha_of_a_color_map_is_opacity() {
     let folder = with_alpha(&cut);
     let (got, words) = picture(&folder, "");
     assert!(
-        words.contains("has the alpha of a cut-out") && words.contains("[cut-out]"),
+        words.contains("has transparent regions, so its alpha is used as opacity") && words.contains("[cut-out]"),
         "{words}"
     );
     let library = "newmtl wood\nKd 1 1 1\nmap_Kd x.png\nmap_d -imfchan m x.png\n";

@@ -288,7 +288,7 @@ fn warnings_of_one_kind_are_one_line() {
         // A single warning is printed in full, with its help.
         assert!(
             said.contains("texture `gone.png` is missing")
-                && said.contains("put it there, or name its folder with --texture-dir"),
+                && said.contains("put the file into one of these folders, or name its folder with --texture-dir"),
             "{said}"
         );
     }

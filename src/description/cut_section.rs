@@ -16,7 +16,7 @@ section! {
     #[derive(Default)]
     pub struct CutSection {
         required {}
-        /// Axis of the plane: the scene stays below `value`, and above it with a minus
+        /// Axis of the plane: the part below `value` is kept, or with a minus the part above
         axis: String, names AXES;
         /// Coordinate of the plane along its axis, scene units
         value: f64;
@@ -24,7 +24,7 @@ section! {
         ///
         /// In place of `value`.
         height: f64;
-        /// Normal of a plane of any direction: what is in front of it is cut off
+        /// Normal of a plane of any direction: the part in front of the plane is cut off
         ///
         /// In place of `axis` and `value`.
         normal: [f32; 3];

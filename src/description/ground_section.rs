@@ -19,7 +19,7 @@ section! {
         /// Side of the ground that shows shadows
         normal: [f32; 3], default "up";
         /// Radius, scene units
-        radius: f32, default "50 times that of the scene", in Numbers::FromTo(1e-9, 1e10);
+        radius: f32, default "50 times the radius of the scene", in Numbers::FromTo(1e-9, 1e10);
         /// Albedo for all rays except camera rays
         albedo: ColorValue, default "0.5", in Numbers::FromTo(0.01, 1.0);
     }

@@ -43,7 +43,7 @@ section! {
         /// Half-angle of a spot light's cone, or diameter of a directional light's disc, degrees
         angle: f32;
         /// Half-angle from which a spot light falls off, degrees
-        falloff: f32, default "0.8 of angle", in Numbers::AtLeast(0.0);
+        falloff: f32, default "0.8 times angle", in Numbers::AtLeast(0.0);
         /// Irradiance of a directional light on a surface that faces it, W·m⁻²
         irradiance: ColorValue, in Numbers::AtLeast(0.0);
         /// Radiance of a constant environment, a sphere, a disk or a rectangle, W·sr⁻¹·m⁻²

@@ -34,7 +34,7 @@ section! {
         /// Channel that a map of numbers takes
         ///
         /// `m` is alpha, `l` luminance and `z` depth.
-        channel: String, default "luminance; of opacity alpha, if there is any", names names_of(Channel::NAMES);
+        channel: String, default "luminance; for opacity alpha, if the picture has alpha", names names_of(Channel::NAMES);
         /// Values become base + gain × value
         base: f32, default "0";
         /// Values become base + gain × value

@@ -19,7 +19,7 @@ section! {
             obj: PathBuf;
         }
         /// Name of the object in mattes
-        name: String, default "the OBJ's stem";
+        name: String, default "the name of the OBJ file without its extension";
         /// Placement: scale, then rotate, then translate
         ///
         /// `{ translate, rotate, scale }`: scene units, degrees, factors.

@@ -19,7 +19,7 @@ section! {
         visible: bool, default "true";
         /// Material of the parts, by its name in the MTL file or in the scene file
         ///
-        /// Other keys of the section change it for these parts alone.
+        /// Other keys of the section change the material for these parts alone.
         material: String, default "that of the file";
         /// Translation in units of the OBJ file; applied last
         translate: [f32; 3], default "0 0 0";

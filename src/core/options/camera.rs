@@ -36,14 +36,14 @@ parameters! {
         /// Azimuth towards which a standing camera looks, degrees
         ///
         /// It needs `stand`; not with `look_at`.
-        yaw: f32, default "the way that shows most", in Range::Any;
+        yaw: f32, default "the direction that shows most", in Range::Any;
         /// Projection of the camera
         ///
         /// `panorama` shows all directions, twice as wide as high. `cubemap` shows them on six
         /// squares in a row, in a column, or in two rows. `fisheye` shows a circle.
         projection: ProjectionKind = ProjectionKind::Perspective;
         /// Height of an orthographic picture in scene units
-        ortho_height: f32, default "that of a perspective at look_at", in Range::Above(0.0);
+        ortho_height: f32, default "the height of a perspective view at look_at", in Range::Above(0.0);
         /// Shift of the picture in its heights, y up
         ///
         /// For perspective and orthographic cameras. Vertical lines stay vertical.

@@ -62,10 +62,10 @@ parameters! {
         /// with more than two lights and `power` with fewer. `all` samples every lamp at every
         /// vertex: connected emitting triangles are one lamp.
         light_selection: SelectionMode = SelectionMode::Auto;
-        /// Samples of the widest lamp at each vertex, for light selection all
+        /// Light samples of the largest lamp at each vertex, with light selection all
         ///
         /// Other lamps take at least one sample, in proportion to the square root of their area.
-        /// Skies take as many as the widest lamp.
+        /// Skies take as many as the largest lamp.
         lamp_samples: u32 = 1, in Range::FromTo(1, 64);
         /// Sampling of emitting triangles: by area or by solid angle
         triangle_sampling: TriangleSampling = TriangleSampling::Area;
@@ -76,7 +76,7 @@ parameters! {
         /// Indirect light above this luminance is scaled down, sample by sample. This removes
         /// fireflies and some light.
         clamp_indirect: Clamp = Clamp(None);
-        /// Light samples at the first vertex of a path; 1 without reuse
+        /// Light samples at the first vertex of a path; always 1 without reuse
         light_samples: u32 = 1, in Range::FromTo(1, 1024);
         /// Surfaces at which naive flips a coin between emission and reflection
         emission_coin: EmissionCoin = EmissionCoin::Emitters;
@@ -108,7 +108,7 @@ parameters! {
         photon_count: u32 = 64, in Range::FromTo(2, 1 << 16);
         /// Final gather rays of photon-map
         gather_rays: u32 = 4, in Range::FromTo(1, 100);
-        /// Error bound a of a record of irradiance-cache, by Ward
+        /// Error bound of irradiance-cache (a of Ward); smaller is more accurate
         cache_error: f32 = 0.3, in Range::AboveTo(0.0, 1.0);
         /// Approximate number of rays of a record of irradiance-cache
         cache_rays: u32 = 1024, in Range::FromTo(16, 1 << 20);

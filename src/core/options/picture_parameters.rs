@@ -63,7 +63,7 @@ parameters! {
         /// From -64 to 64. `auto` meters the picture. `studio` is the exposure for the studio
         /// light, shifted by a maximum of one stop towards the metered exposure. `render` prints
         /// the stops.
-        exposure: Exposure = Exposure::Stops(0.0), default "0; of a bare OBJ: studio or auto";
+        exposure: Exposure = Exposure::Stops(0.0), default "0; for a bare OBJ studio or auto";
         /// Tone curve of PNG files; srgb clips
         tone: Curve = Curve::Srgb, default "srgb; agx for a bare OBJ";
     }
@@ -88,7 +88,7 @@ parameters! {
         /// Denoiser; EXR files keep the raw picture beside the result
         ///
         /// See docs/denoise.md.
-        denoise: Denoising = Denoising::Off, default "off; oidn, else atrous, for a bare OBJ; without a name: oidn", bare "oidn";
+        denoise: Denoising = Denoising::Off, default "off; for a bare OBJ oidn or atrous; for --denoise without a name oidn", bare "oidn";
         /// Standard deviation in pixels of the denoiser gaussian
         denoise_radius: f32, default "0.7", in Range::FromTo(0.1, 50.0);
     }

@@ -110,17 +110,17 @@ section! {
         ///
         /// Mirrors and shadows show it.
         camera_visible: bool, default "true";
-        /// Texture that multiplies diffuse, which is 1 if it is omitted
+        /// Texture that multiplies diffuse; an omitted diffuse is 1
         diffuse_map: MapSection, default "none";
-        /// Texture that multiplies specular, which is 1 if it is omitted
+        /// Texture that multiplies specular; an omitted specular is 1
         specular_map: MapSection, default "none";
-        /// Texture that multiplies emission, which is 1 if it is omitted
+        /// Texture that multiplies emission; an omitted emission is 1
         emission_map: MapSection, default "none";
-        /// Texture that multiplies exponent, which is 1 if it is omitted
+        /// Texture that multiplies exponent; an omitted exponent is 1
         exponent_map: MapSection, default "none";
-        /// Texture that multiplies roughness, which is 1 if it is omitted
+        /// Texture that multiplies roughness; an omitted roughness is 1
         roughness_map: MapSection, default "none";
-        /// Texture that multiplies metallic, which is 1 if it is omitted
+        /// Texture that multiplies metallic; an omitted metallic is 1
         metallic_map: MapSection, default "none";
         /// Texture that multiplies opacity
         opacity_map: MapSection, default "none";

@@ -204,8 +204,9 @@ impl<'a> FaceLint<'a> {
             }),
             backs.finding((Severity::Note, "two-sided"), self.path, |n| {
                 let faces = counted(n, "face");
-                let message =
-                    format!("{faces} on the back of another face; the first is on the back of line {of_back}");
+                let message = format!(
+                    "{faces} on the back of another face; the first is on the back of the face in line {of_back}"
+                );
                 let effect = if are_apart {
                     "nothing to do: each side shows its own material"
                 } else {

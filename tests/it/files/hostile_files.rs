@@ -453,7 +453,7 @@ fn odd_values_are_reported_exactly() {
     let said = printed(&out);
     assert_eq!(code(&out), 0, "{said}");
     for word in [
-        "a.mtl:3: note: Ni of 1 material has no effect, the first in this line: nothing refracts",
+        "a.mtl:3: note: Ni of 1 material has no effect: nothing refracts",
         "a.mtl:4:8: warning: statements or options without effect: -colorspace",
         "`a.png` is missing",
     ] {

@@ -403,8 +403,11 @@ impl<'a> Library<'a> {
                 _ => "ambient light is computed",
             };
             let number = lines.len() as u64;
-            let noun = if number == 1 { "material" } else { "materials" };
-            let message = format!("{key} of {number} {noun} has no effect, the first in this line: {why}");
+            let users = match number {
+                1 => "1 material has no effect".to_string(),
+                _ => format!("{number} materials has no effect, the first in this line"),
+            };
+            let message = format!("{key} of {users}: {why}");
             let mut places = lines.into_iter().map(Position::line);
             if let Some(first) = places.next() {
                 let error = FileError::new(path, message).at(first);

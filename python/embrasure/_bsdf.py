@@ -125,7 +125,7 @@ def bsdf(material: Union[Material, str], scene: Union[Scene, str, "os.PathLike[s
     """
     if isinstance(material, str):
         if scene is None:
-            raise ValueError(f"material {material}: give the scene that it is of, too")
+            raise ValueError(f"material {material}: also give the scene that has this material")
         scene = scene_of(scene)
         return Bsdf(_native.Bsdf(scene.description(), scene.flags({}), material))
     made = Scene()

@@ -282,5 +282,5 @@ def _arrays_of(mesh: Any) -> Tuple[Array, Array, Optional[Array]]:
             points = np.pad(points, ((0, 0), (0, 1)))
         return points, np.concatenate(cut), None
     if hasattr(mesh, "geometry") and hasattr(mesh, "to_mesh"):
-        raise ValueError("faces: a scene of trimesh has several meshes: add scene.to_mesh(), or each of scene.dump()")
+        raise ValueError("faces: a trimesh scene has several meshes; add scene.to_mesh(), or each mesh of scene.dump()")
     raise ValueError("faces: give them, or a mesh that has vertices and faces, or points and cells")

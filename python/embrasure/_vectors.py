@@ -31,7 +31,7 @@ def vectors(*given: Tuple[str, Array]) -> Tuple[Tuple[int, ...], List[NDArray[np
     except ValueError:
         names = " and ".join(name for name, _ in given)
         shapes = " and ".join(str(array.shape) for array in arrays)
-        raise ValueError(f"{names}: arrays of one shape are expected, not of {shapes}") from None
+        raise ValueError(f"{names}: arrays of the same shape are expected, not of {shapes}") from None
     return same[0].shape[:-1], [np.ascontiguousarray(array.reshape(-1, 3)) for array in same]
 
 

@@ -44,7 +44,7 @@ impl Bsdf {
             found.map(|material| Self(material.bsdf())).ok_or_else(|| {
                 let names: Vec<&str> = materials.iter().map(|material| material.name.as_str()).collect();
                 let words = format!(
-                    "material {name}: no face uses it\n  help: use one of {}",
+                    "no face uses the material {name}\n  help: use one of {}",
                     names.join(", ")
                 );
                 Error::Refused(words)
@@ -85,7 +85,9 @@ impl Bsdf {
     ) -> PyResult<ValuesAndDensities<'py>> {
         let (wo, wi) = (Rows::<f32, 3>::new("wo", &wo)?, Rows::<f32, 3>::new("wi", &wi)?);
         if wo.len() != wi.len() {
-            return Err(PyValueError::new_err("wo and wi: arrays of one length are expected"));
+            return Err(PyValueError::new_err(
+                "wo and wi: arrays of the same length are expected",
+            ));
         }
         let (values, densities): (Vec<_>, Vec<_>) = py.detach(|| {
             let pairs = wo.iter().zip(wi.iter());
@@ -106,7 +108,9 @@ impl Bsdf {
     ) -> PyResult<Samples<'py>> {
         let (wo, u) = (Rows::<f32, 3>::new("wo", &wo)?, Rows::<f32, 3>::new("u", &u)?);
         if wo.len() != u.len() {
-            return Err(PyValueError::new_err("wo and u: arrays of one length are expected"));
+            return Err(PyValueError::new_err(
+                "wo and u: arrays of the same length are expected",
+            ));
         }
         let samples: Vec<_> = py.detach(|| {
             let draw = |(wo, [u_lobe, u, v]): ([f32; 3], [f32; 3])| {

@@ -14,7 +14,7 @@ pub fn compare(py: Python, reference: &Film, image: &Film, significance: f64) ->
         pooled(|| {
             let names = ["reference", "image"];
             let picture = |film: &Film, name| {
-                let words = format!("the {name} has no R, G and B\n  help: compare pictures");
+                let words = format!("the {name} has no channels R, G and B\n  help: compare films with these channels");
                 film.rendering().ok_or(Error::Refused(words))
             };
             let pictures = (picture(reference, names[0])?, picture(image, names[1])?);

@@ -5,18 +5,18 @@ use pyo3::create_exception;
 use pyo3::exceptions::{PyException, PyTypeError};
 use pyo3::prelude::*;
 
-create_exception!(embrasure, Error, PyException, "What went wrong in Embrasure.");
+create_exception!(embrasure, Error, PyException, "An error of Embrasure.");
 create_exception!(
     embrasure,
     SettingError,
     Error,
-    "A setting, or a key of the scene, that cannot be."
+    "A setting, or a key of the scene, is invalid."
 );
 create_exception!(
     embrasure,
     FileError,
     Error,
-    "A file that cannot be read or written, or is wrong: `file`, and `line`, `column` and `help` where they are known."
+    "A file cannot be read or written, or is invalid: the path `file`, and `line`, `column` and `help` if known."
 );
 
 /// Error of pickling an object of the class `name`, which cannot be pickled because its memory

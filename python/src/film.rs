@@ -183,7 +183,7 @@ impl Film {
         let height = pixels.len() / width.max(1);
         let resolution = UVec2::new(width as u32, height as u32);
         if width * height != pixels.len() || !Rect::full(resolution).is_inside(resolution) {
-            return Err(PyValueError::new_err("colors: rows of one width are expected"));
+            return Err(PyValueError::new_err("colors: rows of the same width are expected"));
         }
         let picture = Rendering {
             resolution,

@@ -234,7 +234,7 @@ impl<'a> RayArrays<'a> {
         let (origins, directions) = (Rows::new("origins", origins)?, Rows::new("directions", directions)?);
         let t_max = t_max.as_slice()?;
         if directions.len() != origins.len() || (t_max.len() != 1 && t_max.len() != origins.len()) {
-            let words = "origins, directions and t_max: arrays of one length are expected";
+            let words = "origins, directions and t_max: arrays of the same length are expected";
             return Err(PyValueError::new_err(words));
         }
         Ok(Self {

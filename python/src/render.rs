@@ -160,7 +160,7 @@ impl Work {
     ) -> Result<Developed, Error> {
         let settings = renderer.session().settings();
         if state.is_empty() {
-            let words = "time_limit came before the first sample was whole";
+            let words = "time_limit was reached before the first sample was complete";
             return Err(Error::Failed(format!(
                 "{words}\n  help: allow more time, or render fewer pixels"
             )));

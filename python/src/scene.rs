@@ -64,7 +64,7 @@ impl<'a, T: numpy::Element + Copy, const N: usize> Rows<'a, T, N> {
             let words = format!("{name}: rows of {N} numbers are expected, not of {columns}");
             return Err(PyValueError::new_err(words));
         }
-        let in_order = || format!("{name}: an array that lies row by row in memory is expected");
+        let in_order = || format!("{name}: an array in row-major order is expected, as numpy.ascontiguousarray makes");
         let numbers = array.as_slice();
         numbers.map(Self).map_err(|_| PyValueError::new_err(in_order()))
     }

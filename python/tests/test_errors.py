@@ -41,7 +41,7 @@ def test_settings_that_cannot_be(box: Path, tmp_path: Path) -> None:
         ({"spp": -1}, "--spp -1"),
         ({"integrator": "pth"}, "did you mean path"),
         ({"max_dept": 3}, "--max-depth"),
-        ({"output": "a.exr"}, "command line alone"),
+        ({"output": "a.exr"}, "only the command line"),
         ({"crop": (0, 0, 999, 9)}, "crop"),
         ({"noise": 0.1, "spp": 3}, "spp"),
         ({"material": {"white.colour": 1}}, "colour"),

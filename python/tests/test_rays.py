@@ -130,7 +130,7 @@ def test_wrong_arrays_are_refused() -> None:
     for wrong in ([[0, 0]], 3):
         with pytest.raises(ValueError, match="origins: an array …×3"):
             em.intersect(scene, wrong, [0, 0, -1])
-    with pytest.raises(ValueError, match=r"arrays of one shape are expected, not of \(2, 3\) and \(3, 3\)"):
+    with pytest.raises(ValueError, match=r"arrays of the same shape are expected, not of \(2, 3\) and \(3, 3\)"):
         em.intersect(scene, np.zeros((2, 3)), np.zeros((3, 3)))
     intervals: Any = [{"t_min": -1}, {"t_min": np.inf}, {"t_max": np.nan}, {"t_max": [1, np.nan]}, {"t_max": [1, 2, 3]}]
     for interval in intervals:

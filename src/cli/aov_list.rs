@@ -35,7 +35,7 @@ pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Res
             "z" | "depth" => "depth is always in EXR files, as Z".into(),
             "n" | "normal" | "normals" => "normals are always in EXR files, as N.X N.Y N.Z".into(),
             "albedo" => "albedo is always in EXR files, as albedo.R albedo.G albedo.B".into(),
-            "position" => "positions are P".into(),
+            "position" => "use --aov P for positions".into(),
             "mask" | "masks" | "matte" | "mattes" | "crypto" => {
                 "use cryptomatte, and then `embrasure develop FILE.exr --matte NAME -o mask.png`".into()
             }

@@ -180,9 +180,11 @@ pub(super) fn other_backend(backend: Backend, against: Option<Backend>) -> Resul
     let other = against.or_else(|| Backend::ALL.iter().copied().find(|b| *b != backend));
     other.filter(|other| *other != backend).ok_or_else(|| {
         let message = format!("there is no second backend to check {} against", backend.name());
-        CliError::Usage(format!(
-            "{message}\n  help: name another one (see --version), or build with one more"
-        ))
+        let help = match against {
+            Some(_) => "name another backend with --against (`embrasure --version` lists them)",
+            None => "build the program with a second backend",
+        };
+        CliError::Usage(format!("{message}\n  help: {help}"))
     })
 }
 
@@ -203,7 +205,7 @@ impl Audit<'_> {
         let samples = rays.div_ceil(traced.max(1));
         let samples = u32::try_from(samples).map_err(|_| {
             let message = format!("--rays {rays} is more than this image has in 2^32 samples");
-            CliError::Usage(format!("{message}\n  help: use fewer"))
+            CliError::Usage(format!("{message}\n  help: use fewer rays"))
         })?;
         let share = rays as f64 / (traced.max(1) as f64 * samples as f64);
         let (checked, statistics) = self.render(share, samples);

@@ -303,7 +303,7 @@ impl Report {
     fn light_words(&self, args: &SceneArgs) -> String {
         if self.findings.iter().any(|finding| finding.code == DEFAULT_LIGHT) {
             let added = match kind_of(&args.scene) {
-                Ok(SceneKind::Obj) => "`embrasure render` adds some",
+                Ok(SceneKind::Obj) => "`embrasure render` adds light",
                 _ => "white light of radiance 1 from everywhere is used",
             };
             return format!("none in the file; {added}");

@@ -176,7 +176,7 @@ fn print_text(info: &Value, (parts, names): (&[PartSize], &PartNames), warnings:
             _ => String::new(),
         };
         outln!(
-            "  camera     at {} towards {}, {} degrees high{focus}",
+            "  camera     at {} towards {}, vertical field of view {} degrees{focus}",
             camera["position"],
             camera["look_at"],
             camera["vertical_fov"]
@@ -240,7 +240,7 @@ fn print_text(info: &Value, (parts, names): (&[PartSize], &PartNames), warnings:
     }
     if parts.len() > MAX_PARTS {
         let count = parts.len() - MAX_PARTS;
-        outln!("    and {count} more, which have no more triangles (--json lists all)");
+        outln!("    and {count} more, none of them with more triangles (--json lists all)");
     }
     for warning in warnings {
         let kind = if warning.is_note() { "note" } else { "warning" };

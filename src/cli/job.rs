@@ -301,7 +301,7 @@ pub(super) fn kind_of(path: &Path) -> Result<SceneKind, FileError> {
             .find(|(_, extensions, _)| extensions.contains(&extension))
         {
             Some((name, _, import)) => {
-                let message = format!("{name} files are not read");
+                let message = format!("{name} files cannot be read");
                 let help = format!("make an OBJ file: in Blender {import}, then File > Export > Wavefront (.obj)");
                 Err(FileError::new(path, message).help(help))
             }
@@ -361,7 +361,7 @@ mod tests {
             let error = kind_of(Path::new(name)).err().unwrap();
             let help = error.help.unwrap_or_default();
             assert!(
-                error.message.ends_with(" files are not read"),
+                error.message.ends_with(" files cannot be read"),
                 "{name}: {}",
                 error.message
             );

@@ -17,7 +17,7 @@ pub(super) fn narrow_picture(settings: &Settings) -> Option<Warning> {
     let is_slow = pixels > FEW && pixels > 2 * settings.crop().area();
     let text = || {
         format!(
-            "denoising {}x{} pixels takes as long as {pixels}: Open Image Denoise fills narrow pictures up to 16 pixels\n  help: use --denoise=atrous, or --denoise=off",
+            "denoising {}x{} pixels takes as long as {pixels} pixels, because Open Image Denoise pads both sides to multiples of 16 pixels\n  help: use --denoise=atrous, or --denoise=off",
             size.x, size.y
         )
     };
@@ -30,7 +30,7 @@ pub(super) fn panorama_shape(session: &Session) -> Option<Warning> {
     let text = || {
         let grid = session.settings().resolution / size;
         format!(
-            "a panorama of {}x{} pixels is squeezed: all directions around are twice as wide as high\n  help: use a size such as --size {}x{}",
+            "a panorama of {}x{} pixels is squeezed, because a full panorama is twice as wide as high\n  help: use a size such as --size {}x{}",
             size.x,
             size.y,
             size.x * grid.x,

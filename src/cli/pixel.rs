@@ -169,7 +169,7 @@ impl Sink for Listener<'_, '_> {
                 CameraView::Ground(shadow) => {
                     let (factor, base) = (list(&shadow.factor.to_array()), list(&shadow.base.to_array()));
                     format!(
-                        "  sees the ground: its light times {factor} plus {base} is the share of light that arrives"
+                        "  sees the ground: the light of the sample times {factor} plus {base} is the fraction of light that arrives there"
                     )
                 }
             });

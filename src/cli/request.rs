@@ -94,7 +94,7 @@ fn parse(scene: &SceneFile, flags: &[String]) -> Result<RenderArgs, Error> {
         let name = flag.trim_start_matches('-').split('=').next().unwrap_or_default();
         if OF_COMMAND.contains(&name) || name == "set" || !flag.starts_with("--") {
             return Err(Error::Refused(format!(
-                "{flag}: not a setting of a render\n  help: leave it out; the command line alone has it"
+                "{flag}: not a setting of a render\n  help: leave it out; only the command line has this flag"
             )));
         }
     }
@@ -144,8 +144,8 @@ mod tests {
     #[test]
     fn flag_that_is_not_of_render_is_an_error() {
         for (flag, word) in [
-            ("--output=a.exr", "command line alone"),
-            ("b.obj", "command line alone"),
+            ("--output=a.exr", "only the command line"),
+            ("b.obj", "only the command line"),
             ("--spp=none", "--spp"),
             ("--max-dept=3", "--max-depth"),
         ] {

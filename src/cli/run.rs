@@ -325,7 +325,7 @@ impl Run<'_> {
                 Some(Ok(rescued)) => {
                     let name = rescued.path().display();
                     words::warning(format_args!(
-                        "the picture and its sums are saved in {name}\n  help: add --checkpoint {name} --resume to this command to write its files"
+                        "the picture and its samples are saved in {name}\n  help: repeat this command with --checkpoint {name} --resume to write the files"
                     ));
                 }
                 Some(Err(error)) => failures.push(error.to_string()),
@@ -349,7 +349,7 @@ impl Run<'_> {
         let came = match stop {
             Stop::Interrupt => "interrupted".into(),
             _ => format!(
-                "--time-limit came (reading and building took {:.1} s)",
+                "--time-limit was reached (reading and building took {:.1} s)",
                 self.load_s + self.renderer.build_seconds()
             ),
         };

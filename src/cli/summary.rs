@@ -39,10 +39,10 @@ pub(super) fn print_choices(session: &Session) {
     {
         let unit = match camera.unit {
             Some(metres) => format!("the unit of the OBJ file is {} m", words::number(metres.into())),
-            None => "no file says the unit, which is taken as the metre".into(),
+            None => "no file names the unit, and a metre is assumed".into(),
         };
         errln!(
-            "stereo: the eyes are {} units apart, 0.064 m: {unit} (--eye-distance changes it)",
+            "stereo: the eyes are {} units (0.064 m) apart, because {unit}; --eye-distance sets another distance",
             words::number(stereo.eye_distance.into())
         );
     }
@@ -83,7 +83,7 @@ pub(super) fn print_picture(session: &Session) {
 pub(super) fn print_camera(session: &Session) {
     let camera = &session.camera_description().parameters;
     errln!(
-        "camera: at {} towards {}, {} degrees high, lens radius {}, in focus at a distance of {}",
+        "camera: at {} towards {}, vertical field of view {} degrees, lens radius {}, in focus at a distance of {}",
         words::list(&camera.position.to_array()),
         words::list(&camera.look_at.to_array()),
         words::number(camera.vertical_fov.into()),

@@ -96,7 +96,7 @@ impl Settings {
         if is_too_large || crate::options::OptionGroup::invalid(&options).is_some() {
             let value = self.print.map(|print| print.scale.text()).unwrap_or_default();
             let value = format!("{value}: the picture would have {width} x {height} pixels");
-            let help = "use a smaller scale, such as 1:100, or fewer --dpi; the OBJ file may have another unit";
+            let help = "use a smaller scale, such as 1:100, or fewer --dpi, and check the unit of the OBJ file";
             return Err(InvalidSetting::new("scale", value, help).into());
         }
         self.resolution = UVec2::new(width as u32, height as u32);

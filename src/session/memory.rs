@@ -70,7 +70,7 @@ impl Session {
         match MemoryLimit::refusal(None, 0, more) {
             None => Ok(()),
             Some(refusal) => Err(Error::Failed(format!(
-                "the render takes about {} besides its scene: {refusal}\n  help: allow more, or render a smaller picture or a --crop",
+                "the render takes about {} besides its scene: {refusal}\n  help: free memory, or render a smaller picture (--size) or a part of it (--crop)",
                 in_words(more)
             ))),
         }
@@ -126,9 +126,9 @@ pub(super) fn within_memory(
     };
     let error = file.whole(format!("the render takes about {}: {refusal}", in_words(compact)));
     let help = if settings.method().kind().parameters().contains(&"photons") {
-        "allow more, send fewer --photons, or render a smaller picture"
+        "allow more (--max-memory), send fewer --photons, or render a smaller picture (--size)"
     } else {
-        "allow more, render a smaller picture or a --crop, or let objects share their OBJ"
+        "allow more (--max-memory), render a smaller picture (--size) or a part of it (--crop), or use one OBJ file for several objects"
     };
     Err(error.help(help).into())
 }

@@ -244,11 +244,14 @@ impl Settings {
                 Method::new(&options).gathers_light()
             });
             let names: Vec<&str> = gathers.map(|(name, _)| *name).collect();
-            return refused("aov", value, format!("use one of {}", names.join(", ")));
+            return refused("aov", value, format!("use one of the integrators {}", names.join(", ")));
         }
         if self.aovs.contains(&Aov::Points) && !method.has_points() {
-            let value = format!("points: --integrator {} has no photons or records", method.name());
-            return refused("aov", value, "use photon-map or irradiance-cache".into());
+            let value = format!(
+                "points: --integrator {} makes neither photons nor irradiance records",
+                method.name()
+            );
+            return refused("aov", value, "use --integrator photon-map or irradiance-cache".into());
         }
         if self.aovs.contains(&Aov::Strategies) {
             method.check_strategies()?;
@@ -269,9 +272,9 @@ impl Settings {
             return refused("crop", value, "X0 < X1 and Y0 < Y1, inside the image".into());
         }
         if self.noise.is_some() && (self.spp < 2 * BLOCK || self.spp % BLOCK != 0) {
-            let value = format!("{} samples per pixel with a noise level", self.spp);
+            let value = format!("{} with --noise", self.spp);
             let help = format!(
-                "use a multiple of {BLOCK}, {} at least: errors are estimated from the differences of such blocks",
+                "use a multiple of {BLOCK}, at least {}, because errors are estimated from the differences between blocks of samples",
                 2 * BLOCK
             );
             return refused("spp", value, help);

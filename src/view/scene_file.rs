@@ -107,7 +107,7 @@ fn set_changes(document: &mut DocumentMut, materials: &[MaterialEdit], lights: &
         let patch = patches.entry(&glob_of_name(name)).or_insert(Item::Table(Table::new()));
         let patch = patch
             .as_table_like_mut()
-            .ok_or("`patch` has no sections; correct it first")?;
+            .ok_or("`patch` has an entry that is not a section; correct it first")?;
         set(patch, key, parsed(value));
     }
     for &LightEdit {

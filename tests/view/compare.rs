@@ -97,7 +97,7 @@ fn invalid_comparisons_are_errors() {
     for (line, part) in [
         ("view s.toml --no-open --compare path", "in place of two"),
         ("view s.toml --no-open --compare path,nonsense", "neither an integrator"),
-        ("view s.toml --no-open --compare path,path+width=30", "two sizes"),
+        ("view s.toml --no-open --compare path,path+width=30", "different sizes"),
         ("view s.toml --no-open --compare path,path+max_depth=x", "max_depth"),
         ("view s.toml --no-open --reference none.exr", "none.exr"),
     ] {

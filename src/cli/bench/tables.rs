@@ -33,7 +33,8 @@ pub(super) fn tables(report: &Report) -> String {
             row
         }),
     );
-    text += "\nBuilding with all threads; renders, and their rays replayed through the intersector alone:\n\n";
+    text +=
+        "\nBuild with all threads; times of the renders, and of tracing their rays again without shading (replay):\n\n";
     text += &table(
         &[
             "scene",
@@ -62,7 +63,7 @@ pub(super) fn tables(report: &Report) -> String {
     );
     let ratios: Vec<Vec<String>> = report.scenes.iter().flat_map(ratios).collect();
     if !ratios.is_empty() {
-        text += "\nRatios to the first backend, all threads; rays as times a ray takes:\n\n";
+        text += "\nRatios to the first backend, with all threads; for rays, the ratio of the times per ray:\n\n";
         text += &table(
             &[
                 "scene",

@@ -23,14 +23,14 @@ pub(super) fn draw(map: Map, pair: &Pair, comparison: &Comparison) -> Result<Fig
     match map {
         Map::Flip => {
             let pixels = comparison.flip.map.iter().map(|e| false_color::magma(*e)).collect();
-            Ok(figure(pixels, "FLIP, black 0 to pale yellow 1".into()))
+            Ok(figure(pixels, "FLIP: black is 0, pale yellow is 1".into()))
         }
         Map::Error => {
             let values = relative_differences(&pair.image.image, &pair.reference.image);
             let range = round_range(&values);
             let percent = 100.0 * range;
             let legend = format!(
-                "(Y - Yref) / (Yref² + 0.01)^(1/2) of luminance, blue -{percent} % over grey 0 to red +{percent} %"
+                "relative error of luminance, (Y - Yref) / (Yref² + 0.01)^(1/2): blue is -{percent} %, grey 0, red +{percent} %"
             );
             Ok(figure(diverging(&values, range), legend))
         }
@@ -43,7 +43,7 @@ pub(super) fn draw(map: Map, pair: &Pair, comparison: &Comparison) -> Result<Fig
                 return Err(CliError::Failed(message.into()));
             };
             const RANGE: f32 = 6.0;
-            let legend = "difference over its standard deviation, of the channel where that is largest, blue -6 over grey 0 to red +6";
+            let legend = "difference divided by its standard deviation, of the channel with the largest ratio: blue is -6, grey 0, red +6";
             Ok(figure(diverging(&scores, RANGE), legend.into()))
         }
     }

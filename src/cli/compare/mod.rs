@@ -200,7 +200,7 @@ fn scale_name(scale: Scale) -> &'static str {
 /// Text for a comparison without tests, because about `rare` rare samples cause nearly all noise.
 fn heavy_tails(rare: f64) -> String {
     format!(
-        "heavy tails: not testable at this count; nearly all noise comes from about {rare:.0} rare samples, and the test needs {MIN_RARE}; take more samples per pixel"
+        "about {rare:.0} rare samples cause nearly all noise (heavy tails), but the test needs {MIN_RARE}; take more samples per pixel"
     )
 }
 
@@ -210,15 +210,15 @@ fn left_out(significance: &Significance) -> Option<String> {
         _ if significance.extremes.is_empty() => significance.rare.map(heavy_tails),
         CommonErrors::None | CommonErrors::Tile => significance.rare.map(|rare| {
             format!(
-                "left out: pixels, tiles and regions; heavy tails: nearly all noise comes from about {rare:.0} rare samples, and most tiles have none of them"
+                "left out: tests of pixels, tiles and regions, because about {rare:.0} rare samples cause nearly all noise (heavy tails), and most tiles have none of these samples"
             )
         }),
         CommonErrors::Sample => Some(
-            "left out: regions; the pixels of one sample have errors in common, so the tests of tiles and of the whole are weaker; to find more, compare means of several seeds"
+            "left out: tests of regions, because the pixels of one sample have errors in common; the tests of tiles and of the whole are weaker for the same reason; to find more, compare means of several seeds"
                 .into(),
         ),
         CommonErrors::Picture => Some(
-            "left out: pixels, tiles and regions; all samples use the same photons or records, and no variance includes their errors; to find more, compare means of several seeds"
+            "left out: tests of pixels, tiles and regions, because all samples use the same photons or irradiance records, whose errors are not in the variance; to find more, compare means of several seeds"
                 .into(),
         ),
     }

@@ -48,7 +48,8 @@ impl Pair {
                 a.x,
                 a.y
             );
-            let help = "compare images of one size; an EXR file of a crop keeps the window of the full image";
+            let help =
+                "compare images of the same size; for crops use EXR files, which store the size of the full image";
             return Err(FileError::new(image, message).help(help).into());
         }
         let window = first.window.intersection(second.window);

@@ -19,7 +19,7 @@ impl Comparison<'_> {
         } else {
             let (from, full) = (pair.window.min, pair.resolution);
             format!(
-                " from {},{} on, which both have of {}x{}",
+                " from {},{} on, common to both images of {}x{}",
                 from.x, from.y, full[0], full[1]
             )
         };
@@ -116,9 +116,9 @@ impl Comparison<'_> {
             .filter(|significance| !significance.extremes.is_empty())
         else {
             let why = match (self.outcome, self.pair.noisy()) {
-                (Outcome::Unknown, None) => ": one of them has no variance channels (variance.R, .G, .B)",
+                (Outcome::Unknown, None) => ": one of the images has no variance channels (variance.R, .G, .B)",
                 (Outcome::Unknown, Some(_)) => {
-                    ": too few samples or pixels; take 2 samples per pixel or more, and 160x160 pixels or more with photon-map and irradiance-cache"
+                    ": too few samples or pixels; take at least 2 samples per pixel, and with photon-map and irradiance-cache at least 160x160 pixels"
                 }
                 (Outcome::Differs, None) if self.pair.is_display && self.pair.not_finite == [0; 2] => {
                     ": a channel differs by more than 1 level of 255; --tolerance sets another limit"

@@ -40,7 +40,7 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
             let code = |i| vector(i).map(|v| unit_code(v - v.floor()));
             (
                 (0..pixels).map(code).collect(),
-                "u and v, without their whole parts, as red and green".into(),
+                "fractional parts of u and v as red and green".into(),
             )
         }
         Kind::Positions => {
@@ -51,7 +51,7 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
             };
             (
                 (0..pixels).map(code).collect(),
-                "x, y and z over their ranges as red, green and blue".into(),
+                "x, y and z, each scaled to its range, as red, green and blue".into(),
             )
         }
         Kind::Ids => (
@@ -72,7 +72,7 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
             };
             (
                 (0..pixels).map(color).collect(),
-                "a colour for each name of the first rank, by its share".into(),
+                "a colour for each name, of the name that covers most of the pixel; brighter if it covers more".into(),
             )
         }
         Kind::Depth => {
@@ -87,7 +87,7 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
             };
             (
                 values.into_iter().map(color).collect(),
-                format!("magma, bright for {near} and dark for {far}; black: nothing"),
+                format!("colour map magma, bright for {near} and dark for {far}; pixels without a surface are black"),
             )
         }
         Kind::Magnitudes => {
@@ -106,7 +106,7 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
             };
             (
                 values.iter().map(color).collect(),
-                format!("magma of the logarithm, from 10^{low:.2} to 10^{high:.2}"),
+                format!("colour map magma, logarithmic from 10^{low:.2} to 10^{high:.2}"),
             )
         }
         Kind::Numbers | Kind::Colors | Kind::Reflectance => {
@@ -139,7 +139,7 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
                 };
                 (
                     values.into_iter().map(color).collect(),
-                    format!("magma from {low} to {high}"),
+                    format!("colour map magma from {low} to {high}"),
                 )
             }
         }

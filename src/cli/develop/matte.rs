@@ -95,8 +95,11 @@ fn no_match(args: &DevelopArgs, layers: &Layers, pattern: &str) -> FileError {
         names.map(|(name, _)| name.as_str())
     };
     if names().any(|name| name == pattern) {
-        return FileError::new(&args.input, format!("has no channels of the mattes of `{pattern}`"))
-            .help("write the layers of Cryptomatte to the file");
+        return FileError::new(
+            &args.input,
+            format!("names `{pattern}`, but lacks the Cryptomatte channels of this name"),
+        )
+        .help("write all channels of the Cryptomatte layers to the file");
     }
     let near = nearest(pattern, names()).map_or(String::new(), |near| format!("did you mean `{near}`? "));
     let some: Vec<&str> = names().take(MAX_NAMES).collect();

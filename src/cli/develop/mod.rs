@@ -94,7 +94,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     });
     if has_figure {
         return Err(CliError::Usage(format!(
-            "-o with {FACE}: in .png files, data has colours that are scaled to each picture\n  help: write .exr files, or one .png file"
+            "-o with {FACE}: the colours of data in .png files are scaled for each face, so the faces would not fit together\n  help: write .exr files, or one .png file"
         )));
     }
     let size_of = |image: &Image| {

@@ -99,7 +99,9 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
         return Err(unknown(args, &file.whole(""), &materials).into());
     };
     if found.next().is_some() {
-        words::warning("several OBJ files of the scene have a material of this name; this is the first one's");
+        words::warning(
+            "several OBJ files of the scene have a material of this name; the first of these materials is shown",
+        );
     }
 
     let mut facts = facts(&scene, &textures, MaterialId(index as u32), source, material);
@@ -175,7 +177,7 @@ fn print_albedos(albedos: &[(f32, Spectrum)]) {
         let max = albedo.max_component();
         let energy = if max <= MAX_ALBEDO { "kept" } else { "GAINED" };
         outln!(
-            "  {:<13} {energy}: at most {max:.3} of the light is scattered, at {angle}°",
+            "  {:<13} {energy}: at most {max:.3} of the light is scattered, at a viewing angle of {angle}°",
             "energy"
         );
     }
@@ -313,7 +315,9 @@ fn text(value: &Value) -> String {
 }
 
 fn print_text(facts: &Value) {
-    let defined = facts["defined"].as_str().unwrap_or("nowhere: it is the default");
+    let defined = facts["defined"]
+        .as_str()
+        .unwrap_or("not in a file: the default material");
     outln!("{} ({defined})", text(&facts["name"]));
     for key in [
         "triangles",

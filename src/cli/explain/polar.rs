@@ -35,7 +35,7 @@ pub(super) fn svg(name: &str, profiles: &[Profile], albedos: &[(f32, Spectrum)])
     );
     let _ = writeln!(
         text,
-        "<text x=\"15\" y=\"24\" font-size=\"16\" font-weight=\"bold\">{}: f cos θ (full) and density (dashed), each over its maximum</text>",
+        "<text x=\"15\" y=\"24\" font-size=\"16\" font-weight=\"bold\">{}: f cos θ (full) and density (dashed), each divided by its maximum</text>",
         escaped(name)
     );
     for (i, row) in rows.iter().enumerate() {

@@ -76,7 +76,7 @@ pub(in crate::cli) fn images_of_render(
     let warning = reason.map(|reason| {
         let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
         format!(
-            "{reason}: the pictures are {}\n  help: choose other names with -o",
+            "{reason}, so the pictures are named {}\n  help: choose other names with -o",
             names.join(" and ")
         )
     });

@@ -239,7 +239,7 @@ fn line(ends: [[f64; 2]; 2]) -> Option<String> {
 fn legend(text: &mut String, samples: &[(u32, Vec<Trace>)], mut y: f64, method: &str) {
     let _ = writeln!(
         text,
-        "<text x=\"{MARGIN}\" y=\"{y}\">{method}; full: paths, dashed: shadow rays that arrive, dotted: occluded, dash-dotted: connections</text>"
+        "<text x=\"{MARGIN}\" y=\"{y}\">{method}; full lines: paths, dashed: shadow rays that reach a light, dotted: occluded shadow rays, dash-dotted: connections</text>"
     );
     for (i, (sample, traces)) in samples.iter().enumerate().take(MAX_LISTED) {
         y += LINE;

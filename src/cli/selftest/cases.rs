@@ -34,7 +34,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "bounded-paths",
-        about: "the same with three scattering events: 1 + 1/2 + 1/4 + 1/8",
+        about: "the same room with three scattering events: 1 + 1/2 + 1/4 + 1/8",
         is_quick: true,
         run: bounded_paths,
     },
@@ -70,7 +70,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "brute-force",
-        about: "mean of a picture over that by every triangle against every ray, with the same random numbers",
+        about: "mean of a picture, divided by the mean with the backend brute and the same random numbers",
         is_quick: true,
         run: brute_force,
     },
@@ -88,19 +88,19 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "bdpt",
-        about: "mean of a room by bidirectional path tracing over that by path tracing",
+        about: "mean of a room by bidirectional path tracing, divided by the mean by path tracing",
         is_quick: false,
         run: |probe| probe.over_path(IntegratorKind::Bidirectional, 256),
     },
     Case {
         name: "pssmlt",
-        about: "mean of a room by Metropolis light transport in primary sample space over that by path tracing",
+        about: "mean of a room by Metropolis light transport in primary sample space, divided by the mean by path tracing",
         is_quick: false,
         run: |probe| probe.over_path(IntegratorKind::PrimarySpace, 256),
     },
     Case {
         name: "naive",
-        about: "mean of a room by paths that meet the lamp by chance over that by path tracing",
+        about: "mean of a room by paths that meet the lamp by chance, divided by the mean by path tracing",
         is_quick: false,
         run: |probe| probe.over_path(IntegratorKind::Naive, 2048),
     },

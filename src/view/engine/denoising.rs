@@ -92,7 +92,7 @@ impl Denoising {
             let result = denoise(&settings, image, &|| false).map(|(image, _)| image);
             let words = |error| match error {
                 Unfinished::Failed(error) => error.to_string(),
-                _ => "the denoiser was given up".into(),
+                _ => "the denoiser was cancelled".into(),
             };
             let _ = sender.send(result.map_err(words));
         };

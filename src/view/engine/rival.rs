@@ -104,7 +104,7 @@ impl Engine<'_> {
             parameters::set((&mut options, &mut settings), &key.replace('-', "_"), Some(value))?;
         }
         if settings.resolution != self.settings.resolution {
-            return Err("pictures of two sizes cannot be compared".into());
+            return Err("pictures of different sizes cannot be compared".into());
         }
         settings.check().map_err(|error| error.to_string())?;
         Ok(settings)

@@ -50,7 +50,7 @@ impl Engine<'_> {
         }
         let edits = &self.edits;
         if part == SavedPart::Changes && edits.materials.is_empty() && edits.lights.is_empty() {
-            self.refuse(page, part, "no change has been loaded");
+            self.refuse(page, part, "there is no change to save");
             return Change::Nothing;
         }
         match self.write(part) {

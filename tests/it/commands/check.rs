@@ -871,7 +871,7 @@ fn text_report_groups_findings() {
     let text = |args: &[&str]| printed(&run(folder.path(), &[&["check"], args].concat()));
     let brief = text(&["a.obj"]);
     assert!(
-        brief.contains("light: none in the file; `embrasure render` adds some"),
+        brief.contains("light: none in the file; `embrasure render` adds light"),
         "{brief}"
     );
     assert!(

@@ -278,7 +278,7 @@ fn default_output_names_keep_other_files() {
     let said = words(&done(at, &split(&line)));
     assert!(
         said.contains(
-            "a.exr exists and was not written by this program: the pictures are a.render.png and a.render.exr"
+            "a.exr exists and was not written by this program, so the pictures are named a.render.png and a.render.exr"
         ),
         "{said}"
     );
@@ -299,7 +299,7 @@ fn default_output_names_keep_other_files() {
     .unwrap();
     let said = words(&done(at, &split(&format!("{line} --stats s.json"))));
     assert!(
-        said.contains("a.png is a file that this scene reads: the pictures are a.render.png"),
+        said.contains("a.png is a file that this scene reads, so the pictures are named a.render.png"),
         "{said}"
     );
     assert!(

@@ -843,7 +843,7 @@ fn focus_at_a_pixel() {
     let at_pixel = said("--focus-at 1,6 -v");
     for expected in [
         "focus: at a distance of 4, by --focus-at 1,6\n",
-        "camera: at [0, 0, 0] towards [0, 0, -1], 40 degrees high, lens radius 0.1, in focus at a distance of 4\n",
+        "camera: at [0, 0, 0] towards [0, 0, -1], vertical field of view 40 degrees, lens radius 0.1, in focus at a distance of 4\n",
     ] {
         assert!(at_pixel.contains(expected), "{at_pixel}");
     }

@@ -394,7 +394,10 @@ fn ground_does_not_change_the_bounds() {
     assert!(before.contains(&1.0));
     assert_eq!(before, after);
     let traced = printed(&run("render s.toml --pixel 2,29 --sample 1"));
-    assert!(traced.contains("sees the ground: its light times"), "{traced}");
+    assert!(
+        traced.contains("sees the ground: the light of the sample times"),
+        "{traced}"
+    );
     let traced = printed(&run("render s.toml --pixel 2,15 --background transparent --no-ground"));
     assert!(traced.contains("share of the background [1, 1, 1]"), "{traced}");
 }

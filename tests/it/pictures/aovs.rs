@@ -254,5 +254,8 @@ fn points_are_as_dense_as_photons() {
         &split(&format!("render {} --aov points -o p.exr", scene.display())),
         2,
     );
-    assert!(message.contains("use photon-map or irradiance-cache"), "{message}");
+    assert!(
+        message.contains("use --integrator photon-map or irradiance-cache"),
+        "{message}"
+    );
 }

@@ -208,7 +208,7 @@ fn narrow_images_warn_of_slow_denoising() {
     let folder = ball("diffuse = 0.5", "");
     let told = |denoiser: &str, size: &str| {
         let args = format!("render s.toml --spp 1 --size {size} --denoise={denoiser} -o a.exr");
-        words(&done(folder.path(), &split(&args))).contains("fills narrow pictures")
+        words(&done(folder.path(), &split(&args))).contains("pads both sides")
     };
     assert!(!told("atrous", "20000x1") && !told("gaussian", "20000x1"));
     if cfg!(feature = "oidn") {

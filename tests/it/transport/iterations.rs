@@ -236,7 +236,7 @@ fn time_limit_during_loading_is_an_error() {
     let args = split("render s.toml -q --size 1x1 --spp 100000000 --time-limit 0.001s -o a.png --stats s.json");
     let said = refused(folder.path(), &args, 1);
     assert!(
-        said.contains("--time-limit came") && said.contains("reading and building took"),
+        said.contains("--time-limit was reached") && said.contains("reading and building took"),
         "{said}"
     );
     assert_eq!(read_json(&folder.path().join("s.json"))["samples"], 0);

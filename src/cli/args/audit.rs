@@ -8,9 +8,9 @@ use std::path::PathBuf;
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-The rays come from a render. A disagreement is explained if the ray passes an edge, a plane or an
-end of its interval within the bounds of rounding errors. An unexplained disagreement gives exit
-code 1.
+The rays come from a render. A disagreement is explained if the ray passes so near to an edge, to a
+plane or to an end of its interval that rounding errors decide the answer. An unexplained
+disagreement gives exit code 1.
 Examples:
   embrasure audit scenes/cornell-box.toml
   embrasure audit room.obj --rays 100000000 -o room-audit.json
@@ -23,11 +23,11 @@ pub(in crate::cli) struct AuditArgs {
     #[arg(long, value_name = "N", default_value = "1000000")]
     pub rays: std::num::NonZeroU64,
 
-    /// Check the rays of this report instead
+    /// Check the rays of this report instead of those of a render
     #[arg(long, value_name = "FILE", conflicts_with = "rays")]
     pub replay: Option<PathBuf>,
 
-    /// Write the report here, as JSON
+    /// Write the report as JSON to this file
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
 

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(after_help = "\
 The rays come from a render with default settings. They are recorded, then traced again without
-shading: `render / replay` is the cost of a render in units of its ray tracing.
+shading (replay): `render / replay` is the time of the render divided by the time of its rays alone.
 Examples:
   embrasure bench scenes/cornell-box.toml
   embrasure bench scenes/cornell-box.toml bunny.obj --size 256x256 --json")]

@@ -8,13 +8,14 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-Images are EXR files, or PNG, JPEG, TIFF, WebP, GIF, TGA, BMP, DDS and HDR pictures; 8-bit and 16-bit pictures are decoded
-by the sRGB curve. If both images have `variance` channels, as files of this program do, a
-significance test decides whether they differ by more than their noise. Errors of pssmlt, mlt, sppm,
-photon-map and irradiance-cache spread over many pixels, so fewer tests apply to them; the output
-names the tests that are left out. Pictures of 8 or 16 bits have no variance: they differ if a channel
-of a pixel differs by more than --tolerance. The exit code is 1 if the images differ, if a value is not
-finite, or if a limit is exceeded. With --tolerance, --max-relmse or --max-flip only these limits decide.
+Images are EXR files, or PNG, JPEG, TIFF, WebP, GIF, TGA, BMP, DDS and HDR pictures. Pictures of 8
+or 16 bits are decoded by the sRGB curve. If both images have `variance` channels, as EXR files of
+this program have, a significance test decides whether the images differ by more than their noise.
+Errors of pssmlt, mlt, sppm, photon-map and irradiance-cache spread over many pixels, so fewer tests
+apply to these methods; the output names the tests that are left out. Pictures of 8 or 16 bits have
+no variance: they differ if a channel of a pixel differs by more than --tolerance. The exit code is
+1 if the images differ, if a value is not finite, or if a limit is exceeded. With --tolerance,
+--max-relmse or --max-flip, only these limits decide.
 Examples:
   embrasure compare reference.exr image.exr
   embrasure compare reference.exr image.exr -o difference.png

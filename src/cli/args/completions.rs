@@ -4,8 +4,9 @@ use clap::Parser;
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-bash and zsh complete commands, flags and values, fish those of flags. PowerShell and elvish
-complete commands and flags only, as the generator of their scripts supports no values.
+bash and zsh complete commands, flags and all values. fish completes commands, flags and the values
+of flags. PowerShell and elvish complete commands and flags only, because the generator of their
+scripts supports no values.
 Examples:
   embrasure completions bash > ~/.local/share/bash-completion/completions/embrasure
   embrasure completions fish > ~/.config/fish/completions/embrasure.fish

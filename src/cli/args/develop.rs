@@ -35,8 +35,8 @@ pub(in crate::cli) struct DevelopArgs {
 
     /// Mask of the names that match, from --aov cryptomatte
     ///
-    /// Names are those of parts, objects and materials. The mask is white where the named things
-    /// are. LAYER:GLOB searches one layer, such as CryptoMaterial:wood.
+    /// GLOB selects parts, objects and materials by their names. They are white in the mask.
+    /// LAYER:GLOB searches one layer, such as CryptoMaterial:wood.
     #[arg(long, value_name = "GLOB", conflicts_with_all = ["channel", "list", "denoise", "lines", "exposure", "tone"])]
     pub matte: Option<String>,
 
@@ -59,11 +59,12 @@ pub(in crate::cli) struct DevelopArgs {
     #[arg(long, value_name = "PIXELS", requires = "denoise", value_parser = parse_radius)]
     pub denoise_radius: Option<f32>,
 
-    /// Colour of lines (--aov lines), black without a value; off: none [default: as the render]
+    /// Colour of the lines of --aov lines, black without a value; off draws none [default: as
+    /// the render]
     #[arg(long, value_name = "COLOUR", num_args = 0..=1, require_equals = true, value_parser = parse_lines)]
     pub lines: Option<Option<DrawnLines>>,
 
-    /// Pixels of the full image to keep: half-open, origin top left
+    /// Keep only these pixels; origin top left, X1 and Y1 excluded
     #[arg(long, value_name = "X0,Y0,X1,Y1", value_parser = parse_list::<u32, 4>)]
     pub crop: Option<[u32; 4]>,
 

@@ -5,7 +5,7 @@ use crate::io::{Compression, ExrFormat};
 /// Flags for the storage of pictures in EXR files.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(in crate::cli) struct ExrArgs {
-    /// Compression of EXR files; zips is by rows, piz uses wavelets [default: zip]
+    /// Compression of EXR files; zips compresses each row alone, piz uses wavelets [default: zip]
     #[arg(long, value_name = "NAME", value_parser = NameParser::<Compression>::new())]
     pub compression: Option<Compression>,
 

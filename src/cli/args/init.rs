@@ -18,7 +18,7 @@ pub(in crate::cli) struct InitArgs {
     /// A bare .obj
     pub scene: PathBuf,
 
-    /// Scene file to write [default: SCENE's stem + .toml here]
+    /// Scene file to write [default: SCENE's stem + .toml, in the current folder]
     #[arg(short, long, value_name = "FILE", value_parser = parse_scene_output)]
     pub output: Option<PathBuf>,
 

@@ -22,7 +22,8 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Files:
   PREFIX.png              pictures; several values of --spp or --time give a row per estimator
-  PREFIX.csv, PREFIX.md   relMSE, seconds, efficiency = 1 / (relMSE x seconds); block_relmse: of means of 16x16
+  PREFIX.csv, PREFIX.md   relMSE, seconds, efficiency = 1 / (relMSE x seconds);
+                          block_relmse is the relMSE of the means of 16x16 pixels
   PREFIX-curves.csv, .svg relMSE at 1, 4, 16, 64, ... samples
 Without --reference, the last unbiased estimator that finds all light (path, naive, one-sample,
 bdpt, pssmlt or mlt) renders the reference. This takes 64 times its time: with --time 10s about
@@ -37,7 +38,8 @@ pub(in crate::cli) struct LabArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Integrators to compare in place of the ladder, such as path,path:sampler=halton
+    /// Integrators to compare, such as path,path:sampler=halton [default: eight steps, from naive to
+    /// the settings of the scene]
     ///
     /// A method is NAME or NAME:KEY=VALUE:KEY=VALUE... Its settings are parameters of integrators,
     /// sampling and pixel filter. A filter changes the picture: relMSE then includes the difference

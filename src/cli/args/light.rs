@@ -93,7 +93,7 @@ fn parse_env(text: &str) -> Result<EnvFlag, String> {
             Some(color) => Environment::Color(color.to_array()),
             None if text.starts_with('#') || numbers(text).is_some() => {
                 return Err(format!(
-                    "a colour is expected, its numbers finite and 0 or more: {WRITTEN_COLORS}"
+                    "a colour is expected, with finite numbers of 0 or more: {WRITTEN_COLORS}"
                 ));
             }
             None if text.contains(['.', '/', '\\']) => Environment::File(text.into()),
@@ -124,7 +124,7 @@ fn parse_sun(text: &str) -> Result<SunFlag, String> {
         Some(&[azimuth, elevation, strength]) => ([azimuth, elevation], strength),
         _ => {
             return Err(
-                "azimuth and elevation in degrees are expected, as in -45,40, or with a strength, as in -45,40,3; the tutorial `Light a room` finds them for an hour".into(),
+                "azimuth and elevation in degrees are expected, as in -45,40, or with a strength, as in -45,40,3; the tutorial `Light a room` finds both for a time of day".into(),
             );
         }
     };

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Parts come from `render` with --samples, --crop or both, written by -o or --checkpoint. All parts
 must have the same scene, settings, seed, program and backend. No sample may be missing or occur
-twice. Pictures are denoised and exposed as the render was asked for.
+twice. Pictures are denoised and exposed as the flags of the render say.
 Examples:
   embrasure render room.toml --spp 512 --samples 0..256 -o a.exr
   embrasure render room.toml --spp 512 --samples 256..512 -o b.exr
@@ -42,7 +42,7 @@ pub(in crate::cli) struct MergeArgs {
     #[command(flatten)]
     pub exr: ExrArgs,
 
-    /// Write the joined sums to this EXR file, to merge or resume it later
+    /// Write the joined samples to this EXR file, to merge or resume it later
     ///
     /// Without -o, samples may be missing.
     #[arg(long, value_name = "FILE")]

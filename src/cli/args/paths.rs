@@ -10,9 +10,9 @@ use std::path::PathBuf;
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-The contributions add up to the light of the sample in the pixel, as `render` computes it. With
-methods whose light falls on any pixel, such as bdpt and mlt, a sample is an iteration: the command
-traces all its samples and chains, and keeps those that add light to the pixel.
+The contributions add up to the light of the sample in the pixel, as `render` computes it. Methods
+such as bdpt and mlt can add light to any pixel. A sample of such a method is an iteration over the
+whole image: the command traces the iteration, and keeps the paths that add light to the pixel.
 Examples:
   embrasure paths scenes/cornell-box.toml --pixel 256,300 -o paths.svg
   embrasure paths scenes/cornell-box.toml --pixel 128,150 --size 256x256 --integrator bdpt --samples 0..4 -o paths.obj -o paths.json")]

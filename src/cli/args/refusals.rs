@@ -128,7 +128,7 @@ fn surplus(command: &str, value: &str, lists: &str) -> (String, String) {
     };
     let help = match command {
         "render" => {
-            "one picture of several OBJ files: a scene file with [[object]] for each; one picture of each: `embrasure help batch`"
+            "for one picture of several OBJ files, write a scene file with an [[object]] for each; for a picture of each file, see `embrasure help batch`"
         }
         _ => lists,
     };
@@ -165,7 +165,7 @@ mod tests {
         for (line, expected) in [
             (
                 "render a.obj b.obj",
-                "error: render takes one scene, and `b.obj` is another one\n  help: one picture of several OBJ files: a scene file with [[object]] for each; one picture of each: `embrasure help batch`",
+                "error: render takes one scene, and `b.obj` is another one\n  help: for one picture of several OBJ files, write a scene file with an [[object]] for each; for a picture of each file, see `embrasure help batch`",
             ),
             (
                 "compare a.exr b.exr c.exr",

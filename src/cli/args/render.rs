@@ -70,12 +70,12 @@ pub(in crate::cli) struct RenderArgs {
 
     /// File of cameras: transforms.json, a COLMAP folder, .gltf, .glb, .toml or .csv
     ///
-    /// The only camera of the file, or the one of --camera. Without --size the picture has the size
-    /// that the file says; with it intrinsics are scaled.
+    /// The camera is the only one of the file, or the one that --camera names. Without --size, the
+    /// picture has the size in the file; with --size, the intrinsics of the camera are scaled.
     #[arg(long, value_name = "FILE", conflicts_with_all = PLACE_AND_LENS, help_heading = "Camera")]
     pub cameras: Option<PathBuf>,
 
-    /// Camera of --cameras: its name, or that of its picture
+    /// Camera of --cameras, by its name or by the name of its picture
     #[arg(long = "camera", value_name = "NAME", requires = "cameras", help_heading = "Camera")]
     pub camera_name: Option<String>,
 
@@ -101,7 +101,7 @@ pub(in crate::cli) struct RenderArgs {
     #[command(flatten)]
     pub lines: Flags<LineOptions>,
 
-    /// Render only these pixels: half-open, origin top left
+    /// Render only these pixels; origin top left, X1 and Y1 excluded
     ///
     /// Integrators that trace paths from lights, and irradiance-cache, still compute the light of
     /// the whole image.
@@ -119,7 +119,7 @@ pub(in crate::cli) struct RenderArgs {
     #[arg(long, value_name = "DUR", value_parser = parse_duration)]
     pub time_limit: Option<f64>,
 
-    /// Render only samples A to B-1 of --spp, multiples of 64: a part for `merge`
+    /// Render only samples A to B-1, as a part for `merge`; A and B: multiples of 64
     #[arg(long, value_name = "A..B", value_parser = parse_range, conflicts_with = "noise")]
     pub samples: Option<[u32; 2]>,
 
@@ -167,7 +167,7 @@ pub(in crate::cli) struct RenderArgs {
     #[command(flatten)]
     pub exr: ExrArgs,
 
-    /// Check this share of the rays, 0 to 1, against another backend [default: off]
+    /// Check this fraction of the rays, 0 to 1, against another backend [default: off]
     #[arg(long, value_name = "SHARE", value_parser = parse_share)]
     pub audit_rays: Option<f64>,
 

@@ -6,13 +6,14 @@ use clap::Parser;
 
 #[derive(Debug, Parser)]
 #[command(after_help = "\
-Each case renders a small scene whose answer is known exactly, and compares. The exit code is 1 where one is wrong.
+Each case renders a small scene whose answer is known exactly, and compares the result with it. The
+exit code is 1 if a case is wrong.
 Examples:
   embrasure selftest
   embrasure selftest --full --backend obvhs
   embrasure selftest --json")]
 pub(in crate::cli) struct SelftestArgs {
-    /// Run the cases that take seconds: the default
+    /// Run only the cases that take seconds (the default)
     #[arg(long, conflicts_with = "full")]
     pub quick: bool,
 

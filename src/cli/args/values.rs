@@ -45,7 +45,7 @@ pub(in crate::cli) fn parse_folder(text: &str) -> Result<PathBuf, String> {
     if folder.is_dir() {
         Ok(folder)
     } else {
-        Err("a folder that is there is expected".into())
+        Err("an existing folder is expected".into())
     }
 }
 
@@ -57,7 +57,7 @@ pub(in crate::cli) fn parse_range(text: &str) -> Result<[u32; 2], String> {
     match ends {
         Some((Some(first), Some(end))) if first < end => Ok([first, end]),
         _ => Err(
-            "a part of the samples is expected, from the first to one past the last, as in 64..128; the number of samples is --spp".into(),
+            "a range of samples is expected, such as 64..128 for the samples 64 to 127; --spp sets the number of samples".into(),
         ),
     }
 }
@@ -123,7 +123,7 @@ pub(in crate::cli) fn parse_paths_output(text: &str) -> Result<PathBuf, String> 
 
 pub(in crate::cli) fn parse_share(text: &str) -> Result<f64, String> {
     let share = text.parse().ok().filter(|s| (0.0..=1.0).contains(s));
-    share.ok_or_else(|| "a share from 0 to 1 is expected, such as 1e-4".into())
+    share.ok_or_else(|| "a fraction from 0 to 1 is expected, such as 1e-4".into())
 }
 
 pub(in crate::cli) fn parse_height(text: &str) -> Result<f64, String> {
@@ -133,7 +133,7 @@ pub(in crate::cli) fn parse_height(text: &str) -> Result<f64, String> {
 
 pub(in crate::cli) fn parse_chance(text: &str) -> Result<f64, String> {
     let chance = text.parse().ok().filter(|p| *p > 0.0 && *p < 1.0);
-    chance.ok_or_else(|| "a chance between 0 and 1 is expected, such as 0.01".into())
+    chance.ok_or_else(|| "a probability between 0 and 1 is expected, such as 0.01".into())
 }
 
 pub(in crate::cli) fn parse_size(text: &str) -> Result<[u32; 2], String> {

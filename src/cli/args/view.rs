@@ -17,9 +17,9 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(after_help = "\
 The page is part of the program and loads nothing from the network. The link contains a random
-token that other users of this machine cannot guess. A browser is opened by a temporary file that
-only you can read, since arguments of programs are visible to all. If your browser may not read
-temporary files (snap), open the printed link.
+token that other users of this machine cannot guess. A browser gets the link from a temporary file
+that only you can read, because other users can see the arguments of programs. If your browser
+cannot read temporary files (snap), open the printed link.
 Over ssh: start the viewer on the remote machine with --port 8123. On your machine run
 `ssh -L 8123:127.0.0.1:8123 HOST` and open the link.
 Examples:
@@ -52,7 +52,7 @@ pub(in crate::cli) struct ViewArgs {
     #[arg(long, value_name = "A,B")]
     pub compare: Option<String>,
 
-    /// EXR of this view, against which the page shows errors over time
+    /// Reference EXR of this view, for the errors over time that the page shows
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
 

@@ -22,7 +22,7 @@ pub(in crate::cli) struct ViewsArgs {
     #[arg(short, long, value_name = "SHEET.png")]
     pub output: Option<PathBuf>,
 
-    /// inside: cameras in the rooms, and a plan; auto decides by the scene [default: auto]
+    /// Views to show; inside: cameras in the rooms, and a plan; auto: by the scene [default: auto]
     #[arg(long, value_name = "NAME", value_parser = NameParser::<View>::new())]
     pub view: Option<View>,
 

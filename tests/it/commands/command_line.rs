@@ -643,7 +643,7 @@ fn library_textures_are_part_of_the_hash() {
         ),
         (
             ["--texture-dir", "gone"],
-            "--texture-dir gone\n  help: a folder that is there is expected",
+            "--texture-dir gone\n  help: an existing folder is expected",
         ),
         (["--smooth", "0"], "smooth"),
     ] {

@@ -38,8 +38,8 @@ pub(in crate::cli) struct LabArgs {
     /// A .toml scene file or a bare .obj
     pub scene: PathBuf,
 
-    /// Integrators to compare, such as path,path:sampler=halton [default: eight steps, from naive to
-    /// the settings of the scene]
+    /// Integrators to compare, such as path,path:sampler=halton [default: eight steps, from naive
+    /// to the settings of the scene]
     ///
     /// A method is NAME or NAME:KEY=VALUE:KEY=VALUE... Its settings are parameters of integrators,
     /// sampling and pixel filter. A filter changes the picture: relMSE then includes the difference

@@ -66,7 +66,7 @@ export class Compare {
     const heads = ["Settings", "Samples", "Time", "relMSE"];
     const rows = [row(FIRST, first), ...(second ? [row(SECOND, second)] : [])];
     const table = element("table", {}, element("tr", {}, ...heads.map((head) => element("th", { scope: "col" }, head))), ...rows);
-    const words = between === null || between === undefined ? [] : [element("p", { class: "hint" }, `relMSE of one against the other: ${between.toPrecision(3)}`)];
+    const words = between === null || between === undefined ? [] : [element("p", { class: "hint" }, `relMSE of one picture against the other: ${between.toPrecision(3)}`)];
     $("errors").replaceChildren(table, ...words);
     this.draw();
   }

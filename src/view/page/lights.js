@@ -29,7 +29,7 @@ export class Lights {
       details.addEventListener("toggle", () => (details.open ? this.#shown.add(index) : this.#shown.delete(index)));
       return details;
     });
-    const none = element("p", { class: "hint" }, "The scene file has none. Materials that emit have their emission among the materials.");
+    const none = element("p", { class: "hint" }, "The scene file has no lights. To change a material that emits light, open Materials.");
     $("scene-lights").replaceChildren(...(made.length ? made : [none]));
   }
 

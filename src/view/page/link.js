@@ -37,7 +37,7 @@ export class Link extends EventTarget {
             header = readHeader(data);
             this.#tell("frame", { ...header, halves: await readHalves(data, header) });
           } catch (error) {
-            this.#tell("error", { text: `A picture cannot be shown: ${error.message}\nReload the page; if that does not help, use a newer browser.` });
+            this.#tell("error", { text: `A picture of the render cannot be shown: ${error.message}\nReload the page. If the error remains, use a newer browser.` });
           }
           // Confirm the picture, because the render limits the number of unconfirmed pictures.
           if (header.frame) this.send({ do: "shown", frame: header.frame, ms: performance.now() - start });

@@ -106,7 +106,7 @@ link.addEventListener("hello", ({ detail }) => {
   $("denoise").replaceChildren(...denoisers.names.map((value) => element("option", { value }, value)));
   $("channel").replaceChildren(...detail.channels.map((value) => element("option", { value }, value)));
   $("channel").value = picture.look.channel;
-  const sides = [["", "off"], ["kept", "the picture kept"], ["file", "the opened picture"], ["compared", "the render compared"], ...detail.channels.map((name) => [name, name])];
+  const sides = [["", "off"], ["kept", "the kept picture"], ["file", "the opened picture"], ["compared", "the compared render"], ...detail.channels.map((name) => [name, name])];
   $("split").replaceChildren(...sides.map(([value, words]) => element("option", { value }, words)));
   $("split").value = picture.beside;
   if (!$("tone").options.length) {
@@ -123,7 +123,7 @@ link.addEventListener("state", ({ detail }) => {
   $("patch").value = detail.patches;
   lights.showEdits(detail.light_edits, detail.light_sections);
   compare.update(detail.compare);
-  const bare = detail.can_save ? "" : "a bare OBJ stores none: make a scene file with `embrasure init`";
+  const bare = detail.can_save ? "" : "a bare OBJ cannot store this; make a scene file with `embrasure init`";
   allow("save-camera", bare);
   const none = detail.patches !== "" || detail.light_edits.length > 0 ? "" : "nothing is changed";
   for (const id of ["reset-materials", "reset-lights"]) allow(id, none);
@@ -237,7 +237,7 @@ camera.addEventListener("change", ({ detail }) => {
   setSlider($("lens-range"), (c.lens_radius / (0.1 * camera.extent)) ** 0.5);
   setSlider($("focus-range"), Math.log10(c.focus_distance / camera.extent) / 3.6 + 0.83);
   allow("undo", camera.past.length === 0 ? "no move yet" : "");
-  allow("redo", camera.future.length === 0 ? "none undone" : "");
+  allow("redo", camera.future.length === 0 ? "nothing undone" : "");
   $("copied").value = camera.toml;
   if (!detail.isOwn) return;
   document.documentElement.dataset.samples = "moving";
@@ -346,7 +346,7 @@ $("file").addEventListener("change", async () => {
     picture.file = await createImageBitmap(file);
     setBeside("file");
   } catch {
-    say(`${file.name} is no picture that this browser can show: open a PNG, JPEG or WebP file.`, true);
+    say(`${file.name} cannot be shown by this browser. Open a PNG, JPEG or WebP file.`, true);
   }
 });
 $("split-at").addEventListener("input", () => {
@@ -414,7 +414,7 @@ function key(event) {
 const click = (at) => (tab === "inspect" && !$("focus-click").checked ? inspector.ask(at) : selection.ask(at));
 listen({ view, picture, camera, onClick: click, onHover: hover, onKey: key });
 for (const slider of document.querySelectorAll('input[type="range"]')) setSlider(slider, slider.value);
-const nothing = "no group is separate";
+const nothing = "groups are not separated";
 for (const id of ["reset-groups", "save-shown"]) allow(id, nothing);
 link.open();
 

@@ -94,5 +94,5 @@ export class Materials {
 function texture({ key, id, size }) {
   const name = nameWithKey(key);
   name.append(element("span", { class: "hint" }, `${size[0]} × ${size[1]}`));
-  return element("div", { class: "texture", title: "Textures are changed in the scene file" }, element("img", { src: `texture.png?id=${id}`, alt: `Texture ${key}`, loading: "lazy" }), name);
+  return element("div", { class: "texture", title: "To change a texture, edit the scene file" }, element("img", { src: `texture.png?id=${id}`, alt: `Texture ${key}`, loading: "lazy" }), name);
 }

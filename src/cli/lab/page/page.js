@@ -226,7 +226,7 @@ function scale() {
   const bar = make("span", { className: "bar" });
   bar.style.background = `linear-gradient(to right, ${half.map((color) => `rgb(${color})`).join(", ")})`;
   const [low, high] = state.view === "signed" ? ["−100 %", "+100 %"] : ["0", "100 %"];
-  const words = "error of luminance, (Y − Yref) / (Yref² + 0.01)^½; colours go by its square root: half way is 25 %";
+  const words = "relative error of luminance, (Y − Yref) / (Yref² + 0.01)^½; the colours follow its square root: half way from 0 to the end is 25 %";
   element.replaceChildren(low, bar, high, make("span", {}, words));
 }
 

@@ -155,7 +155,7 @@ fn print_text(info: &Value, (parts, names): (&[PartSize], &PartNames), warnings:
     outln!("  vertices   {}", info["vertices"]);
     if info["instances"].as_u64() != Some(0) {
         outln!(
-            "  instances  {}, triangles of all of them: {}",
+            "  instances  {}, with {} triangles in all",
             info["instances"],
             info["placed_triangles"]
         );

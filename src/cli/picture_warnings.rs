@@ -105,7 +105,7 @@ pub(super) fn spikes_warning(spikes: Spikes) -> String {
         n => format!("{n} pixels get most of their light"),
     };
     format!(
-        "{pixels} from a few iterations: a chain was stuck there, or the path is very rare; pixel {},{} is {value:.3} ± {error:.3}, its neighbours {around:.3}\n  \
+        "{pixels} from a few iterations: a chain was stuck there, or the path is very rare; pixel {},{} is {value:.3} ± {error:.3}, but the pixels around are {around:.3}\n  \
          help: do not trust such pixels; take more samples, or compare with bdpt or vcm",
         brightest.x, brightest.y
     )

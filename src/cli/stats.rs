@@ -167,7 +167,7 @@ impl Chains {
         } = *self;
         (time > MAX_SHARE_OF_A_CHAIN * mutations).then(|| {
             format!(
-                "a Markov chain of {mutations:.0} mutations returns to a pixel so often that it is worth {:.1} independent samples: the picture shows where chains started\n  \
+                "the picture shows where Markov chains started, because a chain of {mutations:.0} mutations returns to the same pixels so often that it is worth only {:.1} independent samples\n  \
                  help: use fewer and longer chains (--chains), or compare with bdpt or vcm",
                 mutations / time
             )

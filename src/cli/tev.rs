@@ -260,7 +260,9 @@ impl SenderThread {
 /// Error of a viewer that takes longer than `patience`.
 fn slow(patience: Duration) -> io::Error {
     let seconds = patience.as_secs();
-    io::Error::other(format!("it reads too slowly; the limit is {seconds} s"))
+    io::Error::other(format!(
+        "it reads too slowly: it has not taken the picture within {seconds} s"
+    ))
 }
 
 /// Error that the viewer at `address` is lost.

@@ -43,7 +43,7 @@ pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
     };
     if !args.listen.is_loopback() {
         words::warning(format_args!(
-            "--listen {}: anyone who reaches this address and has the link can see and control the render, and can write its camera, materials and lights into the scene file; the link and the pictures are not encrypted\n  help: use ssh -L in place of --listen (`embrasure view --help`)",
+            "--listen {}: anyone who reaches this address and has the link can see and control the render, and can write its camera, materials and lights into the scene file; the link and the pictures are not encrypted\n  help: use ssh -L in place of --listen, as `embrasure view --help` shows",
             args.listen
         ));
     }

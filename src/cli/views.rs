@@ -143,7 +143,7 @@ fn plan(session: &Session, candidates: &[(String, CameraGuess)]) -> Result<Optio
     let marks = marks.collect();
     let label = vec![
         format!("plan with {cameras}, cut 1.2 m above the floor"),
-        format!("{edges}; --stand stands at any place"),
+        format!("{edges}; --stand puts the camera at any place"),
     ];
     let image = plan.image;
     Ok(Some((Panel { label, image }, marks)))

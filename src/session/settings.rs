@@ -269,7 +269,7 @@ impl Settings {
                 "{},{},{},{} holds no pixel or leaves the image of {}x{}",
                 min.x, min.y, max.x, max.y, size.x, size.y
             );
-            return refused("crop", value, "X0 < X1 and Y0 < Y1, inside the image".into());
+            return refused("crop", value, "use X0 < X1 and Y0 < Y1, inside the image".into());
         }
         if self.noise.is_some() && (self.spp < 2 * BLOCK || self.spp % BLOCK != 0) {
             let value = format!("{} with --noise", self.spp);

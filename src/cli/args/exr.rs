@@ -33,7 +33,7 @@ impl ExrArgs {
                 None if name == "all" => format.half.extend(layers),
                 None => {
                     return Err(CliError::Usage(format!(
-                        "--half {name}: this layer cannot be stored as half floats\n  help: choose from {}, or use all",
+                        "--half {name}: no such layer, or a layer that cannot be stored as half floats\n  help: choose from {}, or use all",
                         layers.join(", ")
                     )));
                 }

@@ -63,7 +63,8 @@ pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Er
                 .iter()
                 .any(|word| word == "--camera" || word.starts_with("--camera="));
             let help = match what.starts_with("--cameras") && has_camera {
-                true => "--camera chooses a camera of this file; a side of the scene is --view front".into(),
+                true => "--camera chooses a camera of the file of --cameras; for a side of the scene use --view front"
+                    .into(),
                 false => lists,
             };
             (format!("{name} needs {what}"), help)
@@ -81,7 +82,7 @@ pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Er
         ErrorKind::NoEquals => {
             let flag = flag(&invalid);
             (
-                format!("{flag} takes its value behind a `=`"),
+                format!("{flag} takes its value after a `=`"),
                 format!("write {flag}=VALUE"),
             )
         }

@@ -107,7 +107,7 @@ mod tests {
             ),
             (
                 "embrasure render a.obj --camera front",
-                "a side of the scene is --view front",
+                "for a side of the scene use --view front",
             ),
             (
                 "embrasure check a.obj --projection panorama",

@@ -32,7 +32,7 @@ impl Comparison<'_> {
         if pair.not_finite != [0; 2] {
             let [reference, image] = pair.not_finite;
             outln!(
-                "  not finite: {reference} pixels of the reference, {image} of the image; they count as black in both"
+                "  not finite: {reference} pixels of the reference, {image} of the image; these pixels count as black in both"
             );
         }
         let row = |name: &str, values: [f64; 3], show: &dyn Fn(f64) -> String| {

@@ -317,7 +317,7 @@ fn cropped(image: &Image, [x0, y0, x1, y1]: [u32; 4]) -> Result<Image, CliError>
     if crop.area() == 0 || crop.intersection(there) != crop {
         let (min, max) = (there.min, there.max);
         return Err(CliError::Usage(format!(
-            "--crop {x0},{y0},{x1},{y1} holds no pixel or leaves the picture\n  help: X0 < X1 and Y0 < Y1, inside {},{},{},{}",
+            "--crop {x0},{y0},{x1},{y1} holds no pixel or leaves the picture\n  help: use X0 < X1 and Y0 < Y1, inside {},{},{},{}",
             min.x, min.y, max.x, max.y
         )));
     }

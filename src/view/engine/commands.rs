@@ -107,7 +107,7 @@ impl Engine<'_> {
                 let checked = match light {
                     Some(FileLight { section, .. }) => scene_keys::check_light(section.kind.get_ref(), &key),
                     None => Err(format!(
-                        "the scene file has no light number {}, or a flag has replaced it",
+                        "the scene file has no light number {}, or a flag has replaced the light",
                         index.saturating_add(1)
                     )),
                 };

@@ -201,7 +201,7 @@ fn draw_albedos(text: &mut String, albedos: &[(f32, Spectrum)], [x, y]: [f64; 2]
     let _ = writeln!(text, "<g transform=\"translate({x} {y})\">");
     let _ = writeln!(
         text,
-        "<text x=\"15\" y=\"16\" font-weight=\"bold\">Albedo against the angle of the viewer, by channel; above 1 energy is gained</text>"
+        "<text x=\"15\" y=\"16\" font-weight=\"bold\">Albedo by viewing angle, for each channel; a value above 1 means a gain of energy</text>"
     );
     for tick in 0..=4 {
         let albedo = 0.25 * tick as f32;

@@ -24,7 +24,7 @@ pub(super) fn print(profiles: &[Profile]) {
 
 fn print_row(what: &str, profiles: &[Profile], row: &[&LobeProfile], values: Vec<Vec<f32>>, is_two_sided: bool) {
     outln!(
-        "\n  {what} of {}, by the angle of the viewer, with its maximum, sr⁻¹",
+        "\n  {what} of {} by viewing angle, for each angle of incidence with the maximum in sr⁻¹",
         row[0].name
     );
     let mut names = Vec::new();

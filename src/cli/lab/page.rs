@@ -125,11 +125,11 @@ impl Pictures<'_> {
         let estimators = count(self.comparison.runs.len() as u64, "estimator");
         let reference = match &self.comparison.reference {
             Some(reference) => format!("reference: {}", reference.lines().join(", ")),
-            None => "no reference, and so no errors".into(),
+            None => "without a reference, so errors are unknown".into(),
         };
         let averaged = match self.factor {
             1 => String::new(),
-            n => format!("; pictures are shown averaged over {n}×{n} pixels, figures are of all pixels"),
+            n => format!("; each pixel shown is the mean of {n}×{n} pixels, but figures are of all pixels"),
         };
         format!(
             "{estimators} on {}, {width}×{height} pixels; {reference}{averaged}.",

@@ -143,7 +143,7 @@ fn print_text(renderer: &Renderer, args: &PathsArgs, samples: &[(u32, Vec<Trace>
         let count = |of: fn(&Trace) -> usize| traces.iter().map(of).sum::<usize>() as u64;
         outln!(
             "sample {sample}: {}, {}, {}; radiance {}",
-            words::count(traces.len() as u64, "record"),
+            words::count(traces.len() as u64, "path"),
             match count(|trace| trace.vertices.len()) {
                 1 => "1 vertex".into(),
                 n => format!("{n} vertices"),

@@ -18,7 +18,7 @@ const NAMES = {
   preset: "Preset", diffuse: "Base colour", specular: "Reflection", model: "Reflection model", exponent: "Shininess", roughness: "Roughness",
   metallic: "Metal", anisotropy: "Brushed", anisotropy_rotation: "Brush direction", clearcoat: "Clear coat",
   clearcoat_roughness: "Coat roughness", sheen: "Sheen", eta: "Metal index", k: "Metal extinction", transmission: "Transparency",
-  ior: "Refractive index", abbe: "Dispersion (Abbe)", absorption_depth: "Colour depth", thin: "Thin dielectric", emission: "Glow",
+  ior: "Refractive index", abbe: "Dispersion (Abbe)", absorption_depth: "Absorption depth", thin: "Thin dielectric", emission: "Glow",
   opacity: "Opacity", camera_visible: "Seen by the camera", patch: "Patch",
   diffuse_map: "Base colour texture", specular_map: "Reflection texture", emission_map: "Glow texture", exponent_map: "Shininess texture",
   roughness_map: "Roughness texture", metallic_map: "Metal texture", opacity_map: "Opacity texture", bump_map: "Bump texture", normal_map: "Normal map",

@@ -85,7 +85,7 @@ pub(in crate::cli) struct LabArgs {
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
 
-    /// Maximum number of scattering events; 0 shows emission only, none is 1024 [default: 16]
+    /// Maximum number of scattering events; 0 shows emission only, none means 1024 [default: 16]
     #[arg(long, value_name = "N", value_parser = value_parser::<MaxDepth>)]
     pub max_depth: Option<MaxDepth>,
 

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 #[command(after_help = "\
 Parts come from `render` with --samples, --crop or both, written by -o or --checkpoint. All parts
 must have the same scene, settings, seed, program and backend. No sample may be missing or occur
-twice. Pictures are denoised and exposed as the flags of the render say.
+twice. Denoiser, exposure and tone curve are those of the render, unless flags say otherwise.
 Examples:
   embrasure render room.toml --spp 512 --samples 0..256 -o a.exr
   embrasure render room.toml --spp 512 --samples 256..512 -o b.exr

@@ -44,7 +44,7 @@ parameters! {
         projection: ProjectionKind = ProjectionKind::Perspective;
         /// Height of an orthographic picture in scene units
         ortho_height: f32, default "the height of a perspective view at look_at", in Range::Above(0.0);
-        /// Shift of the picture in its heights, y up
+        /// Shift of the picture to the right and up, as fractions of its height
         ///
         /// For perspective and orthographic cameras. Vertical lines stay vertical.
         shift: Vec2, default "0,0";

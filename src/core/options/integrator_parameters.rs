@@ -21,7 +21,7 @@ parameters! {
     pub struct IntegratorOptions, heading "Integrator", values values {
         /// Integrator: the method that finds light
         integrator: IntegratorKind = IntegratorKind::Path;
-        /// Maximum number of scattering events; 0 shows emission only, none is 1024
+        /// Maximum number of scattering events; 0 shows emission only, none means 1024
         max_depth: MaxDepth = MaxDepth(Some(16));
         /// Scattering events before Russian roulette may end a path; at least 1 with reuse
         roulette_depth: u32 = 1;
@@ -76,7 +76,7 @@ parameters! {
         /// Indirect light above this luminance is scaled down, sample by sample. This removes
         /// fireflies and some light.
         clamp_indirect: Clamp = Clamp(None);
-        /// Light samples at the first vertex of a path; always 1 without reuse
+        /// Light samples at the first vertex of a path; default 1 without reuse
         light_samples: u32 = 1, in Range::FromTo(1, 1024);
         /// Surfaces at which naive flips a coin between emission and reflection
         emission_coin: EmissionCoin = EmissionCoin::Emitters;

@@ -189,6 +189,7 @@ impl Film {
             resolution,
             window: Rect::full(resolution),
             image: RgbImage { width, height, pixels },
+            raw: None,
             noise: None,
             is_display: false,
             bias: None,

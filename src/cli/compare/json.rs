@@ -18,6 +18,7 @@ impl Comparison<'_> {
                 "common_errors": name_of(CommonErrors::NAMES, significance.common),
                 "rare_samples": significance.rare,
                 "left_out": left_out(significance),
+                "before_denoiser": self.pair.is_denoised(),
             })
         });
         let limits = self.limits().map(|(flag, value, limit)| {

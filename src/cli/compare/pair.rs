@@ -65,6 +65,10 @@ impl Pair {
         }
         let bits = |image: &RgbImage| image.pixels.iter().map(|p| p.map(f32::to_bits)).collect::<Vec<_>>();
         let is_identical = bits(&first.image) == bits(&second.image);
+        for raw in [&mut first.raw, &mut second.raw].into_iter().flatten() {
+            let wrong = |p: &[f32; 3]| !p.iter().all(|v| v.is_finite());
+            raw.pixels.iter_mut().filter(|p| wrong(p)).for_each(|p| *p = [0.0; 3]);
+        }
         let mut not_finite = [0; 2];
         let (pixels, others) = (&mut first.image.pixels, &mut second.image.pixels);
         for (a, b) in pixels.iter_mut().zip(others) {
@@ -88,12 +92,18 @@ impl Pair {
         })
     }
 
-    /// The images with their noise; `None` if the noise of either is unknown.
+    /// The images with their noise; `None` if the noise of either is unknown. Denoised images are
+    /// returned as they were before the denoiser, because their variances belong to these values.
     pub fn noisy(&self) -> Option<[(&RgbImage, &Noise); 2]> {
-        let (reference, image) = (&self.reference, &self.image);
-        Some([
-            (&reference.image, reference.noise.as_ref()?),
-            (&image.image, image.noise.as_ref()?),
-        ])
+        fn noisy(rendering: &Rendering) -> Option<(&RgbImage, &Noise)> {
+            let Rendering { image, raw, noise, .. } = rendering;
+            Some((raw.as_ref().unwrap_or(image), noise.as_ref()?))
+        }
+        Some([noisy(&self.reference)?, noisy(&self.image)?])
+    }
+
+    /// Returns true if a denoiser has changed one of the images.
+    pub fn is_denoised(&self) -> bool {
+        self.reference.raw.is_some() || self.image.raw.is_some()
     }
 }

@@ -157,6 +157,9 @@ impl Comparison<'_> {
         if let Some(words) = left_out(significance) {
             outln!("  {words}");
         }
+        if self.pair.is_denoised() {
+            outln!("  the tests compare the light before the denoiser (raw.R, raw.G, raw.B)");
+        }
         let p = format!("p = {} over all tests, significance {level}", chance(significance.p));
         match (self.outcome, significance.worst()) {
             (Outcome::Differs, Some(e)) if significance.differs() => {

@@ -15,7 +15,10 @@ use ::exr::prelude as exr;
 use std::path::Path;
 
 /// Floats per pixel of a [`Rendering`] while it is read, including temporary copies.
-const FLOATS_MADE: u64 = 16;
+const FLOATS_MADE: u64 = 20;
+
+/// Channels of the picture before the denoiser.
+const RAW: [&str; 3] = ["raw.R", "raw.G", "raw.B"];
 
 /// A picture from a file, with its position in the full image and its noise.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +29,9 @@ pub struct Rendering {
     pub window: Rect,
     /// Colours of the pixels of `window`, linear Rec.709.
     pub image: RgbImage,
-    /// Noise of the values; `None` if the file does not have variances.
+    /// Colours before the denoiser; `None` if the picture is not denoised.
+    pub raw: Option<RgbImage>,
+    /// Noise of the values before the denoiser; `None` if the file does not have variances.
     pub noise: Option<Noise>,
     /// True if the file holds values for a display, 0 to 1, which were decoded by the sRGB curve.
     pub is_display: bool,
@@ -53,6 +58,14 @@ impl Rendering {
             resolution: image.resolution,
             window: image.crop,
             image: image.into(),
+            raw: match RAW.map(values) {
+                [Some(r), Some(g), Some(b)] => Some(RgbImage {
+                    width: image.crop.size().x as usize,
+                    height: image.crop.size().y as usize,
+                    pixels: r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b]).collect(),
+                }),
+                _ => None,
+            },
             noise,
             is_display: false,
             bias: None,
@@ -70,14 +83,16 @@ impl Rendering {
         let is_kept = |i: usize| window.contains(kept(i));
         let window = window.intersection(self.window);
         let size = window.size();
+        let picture = |whole: &RgbImage| RgbImage {
+            width: size.x as usize,
+            height: size.y as usize,
+            pixels: pick(&whole.pixels, is_kept),
+        };
         Self {
             resolution: self.resolution,
             window,
-            image: RgbImage {
-                width: size.x as usize,
-                height: size.y as usize,
-                pixels: pick(&self.image.pixels, is_kept),
-            },
+            image: picture(&self.image),
+            raw: self.raw.as_ref().map(picture),
             noise: self.noise.as_ref().map(|noise| Noise {
                 variance: pick(&noise.variance, is_kept),
                 samples: pick(&noise.samples, is_kept),
@@ -124,6 +139,7 @@ fn of_picture(picture: Picture) -> Rendering {
             height: picture.height,
             pixels: pixels.collect(),
         },
+        raw: None,
         noise: None,
         is_display,
         bias: None,
@@ -174,14 +190,16 @@ fn read_exr(path: &Path) -> Result<Rendering, FileError> {
         },
         common: common_errors(&layer.attributes),
     });
+    let picture = |channels: &[Vec<f32>; 3]| RgbImage {
+        width: window.size().x as usize,
+        height: window.size().y as usize,
+        pixels: rgb(channels),
+    };
     Ok(Rendering {
         resolution: resolution(&display),
         window,
-        image: RgbImage {
-            width: window.size().x as usize,
-            height: window.size().y as usize,
-            pixels: rgb(&colors),
-        },
+        image: picture(&colors),
+        raw: channels(layer, RAW).as_ref().map(picture),
         noise,
         is_display: false,
         bias: text_attribute(&layer.attributes, BIAS),

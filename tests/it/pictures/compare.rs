@@ -126,6 +126,40 @@ fn bias_percentages_match_the_values() {
     assert!(found["relative_bias"][1].is_null(), "{found:#}");
 }
 
+/// Denoised renders with different seeds do not differ: the tests compare the light before the
+/// denoiser. A render with other light differs.
+#[test]
+fn denoised_seeds_agree() {
+    let folder = scenes();
+    let folder = folder.path();
+    let flags = ["--size", "128x128", "--spp", "8", "--denoise=atrous"];
+    for seed in ["1", "2"] {
+        render(
+            folder,
+            "s.toml",
+            &joined(&flags, &["--seed", seed]),
+            &format!("{seed}.exr"),
+        );
+    }
+    render(
+        folder,
+        "s.toml",
+        &joined(&flags, &["--seed", "1", "--max-depth", "1"]),
+        "shallow.exr",
+    );
+    let (code, found) = compare(folder, &["1.exr", "2.exr"]);
+    assert_eq!(
+        (code, found["outcome"].as_str()),
+        (0, Some("equal within noise")),
+        "{found:#}"
+    );
+    assert_eq!(found["significance_test"]["before_denoiser"], true);
+    let (code, found) = compare(folder, &["2.exr", "shallow.exr"]);
+    assert_eq!((code, found["outcome"].as_str()), (1, Some("differs")), "{found:#}");
+    let (_, text, _) = said(folder, &["compare", "1.exr", "2.exr"]);
+    assert!(text.contains("before the denoiser"), "{text}");
+}
+
 /// Asserts that renders with different seeds do not differ, and that a render with half of the
 /// light differs.
 fn seeds_agree(methods: &[&str], common: &str, scales: &[&str]) {

@@ -126,7 +126,7 @@ impl Report {
             }
         };
         let Some(scene) = scene else { return Ok(()) };
-        let job = match job.settings.clone().drawn(&scene) {
+        let job = match job.settings.clone().drawn(&job.scene, &scene, &pool) {
             Ok(settings) => Job { settings, ..job },
             Err(error) => {
                 self.refused("wrong-camera", &whole, error.into());
@@ -151,6 +151,8 @@ impl Report {
                     (&camera, resolution),
                     &|message| job.scene.whole(message),
                 ));
+                self.findings
+                    .extend(lint::inspect_lamps(accel, &scene, &|message| job.scene.whole(message)));
             }
         }
         Ok(())

@@ -122,8 +122,9 @@ impl RayLog<'_> {
             let answer = match answer {
                 Answer::Closest(Some(h)) => {
                     let material = &self.scene.material(&h).name;
+                    let part = self.scene.part_name(self.scene.part(&h));
                     format!(
-                        "t {} on triangle {} of mesh {}, b1 {} b2 {}, material `{material}`",
+                        "t {} on triangle {} of mesh {}, b1 {} b2 {}, part `{part}`, material `{material}`",
                         h.t, h.prim.0, h.geom.0, h.b1, h.b2
                     )
                 }

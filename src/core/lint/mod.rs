@@ -1,12 +1,13 @@
 //! Checks of a scene: materials (`definitions`), faces (`faces`), connected components that emit or
-//! refract (`components`), the view of the camera (`view`), and the scattering of a material
-//! (`preview`, `profile`).
+//! refract (`components`), lamps that face the wrong way (`backward_lamps`), the view of the camera
+//! (`view`), and the scattering of a material (`preview`, `profile`).
 //!
 //! The readers of files report findings, too, which are not repeated here. `lint` reads OBJ files
 //! once more as `ObjFaces`: polygons before triangulation, each with its line, which a render does
 //! not keep. Faces are compared and joined by position and not by index, because exporters split
 //! vertices. All faults of one kind in a file are one finding, with the lines of the first faults.
 
+mod backward_lamps;
 mod components;
 mod darkness;
 mod definitions;
@@ -17,6 +18,7 @@ mod profile;
 mod tally;
 mod view;
 
+pub use backward_lamps::inspect_lamps;
 pub use darkness::{dark_lamps, reason_for_darkness, reason_for_emptiness};
 pub use inspection::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 pub use preview::{LobeAlbedo, PREVIEW_CAMERA, albedos, directional_albedo, preview_scene};

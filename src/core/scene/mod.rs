@@ -404,6 +404,15 @@ impl Scene {
         }
     }
 
+    /// Name of the part with the index `part`, as returned by [`Scene::part`].
+    pub fn part_name(&self, part: u32) -> Cow<'_, str> {
+        let objects = self.objects.len() as u32;
+        match self.objects.get(part as usize) {
+            Some(object) => object.into(),
+            None => self.parts.name(part - objects + 1),
+        }
+    }
+
     /// Texture coordinates at `hit`, if the mesh has any.
     pub fn uv(&self, hit: &Hit) -> Option<Vec2> {
         self.mesh(hit.geom).uv(hit.prim, hit.b1, hit.b2)

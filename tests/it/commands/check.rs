@@ -463,6 +463,29 @@ fn faulty_glass_and_lamp_meshes_are_reported() {
     assert!(!found.iter().any(|key| key.contains("-shell")), "{found:?}");
 }
 
+/// A panel close to the ceiling whose front faces the ceiling is reported, with the flag that turns
+/// it over. A panel that faces the room is not.
+#[test]
+fn lamps_that_face_the_ceiling_are_reported() {
+    let room: String = cube_faces(1).iter().map(|face| turned(face)).collect();
+    let library = "newmtl white\nKd 0.5\nnewmtl lamp\nKe 1 1 1\n";
+    let panel = "v 0.3 0.99 0.3\nv 0.7 0.99 0.3\nv 0.7 0.99 0.7\nv 0.3 0.99 0.7\n";
+    for (face, is_backward) in [("f 9 12 11 10\n", true), ("f 9 10 11 12\n", false)] {
+        let obj = format!(
+            "mtllib a.mtl\n{}{panel}o Room\nusemtl white\n{room}o Panel\nusemtl lamp\n{face}",
+            corners(0.0, 1.0)
+        );
+        let folder = folder_of(&obj, library);
+        let (report, _) = check(folder.path(), "a.obj");
+        let found = findings(&report).iter().find(|f| f["code"] == "light-backward");
+        assert_eq!(found.is_some(), is_backward, "{face}: {report:#}");
+        if let Some(finding) = found {
+            assert!(finding["message"].as_str().unwrap().contains("`Panel`"), "{finding}");
+            assert_eq!(finding["help"], "--part 'Panel.rotate=[180,0,0]' turns it over");
+        }
+    }
+}
+
 fn folder_of(obj: &str, mtl: &str) -> TempDir {
     folder(&[("a.obj", obj), ("a.mtl", mtl)])
 }

@@ -1,0 +1,96 @@
+//! Flat lamps that face a near surface and turn their backs to the room.
+
+use super::SceneErrorMaker;
+use crate::accel::Accel;
+use crate::geometry::{GeomId, Hit, InstanceId, PrimId};
+use crate::io::{Finding, Severity};
+use crate::math::{Ray, Vec3};
+use crate::scene::Scene;
+use std::collections::BTreeMap;
+
+/// Maximum distance in front of a lamp that faces the wrong way, as a fraction of the distance
+/// behind it.
+const NEAR: f32 = 0.02;
+/// Minimum fraction of the area of a lamp that faces the wrong way.
+const MIN_AREA: f64 = 0.9;
+/// Maximum number of triangles of a mesh that are checked.
+const MAX_TRIANGLES: usize = 256;
+/// Distance of a ray's origin from the triangle, in radii of the scene.
+const OFFSET: f32 = 1e-4;
+
+/// A part of an emitting mesh.
+#[derive(Default)]
+struct Lamp {
+    /// Area of the triangles that were checked.
+    area: f64,
+    /// Area of the triangles that face the wrong way.
+    backward: f64,
+    /// Largest distance of a surface in front of these triangles.
+    distance: f32,
+    /// Sum of the area vectors of the triangles.
+    normal: Vec3,
+}
+
+/// Finds lamps that lie close in front of a surface that they face, with free space behind them.
+pub fn inspect_lamps(accel: &dyn Accel, scene: &Scene, whole: SceneErrorMaker) -> Vec<Finding> {
+    let mut lamps: BTreeMap<u32, Lamp> = BTreeMap::new();
+    let offset = OFFSET * scene.bounds().radius();
+    for geom in scene.world_meshes().map(GeomId) {
+        if scene.shape(geom).first_light.is_none() {
+            continue;
+        }
+        let mesh = scene.mesh(geom);
+        let stride = mesh.triangles.len().div_ceil(MAX_TRIANGLES).max(1);
+        for prim in (0..mesh.triangles.len() as u32).step_by(stride).map(PrimId) {
+            let [a, b, c] = mesh.corners(prim);
+            let normal = 0.5 * (b - a).cross(c - a);
+            let Some(n) = normal.try_normalize() else { continue };
+            let middle = (a + b + c) / 3.0;
+            // Distance of the first surface, if it belongs to another mesh. A panel under the open
+            // sky has nothing behind it, and is right.
+            let free = |w: Vec3| {
+                let hit = accel.intersect(&Ray::new(middle + offset * w, w))?;
+                (hit.geom != geom || hit.inst != InstanceId::NONE).then_some(hit.t)
+            };
+            let hit = Hit {
+                t: 0.0,
+                b1: 0.0,
+                b2: 0.0,
+                prim,
+                geom,
+                inst: InstanceId::NONE,
+            };
+            let lamp = lamps.entry(scene.part(&hit)).or_default();
+            let area = f64::from(normal.length());
+            lamp.area += area;
+            lamp.normal += normal;
+            let near = free(n).zip(free(-n)).filter(|(front, back)| *front < NEAR * back);
+            if let Some((front, _)) = near {
+                lamp.backward += area;
+                lamp.distance = lamp.distance.max(front);
+            }
+        }
+    }
+    let backward = lamps
+        .into_iter()
+        .filter(|(_, lamp)| lamp.backward >= MIN_AREA * lamp.area);
+    backward
+        .map(|(part, lamp)| finding(scene, part, &lamp, whole))
+        .collect()
+}
+
+fn finding(scene: &Scene, part: u32, lamp: &Lamp, whole: SceneErrorMaker) -> Finding {
+    let name = scene.part_name(part);
+    let message = format!(
+        "lamp `{name}` faces a surface that is {:.2} units away, and its back faces the room",
+        lamp.distance
+    );
+    let has_name = part as usize >= scene.objects().len();
+    let help = match (has_name, lamp.normal.abs().max_position()) {
+        (false, _) => "turn its faces over in the program that made them".into(),
+        // A half turn about an axis in the plane of the lamp turns it over.
+        (true, 0) => format!("--part '{name}.rotate=[0,180,0]' turns it over"),
+        (true, _) => format!("--part '{name}.rotate=[180,0,0]' turns it over"),
+    };
+    Finding::new(Severity::Warning, "light-backward", whole(message).help(help))
+}

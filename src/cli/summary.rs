@@ -22,6 +22,9 @@ pub(super) fn print_choices(session: &Session) {
         };
         errln!("camera: {}\n  {flags}", guess.words);
     }
+    if let Some(words) = session.words_of_scale() {
+        errln!("scale: {words}");
+    }
     if let Some(at) = session.settings().camera.focus_at {
         let distance = session.camera_description().parameters.focus_distance;
         errln!(

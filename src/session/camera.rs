@@ -386,7 +386,8 @@ fn nearest_axis(v: Vec3) -> Option<Vec3> {
 }
 
 /// Finding about the view of the camera. If there is none, a finding about the position of the
-/// camera, if `settings` give the position. `None` if there is nothing to report.
+/// camera, if `settings` give the position or the place where it stands. `None` if there is nothing
+/// to report.
 pub(crate) fn inspect_camera(
     settings: &CameraSettings,
     (scene, accel): (&Scene, &dyn Accel),
@@ -397,7 +398,10 @@ pub(crate) fn inspect_camera(
     if seen.is_some() {
         return seen;
     }
-    let position = settings.position?.as_vec3a();
+    let position = match settings.stand {
+        Some(_) => camera.position(0.0),
+        None => settings.position?.as_vec3a(),
+    };
     let near = near_distance(accel, position, settings.up.unwrap_or(Vec3::Y), settings.unit);
     inspect_place(accel, scene, camera, (resolution, near), whole)
 }

@@ -3,6 +3,7 @@
 
 use super::{Error, InvalidSetting, Session, Settings};
 use crate::camera::ProjectionKind;
+use crate::description::SceneFile;
 use crate::guess::{Elevation, drawing_axes};
 use crate::math::{DVec3, UVec2, Vec3};
 use crate::options::{SizeOptions, Value};
@@ -19,7 +20,7 @@ impl Settings {
     ///
     /// An elevation has another projection than orthographic, or the scene is empty. A scale is set
     /// for a projection that is not orthographic, or the scale is too large.
-    pub(crate) fn drawn(mut self, scene: &Scene) -> Result<Self, Error> {
+    pub(crate) fn drawn(mut self, file: &SceneFile, scene: &Scene, pool: &rayon::ThreadPool) -> Result<Self, Error> {
         let metres = f64::from(self.camera.unit.unwrap_or(1.0));
         let pixels_per_unit = self.print.map(|print| print.pixels_per_metre() * metres);
         let refused = |setting, value: String, help: &str| Err(InvalidSetting::new(setting, value, help).into());
@@ -37,7 +38,7 @@ impl Settings {
             if bounds.is_empty() {
                 return refused("elevation", elevation.text(), "the scene is empty: add an object");
             }
-            let axes = elevation.axes(drawing_axes(self.camera.up, &self.camera.axes));
+            let axes = elevation.axes(self.drawing_axes(elevation, file, scene, pool)?);
             let [min, max] = [bounds.min, bounds.max].map(Vec3::as_dvec3);
             let extent = max - min;
             let along = |axis: Vec3| extent.dot(axis.as_dvec3().abs());
@@ -84,6 +85,24 @@ impl Settings {
         }
     }
 
+    /// Upright axis and front of a drawing. If neither the settings nor the file have an upright
+    /// axis, both axes are guessed, as for `--view`. The axis of a plan is never guessed if the file
+    /// has sections, because the sections were made before, along the usual axis.
+    fn drawing_axes(
+        &self,
+        elevation: Elevation,
+        file: &SceneFile,
+        scene: &Scene,
+        pool: &rayon::ThreadPool,
+    ) -> Result<[Vec3; 2], Error> {
+        let is_known = self.camera.up.is_some() || self.camera.axes.declared.is_some();
+        if is_known || (elevation == Elevation::Plan && !file.section.is_empty()) {
+            return Ok(drawing_axes(self.camera.up, &self.camera.axes));
+        }
+        let accel = self.backend.for_guesses().build(scene, pool)?;
+        Ok(pool.install(|| self.finder(file, scene, accel.as_dyn(), pool).drawing_axes()))
+    }
+
     /// Settings for a picture of `size` pixels, which is rounded up to whole pixels. `pixels` is
     /// the number of pixels per scene unit.
     fn sized(mut self, size: [f64; 2], pixels: f64) -> Result<Self, Error> {
@@ -96,7 +115,8 @@ impl Settings {
         if is_too_large || crate::options::OptionGroup::invalid(&options).is_some() {
             let value = self.print.map(|print| print.scale.text()).unwrap_or_default();
             let value = format!("{value}: the picture would have {width} x {height} pixels");
-            let help = "use a smaller scale, such as 1:100, or fewer --dpi, and check the unit of the OBJ file";
+            let help =
+                "use a smaller scale, such as 1:100, or fewer --dpi; --unit cm or mm sets the unit of the OBJ file";
             return Err(InvalidSetting::new("scale", value, help).into());
         }
         self.resolution = UVec2::new(width as u32, height as u32);
@@ -106,6 +126,23 @@ impl Settings {
 }
 
 impl Session {
+    /// Text for a drawing to scale: the scale, the size of the paper, and the unit of the scene.
+    /// `None` if no scale is set.
+    pub fn words_of_scale(&self) -> Option<String> {
+        let print = self.settings.print?;
+        let millimetres = |pixels: u32| (25.4 * f64::from(pixels) / f64::from(print.dpi)).round();
+        let [width, height] = self.settings.resolution.to_array().map(millimetres);
+        let unit = match self.settings.camera.unit {
+            Some(metres) => format!("a unit of the scene is {metres} m"),
+            None => "a unit of the scene is a metre, since no file names the unit".into(),
+        };
+        Some(format!(
+            "{} at {} pixels per inch, on {width} x {height} mm of paper; {unit} (--unit changes that)",
+            print.scale.text(),
+            print.dpi
+        ))
+    }
+
     /// Text for a drawing of the scene as `elevation`: the axis from which the scene is seen, and
     /// the axis that is up.
     pub fn words_of(&self, elevation: Elevation) -> String {

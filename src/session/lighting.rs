@@ -177,7 +177,8 @@ pub(super) fn lit(
     let has_lamps = survey.is_interior && scene.lights().iter().any(|light| !light.is_infinite());
     let words = match has_lamps {
         true => {
-            words + "; the lamps of the file light little of the room (`embrasure check` finds lamps that face inwards)"
+            words
+                + "; the lamps of the file light little of the room (`embrasure check` finds lamps that face the wrong way, and --env none leaves only the lamps)"
         }
         false => words,
     };

@@ -158,7 +158,7 @@ impl Session {
             files,
         } = loaded;
         check_groups(&settings, &scene)?;
-        let settings = settings.drawn(&scene)?;
+        let settings = settings.drawn(file, &scene, &pool)?;
         settings.check()?;
         check_pixels(&settings, settings.parts_of_light(&scene), limit)?;
         let (scene, memory) = within_memory(file, &settings, scene, limit)?;

@@ -4,12 +4,13 @@
 use super::camera::{FoundCamera, blame};
 use super::siblings::siblings;
 use super::{AnyAccel, CameraSettings, Error, Guesses, InvalidSetting};
+use crate::accel::Accel;
 use crate::camera::CameraParameters;
 use crate::color::tone::{Curve, Tone};
 use crate::denoise::Denoiser;
 use crate::description::{SceneFile, SceneOptions};
 use crate::film::{Aov, BLOCK, Backing, Filter, FilterKind, LineStyle, Rect};
-use crate::guess::{LightGuess, SiblingFiles, Survey};
+use crate::guess::{CameraFinder, LightGuess, SiblingFiles, Survey};
 use crate::integrator::Background;
 use crate::light_paths::{LightPathError, LightPaths, PathPart};
 use crate::math::UVec2;
@@ -293,7 +294,9 @@ impl Settings {
                 return refused("samples", value, help);
             }
             if start % BLOCK != 0 || (end % BLOCK != 0 && end != self.spp) {
-                let help = format!("parts start and end at multiples of {BLOCK}; the last part may end at --spp");
+                let help = format!(
+                    "parts start and end at multiples of {BLOCK}; the last part may end at --spp; --crop splits the picture by pixels"
+                );
                 return refused("samples", value, help);
             }
         }
@@ -376,18 +379,7 @@ impl Settings {
             false => None,
         };
         let accel = accel.as_ref().map(AnyAccel::as_dyn);
-        let finder = |accel| {
-            pool.install(|| {
-                self.camera
-                    .finder(scene, accel, self.resolution, SiblingFiles::default())
-            })
-        };
-        let finder = match (accel.map(finder), file.only_obj()) {
-            (Some(finder), Some(obj)) if finder.is_unsure_of_up() => {
-                Some(finder.with(siblings(&obj, self.backend, pool)))
-            }
-            (finder, _) => finder,
-        };
+        let finder = accel.map(|accel| self.finder(file, scene, accel, pool));
         let found = pool.install(|| {
             let found = self.camera.found(finder.as_ref(), self.resolution)?;
             let CameraParameters { position, look_at, .. } = found.description.parameters;
@@ -405,6 +397,25 @@ impl Settings {
             let blamed = is_of_file.then(|| blame(file, &error)).flatten();
             blamed.map_or_else(|| error.into(), Error::File)
         })
+    }
+
+    /// Finder of the camera in `scene`. Other OBJ files of the folder are read if the upright axis
+    /// is not sure.
+    pub(super) fn finder<'a>(
+        &self,
+        file: &SceneFile,
+        scene: &'a Scene,
+        accel: &'a dyn Accel,
+        pool: &rayon::ThreadPool,
+    ) -> CameraFinder<'a> {
+        let finder = pool.install(|| {
+            self.camera
+                .finder(scene, accel, self.resolution, SiblingFiles::default())
+        });
+        match file.only_obj() {
+            Some(obj) if finder.is_unsure_of_up() => finder.with(siblings(&obj, self.backend, pool)),
+            _ => finder,
+        }
     }
 
     /// Settings that affect the pixels in addition to the scene, as `key=value` pairs.

@@ -196,7 +196,7 @@ const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
 ];
 
 /// Flags of scene commands that `--help` leaves out.
-const RARE: [&str; 48] = [
+const RARE: [&str; 49] = [
     "aperture-blades",
     "aperture-rotation",
     "audit-rays",
@@ -239,6 +239,7 @@ const RARE: [&str; 48] = [
     "strict",
     "tev",
     "texture-filter",
+    "unit",
     "vertex-color-space",
     "vertex-colors",
     "warnings",

@@ -2,6 +2,7 @@
 
 mod inside;
 
+use super::elevation::{drawing_axes, nearest_axis};
 use super::far_ground::without_far_ground;
 use super::file_axes::FileAxes;
 use super::framing::Frame;
@@ -358,6 +359,18 @@ impl<'a> CameraFinder<'a> {
         let words = format!("{what} from azimuth {azimuth}°, elevation {elevation}°");
         let remark = format!("{change}; {}", front_words(&front, azimuth, elevation));
         (azimuth, elevation, [words, remark])
+    }
+
+    /// Upright axis of drawings, and direction of the front of the scene: coordinate axes. An
+    /// interior has no front of its own, and gets the usual one.
+    pub fn drawing_axes(&self) -> [Vec3; 2] {
+        let up = nearest_axis(self.horizon().up());
+        let usual = drawing_axes(Some(up), &self.request.axes);
+        if self.survey.is_interior {
+            return usual;
+        }
+        let front = nearest_axis(self.horizon().direction(self.front().azimuth, 0.0));
+        if front.dot(up) == 0.0 { [up, front] } else { usual }
     }
 
     fn front(&self) -> Front {

@@ -57,15 +57,18 @@ impl Elevation {
     }
 }
 
-/// Upright axis of drawings, and direction of the front of the scene. The upright axis is the axis
-/// nearest to `up`, or else the axis of the file, or else +y.
+/// Unit vector along the coordinate axis nearest to `v`.
+pub(super) fn nearest_axis(v: Vec3) -> Vec3 {
+    let axis = v.abs().max_position();
+    let mut unit = Vec3::ZERO;
+    unit[axis] = 1f32.copysign(v[axis]);
+    unit
+}
+
+/// Upright axis of drawings, and direction of the front of the scene, without a guess. The upright
+/// axis is the axis nearest to `up`, or else the axis of the file, or else +y.
 pub fn drawing_axes(up: Option<Vec3>, axes: &FileAxes) -> [Vec3; 2] {
-    let nearest = |up: Vec3| {
-        let axis = up.abs().max_position();
-        let mut unit = Vec3::ZERO;
-        unit[axis] = 1f32.copysign(up[axis]);
-        unit
-    };
+    let nearest = nearest_axis;
     let given = up.filter(|up| up.is_finite() && *up != Vec3::ZERO).map(nearest);
     let of_file = axes.declared.map(|declared| declared.up).or(axes.usual_up).map(nearest);
     let up = given.or(of_file).unwrap_or(Vec3::Y);

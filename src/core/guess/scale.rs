@@ -64,7 +64,7 @@ impl Scale {
         if let Some(metres) = named {
             let is_named = |unit: &&(f32, &str)| (unit.0 / metres - 1.0).abs() < 0.01;
             if let Some(&unit) = UNITS.iter().chain([&FOOT]).find(is_named) {
-                return of(unit, "which the file names");
+                return of(unit, "as the file or --unit names it");
             }
         }
         match room {

@@ -73,6 +73,49 @@ parameters! {
         /// channels `P` are relative to the point. Positions in flags, and positions that `info`
         /// and `paths` print, are coordinates of the OBJ file.
         origin: Origin = Origin::Off, default "off; auto for a bare OBJ";
+        /// Unit of the OBJ file: auto, mm, cm, m, in or ft
+        ///
+        /// Heights of eyes, drawings to scale, stereo pictures and f-numbers use it. Lengths in
+        /// flags and keys stay in the unit of the file. `auto` takes the unit that the comments of
+        /// the file name. Without one, a person's height fits the rooms, and else the unit is a
+        /// metre.
+        unit: FileUnit = FileUnit::Auto;
+    }
+}
+
+/// Unit of length of an OBJ file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileUnit {
+    /// The unit that the comments of the file name.
+    Auto,
+    /// Millimetre.
+    Millimetre,
+    /// Centimetre.
+    Centimetre,
+    /// Metre.
+    Metre,
+    /// Inch.
+    Inch,
+    /// Foot.
+    Foot,
+}
+
+named! {
+    FileUnit: "auto" => Self::Auto, "mm" => Self::Millimetre, "cm" => Self::Centimetre, "m" => Self::Metre,
+        "in" => Self::Inch, "ft" => Self::Foot;
+}
+
+impl FileUnit {
+    /// Length of the unit in metres; `None` for `auto`.
+    pub fn metres(self) -> Option<f32> {
+        match self {
+            Self::Auto => None,
+            Self::Millimetre => Some(0.001),
+            Self::Centimetre => Some(0.01),
+            Self::Metre => Some(1.0),
+            Self::Inch => Some(0.0254),
+            Self::Foot => Some(0.3048),
+        }
     }
 }
 

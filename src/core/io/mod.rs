@@ -53,7 +53,8 @@ pub use figure::Figure;
 use finding::MAX_WRONG;
 pub use finding::{DEFAULT_LIGHT, Finding, Findings, MAX_PLACES, Severity, Warning};
 pub use load_options::{
-    CutCaps, DisplacementUse, LoadOptions, LoadParameters, MapsByName, ObjReader, VertexColorSpace, VertexColors,
+    CutCaps, DisplacementUse, FileUnit, LoadOptions, LoadParameters, MapsByName, ObjReader, VertexColorSpace,
+    VertexColors,
 };
 pub use matte_mask::MatteMask;
 pub use mattes::Mattes;

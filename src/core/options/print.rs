@@ -14,7 +14,7 @@ parameters! {
         ///
         /// It sets the image size: from the bounding box of the scene with `elevation` or `--plan`,
         /// or from `ortho_height`. Without these, it sets the height of the view from the image
-        /// size. The unit is that of the OBJ file's comments, or else a metre.
+        /// size. The unit is `unit`, or that of the OBJ file's comments, or else a metre.
         scale: DrawingScale, default "off";
         /// Pixels per inch of a picture to scale
         dpi: f32 = 300.0, in Range::FromTo(1.0, 100_000.0);

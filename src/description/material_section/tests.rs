@@ -168,7 +168,7 @@ fn keys_that_do_not_go_together_are_errors() {
         ),
         (
             "model = \"phong\"\ntransmission = [1, 1, 1]\nthin = true\nroughness = 0.5",
-            "nothing here",
+            "`roughness` has no effect",
         ),
         (
             "model = \"mirror\"\nmetallic = 1.0",

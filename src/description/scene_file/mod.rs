@@ -291,9 +291,13 @@ impl SceneFile {
         Ok(())
     }
 
-    /// Length in metres of one unit of the scene's OBJ file; `None` if the comments of the file do
-    /// not state the unit, if the scene has several objects, or if the object has a `transform`.
+    /// Length in metres of one unit of the scene: from the option `unit`, or else from the comments
+    /// of the OBJ file. `None` if the comments do not state the unit, if the scene has several
+    /// objects, or if the object has a `transform`.
     pub(crate) fn unit(&self) -> Option<f32> {
+        if let Some(metres) = self.load.parameters.unit().metres() {
+            return Some(metres);
+        }
         match self.object.as_slice() {
             [object] if object.transform.is_none() => named_unit(&self.resolve(object.obj.get_ref())),
             _ => None,

@@ -218,7 +218,7 @@ fn mistakes_are_named_and_leave_no_files() {
             &["render", "s.toml", "--noise", "0.1", "--spp", "100"],
             keep,
             2,
-            &["100 samples", "multiple of 64", "help:"],
+            &["--spp 100", "multiple of 64", "help:"],
         ),
         (
             &["render", "s.toml", "--size", "0x10"],

@@ -182,6 +182,26 @@ fn plates_are_not_seen_from_their_edges() {
     assert!((45.0..135.0).contains(&azimuth.abs()), "{azimuth}");
 }
 
+/// An elevation has the up axis and the front of `--view front`, except for `--up` axes.
+#[test]
+fn elevations_have_the_guessed_axes() {
+    let phone = Boxes::default()
+        .add([-0.1, 0.0, -0.8], [0.1, 3.0, 0.8])
+        .add([0.1, 0.2, -0.7], [0.12, 2.8, 0.7]);
+    let folder = folder(&[("statue.obj", &statue().upended()), ("phone.obj", &phone.text)]);
+    for (args, expected) in [
+        ("statue.obj --elevation front", "seen from -y, with +z up"),
+        ("statue.obj --elevation front --up 0,1,0", "seen from +z, with +y up"),
+        ("statue.obj --elevation plan", "seen from +z, with +y up"),
+        ("phone.obj --elevation front", "x, with +y up"),
+    ] {
+        let args = format!("render {args} --size 16x16 --spp 1 -o a.exr");
+        let printed = done(folder.path(), &split(&args));
+        let words = String::from_utf8(printed.stderr).unwrap();
+        assert!(words.contains(expected), "{args}: {words}");
+    }
+}
+
 /// An up axis, and the transform that turns a model with +y up to this axis.
 type Turn = ([f64; 3], fn([f32; 3]) -> [f32; 3]);
 

@@ -232,13 +232,13 @@ fn stand_puts_the_camera_at_eye_height() {
         (
             "cm.obj --stand 50,150",
             [50.0, 160.0, 150.0],
-            "the unit is the centimetre, by the height",
+            "the unit is the centimetre, as the height",
         ),
         ("mm.obj --stand 500,-2500", [500.0, 1600.0, -2500.0], "millimetre"),
         (
             "in.obj --stand 20,60",
             [20.0, 62.99, 60.0],
-            "the unit is the inch, which the file names",
+            "the unit is the inch, as the file or --unit names it",
         ),
         ("any.obj --stand 0.05,0.15", [0.05, 0.156, 0.15], "no unit is known"),
         ("up.obj --up 0,0,1 --stand 0.5,-1.5", [0.5, -1.5, 1.6], "metre"),

@@ -54,7 +54,7 @@ fn extent(seen: &[bool], width: usize) -> [usize; 2] {
 #[test]
 fn wall_at_scale_has_its_size_in_pixels() {
     let folder = walls();
-    let args = format!("render a.obj -q -o t.exr -o t.png --elevation front --scale 1:50 {CENTERS}");
+    let args = format!("render a.obj -q -o t.exr -o t.png --elevation front --up 0,1,0 --scale 1:50 {CENTERS}");
     done(folder.path(), &split(&args));
     let file = folder.path().join("t.exr");
     let (attributes, [width, height]) = attributes(&file);
@@ -77,6 +77,32 @@ fn wall_at_scale_has_its_size_in_pixels() {
         (density.xppu, density.yppu, density.unit),
         (11811, 11811, png::Unit::Meter)
     );
+}
+
+/// A unit changes the length of a wall on paper. The program prints scale, paper and unit.
+#[test]
+fn units_change_the_size_on_paper() {
+    let folder = walls();
+    for (unit, metres, words) in [
+        ("--unit cm", 0.01, "a unit of the scene is 0.01 m"),
+        ("--unit in", 0.0254, "a unit of the scene is 0.0254 m"),
+    ] {
+        let args = format!("render a.obj -o t.exr --elevation front --up 0,1,0 --scale 1:1 --dpi 127 {unit} {CENTERS}");
+        let printed = done(folder.path(), &split(&args));
+        let said = String::from_utf8(printed.stderr).unwrap();
+        let file = folder.path().join("t.exr");
+        let (_, [width, _]) = attributes(&file);
+        let seen: Vec<bool> = read_channel(&file, "N.Z").iter().map(|&z| z != 0.0).collect();
+        let [columns, _] = extent(&seen, width);
+        let pixels = 3.0 * metres / 0.0254 * 127.0;
+        assert!((columns as f64 - pixels).abs() <= 1.0, "{unit}: {columns}");
+        let paper = (25.4 * width as f64 / 127.0).round();
+        assert!(said.contains(words), "{said}");
+        assert!(
+            said.contains(&format!("scale: 1:1 at 127 pixels per inch, on {paper} x ")),
+            "{said}"
+        );
+    }
 }
 
 /// A plan shows the scene from above, with the front at the bottom. The part above the height is

@@ -364,7 +364,7 @@ fn disparity_of_a_panorama_is_equal_in_all_directions() {
         // A square that faces the origin
         let (tx, tz) = (-z * 0.05, x * 0.05);
         format!(
-            "usemtl lamp\nv {} -0.3 {}\nv {} -0.3 {}\nv {} 0.3 {}\nv {} 0.3 {}\nf -4 -3 -2 -1\nf -1 -2 -3 -4\n",
+            "usemtl lamp\nv {} -0.3 {}\nv {} -0.3 {}\nv {} 0.3 {}\nv {} 0.3 {}\nf -4 -3 -2 -1\n",
             x - tx,
             z - tz,
             x + tx,

@@ -112,6 +112,10 @@ fn print_of_clap(error: &clap::Error) {
         return;
     }
     let text = error.render().to_string();
+    if error.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        errln!("{}", text.trim_end());
+        return;
+    }
     words::error(text.strip_prefix("error: ").unwrap_or(&text).trim_end());
 }
 

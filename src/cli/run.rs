@@ -273,7 +273,7 @@ impl Run<'_> {
         if !job.quiet {
             summary::print(job, &self.files.images, &stats, stop);
         }
-        finish(failures, stop)
+        finish(failures, stop, checkpointer.is_some())
     }
 
     /// Writes all results of `state`, and returns its image. Every output is tried, so that a full
@@ -501,7 +501,8 @@ fn fault(outcome: &str, panic: &str) -> String {
     format!("internal error, so {outcome}: {panic}\n  help: please report this, with the command")
 }
 
-fn finish(failures: Vec<String>, stop: Stop) -> Result<ExitCode, CliError> {
+/// Exit code of a render. `has_checkpoint` is true if the render can be continued.
+fn finish(failures: Vec<String>, stop: Stop, has_checkpoint: bool) -> Result<ExitCode, CliError> {
     if !failures.is_empty() {
         return Err(CliError::of_failures(&failures));
     }
@@ -511,7 +512,11 @@ fn finish(failures: Vec<String>, stop: Stop) -> Result<ExitCode, CliError> {
         return Ok(ExitCode::from(INTERRUPTED));
     }
     if stop == Stop::Interrupt {
-        errln!("interrupted: the files hold the samples so far");
+        let how = match has_checkpoint {
+            true => "--resume continues the render",
+            false => "a render with --checkpoint FILE can be continued by --resume",
+        };
+        errln!("interrupted: the files hold the samples so far; {how}");
         return Ok(ExitCode::from(INTERRUPTED));
     }
     Ok(ExitCode::SUCCESS)

@@ -11,8 +11,8 @@ use crate::options::nearest;
 /// Flags that change the light of the scene file.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(in crate::cli) struct LightFlags {
-    /// Environment: an .hdr or .exr file, a colour, studio or sky
-    #[arg(long, value_name = "FILE|COLOUR|studio|sky", value_parser = parse_env, help_heading = "Light")]
+    /// Environment: an .hdr or .exr file, a colour, studio, sky or none
+    #[arg(long, value_name = "FILE|COLOUR|studio|sky|none", value_parser = parse_env, help_heading = "Light")]
     pub env: Option<EnvFlag>,
 
     /// Add a sun: azimuth (0 is +z, 90 is +x), elevation, irradiance [default: 3]
@@ -84,11 +84,13 @@ impl LightFlags {
     }
 }
 
-/// Parses a file, a colour, `studio` or `sky`.
+/// Parses a file, a colour, `studio`, `sky` or `none`. `none` is a black environment: the lamps are
+/// then the only light.
 fn parse_env(text: &str) -> Result<EnvFlag, String> {
     let env = match text {
         "studio" => Environment::Studio,
         "sky" => Environment::Sky,
+        "none" | "off" => Environment::Color([0.0; 3]),
         _ => match Spectrum::of_text(text) {
             Some(color) => Environment::Color(color.to_array()),
             None if text.starts_with('#') || numbers(text).is_some() => {
@@ -98,10 +100,10 @@ fn parse_env(text: &str) -> Result<EnvFlag, String> {
             }
             None if text.contains(['.', '/', '\\']) => Environment::File(text.into()),
             None => {
-                let near = nearest(text, ["studio", "sky"].into_iter().chain(Spectrum::names()));
+                let near = nearest(text, ["studio", "sky", "none"].into_iter().chain(Spectrum::names()));
                 let near = near.map_or(String::new(), |near| format!("did you mean {near}? "));
                 return Err(format!(
-                    "{near}studio, sky, an .hdr or .exr file or a colour is expected: {WRITTEN_COLORS}"
+                    "{near}studio, sky, none, an .hdr or .exr file or a colour is expected: {WRITTEN_COLORS}"
                 ));
             }
         },
@@ -172,6 +174,7 @@ mod tests {
     fn environments_are_files_colours_and_words() {
         assert_eq!(env("studio"), Environment::Studio);
         assert_eq!(env("white"), Environment::Color([1.0; 3]));
+        assert_eq!(env("none"), Environment::Color([0.0; 3]));
         assert_eq!(env("0.5"), Environment::Color([0.5; 3]));
         assert_eq!(env(".5"), Environment::Color([0.5; 3]));
         assert_eq!(env("1, 0.5,2e1"), Environment::Color([1.0, 0.5, 20.0]));

@@ -406,7 +406,7 @@ fn invalid_light_flags_are_errors() {
             "--env sunset",
             [
                 "--env",
-                "studio, sky, an .hdr or .exr file or a colour is expected: #ffc356 (sRGB), a CSS name",
+                "studio, sky, none, an .hdr or .exr file or a colour is expected: #ffc356 (sRGB), a CSS name",
             ],
         ),
         ("--env stduio", ["--env", "did you mean studio"]),

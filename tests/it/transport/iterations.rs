@@ -137,7 +137,7 @@ fn unsupported_outputs_are_errors() {
         ),
         (
             "--integrator irradiance-cache --aov lights",
-            "use one of path, naive, one-sample, area, whitted, distributed, direct, light, bdpt, pssmlt, sppm, photon-map, vcm, mlt",
+            "use one of the integrators path, naive, one-sample, area, whitted, distributed, direct, light, bdpt, pssmlt, sppm, photon-map, vcm, mlt",
         ),
     ] {
         let said = refused(folder.path(), &joined(&split("render s.toml -q"), &split(args)), 2);

@@ -86,8 +86,8 @@ impl Settings {
     }
 
     /// Upright axis and front of a drawing. If neither the settings nor the file have an upright
-    /// axis, both axes are guessed, as for `--view`. The axis of a plan is never guessed if the file
-    /// has sections, because the sections were made before, along the usual axis.
+    /// axis, both axes are guessed, as for `--view`. The axes of a plan are not guessed if the file
+    /// has sections: the sections were made before, along the usual axis.
     fn drawing_axes(
         &self,
         elevation: Elevation,

@@ -17,10 +17,11 @@
 //! one also needs a hull (`scene/lamp_hulls.rs`). Another light needs a variant of [`Light`], and
 //! `Scene::escaped` (`scene/incident.rs`) if rays can find it. Both need a module, an encoding for
 //! the scene hash (`encode_fields!`), an `add_…` function of `scene/made_lights.rs`, and a section
-//! in `description/light_section.rs`. The compiler reports all missing arms of a `match`. The ground
-//! needs the irradiance of the light (`irradiance`). A light that can be a latitude-longitude image
-//! needs no variant. Like `sky` and `studio`, the module of this light makes a [`LatLongImage`], and
-//! `scene/made_lights.rs` makes an [`EnvironmentLight`] with an [`EnvironmentKind`] from this image.
+//! in `description/light_section.rs`. The compiler reports all missing arms of a `match`. The
+//! ground needs the irradiance of the light (`irradiance`). A light that can be a
+//! latitude-longitude image needs no variant. Like `sky` and `studio`, the module of this light
+//! makes a [`LatLongImage`], and `scene/made_lights.rs` makes an [`EnvironmentLight`] with an
+//! [`EnvironmentKind`] from this image.
 //!
 //! Moving lights are placed at the time of each sample. An emitting triangle stores its normal and
 //! the largest ray offset of its points, so that the end of a shadow ray costs one product.

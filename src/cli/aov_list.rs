@@ -12,9 +12,9 @@ pub(super) struct AovList {
 }
 
 /// Returns the additional channels of `--aov`. The name `all` leaves out light groups and points
-/// (photons or irradiance records) if the render has none. It always leaves out lines, strategies
-/// and light paths: lines take many more rays, and the others may be hundreds of channels. A later
-/// check reports channels that are unavailable.
+/// (photons or irradiance records) if the render has none. The name `all` never includes lines,
+/// strategies and light paths: lines take many more rays, and strategies and light paths may be
+/// hundreds of channels. A later check reports channels that are unavailable.
 pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Result<AovList, CliError> {
     let wanted: Vec<&str> = wanted.iter().flat_map(|list| names(list)).collect();
     let mut light_paths = Vec::new();

@@ -26,12 +26,12 @@ use std::process::ExitCode;
 /// Maximum number of ray-triangle pairs (triangles × rays) for a check by brute force.
 const MAX_BRUTE: u64 = 2_000_000_000;
 
-/// Accepted number of leaks per ray. Embree and other backends have a few: a ray leaks if it passes
-/// through a shared edge of triangles.
+/// Accepted number of leaks per ray. A ray leaks if it passes between two triangles at their shared
+/// edge. Embree and other backends have a few leaks.
 const LEAK_BUDGET: f64 = 1e-6;
 
-/// Number of copies of a ray in a packet. `--replay` traces these copies if the first backend
-/// traced the recorded ray in a packet.
+/// Number of rays in a packet of `--replay`. All rays of the packet are copies of the recorded ray.
+/// A packet is traced if the first backend traced the recorded ray in a packet.
 const PACKET: usize = 16;
 
 /// Maximum number of disagreements that the text lists. The JSON report may have more.
@@ -93,7 +93,7 @@ struct Entry {
     answers: BTreeMap<String, serde_json::Value>,
 }
 
-/// Fields of a report for `--replay`.
+/// Fields of a report that `--replay` reads.
 #[derive(Debug, Deserialize)]
 struct Replay {
     scene_hash: String,

@@ -7,7 +7,8 @@ use crate::description::FileCamera;
 use crate::session::Session;
 use std::path::Path;
 
-/// Checks that the files of cameras below `path` can be written.
+/// Checks that the camera files of `path` can be written: the file itself, or the files of a COLMAP
+/// folder.
 pub(super) fn prepare_cameras(path: &Path, outputs: &mut Outputs) -> Result<(), CliError> {
     for file in FileCamera::files(path)? {
         // A missing folder is created later.

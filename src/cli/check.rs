@@ -89,7 +89,8 @@ impl Report {
             (inspection, linted)
         });
         let Inspection { scene, findings, .. } = inspection;
-        // Warnings about single faces replace the warning with the number of these faces.
+        // If there are warnings about single faces, leave out the warning that only counts these
+        // faces.
         let names = |codes: &[&str]| linted.iter().any(|f| codes.contains(&f.code));
         let names_degenerate = names(&["degenerate-face", "repeated-vertex"]);
         let names_repeated = names(&["duplicate-face", "two-sided"]);
@@ -171,7 +172,8 @@ impl Report {
         self.memory = Some(Memory::new(scene, &job.settings));
     }
 
-    /// Adds notes about settings that are missing in the scene file, so that defaults apply.
+    /// Adds a note for each group of settings that the scene file does not have. Defaults are used
+    /// for these settings.
     fn note_defaults(&mut self, file: &SceneFile) {
         if file.options.camera == CameraOptions::default() {
             let message = "no camera: it is guessed (`embrasure info` prints it, `embrasure views` shows others)";
@@ -301,7 +303,8 @@ impl Report {
         }
     }
 
-    /// The lights of the files with their power, or the light that the program adds.
+    /// Text that lists the lights of the files with their power, or names the light that the
+    /// program adds.
     fn light_words(&self, args: &SceneArgs) -> String {
         if self.findings.iter().any(|finding| finding.code == DEFAULT_LIGHT) {
             let added = match kind_of(&args.scene) {

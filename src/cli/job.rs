@@ -1,5 +1,5 @@
-//! A render command after validation: flags override the scene file, and the scene file overrides
-//! the defaults.
+//! Validation of a render command. Flags override the scene file, and the scene file overrides the
+//! defaults.
 
 use super::aov_list::aovs;
 use super::args::{LoadArgs, RenderArgs};

@@ -40,7 +40,7 @@ pub(super) fn panorama_shape(session: &Session) -> Option<Warning> {
     (size.x != 2 * size.y).then(|| Warning::new("panorama-shape", text()))
 }
 
-/// Note that the filter may make pixels negative.
+/// Returns a note if the pixel filter may make pixels negative.
 pub(super) fn negative_lobes(settings: &Settings) -> Option<Warning> {
     let text = "the mitchell filter has negative lobes: pixels of EXR files beside bright ones may be negative\n  \
                 help: use --filter gaussian or blackman-harris if a program cannot read such pixels";

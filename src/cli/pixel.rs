@@ -137,7 +137,7 @@ impl RayLog<'_> {
     }
 }
 
-/// Listener to one sample of a packet, whose samples are traced together.
+/// Listener to one sample of a packet. All samples of a packet are traced together.
 struct Listener<'a, 'b> {
     log: &'a RefCell<RayLog<'b>>,
     /// True for the sample of `--sample`.

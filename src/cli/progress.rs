@@ -99,8 +99,8 @@ pub(super) fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// Returns a function that returns true if more than `time` has passed since its first call after
-/// an interrupt.
+/// Returns a function that returns true at a late time after an interrupt: if more than `time` has
+/// passed since the first call of the function after the interrupt.
 pub(super) fn interrupted_for(time: Duration) -> impl Fn() -> bool {
     let since = OnceLock::new();
     move || is_interrupted() && since.get_or_init(Instant::now).elapsed() > time
@@ -173,7 +173,7 @@ impl Progress {
         self.bar.reset_eta();
     }
 
-    /// Runs `f` while the bar is hidden, so that the output of `f` does not mix with it.
+    /// Runs `f` while the bar is hidden, so that the output of `f` does not mix with the bar.
     pub fn suspend(&self, f: impl FnOnce()) {
         self.bar.suspend(f);
     }

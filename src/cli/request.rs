@@ -1,6 +1,6 @@
 //! Render requests of other programs, such as the Python module (`python/`). Settings have the
-//! names of the flags of `embrasure render`. Defaults, guesses and errors are equal to the command
-//! line's.
+//! names of the flags of `embrasure render`. Defaults, guesses and errors are the same as on the
+//! command line.
 
 use super::args::{Args, Command, RenderArgs};
 use super::error::CliError;

@@ -176,7 +176,7 @@ struct RenderResults {
 
 impl Run<'_> {
     /// Renders and writes all files. If rays are audited, `audit` returns the report about the
-    /// backend after the render.
+    /// backend. It is called after the render.
     fn render(
         &self,
         mut checkpointer: Option<Checkpointer>,
@@ -344,7 +344,8 @@ impl Run<'_> {
         })
     }
 
-    /// Error that no sample was taken before `stop`. It also includes all other `failures`.
+    /// Error for a render that ended by `stop` before its first sample. The error also has the
+    /// texts of all `failures`.
     fn nothing_written(&self, mut failures: Vec<String>, stop: Stop) -> CliError {
         let came = match stop {
             Stop::Interrupt => "interrupted".into(),

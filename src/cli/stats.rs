@@ -175,8 +175,8 @@ impl Chains {
     }
 }
 
-/// Ratio of autocorrelation time to chain length above which a picture mainly shows the start of
-/// its chains.
+/// Ratio of autocorrelation time to chain length above which a picture mainly depends on the paths
+/// from which the chains start.
 const MAX_SHARE_OF_A_CHAIN: f64 = 0.25;
 
 /// Denoiser of the picture, in the output of `--stats`.

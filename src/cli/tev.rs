@@ -1,11 +1,11 @@
 //! Live preview in tev (<https://github.com/Tom94/tev>) or another viewer with its TCP protocol:
 //! `--tev`.
 //!
-//! A separate thread sends the pictures. The next picture is due after fifty times the duration of
-//! the last one, with a minimum of a second. During the render only `R G B` are sent, because
-//! developing fourteen channels takes several times as long. The last picture has the default
-//! channels of image files. A picture is sent in bands of rows, which limits memory and keeps the
-//! packet length within 32 bits.
+//! A separate thread sends the pictures. After a picture, the thread waits for fifty times the time
+//! that it took to send this picture, and for at least a second. During the render only `R G B` are
+//! sent, because developing fourteen channels takes several times as long. The last picture has the
+//! default channels of image files. A picture is sent in bands of rows, which limits memory and
+//! keeps the packet length within 32 bits.
 //!
 //! A viewer that reads nothing for 3 s, or takes 10 s for a picture, is dropped like a closed
 //! viewer. Only the last picture makes the program wait.
@@ -40,8 +40,8 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// Minimum time between two pictures.
 const SHORTEST_INTERVAL: Duration = Duration::from_secs(1);
 
-/// Ratio of the time between two pictures to the duration of the last picture. The preview
-/// therefore takes less than 2 % of a render.
+/// Time between two pictures, divided by the time to send the last picture. The preview therefore
+/// takes less than 2 % of a render.
 const INTERVAL_FACTOR: u32 = 50;
 
 /// Maximum number of floats in a packet, unless one row has more. The packet length must fit 32

@@ -137,8 +137,8 @@ fn job(render: &RenderArgs, changes: &SceneChanges) -> Result<(Job, Vec<FileLigh
     Ok((Job::to_show_scene(render, scene)?, lights))
 }
 
-/// Checks `text`, the new contents of the scene file, with the flags `args`. If only the camera has
-/// changed (`part`), it checks only the camera. Else it loads the whole scene.
+/// Checks `text`, the new contents of the scene file, with the flags `args`. If `part` says that
+/// only the camera has changed, checks only the camera. Else loads the whole scene.
 fn check_text(args: &RenderArgs, text: &str, part: SavedPart) -> Result<(), CliError> {
     let scene = scene_of_text(&args.scene, text, &args.load)?;
     let job = Job::to_show_scene(args, scene)?;

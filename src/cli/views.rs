@@ -124,7 +124,8 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
 /// The plan of an interior with the numbered cameras that stand in it.
 fn plan(session: &Session, candidates: &[(String, CameraGuess)]) -> Result<Option<(Panel, Vec<Mark>)>, CliError> {
     let cameras: Vec<CameraGuess> = candidates.iter().map(|(_, camera)| camera.clone()).collect();
-    // Cameras outside the interior are the last candidates. They would be far from the plan.
+    // Leave out the cameras outside the interior, because they would be far from the plan. They are
+    // the last candidates.
     let is_named = |flags: &str| flags.starts_with("--view") || flags.starts_with("--orbit");
     let inside = candidates.iter().take_while(|(flags, _)| !is_named(flags)).count();
     let edge = edge_of_plan(session.settings().resolution.x as usize, COLUMNS);

@@ -71,7 +71,7 @@ pub(super) fn percent(share: f64) -> String {
     format!("{} %", significant(100.0 * share, 3))
 }
 
-/// List of numbers, each as by [`number`], in brackets.
+/// List of numbers in brackets. Each number is written as [`number`] writes it.
 pub(super) fn list(values: &[f32]) -> String {
     rounded_list(values)
 }

@@ -15,8 +15,8 @@ use std::fmt;
 #[serde(transparent)]
 pub struct ColorValue(pub [f32; 3]);
 
-/// Values for the three channels that are not a colour, such as an index of refraction. They are
-/// written as three numbers, or as one number for all channels.
+/// One value for each colour channel. The values are not a colour, but for example indices of
+/// refraction. They are written as three numbers, or as one number for all channels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct ChannelValues(pub [f32; 3]);

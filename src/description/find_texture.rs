@@ -8,8 +8,9 @@ use std::path::{Path, PathBuf};
 /// Usual names of texture folders. They lie in the folder of a material library, or in its parent
 /// folder.
 const USUAL_FOLDERS: [&str; 5] = ["textures", "maps", "texture", "images", "tex"];
-/// Maximum number of folders in an end of a path. The ends of a written path are searched for:
-/// `c/d/file.png` is an end of `a/b/c/d/file.png` with two folders.
+/// Maximum number of folders in an end of a path. An end is a file name with the folders directly
+/// before it: `c/d/file.png` is an end of `a/b/c/d/file.png` with two folders. The search looks for
+/// the ends of a written path.
 const MAX_FOLDERS_OF_NAME: usize = 3;
 
 /// Returns true if `name` is a usual name of a texture folder. Case does not matter.

@@ -75,9 +75,9 @@ pub(super) fn light_group(
     })
 }
 
-/// Materials of light groups that have no effect, each with the reason: the material emits nothing,
-/// or no face uses it. `emits` has the names of used materials, with true if any used material of
-/// the name emits.
+/// Names in light groups that have no effect, each with the reason: the material emits nothing, or
+/// no face uses the material. `emits` has the names of used materials. The value is true if a used
+/// material of this name emits.
 pub(super) fn idle_members<'a>(
     groups: &'a [LightGroupSection],
     emits: &HashMap<String, bool>,

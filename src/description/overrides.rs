@@ -3,9 +3,10 @@
 //!
 //! Tables are merged key by key, and arrays of tables by index (`light.0.intensity`; the next free
 //! index adds an entry). Any other value replaces the value of the file. A value that is not valid
-//! TOML is read as a string: `render.sampler=halton`. Before a flag is parsed, blanks are put in
-//! front of its text, more than the file has bytes. The byte position of a value therefore
-//! identifies the flag that set the value.
+//! TOML is read as a string: `render.sampler=halton`. Before the text of a flag is parsed, blanks
+//! are put in front of it. Their number is different for each flag, and larger than the number of
+//! bytes of the file. The byte position of a value therefore identifies the flag that set the
+//! value.
 
 use serde::Deserialize;
 use std::ops::Range;
@@ -47,9 +48,9 @@ struct Override {
     toml: String,
     /// Number of blanks before the line.
     start: usize,
-    /// Kind and glob of a patch; `None` for a key of the file.
+    /// Target and glob of a patch; `None` if the flag is not a patch, but sets a key of the file.
     patches: Option<(PatchTarget, String)>,
-    /// True if it is an error that the patch matches no material.
+    /// True if a patch that matches no material is an error.
     must_match: bool,
 }
 

@@ -38,8 +38,8 @@ pub(crate) fn glob_of_name(name: &str) -> String {
 #[derive(Default)]
 pub(super) struct PatchList<'a> {
     patches: Vec<(Patch<'a>, bool)>,
-    /// Indices of patches that match one name only. The key is the name, because a scene may have
-    /// very many such patches.
+    /// Indices of patches that match one name only, by this name. A scene may have very many of
+    /// these patches, so a list of them would be slow to search.
     by_name: HashMap<String, Vec<usize>>,
     /// Indices of patches whose globs may match several names.
     by_glob: Vec<usize>,

@@ -7,8 +7,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-/// Maximum number of bytes of a line within which columns are counted. Some files have lines of
-/// megabytes with many errors.
+/// Maximum number of bytes of a line within which columns are counted. Without this maximum, a line
+/// of megabytes with many errors would take long.
 const MAX_COLUMNS: usize = 1 << 12;
 
 /// Source of a scene: a scene file with its path and text, or an OBJ file without a scene file.

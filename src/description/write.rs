@@ -131,8 +131,8 @@ impl SceneFile {
     }
 }
 
-/// Patches in order, with different keys. Patches with equal globs get different spellings of the
-/// glob.
+/// Patches as entries of a table with unique keys, in their order. Patches with equal globs get
+/// different spellings of the glob.
 fn own_patches<S: Clone>(patches: Vec<Patch<S>>, set_over: impl Fn(&mut S, S)) -> Vec<(Spanned<String>, S)> {
     let mut written: Vec<(Spanned<String>, S)> = Vec::new();
     let mut taken = HashSet::new();

@@ -385,9 +385,8 @@ fn nearest_axis(v: Vec3) -> Option<Vec3> {
     (v.is_finite() && v != Vec3::ZERO).then_some(axis)
 }
 
-/// Finding about the view of the camera. If there is none, a finding about the position of the
-/// camera, if `settings` give the position or the place where it stands. `None` if there is nothing
-/// to report.
+/// Finding about the view of the camera, if there is one. Else a finding about the position of the
+/// camera, if `settings` have `position` or `stand`. `None` if there is nothing to report.
 pub(crate) fn inspect_camera(
     settings: &CameraSettings,
     (scene, accel): (&Scene, &dyn Accel),
@@ -453,8 +452,9 @@ fn distance(position: Vec3, look_at: Vec3) -> f32 {
 mod tests {
     use super::*;
 
-    /// A full-frame normal lens: 50 mm focal length at a vertical field of view of 26.99°. Test
-    /// scenes in metres and in millimetres.
+    /// The lens is a normal lens of a full-frame camera: focal length 50 mm, vertical field of view
+    /// 26.99°. At f/2 its radius is 12.5 mm: 0.0125 in a scene in metres, and 12.5 in a scene in
+    /// millimetres, whose `sensor_height` is 24.
     #[test]
     fn an_f_number_is_a_radius() {
         let mut settings = CameraSettings {

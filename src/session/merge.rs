@@ -101,8 +101,8 @@ impl Parts {
     }
 
     /// Joins the sums of all parts to the sums of one render. The order of the parts does not
-    /// matter. The parts must contain all samples of the picture. If `is_enough` is true, it is
-    /// enough that they contain all samples between the first and the last sample of any part.
+    /// matter. The parts must contain all samples of the picture. If `is_enough` is true, samples
+    /// before the first sample of all parts and after the last one may be missing.
     ///
     /// # Errors
     ///

@@ -214,8 +214,9 @@ impl Session {
         })
     }
 
-    /// Session with the light of `file`. Keeps the triangles and textures of `scene`, unless
-    /// `unlit` is missing or refuses them. Then the scene is read again.
+    /// Session with the light of `file`. Keeps the triangles and textures of `scene`. If `unlit` is
+    /// missing, or if the triangles or textures are not those that were read with `unlit`, the
+    /// scene is read again.
     fn relit(
         (file, settings): (&SceneFile, Settings),
         (scene, unlit): (Scene, Option<UnlitScene>),

@@ -84,9 +84,9 @@ impl<'a> Renderer<'a> {
         &self.prepared
     }
 
-    /// Fraction of the records of an irradiance cache that are supported by too few of their rays.
-    /// If the picture has several views, it is the maximum over the views. `None` if there are no
-    /// records.
+    /// Fraction of the records of an irradiance cache that are doubtful: most of their light comes
+    /// from few of their rays. If the picture has several views, it is the maximum over the views.
+    /// `None` if there are no records.
     pub(crate) fn doubtful_records(&self) -> Option<f64> {
         let all = std::iter::once(&self.prepared).chain(self.views.iter().map(|view| &view.prepared));
         all.filter_map(Preparation::doubtful_records).reduce(f64::max)

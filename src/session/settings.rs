@@ -84,8 +84,8 @@ pub struct Settings {
 /// Maximum number of samples per pixel if only a noise level is set.
 pub const MAX_SAMPLES_FOR_NOISE: u32 = 1 << 14;
 
-/// Maximum number of threads per processor. More threads than processors are useless, but this
-/// number is so small that the threads start quickly.
+/// Maximum number of threads per processor. More threads than processors do not make a render
+/// faster. This maximum is so small that all threads start quickly.
 const THREADS_OF_A_PROCESSOR: usize = 64;
 
 impl Default for Settings {
@@ -483,8 +483,8 @@ impl Settings {
 
     /// Sampler of the render, with its seed and its number of samples.
     pub(crate) fn random_numbers(&self) -> RenderSampler {
-        // With a noise level, the number of samples is not known before. Samples are then taken in
-        // blocks. Use the size of a block as the number, so that each block is a complete point
+        // With a noise level, the number of samples is not known in advance. Samples are then taken
+        // in blocks. Use the size of a block as the number, so that each block is a complete point
         // set.
         let count = match self.noise {
             Some(_) => BLOCK,

@@ -7,11 +7,12 @@ use crate::session::CameraSettings;
 use clap::error::Error;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 
-/// Two more flags that exclude each other. [`CameraOptions::EXCLUSIVE`] has the pairs of keys that
-/// also exclude each other in scene files.
+/// Two flags that exclude each other, although a scene file may have both keys.
+/// [`CameraOptions::EXCLUSIVE`] has the pairs of keys that exclude each other as flags and in scene
+/// files.
 const EXCLUSIVE: [&str; 2] = ["focus_at", "focus_distance"];
 
-/// Camera flags. Settings that neither flags nor the scene file have are guessed.
+/// Camera flags. A setting is guessed if neither a flag nor the scene file sets it.
 #[derive(Clone, Debug, Default)]
 pub(in crate::cli) struct CameraArgs(pub CameraOptions);
 

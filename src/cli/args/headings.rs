@@ -112,8 +112,8 @@ const HEADINGS: [(&str, &[&str]); 6] = [
     ),
 ];
 
-/// Titles of groups and their flags, for single commands. They override [`HEADINGS`]. An empty
-/// title stands for "Options".
+/// Groups of flags of single commands: command, title of the group, and flags. These entries
+/// override [`HEADINGS`]. An empty title stands for "Options".
 const HEADINGS_OF_COMMANDS: [(&str, &str, &[&str]); 8] = [
     // In `paths`, the flag `samples` means samples to record, not a part of a render
     ("paths", "", &["samples"]),
@@ -195,7 +195,7 @@ const BRIEF_OF_COMMANDS: [(&str, &[&str]); 5] = [
     ),
 ];
 
-/// Flags of scene commands that `--help` leaves out.
+/// Flags that `--help` leaves out, for commands that load a scene.
 const RARE: [&str; 49] = [
     "aperture-blades",
     "aperture-rotation",

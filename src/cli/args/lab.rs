@@ -143,8 +143,8 @@ impl TypedValueParser for MethodParser {
     }
 }
 
-/// Parses `path` or `path:reuse=none:sampler=halton`: an integrator, and keys of `[render]` of the
-/// scene file with values.
+/// Parses an integrator with settings, such as `path` or `path:reuse=none:sampler=halton`. The keys
+/// of the settings are those of `[render]` in scene files.
 fn parse_method(text: &str) -> Result<MethodFlag, String> {
     let mut parts = text.split(':').map(str::trim);
     let kind = parts.next().unwrap_or_default();

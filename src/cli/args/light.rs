@@ -53,7 +53,7 @@ pub(in crate::cli) struct SunFlag {
 }
 
 impl LightFlags {
-    /// Changes of the light of a scene file by these flags.
+    /// Changes that these flags make to the light of a scene file.
     pub fn changes(&self) -> LightChanges {
         LightChanges {
             env: self.env.as_ref().map(|EnvFlag { written, env }| {

@@ -8,7 +8,7 @@ use crate::options::nearest;
 use clap::Command;
 
 /// Flags of other renderers, and equivalent flags here with a typical value. The error suggests the
-/// first equivalent flag that the command has.
+/// first of the equivalent flags that the command has.
 const ELSEWHERE: &[(&[&str], &[&str])] = &[
     (
         &["--width", "--height", "--resolution", "--res", "-w", "-r"],
@@ -48,7 +48,7 @@ const ELSEWHERE: &[(&[&str], &[&str])] = &[
     ),
 ];
 
-/// Known flag of `command` that the user may mean by `flag`.
+/// Known flag of `command` that the user probably means by the unknown flag `flag`.
 pub(super) fn advice(command: &Command, flag: &str) -> Option<String> {
     let flags: Vec<String> = command
         .get_arguments()

@@ -74,8 +74,8 @@ struct Run {
     pub render_s: f64,
     /// Seconds to trace the rays of the render without the integrator.
     pub replay_s: f64,
-    /// Median of render time / replay time. Each ratio is of two measurements, one directly after
-    /// the other, so it has less noise than the ratio of the medians.
+    /// Median of the ratios of render time to replay time. Both times of a ratio are measured one
+    /// directly after the other, so this median has less noise than the ratio of the median times.
     pub render_over_replay: f64,
 }
 

@@ -99,7 +99,8 @@ fn heads(scene: &SceneRuns, backend: &BackendReport, run: &Run) -> Vec<String> {
     ]
 }
 
-/// Ratios of the other backends of a scene to the first.
+/// Rows of the table of ratios: measurements of each other backend of a scene, relative to the
+/// first backend.
 fn ratios(scene: &SceneRuns) -> Vec<Vec<String>> {
     let Some((first, others)) = scene.backends.split_first() else {
         return Vec::new();

@@ -197,7 +197,7 @@ fn scale_name(scale: Scale) -> &'static str {
     }
 }
 
-/// Text for a comparison without tests, because about `rare` rare samples cause nearly all noise.
+/// Reason why a comparison has no tests: about `rare` rare samples cause nearly all noise.
 fn heavy_tails(rare: f64) -> String {
     format!(
         "about {rare:.0} rare samples cause nearly all noise (heavy tails), but the test needs {MIN_RARE}; take more samples per pixel"

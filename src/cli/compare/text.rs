@@ -98,8 +98,8 @@ impl Comparison<'_> {
         }
     }
 
-    /// Approximate number of rare samples that cause nearly all noise, if it is too small for some
-    /// tests.
+    /// Approximate number of rare samples that cause nearly all noise. `None` if this number is
+    /// large enough for all tests.
     fn rare(&self) -> Option<f64> {
         self.significance.as_ref().and_then(|significance| significance.rare)
     }
@@ -180,7 +180,7 @@ impl Comparison<'_> {
     }
 }
 
-/// Text for a window: its first corner, and its size if it is larger than a pixel.
+/// Text for a window: the first corner, and the size if the window is larger than a pixel.
 fn place(window: Rect) -> String {
     let (at, size) = (window.min, window.size());
     if window.area() == 1 {

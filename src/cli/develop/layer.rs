@@ -7,7 +7,8 @@ use serde_json::{Value, json};
 
 /// Maximum number of names in a message.
 const MAX_NAMES: usize = 40;
-/// Last words, in lower case, of the names that other renderers give to the layer of the picture.
+/// Names that other renderers give to the layer of the picture, in lower case. Of a name with dots,
+/// such as `ViewLayer.Combined`, the last word is compared.
 const PICTURES: [&str; 6] = ["combined", "beauty", "rgba", "rgb", "image", "color"];
 
 /// Kind of the numbers in a layer.

@@ -85,7 +85,7 @@ pub(super) fn write(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Error of a pattern without a match, with the names that the file has.
+/// Error for a pattern that matches no name. The error lists names that the file has.
 fn no_match(args: &DevelopArgs, layers: &Layers, pattern: &str) -> FileError {
     if layers.mattes.is_empty() {
         return FileError::new(&args.input, "has no mattes").help("render with --aov cryptomatte");

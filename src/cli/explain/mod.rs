@@ -163,7 +163,7 @@ fn profile(profile: &Profile) -> Value {
     })
 }
 
-/// Prints the albedos at some angles, and reports if energy is conserved.
+/// Prints the albedos at some angles, and reports whether energy is conserved.
 fn print_albedos(albedos: &[(f32, Spectrum)]) {
     let shown = albedos.iter().filter(|(angle, _)| INCIDENCES.contains(angle));
     let shown: Vec<String> = shown
@@ -225,8 +225,8 @@ fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSour
         .filter(|(geom, _)| scene.shape(*geom).material == id);
     let (mut triangles, mut power) = (0, 0.0);
     for (geom, mesh) in shapes {
-        // Lights of a prototype (the shared meshes of instances) are numbered from the first light
-        // of each instance.
+        // A prototype has the meshes that several instances share. Each instance has its own copies
+        // of the lights of these meshes, from `first_light` of the instance on.
         let of_prototype = |i: &&Instance| {
             scene
                 .prototypes()

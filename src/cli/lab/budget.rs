@@ -55,8 +55,9 @@ impl Budget {
         }
     }
 
-    /// The step after `done` samples, which took `seconds`. The step ends at the next power of 4 at
-    /// the latest, or at the end of the budget.
+    /// The step after `done` samples, which took `seconds`. The step ends at the next power of 4 or
+    /// at the end of the budget, whichever comes first. With a budget in seconds, the step may end
+    /// earlier than both.
     pub fn step(self, done: u32, seconds: f64) -> Step {
         let mark = next_mark(done);
         match self {
@@ -135,7 +136,7 @@ mod tests {
     }
 
     /// A step that does not end at a cut between passes is the last step. At a constant number of
-    /// samples per second, the whole budget is spent, except for the time of one sample.
+    /// samples per second, the whole budget is spent, to within the time of one sample.
     #[test]
     fn seconds_are_spent() {
         for (seconds, expected) in [(0.01, 1), (0.5, 5), (1.0, 10), (2.5, 25), (10.0, 100), (100.0, 1000)] {

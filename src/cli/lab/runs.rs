@@ -56,8 +56,9 @@ pub(super) struct Run {
 }
 
 impl Run {
-    /// Seconds of the first snapshot, and the largest budget that they exceed by more than a tenth.
-    /// The first snapshot always has one sample per pixel, even if this takes longer than a budget.
+    /// Time of the first snapshot in seconds, and the largest budget in seconds that this time
+    /// exceeds by more than a tenth. `None` if it exceeds no budget so much. The first snapshot
+    /// always has one sample per pixel, even if this takes longer than a budget.
     pub fn overspent(&self, budgets: &[Budget]) -> Option<[f64; 2]> {
         let first = self.snapshots.first()?;
         let budgets = first.budgets.iter().filter_map(|&index| match budgets[index] {
@@ -183,8 +184,8 @@ impl<'a> Estimate<'a> {
         Ok(())
     }
 
-    /// Takes the samples before `end`, which is at least `done`. Returns the seconds that they
-    /// took. The samples are in `film`, or in a returned copy of it.
+    /// Takes the samples before `end`, which is at least `done`. Returns the time of these samples
+    /// in seconds. The samples are added to `film`, or to a returned copy of `film`.
     fn advance(&mut self, end: u32) -> Result<(Option<Film>, f64), Interrupt> {
         if self.contender.settings.sampler.needs_count() || self.method.needs_count() {
             let mut film = self.new_film();

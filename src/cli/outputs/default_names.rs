@@ -38,8 +38,8 @@ pub(super) fn of_scene_file(scene: &Path) -> Vec<PathBuf> {
     vec![with_extension(scene, "exr")]
 }
 
-/// Default outputs of a bare OBJ that do not replace the files `read` by the scene. Both pictures
-/// have the same stem.
+/// Default outputs of a bare OBJ. They replace neither the files `read` by the scene nor files of
+/// other programs. Both pictures have the same stem.
 pub(super) fn of_obj(scene: &Path, read: &[PathBuf]) -> DefaultNames {
     let read: Vec<FileId> = read.iter().filter_map(|path| FileId::of(path)).collect();
     let mut reason = None;
@@ -58,7 +58,8 @@ pub(super) fn of_obj(scene: &Path, read: &[PathBuf]) -> DefaultNames {
         };
         reason = reason.or(Some(why));
     }
-    // If no name is free, use the usual names: the check of outputs then reports the error.
+    // If no name is free, use the usual names. The check of outputs later rejects a name if the
+    // scene reads the file of this name.
     let paths = ["png", "exr"].map(|extension| with_extension(scene, extension));
     DefaultNames {
         paths: paths.into(),

@@ -10,7 +10,7 @@ use crate::files::Output;
 use crate::io::{ExrFormat, Format};
 use std::path::PathBuf;
 
-/// Placeholder of the name of a face of a cube map, in `-o` of `develop`.
+/// Placeholder in file names of `develop -o`. It stands for the names of the faces of a cube map.
 pub(in crate::cli) const FACE: &str = "{face}";
 
 /// Images to write.

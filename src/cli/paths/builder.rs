@@ -22,8 +22,8 @@ struct Builder<'a> {
     technique: Technique,
     /// Parts of the light that the next event `Added` adds: technique, radiance, vertex.
     parts: Vec<(Technique, Spectrum, Option<usize>)>,
-    /// True if the path is the rest of a path that several pixels reuse. The light of this rest
-    /// does not belong to the pixel yet.
+    /// True while the events belong to the part of a path that several pixels reuse. Light of this
+    /// part reaches a pixel later, by a connection ([`Technique::Shared`]).
     is_shared: bool,
     /// Vertex and index of each light sample whose shadow ray is still to come.
     waiting: Vec<(usize, usize)>,
@@ -104,7 +104,8 @@ impl Builder<'_> {
                 }
             }
             PathEvent::Scatter { depth, scattering } => {
-                // In a tree of rays, a vertex scatters again after its last branch has ended.
+                // In a tree of rays, a vertex scatters again after one of its branches has ended.
+                // Remove the vertices of this branch from the current path.
                 self.stack.truncate(depth as usize + 2);
                 if let Some(vertex) = self.last() {
                     self.trace.vertices[vertex].scatterings.push(scattering);
@@ -170,7 +171,8 @@ impl Builder<'_> {
         }
     }
 
-    /// Adds light of the pixel, split into parts by technique if they are known.
+    /// Adds light of the pixel as contributions: one for each part in `parts`, or a single one if
+    /// `parts` is empty or the light comes from a reused path.
     fn add_light(&mut self, film: Option<Vec2>, radiance: Spectrum) {
         let parts = std::mem::take(&mut self.parts);
         let factor = match film {

@@ -63,7 +63,7 @@ struct RecordedEvents {
     weight: f32,
 }
 
-/// Listener to one sample of a packet, whose samples are traced together.
+/// Listener to one sample of a packet. All samples of a packet are traced together.
 struct Listener<'a> {
     recorded: &'a RefCell<RecordedEvents>,
     /// True if the sample is the requested one.

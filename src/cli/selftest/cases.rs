@@ -184,7 +184,8 @@ impl Probe {
         Ok(mean(&picture(view, self.settings(side, spp))?))
     }
 
-    /// Mean of a room rendered by the integrator `kind`, divided by the mean by path tracing.
+    /// Mean of the picture of a room by the integrator `kind`, divided by the mean of the same
+    /// picture by path tracing.
     fn over_path(&self, kind: IntegratorKind, spp: u32) -> Result<Measurement, CliError> {
         let by = |kind, spp| {
             let integrator = IntegratorOptions {

@@ -294,7 +294,8 @@ fn patches_change_what_they_say() {
     };
     assert_eq!(matte.material, expected);
 
-    // A roughness changes a glossy lobe to facets, and removes the exponent and its map.
+    // A roughness changes a glossy lobe to GGX microfacets, and removes the exponent and the map of
+    // the exponent.
     let glossy = of("glossy");
     let rough = patched(glossy, "roughness = 0.2").unwrap();
     assert_eq!(

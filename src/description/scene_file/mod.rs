@@ -84,8 +84,8 @@ pub struct SceneFile {
     /// Patterns of the names of hidden parts, in addition to the key `render.hide`.
     #[serde(skip)]
     pub hide: Vec<String>,
-    /// Patterns of part names: only parts that match are shown. They are added to the key
-    /// `render.only`.
+    /// Patterns of part names, in addition to the key `render.only`: only parts that match are
+    /// shown.
     #[serde(skip)]
     pub only: Vec<String>,
     /// Changes of the light that flags set.
@@ -176,7 +176,7 @@ impl SceneFile {
     const MADE: &'static str = "<scene>";
 
     /// A scene without objects, for a program that adds its own meshes to [`SceneFile::made`].
-    /// Paths in it are relative to the current folder.
+    /// Paths in the keys of this scene are relative to the current folder.
     ///
     /// # Errors
     ///
@@ -237,8 +237,8 @@ impl SceneFile {
         Ok(file)
     }
 
-    /// Computes the origin of the scene, if the option is `auto`, or if a bare OBJ does not have
-    /// the option.
+    /// Computes the origin of the scene if the option `origin` is `auto`, or if the scene is a bare
+    /// OBJ without this option.
     pub(crate) fn settle_origin(&mut self) {
         let is_wanted = match self.load.parameters.origin {
             None => !self.is_file(),

@@ -405,8 +405,8 @@ fn keys_beside_a_preset_win() {
     assert!(error.contains("there is no preset `steel`"), "{error}");
 }
 
-/// A preset as a patch of a flag or file keeps the opacity and the textures of pigments, but not
-/// the lobes of the old material.
+/// A preset of a flag keeps the opacity of the old material, but not its lobes. It keeps the
+/// diffuse texture if the preset has a diffuse reflection.
 #[test]
 fn preset_replaces_lobes_and_keeps_opacity() {
     let folder = tempfile::tempdir().unwrap();

@@ -88,7 +88,7 @@ struct Entry {
     t_min: f32,
     /// `null` for an infinite ray.
     t_max: Option<f32>,
-    /// Origin, direction, `t_min`, `t_max` and time as the bits of their floats.
+    /// Origin, direction, `t_min`, `t_max` and time as 32-bit floats, in hexadecimal.
     bits: [String; 9],
     answers: BTreeMap<String, serde_json::Value>,
 }

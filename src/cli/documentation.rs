@@ -146,7 +146,8 @@ fn presets_are_documented() {
     assert_eq!(shown, names);
 }
 
-// A build without the feature `view` lacks a command, so its help differs from the page.
+// A build without the feature `view` lacks a command, so the help of this build differs from the
+// page.
 #[cfg(feature = "view")]
 #[test]
 fn help_of_all_commands_is_up_to_date() {
@@ -177,7 +178,7 @@ fn every_parameter_has_a_reader() {
     }
 }
 
-/// Help has at most 80 columns, without values and default.
+/// The help of every parameter has at most 80 columns. The values and the default do not count.
 #[test]
 fn help_is_short() {
     for parameter in SceneOptions::GROUPS.iter().flat_map(|(_, parameters)| *parameters) {
@@ -187,12 +188,13 @@ fn help_is_short() {
     }
 }
 
-/// The first line of help of every flag and argument, which `-h` shows, has at most 80 columns,
-/// without values and default.
+/// The first line of the help of every flag and argument has at most 80 columns, without the
+/// default. `-h` shows this line.
 #[test]
 fn brief_help_is_a_line() {
     let parameters = SceneOptions::GROUPS.iter().flat_map(|(_, parameters)| *parameters);
-    // Parameters have a range after their help; the test above measures the help.
+    // Help of flags of parameters has a range at the end, so its width is not checked here.
+    // `help_is_short` checks the help without the range.
     let of_parameters: Vec<&str> = parameters.map(|parameter| parameter.help()).collect();
     let program = super::args::Args::command();
     let (mut count, mut wrong) = (0, Vec::new());

@@ -79,8 +79,8 @@ pub(super) fn dropped_warning(statistics: &Statistics) -> String {
 /// Minimum fraction of doubtful irradiance records at which the warning is given.
 const MANY_DOUBTFUL: f64 = 0.02;
 
-/// Warning that an irradiance cache does not suit the scene: the fraction `doubtful` of its records
-/// depends on few rays.
+/// Warning that an irradiance cache does not suit the scene: the fraction `doubtful` of the records
+/// gets most of its light from few rays.
 pub(super) fn doubtful_warning(doubtful: f64) -> Option<String> {
     (doubtful >= MANY_DOUBTFUL).then(|| {
         format!(

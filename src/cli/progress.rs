@@ -99,8 +99,8 @@ pub(super) fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// Returns a function that returns true at a late time after an interrupt: if more than `time` has
-/// passed since the first call of the function after the interrupt.
+/// Returns a function that limits the waiting after an interrupt. This function returns true if
+/// more than `time` has passed since its first call after the interrupt.
 pub(super) fn interrupted_for(time: Duration) -> impl Fn() -> bool {
     let since = OnceLock::new();
     move || is_interrupted() && since.get_or_init(Instant::now).elapsed() > time

@@ -54,7 +54,7 @@ impl Request {
     ///
     /// # Errors
     ///
-    /// Another file name extension, or errors of reading the file.
+    /// The file name does not end in `.toml` or `.obj`, or the file cannot be read.
     pub fn scene_file(path: &Path, set: &[String]) -> Result<SceneFile, FileError> {
         match kind_of(path)? {
             SceneKind::Toml => SceneFile::load_with(path, set),

@@ -64,7 +64,8 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     loading.finish();
     let session = session?;
     let elevation = job.settings.camera.elevation;
-    // The size of a drawing to scale is computed from the scene.
+    // Take the image size from the session, because the size of a drawing to scale is computed from
+    // the scene.
     job.settings.resolution = session.settings().resolution;
     // The exposure may depend on the light, which is known now.
     job.settings.tone = session.settings().tone;

@@ -100,7 +100,7 @@ pub(super) struct Stats<'a> {
     /// Noise of the picture, and the level of `--noise`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<NoiseOfRender>,
-    /// Filter of `--denoise`.
+    /// Denoiser of the picture, if the picture is denoised.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub denoise: Option<DenoiseStats>,
     /// Report of `--audit-rays`.
@@ -182,7 +182,7 @@ const MAX_SHARE_OF_A_CHAIN: f64 = 0.25;
 /// Denoiser of the picture, in the output of `--stats`.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct DenoiseStats {
-    /// Name of the filter and version of its library.
+    /// Name of the denoiser, and version of the library of the denoiser.
     pub by: String,
     pub seconds: f64,
 }

@@ -1,11 +1,11 @@
 //! Live preview in tev (<https://github.com/Tom94/tev>) or another viewer with its TCP protocol:
 //! `--tev`.
 //!
-//! A separate thread sends the pictures. After a picture, the thread waits for fifty times the time
-//! that it took to send this picture, and for at least a second. During the render only `R G B` are
-//! sent, because developing fourteen channels takes several times as long. The last picture has the
-//! default channels of image files. A picture is sent in bands of rows, which limits memory and
-//! keeps the packet length within 32 bits.
+//! A separate thread sends the pictures. The time from one picture to the next is fifty times the
+//! time that was needed to send the last picture, and at least a second. During the render only `R
+//! G B` are sent, because developing fourteen channels takes several times as long. The last
+//! picture has the default channels of image files. A picture is sent in bands of rows, which
+//! limits memory and keeps the packet length within 32 bits.
 //!
 //! A viewer that reads nothing for 3 s, or takes 10 s for a picture, is dropped like a closed
 //! viewer. Only the last picture makes the program wait.

@@ -115,8 +115,8 @@ pub(super) fn remember(written: io::Result<()>) {
     }
 }
 
-/// `text` with control characters escaped as in JSON: `\u001b`. Names may have them, and terminals
-/// execute them. Line breaks and tabs are kept.
+/// `text` with control characters escaped as in JSON: `\u001b`. Names may have control characters,
+/// and terminals execute these characters. Line breaks and tabs are kept.
 pub(super) fn escaped(text: &str) -> String {
     let mut shown = String::with_capacity(text.len());
     for c in text.chars() {

@@ -186,8 +186,8 @@ impl<'a> TextureSearch<'a> {
     }
 }
 
-/// Ends of a path of any operating system, the longest end first: the file name with some of the
-/// last folders, down to the file name only.
+/// Ends of a path, which any operating system may have written. The longest end, with up to
+/// [`MAX_FOLDERS_OF_NAME`] folders, comes first. The last end is the file name only.
 fn ends_of(name: &str) -> Vec<String> {
     let Some(base) = base_name(name) else {
         return Vec::new();

@@ -4,7 +4,7 @@ use std::fmt;
 use std::marker::PhantomData;
 use toml::Spanned;
 
-/// Entries of a table in the order of the file. TOML parsers would sort them by their keys.
+/// Entries of a table in the order of the file. TOML parsers would sort the entries by their keys.
 #[derive(Clone, Debug)]
 pub struct InOrder<T>(pub Vec<(Spanned<String>, T)>);
 

@@ -53,7 +53,7 @@ impl SceneFile {
     ///
     /// # Errors
     ///
-    /// An invalid `[part]`, or a reader that does not read polygons.
+    /// A section `[part]` is invalid, or the OBJ reader does not read polygons.
     pub(crate) fn cages(&self) -> Result<Vec<ObjectCage>, FileError> {
         if self.load.parameters.obj_reader() == ObjReader::Tobj {
             let error = self

@@ -148,8 +148,8 @@ impl TextureSection {
         }
     }
 
-    /// Request for this texture, for the slot `slot` of the material `name`. Errors about it point
-    /// to the bytes `span` of `file`.
+    /// Request for this texture, for the slot `slot` of the material `name`. Errors about the
+    /// texture point to the bytes `span` of `file`.
     pub(super) fn request(
         &self,
         span: Range<usize>,

@@ -164,7 +164,8 @@ impl SceneFile {
     ///
     /// # Errors
     ///
-    /// An invalid key. Keys and values are checked when the scene is loaded.
+    /// `key` is not a key of TOML. Unknown keys and invalid values are reported when the scene is
+    /// loaded.
     #[cfg(feature = "view")]
     pub(crate) fn patch_material(&mut self, name: &str, key: &str, value: &str) -> Result<(), FileError> {
         let (bytes, patch) = (self.source.bytes(), format!("{key}={value}"));
@@ -268,8 +269,9 @@ impl SceneFile {
         }
     }
 
-    /// Adds the patches of flags. Patches with equal globs are joined to one patch, such as
-    /// `--material Gold.metallic=1 --material Gold.specular=0.5` in any order.
+    /// Adds the patches of flags. Patches with equal globs are joined to one patch. Flags such as
+    /// `--material Gold.metallic=1` and `--material Gold.specular=0.5` therefore may be in any
+    /// order.
     fn add_flags<'a, S: Clone + for<'de> Deserialize<'de>>(
         &'a self,
         patches: &mut Vec<Patch<'a, S>>,

@@ -1,5 +1,5 @@
-//! Source of a scene description: path and text of the file, and the flags that set keys. It adds
-//! the places in the file to errors.
+//! Source of a scene description: path and text of the file, and the flags that set keys. The
+//! source adds the places in the file to errors.
 
 use super::overrides::Overrides;
 use crate::io::{FileError, Position};

@@ -39,8 +39,9 @@ const COMMENTS: [(&str, &str); 5] = [
 ];
 
 impl SceneFile {
-    /// Text of a commented scene file at `path`. It renders the same image as this file with
-    /// `options` and `camera`. `inspection` is the result of inspecting this file.
+    /// Text of a commented scene file that will be written to `path`. The new file renders the same
+    /// image as this scene with `options` and `camera`. `inspection` is the result of inspecting
+    /// this scene.
     ///
     /// # Errors
     ///

@@ -15,8 +15,8 @@ pub(super) fn unknown_key<'a>(key: &str, section: &str, known: impl IntoIterator
 }
 
 /// Message and help for an error of the TOML parser. An unknown key is reported as in
-/// [`unknown_key`]. The error of a value of a wrong type uses the names of TOML types. Other errors
-/// are not changed.
+/// [`unknown_key`]. An error about a value of a wrong type uses the names of TOML types. Other
+/// errors are not changed.
 ///
 /// serde writes an unknown key as "unknown field `KEY`, expected one of `A`, `B`" and does not pass
 /// the names as a list. We take the names from the backquotes.

@@ -19,8 +19,8 @@ use toml::Spanned;
 /// Version of the written format.
 const VERSION: u32 = 1;
 
-/// Maximum number of spellings of one glob. Several patches may have the same glob: patches of the
-/// file, and patches of flags.
+/// Maximum number of spellings of one glob: different texts that match the same names. Several
+/// patches may have the same glob: patches of the file, and patches of flags.
 const MAX_SPELLINGS: usize = 8;
 
 /// A value without a place in a file.

@@ -163,8 +163,8 @@ impl Session {
     }
 }
 
-/// Name of the axis of a section above the lowest point of the scene, such as `-z`. `up` is the
-/// upright axis of the scene.
+/// Name of the axis, such as `-z`, for a section at a height above the lowest point of the scene.
+/// `up` is the upright axis of the scene.
 pub(crate) fn name_of_axis(up: DVec3) -> &'static str {
     match (up.abs().max_position(), up.max_element() > 0.0) {
         (0, true) => "x",

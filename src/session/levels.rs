@@ -18,8 +18,8 @@ use crate::math::{Affine3A, Bounds3, Vec3};
 use std::collections::BTreeMap;
 
 /// Minimum distance of edges from the camera, as a fraction of the diagonal of the object. Without
-/// this minimum, an edge that passes the camera would need an unlimited number of subdivision
-/// steps.
+/// this minimum, an edge that passes close to the camera would need an unlimited number of
+/// subdivision steps.
 const NEAR: f32 = 0.01;
 /// Tolerance of the number of subdivision steps. The length of an edge may be exactly a power of
 /// two times the maximum, and a rounding error must not add a step.
@@ -52,7 +52,8 @@ impl Session {
             !settings.camera.needs_scene() && settings.camera.elevation.is_none() && settings.print.is_none();
         if is_given {
             let found = settings.camera.found(None, settings.resolution);
-            // If the camera has an error, loading the scene reports it with its place in the file
+            // If the camera has an error, loading the scene reports the error with its place in the
+            // file
             if let Ok(found) = found {
                 let levels = levels(&cages, &found.description, &settings)?;
                 drop(cages);
@@ -144,7 +145,7 @@ fn level(cage: &ObjectCage, cameras: &[Camera]) -> u32 {
 }
 
 /// Smallest number of subdivision steps for an edge whose length is `excess` times the maximum
-/// length: after these steps, its parts are not longer than the maximum.
+/// length: after these steps, the parts of the edge are not longer than the maximum.
 fn steps(excess: f32) -> u32 {
     (excess.log2() - ROUNDING).ceil().clamp(0.0, MAX_STEPS as f32) as u32
 }

@@ -168,8 +168,8 @@ fn picture_bytes(settings: &Settings) -> u64 {
 /// Bytes of the light that the integrator stores. They depend on the number of vertices of a path,
 /// which depends on the scene. We assume three vertices, as in plain rooms.
 fn light_bytes(settings: &Settings, scene: &Scene) -> u64 {
-    /// Bytes of the photons of one light path. For vertex merging (`MERGED_PATH`), also of the
-    /// camera path to merge with.
+    /// Bytes of the photons of one light path. `MERGED_PATH` also includes the camera path with
+    /// which vertex merging merges the light path.
     const PHOTONS: u64 = 310;
     const MERGED_PATH: u64 = 1560;
     /// Bytes of a path from which a Markov chain may start, in path space and in primary sample

@@ -106,8 +106,8 @@ impl Parts {
     ///
     /// # Errors
     ///
-    /// Samples are repeated, or files are damaged. Unless `allow_gaps` is true: samples are
-    /// missing, or parts are unfinished.
+    /// Samples are repeated, or files are damaged. Samples are missing or parts are unfinished,
+    /// unless `allow_gaps` is true.
     pub fn join(&self, is_enough: bool, allow_gaps: bool) -> Result<Joined, Error> {
         let Self { parts, extent } = self;
         let wanted = match is_enough {

@@ -1,9 +1,9 @@
 //! Name of the build, and versions of the program's components.
 //!
 //! `build.rs` computes the name: a SHA-256 of the sources, `Cargo.lock`, the compiler's version and
-//! the target processor. The name does not depend on git or on the folder of the sources. Different
-//! builds may give results that are not bit-identical, so `--resume` and `merge` reject files of
-//! another build, with help.
+//! the target processor. The name does not depend on git or on the folder of the sources. Results
+//! of different builds may differ in some bits, so `--resume` and `merge` reject files of another
+//! build, with help.
 
 #[cfg(feature = "obvhs")]
 use crate::accel::bvh;
@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 use std::fs;
 
 /// Name of this build: a hash of its sources and of the compiler options (`build.rs`). Results of
-/// different builds may not be bit-identical.
+/// different builds may differ in some bits.
 pub const BUILD: &str = env!("EMBRASURE_BUILD");
 
 /// Text with the name, version and build of this program, the backends that are built in, and the

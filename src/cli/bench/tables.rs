@@ -1,8 +1,8 @@
 use super::{BackendReport, Report, Run, SceneRuns};
 use std::fmt::Write;
 
-/// Measurements as three Markdown tables: rays, renders, and the ratios of the other backends to
-/// the first.
+/// Measurements as three Markdown tables: rays, renders, and the ratio of each other backend to the
+/// first backend.
 pub(super) fn tables(report: &Report) -> String {
     let mut text = format!(
         "{}, {} cores; embrasure {}",

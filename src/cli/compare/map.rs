@@ -11,7 +11,7 @@ use crate::io::Figure;
 ///
 /// # Errors
 ///
-/// `Map::Scores` for images without variance channels.
+/// `map` is [`Map::Scores`], and an image has no variance channels.
 pub(super) fn draw(map: Map, pair: &Pair, comparison: &Comparison) -> Result<Figure, CliError> {
     let size = pair.window.size();
     let figure = |pixels, legend| Figure {

@@ -228,8 +228,8 @@ pub(super) fn find(layers: &Layers, name: Option<&str>) -> Result<Layer, (String
     if let Some(index) = layers.channels.iter().position(|channel| channel.name == name) {
         return Ok(single(layers, index));
     }
-    // Files of other renderers have the name of a view layer before the name of a layer, so the end
-    // of a name is enough.
+    // Other renderers write the name of a view layer before the name of a layer. It is therefore
+    // enough if the end of the name is equal.
     let ending = format!(".{}", name.to_lowercase());
     let mut ending = all.iter().filter(|layer| {
         let own = layer.title().to_lowercase();
@@ -290,7 +290,7 @@ fn single(layers: &Layers, index: usize) -> Layer {
 }
 
 /// Channels for metering and denoising that this program wrote, and the denoising data of Cycles.
-/// Each has its name in this program, and its index in the file.
+/// Returns the name of each channel in this program, and the index of the channel in the file.
 pub(super) fn guides(layers: &Layers) -> Vec<(&'static str, usize)> {
     const OWN: [&str; 23] = [
         "raw.R",

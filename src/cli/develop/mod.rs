@@ -117,7 +117,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
         steps.extend(size.map(|[width, height]| format!("scale={width}x{height}")));
         let steps = steps.join(" ");
         // A face or a scaled crop becomes a whole picture. The matrices of the camera do not
-        // describe this picture, so they are left out.
+        // describe this picture, so the file does not get the matrices.
         let is_whole = image.crop == Rect::full(image.resolution);
         let camera = layers.camera.filter(|_| face.is_none() && (size.is_none() || is_whole));
         let developed = |image| DevelopedPicture {
@@ -130,8 +130,8 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
             (Format::Exr(_), kind) => {
                 said.push(format!("{name}: linear values"));
                 let mut image = scaled(image.clone(), size, kind.is_colors());
-                // Lines are not light, so an EXR file has them over its picture only if `--lines`
-                // is given.
+                // Lines are not light, so they are drawn over the picture of an EXR file only if
+                // `--lines` is given.
                 if let Some(color) = lines.filter(|_| args.lines.is_some()) {
                     draw_lines(&mut image, color);
                 }

@@ -225,8 +225,8 @@ fn facts(scene: &Scene, files: &[PathBuf], id: MaterialId, source: &MaterialSour
         .filter(|(geom, _)| scene.shape(*geom).material == id);
     let (mut triangles, mut power) = (0, 0.0);
     for (geom, mesh) in shapes {
-        // A prototype has the meshes that several instances share. Each instance has its own copies
-        // of the lights of these meshes, from `first_light` of the instance on.
+        // A prototype has the meshes that several instances share. Each instance has separate
+        // lights for these meshes. Their ids begin with `first_light` of the instance.
         let of_prototype = |i: &&Instance| {
             scene
                 .prototypes()

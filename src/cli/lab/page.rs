@@ -22,8 +22,8 @@ use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 
-/// Maximum number of pixels of all pictures of a page together, so that browsers can show the page.
-/// If there are more, blocks of pixels are averaged.
+/// Maximum total number of pixels in the pictures of a page, so that browsers can show the page. If
+/// the pictures have more pixels, blocks of pixels are averaged.
 const MAX_PIXELS: usize = 8 << 20;
 /// Number of colours of the error map palette.
 const COLORS: usize = 65;

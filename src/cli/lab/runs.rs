@@ -4,8 +4,8 @@
 //! Snapshots are taken at 1, 4, 16, 64, … samples per pixel and at the end of each budget. The film
 //! of the main render ends only at cuts, which are sample counts between two passes
 //! (`render/schedule.rs`). If a budget ends between two cuts, its last samples are added to a copy
-//! of the film. The time of these samples counts only for this snapshot. If the sampler depends on
-//! the total number of samples, each snapshot is rendered from the start.
+//! of the film. The time of these samples counts only for the snapshot of this budget. If the
+//! sampler depends on the total number of samples, each snapshot is rendered from the start.
 
 use super::budget::{Budget, Step, is_mark};
 use super::contenders::Contender;
@@ -57,8 +57,8 @@ pub(super) struct Run {
 
 impl Run {
     /// Time of the first snapshot in seconds, and the largest budget in seconds that this time
-    /// exceeds by more than a tenth. `None` if it exceeds no budget so much. The first snapshot
-    /// always has one sample per pixel, even if this takes longer than a budget.
+    /// exceeds by more than a tenth. `None` if there is no such budget. The first snapshot always
+    /// has one sample per pixel, even if this takes longer than a budget.
     pub fn overspent(&self, budgets: &[Budget]) -> Option<[f64; 2]> {
         let first = self.snapshots.first()?;
         let budgets = first.budgets.iter().filter_map(|&index| match budgets[index] {
@@ -113,8 +113,8 @@ struct Estimate<'a> {
     prepared: Preparation,
     /// Pixel filter of the contender.
     filter: Filter,
-    /// Light selection of the contender. The time to learn the selection counts in the time of the
-    /// contender.
+    /// Light selection of the contender. The time to learn the selection is a part of the time of
+    /// the contender.
     light_selection: LightSelection,
     progress: &'a Progress,
     /// Seconds of the preparation before the first sample.

@@ -25,7 +25,7 @@ pub(super) struct DefaultNames {
     pub reason: Option<String>,
 }
 
-/// File name of `scene`, without its folder, with `extension` instead of its last extension.
+/// File name of `scene` without the folder, with `extension` in place of the last extension.
 fn with_extension(scene: &Path, extension: &str) -> PathBuf {
     let mut name = OsString::from(scene.file_stem().unwrap_or_default());
     name.push(".");

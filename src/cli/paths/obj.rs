@@ -7,8 +7,8 @@ use std::fmt::Write;
 /// Length of the line towards an infinitely distant light, relative to the size of the paths.
 const FAR: f32 = 0.25;
 
-/// Text of the file: an object for each sample. Its groups are paths, unoccluded shadow rays,
-/// occluded shadow rays, and connections.
+/// Text of the file: an object for each sample. The groups of an object are paths, unoccluded
+/// shadow rays, occluded shadow rays, and connections.
 pub(super) fn text(samples: &[(u32, Vec<Trace>)]) -> String {
     let mut file = File {
         text: "# embrasure paths: scattered paths, shadow rays and connections as lines\n".into(),

@@ -17,7 +17,8 @@ const LINE: f64 = 18.0;
 /// Maximum number of triangles whose edges are drawn. For larger scenes the boxes of meshes are
 /// drawn.
 const MAX_TRIANGLES: u64 = 2000;
-/// Maximum size of a scene that is shown whole, relative to the size of the paths.
+/// A view shows the whole scene if the size of the scene is at most this number times the size of
+/// the paths.
 const MUCH_LARGER: f32 = 4.0;
 /// Maximum number of samples in the legend.
 const MAX_LISTED: usize = 10;

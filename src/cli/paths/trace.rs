@@ -60,8 +60,8 @@ pub(in crate::cli) enum Technique {
     /// A Markov chain found the light.
     Chain,
     /// Path reuse: the first vertex was connected to the end of a path that several pixels share.
-    /// The fields are the pixel that traced this path, which may be the pixel itself, and the
-    /// position of the end.
+    /// The fields are the pixel that traced this path (possibly the pixel of the sample itself),
+    /// and the position of the end.
     Shared([u32; 2], Vec3),
     /// Another technique found the light.
     Other,

@@ -1,4 +1,4 @@
-//! A plot with logarithmic axes, and the slope of a curve in it.
+//! A plot with logarithmic axes, and the fitted slope of a curve.
 
 use super::{color, mark, points};
 use std::fmt::Write;
@@ -127,7 +127,7 @@ impl Axis {
         self.start + share * (self.end - self.start)
     }
 
-    /// Exponents of the powers of ten with a grid line: ten at most.
+    /// Exponents of the powers of ten that get a grid line. There are at most ten.
     fn ticks(&self) -> Vec<i32> {
         let (from, to) = (self.from as i32, self.to as i32);
         let step = ((to - from) / 8 + 1) as usize;

@@ -64,8 +64,8 @@ fn integrals() -> [Integral; 4] {
 /// Errors of the mean of one integrand.
 pub(super) struct Convergence {
     pub integral: Integral,
-    /// A curve for each decision of a path, such as the point on the lens: its name, and pairs of
-    /// number of samples and root mean square error.
+    /// A curve for each decision of a path, such as the point on the lens. A curve has a name, and
+    /// pairs of the number of samples and the root mean square error.
     pub curves: Vec<(&'static str, Vec<[f64; 2]>)>,
 }
 

@@ -5,7 +5,7 @@ use super::projections::{Projection, Shape};
 use crate::cli::plot::{LogLog, PLOT_SIZE, Place, color, escaped, mark, svg_head};
 use std::fmt::Write;
 
-/// Number of projections in a row, and size of each with its margins.
+/// Number of projections in a row, and size of a projection with its margins.
 const COLUMNS: usize = 4;
 const PANEL: [f64; 2] = [225.0, 250.0];
 /// Side of a projection, and its position in its panel.

@@ -86,8 +86,8 @@ impl Lens {
         }
     }
 
-    /// Camera options as in `[camera]`, and the horizontal field of view, if the file has it
-    /// instead of a vertical one.
+    /// Camera options as in `[camera]`, and the horizontal field of view, if the file has no
+    /// vertical one.
     fn options(&self, size: Option<UVec2>) -> Result<(CameraOptions, Option<f64>), String> {
         let model = self.camera_model.as_deref().unwrap_or("OPENCV");
         let is_fisheye = match model {

@@ -1,5 +1,5 @@
-//! Writes a material as a section with all keys that apply to the material. If a material is
-//! patched with its own section, it does not change.
+//! Writes a material as a section with all keys that apply to the material. A patch of a material
+//! by the section that was written for it changes nothing.
 
 use super::{ChannelValues, ColorValue, FileMaterial, Gloss, MapSection, MaterialSection, fields};
 use crate::bsdf::Fresnel;
@@ -38,7 +38,7 @@ impl MaterialSection {
         Self::of(&found, &|_| None)
     }
 
-    /// Section of the material `found`. `path` returns the file of each texture. If it returns
+    /// Section of the material `found`. `path` returns the file of each texture. If `path` returns
     /// `None`, the texture is left out.
     pub(in crate::description) fn of(found: &FileMaterial, path: &dyn Fn(&MapRequest) -> Option<PathBuf>) -> Self {
         let (material, has) = (&found.material, |slot| found.has_map(slot));

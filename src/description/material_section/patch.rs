@@ -187,8 +187,8 @@ impl MaterialSection {
         }
     }
 
-    /// Fresnel term of a metal, if `eta` or `k` is given. If one of both is missing, it is taken
-    /// from the material.
+    /// Fresnel term of a metal, if `eta` or `k` is given. If one of both keys is missing, its value
+    /// is taken from the material.
     fn conductor(&self, section: &Named, own: Fresnel) -> Result<Option<Fresnel>, FileError> {
         let (own_eta, own_k) = match own {
             Fresnel::Conductor { eta, k } => (Some(eta), Some(k)),

@@ -32,8 +32,8 @@ impl Renderer<'_> {
     ///
     /// # Errors
     ///
-    /// Errors or a panic of the denoiser, or `is_cancelled`. The image is then lost: develop it
-    /// again.
+    /// The denoiser fails or panics, or `is_cancelled` returned true. The image is then lost:
+    /// develop it again.
     pub fn denoise_unless(
         &self,
         image: Image,

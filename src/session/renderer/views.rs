@@ -21,7 +21,7 @@ pub(super) struct ViewData {
 }
 
 impl ViewData {
-    /// New data of each view of the session's picture; empty if it has one view.
+    /// New data of each view of the session's picture; empty if the picture has one view.
     pub fn of(session: &Session) -> Vec<Self> {
         if session.views().len() == 1 {
             return Vec::new();

@@ -44,7 +44,7 @@ function figure(estimator, index) {
   return { estimator, view, missing, figures, images: new Map() };
 }
 
-/** Shows the picture or the error map `key` of a figure. Its image element is made at the first call. */
+/** Shows the picture or the error map `key` of a figure. The image element of the picture or map is made at the first call. */
 function show(shown, key, source, label, isMap) {
   for (const [other, image] of shown.images) image.hidden = other !== key;
   if (source && !shown.images.has(key)) {
@@ -69,7 +69,7 @@ if (data.reference) {
   show(shown, "picture", picture, "reference", false);
 }
 
-/** Factor within which samples or times count as equal. Times differ by up to a tenth, because a render ends with a sample or a pass. */
+/** Factor within which samples or times count as equal. Times differ by up to a tenth, because a render can end only after a whole sample or a whole pass. */
 const TOLERANCE = { samples: 1, seconds: 1.1 };
 
 /** The last snapshot of an estimator within the selected number of samples or seconds. */

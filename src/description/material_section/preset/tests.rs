@@ -237,7 +237,8 @@ fn reflectance(indices: Indices, nanometers: f32) -> f32 {
     ((n - 1.0).powi(2) + k * k) / ((n + 1.0).powi(2) + k * k)
 }
 
-/// Linear Rec.709 colour of the metal in daylight, with white at 1.
+/// Linear Rec.709 colour of the metal in daylight. A surface that reflects all light has the colour
+/// (1, 1, 1).
 fn color_of(indices: Indices) -> [f32; 3] {
     let (mut seen, mut white) = ([0.0f32; 3], [0.0f32; 3]);
     for (band, power) in DAYLIGHT.into_iter().enumerate() {
@@ -320,8 +321,9 @@ fn pigments_have_their_measured_colors() {
         assert!(close(base, measured, 1e-6), "{name}: {base:?}");
         let [albedo, _] = albedos(&material);
         match material.gloss {
-            // A coat reflects R = ((n − 1) / (n + 1))² along the normal. It reduces the light of
-            // its base by the factor 1 − R each way. Interreflection below the coat returns a part.
+            // A coat reflects R = ((n − 1) / (n + 1))² along the normal. On the way to the base,
+            // and on the way back, the coat reduces the light by the factor 1 − R. Interreflection
+            // below the coat returns a part of the lost light.
             Gloss::Metallic(_) => {
                 let coat = ((material.ior - 1.0) / (material.ior + 1.0)).powi(2);
                 let bounds = [0.9, 1.0].map(|kept| measured.map(|c| coat + kept * (1.0 - coat) * c));

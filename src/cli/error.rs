@@ -55,7 +55,8 @@ impl From<FileError> for CliError {
 impl From<SessionError> for CliError {
     fn from(error: SessionError) -> Self {
         match error {
-            // On the command line, a setting is a flag, so its error is an error of usage.
+            // On the command line, a setting comes from a flag. An error about the setting is
+            // therefore wrong usage.
             SessionError::Setting(InvalidSetting { setting, value, help }) => {
                 Self::Usage(format!("--{setting} {value}\n  help: {help}"))
             }

@@ -128,8 +128,8 @@ pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) -> bool {
         exposure: Some(Exposure::Auto),
         tone: Some(Curve::Agx),
     });
-    // A range of samples (`--samples`) is only a part of a picture. The whole picture has the
-    // default sample count.
+    // Do not guess a quality for a part of the samples (`--samples`). The whole picture then has
+    // the default sample count.
     if args.samples.is_none() {
         options.quality = options.quality.or(QualityOptions {
             quality: Some(Quality::Good),

@@ -140,7 +140,8 @@ pub(super) struct Chains {
     /// Mean number of mutations per chain.
     pub mutations: f64,
     /// Integrated autocorrelation time, in mutations, of the pixel in which a chain is. It is the
-    /// variance of a pixel divided by the variance of as many independent samples.
+    /// variance of a pixel value, divided by the variance that as many independent samples would
+    /// have.
     pub autocorrelation_time: f64,
     /// Fraction of chains with at least half of their mutations in one pixel.
     pub stuck: f64,

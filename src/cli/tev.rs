@@ -7,8 +7,8 @@
 //! picture has the default channels of image files. A picture is sent in bands of rows, which
 //! limits memory and keeps the packet length within 32 bits.
 //!
-//! A viewer that reads nothing for 3 s, or takes 10 s for a picture, is dropped like a closed
-//! viewer. Only the last picture makes the program wait.
+//! If a viewer reads nothing for 3 s, or takes 10 s for a picture, the connection is closed, as if
+//! the user had closed the viewer. Only the last picture makes the program wait.
 
 use super::args::RenderArgs;
 use super::progress::interrupted_for;
@@ -24,7 +24,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
-/// Maximum time for a viewer to accept a connection, or to read again after it has stopped.
+/// Maximum time for a viewer to accept a connection, or to read again after it has stopped reading.
 const PATIENCE: Duration = Duration::from_secs(3);
 
 /// Maximum time for a viewer to read one picture.

@@ -1,4 +1,4 @@
-//! `--warnings`: selection of the printed warnings about a scene. `--stats` has all of them.
+//! `--warnings`: selection of the printed warnings about a scene. `--stats` has all warnings.
 
 use super::words;
 use crate::io::Warning;
@@ -34,8 +34,8 @@ impl ShownWarnings {
         }
     }
 
-    /// Prints `warnings` that are not about the files of the scene. Each is printed, because there
-    /// are few, and `embrasure check` does not report them.
+    /// Prints `warnings` that are not about the files of the scene. Every warning is printed,
+    /// because there are few, and `embrasure check` does not report these warnings.
     pub fn show_each(self, warnings: &[Warning]) {
         if self != Self::None {
             for warning in warnings {

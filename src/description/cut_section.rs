@@ -8,7 +8,8 @@ use crate::scene::SectionPlane;
 use std::ops::Range;
 use toml::Spanned;
 
-/// Names of the axes of planes. The cut keeps the part of the scene below the plane along the axis.
+/// Names of the axes of planes. A cut keeps the part of the scene that lies below the plane along
+/// the axis. A minus reverses the axis.
 const AXES: &[&str] = &["x", "y", "z", "-x", "-y", "-z"];
 
 section! {

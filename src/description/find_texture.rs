@@ -49,8 +49,8 @@ impl<'a> TextureSearch<'a> {
         }
     }
 
-    /// Finds the first of `names` that exists as a file. If there is none, searches for the last
-    /// components of the name (the longest end first), in these places:
+    /// Finds the first of `names` that exists as a file. If there is none, searches for the ends of
+    /// the name ([`ends_of`], the longest end first) in these places:
     ///
     /// - the folders that the user gave;
     /// - the resources of Minecraft, if the name has the form of a resource name;

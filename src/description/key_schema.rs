@@ -62,7 +62,8 @@ pub(super) fn described(parameter: &Parameter) -> Value {
     schema
 }
 
-/// Returns true if `schema` is a choice of names that contains `name`, or contains such a choice.
+/// Returns true if `schema` is a list of names that contains `name`, or if an alternative in
+/// `schema` is such a list.
 fn has_name(schema: &Value, name: &str) -> bool {
     let items = |keyword: &str| schema[keyword].as_array().into_iter().flatten();
     items("enum").any(|known| known == name) || items("anyOf").any(|choice| has_name(choice, name))

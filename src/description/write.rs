@@ -94,9 +94,8 @@ impl SceneFile {
         })
     }
 
-    /// Two folders. Paths of the scene's files are relative to the first folder, and paths of
-    /// textures of materials are relative to the second folder. Textures of a bare OBJ are relative
-    /// to the folder of the OBJ file.
+    /// Two folders to which paths are relative: the first for files of the scene, the second for
+    /// textures of materials. Textures of a bare OBJ are relative to the folder of the OBJ file.
     fn folders(&self) -> [PathBuf; 2] {
         let of = |path: &Path| path.parent().unwrap_or(Path::new("")).to_path_buf();
         let whole = self.whole("").file;

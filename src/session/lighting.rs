@@ -64,8 +64,8 @@ fn written(up: Vec3) -> Option<Spanned<[f32; 3]>> {
     (up != Vec3::Y).then(|| Spanned::new(0..0, up.to_array()))
 }
 
-/// Places the ground of `file` below `survey.part`, if the survey is about this part of the scene
-/// only.
+/// Places the ground of `file` below `survey.part`, if the survey covers only this part of the
+/// scene.
 fn place_ground(file: &mut SceneFile, survey: &Survey) {
     if let (Some(ground), Some(part)) = (&mut file.ground, survey.part) {
         let plane = GroundPlane::below(part, survey.horizon.up());

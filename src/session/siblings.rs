@@ -19,8 +19,8 @@ const MAX_BYTES: u64 = 1 << 20;
 /// Maximum number of files whose size and first line are compared.
 const MAX_COMPARED: usize = 64;
 
-/// Evidence from files beside `obj` that the same program wrote. Interiors and unreadable files
-/// give no evidence.
+/// Evidence about the upright axis, from OBJ files in the folder of `obj` that the same program
+/// wrote. Interiors and unreadable files give no evidence.
 pub(super) fn siblings(obj: &Path, backend: Backend, pool: &rayon::ThreadPool) -> SiblingFiles {
     let mut siblings = SiblingFiles::default();
     for path in beside(obj) {

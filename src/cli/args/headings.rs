@@ -9,7 +9,8 @@
 use clap::builder::{Resettable, StyledStr};
 use clap::{Arg, Command};
 
-/// Commands by the titles of their groups, as `--help` of the program lists them.
+/// Groups of commands, as `--help` of the program lists them: the title and the commands of each
+/// group.
 const COMMANDS: [(&str, &[&str]); 4] = [
     (
         "Every day",
@@ -40,8 +41,8 @@ pub(super) fn with_groups(program: Command) -> Command {
     ))
 }
 
-/// Flags of commands that load a scene, by the titles of their groups. Other flags are under
-/// "Options", or have their own heading.
+/// Groups of flags, for commands that load a scene: the title and the flags of each group. Other
+/// flags are under "Options", or have their own heading.
 const HEADINGS: [(&str, &[&str]); 6] = [
     (
         "Image",
@@ -263,8 +264,8 @@ fn loads_a_scene(command: &Command) -> bool {
     command.get_arguments().any(|arg| arg.get_long() == Some("texture-dir"))
 }
 
-/// Title of the group of `flag` in `command`. `None` if these tables have no group for the flag.
-/// The flag then keeps its own heading, or is under "Options".
+/// Title of the group of `flag` in `command`. `None` if neither table has a group for the flag. The
+/// flag then keeps its own heading, or is under "Options".
 fn heading_of(command: &Command, flag: &str) -> Option<&'static str> {
     let of_command = HEADINGS_OF_COMMANDS
         .iter()

@@ -58,8 +58,8 @@ impl LightFlags {
         LightChanges {
             env: self.env.as_ref().map(|EnvFlag { written, env }| {
                 let env = match env {
-                    // Paths on the command line are relative to the current folder, paths in scene
-                    // files to the folder of the file.
+                    // Make the path absolute. A path on the command line is relative to the current
+                    // folder, but a path in a scene file is relative to the folder of the file.
                     Environment::File(path) => {
                         Environment::File(std::path::absolute(path).unwrap_or_else(|_| path.clone()))
                     }

@@ -64,8 +64,8 @@ pub(in crate::cli) struct MergeArgs {
 }
 
 impl MergeArgs {
-    /// Denoiser, tone curve and lines of the merged picture. Where a flag is missing, the value is
-    /// that of `noted`, which the render stored in the parts.
+    /// Denoiser, tone curve and lines of the merged picture. If a flag is missing, the value of
+    /// `noted` is used: the settings that the render stored in the parts.
     pub fn finish(&self, noted: Finish) -> Finish {
         let denoiser = match self.denoise {
             None => noted.denoiser.filter(|denoiser| is_there(*denoiser)),

@@ -101,8 +101,8 @@ pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Er
     Error::raw(error.kind(), format!("{message}\n  help: {help}\n"))
 }
 
-/// Reason why a parser rejects a value. Texts of the standard number parsers are replaced, because
-/// they mention digits and literals.
+/// Reason why a parser rejects a value. Messages of Rust's number parsers are replaced, because
+/// they speak of invalid digits and float literals.
 fn reason(error: &Error) -> String {
     use std::num::{IntErrorKind, ParseFloatError, ParseIntError};
     let Some(source) = std::error::Error::source(error) else {

@@ -202,7 +202,7 @@ struct Measure<'a> {
 #[derive(Default)]
 struct Recording {
     all: Vec<Vec<Query>>,
-    /// Rays to the closest hit after 0, 1 and 2 scattering events, and rays to lights.
+    /// Closest-hit rays after 0, 1 and 2 scattering events, and shadow rays.
     by_kind: [Vec<Vec<Query>>; 4],
 }
 

@@ -335,8 +335,9 @@ pub(super) fn guides(layers: &Layers) -> Vec<(&'static str, usize)> {
     own.chain(cycles).collect()
 }
 
-/// Splits the name of a channel into layer and component. A name without a dot is both. Only `R`,
-/// `G`, `B`, `A` and `Y` are components of the layer with the empty name.
+/// Splits the name of a channel into layer and component. A name without a dot is both the layer
+/// and the component. Only `R`, `G`, `B`, `A` and `Y` are components of the layer with the empty
+/// name.
 fn split(channel: &str) -> (&str, &str) {
     match channel.rsplit_once('.') {
         Some(split) => split,

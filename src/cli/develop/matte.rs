@@ -14,8 +14,9 @@ use std::process::ExitCode;
 /// Maximum number of names in a message.
 const MAX_NAMES: usize = 8;
 
-/// Writes the mask of the names that match `pattern`: the coverage of each pixel, 0 to 1. The codes
-/// of a PNG are proportional to the coverage, without a tone curve. An EXR has the channel `Y`.
+/// Writes the mask of the names that match `pattern`: the coverage of each pixel, 0 to 1. The 8-bit
+/// values of a PNG are proportional to the coverage, without a tone curve. An EXR has the channel
+/// `Y`.
 pub(super) fn write(
     args: &DevelopArgs,
     layers: &Layers,

@@ -6,8 +6,8 @@ use crate::color::Spectrum;
 use crate::lint::{LobeProfile, Profile};
 use std::fmt::Write;
 
-/// Width and radius of a polar plot. `HEIGHTS` has the height of a plot without and with the lower
-/// side of the surface.
+/// Width and radius of a polar plot. `HEIGHTS` has two heights of a plot: without the lower side of
+/// the surface, and with it.
 const WIDTH: f64 = 225.0;
 const RADIUS: f64 = 95.0;
 const HEIGHTS: [f64; 2] = [175.0, 275.0];

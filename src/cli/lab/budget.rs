@@ -67,7 +67,8 @@ impl Budget {
             },
             Self::Seconds(_) if done == 0 => Step { end: 1, is_last: false },
             Self::Seconds(budget) => {
-                // Number of samples for the rest of the budget, from the time of previous samples
+                // Number of samples that fit in the rest of the budget, if samples take as long as
+                // before; at most `done`
                 let affordable = ((budget - seconds) * f64::from(done) / seconds).clamp(0.0, done.into()) as u32;
                 let cut = last_cut(done.saturating_add(affordable));
                 if cut > done {

@@ -2,7 +2,7 @@
 //! disk without a network.
 //!
 //! `page.html`, `page.css` and `page.js` are the page. Numbers are JSON in a script element, and
-//! pictures are PNG files in base64. An error map is a grey PNG. A filter of the page turns its
+//! pictures are PNG files in base64. An error map is a grey PNG. A filter of the page turns the
 //! grey values into colours, either by signed or by absolute error.
 
 use super::Comparison;
@@ -177,8 +177,8 @@ impl Pictures<'_> {
         encoded(3, &image, &bytes)
     }
 
-    /// PNG file of the relative error of luminance, in base64. The code is 127.5 + 127.5 ·
-    /// sign(error) · √|error|. Code 0 means −100 % or less, and code 255 means +100 % or more.
+    /// PNG file of the relative error of luminance, in base64. The grey value is 127.5 + 127.5 ·
+    /// sign(error) · √|error|. The value 0 means −100 % or less, and 255 means +100 % or more.
     fn error_map(&self, image: &RgbImage, reference: &RgbImage) -> io::Result<String> {
         let [image, reference] = [image, reference].map(|image| image.averaged(self.factor, |v| v));
         let code = |error: f32| 127.5 + 127.5 * error.signum() * error.abs().min(1.0).sqrt();

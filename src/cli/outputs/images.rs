@@ -25,8 +25,8 @@ impl Outputs {
     /// A name without an image extension, a file that cannot be written, or the same file as
     /// another output.
     pub fn prepare_images(&mut self, paths: &[PathBuf], tone: Tone, exr: &ExrFormat) -> Result<Images, CliError> {
-        // A name of another format is wrong usage (exit code 2). An unwritable folder is a failure
-        // (exit code 1).
+        // The file name of another format is wrong usage (exit code 2). An unwritable folder is a
+        // failure (exit code 1).
         let prepared = paths.iter().map(|path| {
             if path.to_str().is_some_and(|text| text.contains(FACE)) {
                 let help = format!("render one file, and then: embrasure develop cube.exr -o 'cube_{FACE}.png'");

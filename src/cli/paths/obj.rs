@@ -91,8 +91,8 @@ pub(super) fn shadow_rays(trace: &Trace, is_occluded: bool) -> Vec<Vec<Vec3>> {
     trace.vertices.iter().flat_map(of_vertex).collect()
 }
 
-/// Connections as lines: between a subpath from the camera and a subpath from a light, and for path
-/// reuse from the first surface of the pixel to the end of a reused path.
+/// Connections as lines. A line connects a subpath from the camera with a subpath from a light. For
+/// path reuse, a line connects the first surface of the pixel with the end of a reused path.
 pub(super) fn connections(trace: &Trace) -> Vec<Vec<Vec3>> {
     let at = |v: &usize| trace.vertices[*v].p;
     let connection = |contribution: &super::trace::Contribution| match contribution.technique {

@@ -107,8 +107,9 @@ fn context(scene: &Scene) -> Vec<[Vec3; 2]> {
     edges
 }
 
-/// Parallel projection from the side, across the view direction of the camera. The view contains
-/// all traces, but not the camera. It also contains the scene, if the scene is not much larger.
+/// Parallel projection with a view from the side, roughly perpendicular to the view direction of
+/// the camera. The view contains all traces, but not the camera. It also contains the scene, if the
+/// scene is not much larger.
 fn side_view(session: &Session, samples: &[(u32, Vec<Trace>)]) -> impl Fn(Vec3) -> Option<[f64; 2]> {
     let camera = session.world(&()).camera;
     let resolution = session.settings().resolution.as_vec2();

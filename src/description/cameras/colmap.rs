@@ -17,7 +17,8 @@ use std::path::Path;
 /// Files of a model in text format.
 pub(super) const FILES: [&str; 3] = ["cameras.txt", "images.txt", "points3D.txt"];
 
-/// Camera models: name and number of parameters. The index is COLMAP's number of the model.
+/// Camera models: name and number of parameters. The index in this list is COLMAP's id of the
+/// model.
 const MODELS: [(&str, usize); 11] = [
     ("SIMPLE_PINHOLE", 3),
     ("PINHOLE", 4),

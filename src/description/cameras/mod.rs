@@ -62,7 +62,7 @@ impl FileCamera {
     ///
     /// # Errors
     ///
-    /// Errors of [`FileCamera::read_all`]; the name is unknown, or several cameras have it.
+    /// Errors of [`FileCamera::read_all`]. The name is unknown, or several cameras have this name.
     pub fn read(path: &Path, name: Option<&str>) -> Result<Self, FileError> {
         let cameras = Self::read_all(path)?;
         let Some(name) = name else {

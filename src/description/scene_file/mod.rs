@@ -362,7 +362,7 @@ impl SceneFile {
         Ok(folders)
     }
 
-    /// Patterns of the names of hidden parts, and patterns of the names of the only visible parts.
+    /// Two lists of patterns of part names: parts to hide, and parts to show alone.
     pub(super) fn part_patterns(&self) -> [Vec<String>; 2] {
         [(&self.hide, HIDE), (&self.only, ONLY)].map(|(own, key)| {
             let written = self.render.strings(key).and_then(|(names, _)| names);

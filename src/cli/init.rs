@@ -54,7 +54,7 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     };
     let job = Job::to_show_scene(&render, file)?;
     let session = Session::load(&job.scene, job.settings.clone(), &())?;
-    // Also write the loading flags to the scene file.
+    // The scene file also gets the options for reading files, which flags may have set.
     let scene = session.lit_file().unwrap_or(&job.scene);
     let mut options = job.options;
     options.background.background = Some(session.settings().background);

@@ -105,7 +105,7 @@ impl OptionSection {
     }
 
     /// Sets the values of `groups` from this section, which has the name `name` in `file`. Keys in
-    /// `others` are ignored. An error comes with its byte in the file.
+    /// `others` are ignored. Returns an error together with its byte in the file.
     pub fn read(
         &self,
         name: &str,

@@ -28,7 +28,7 @@ pub(super) struct Patch<'a, S: Clone = MaterialSection> {
     pub section: Cow<'a, S>,
 }
 
-/// Glob that matches exactly `name`.
+/// Glob that matches only the name `name`.
 #[cfg(feature = "view")]
 pub(crate) fn glob_of_name(name: &str) -> String {
     Glob::exact(name).text(0)

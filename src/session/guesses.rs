@@ -4,7 +4,8 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Guesses {
-    /// True to guess light if no light or surface of the scene emits.
+    /// True to guess light if nothing in the scene emits, or if only surfaces emit and they do not
+    /// light the view (such as the screen of a phone).
     pub light: bool,
     /// True to guess a ground that catches shadows, if the light is guessed or an environment is
     /// set by flags.

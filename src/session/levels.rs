@@ -162,7 +162,7 @@ struct CameraAt<'a> {
 }
 
 impl<'a> CameraAt<'a> {
-    /// `camera` at `time`, for the object `shape` at the place `transform`.
+    /// `camera` at `time`, for an object with the edges `shape` and the placement `transform`.
     fn new(camera: &'a Camera, time: f32, shape: &Cage, transform: &Affine3A) -> Self {
         let corners = shape.bounds.corners().into_iter();
         let bounds: Bounds3 = corners.map(|corner| transform.transform_point3a(corner)).collect();

@@ -33,7 +33,8 @@ pub(super) fn settled(settings: &Settings, parameters: &CameraParameters) -> Set
 }
 
 /// Returns true if the scene may need guessed light: nothing in the scene emits, according to the
-/// `warnings` of loading, or only surfaces of the OBJ file emit.
+/// `warnings` of loading, or only surfaces of the OBJ file emit (they may be too weak to light the
+/// scene).
 pub(super) fn may_need_light(file: &SceneFile, settings: &Settings, (scene, warnings): (&Scene, &[Warning])) -> bool {
     let is_dark = || warnings.iter().any(|w| w.kind == DEFAULT_LIGHT);
     let is_lit_by_surfaces = || file.light.is_empty() && scene.lights().iter().all(|light| !light.is_infinite());

@@ -497,8 +497,8 @@ impl LitWords {
 }
 
 /// Finds the camera of `settings` in the scene of `file`. Also returns the scene file if its light
-/// changes: light is guessed if nothing lights the scene and `settings` allow guesses, or light is
-/// placed for a guessed camera. `warnings` are the warnings of loading the scene.
+/// changes: light is guessed if `settings` allow guesses and nothing lights the view of the camera,
+/// or light is placed for a guessed camera. `warnings` are the warnings of loading the scene.
 ///
 /// # Errors
 ///

@@ -95,7 +95,7 @@ impl Default for Settings {
     }
 }
 
-/// Number of threads that the machine runs in parallel.
+/// Number of threads that the machine can run in parallel.
 pub(crate) fn all_threads() -> usize {
     std::thread::available_parallelism().map_or(1, |n| n.get())
 }

@@ -70,7 +70,7 @@ fn spread(paths: &[PathBuf], max: usize) -> Vec<PathBuf> {
     (0..count).map(|i| paths[i * len / count].clone()).collect()
 }
 
-/// Scene with the shape of an OBJ file. Its materials have only names.
+/// Scene with the meshes of an OBJ file. The materials of the scene have only names.
 fn shape(path: &Path) -> Option<Scene> {
     let options = LoadOptions::default();
     let file = load_obj(path, &options, Allowance::of_system(), &(), &mut Findings::default()).ok()?;

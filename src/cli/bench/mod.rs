@@ -206,7 +206,7 @@ struct Recording {
     by_kind: [Vec<Vec<Query>>; 4],
 }
 
-/// Index of the rays to lights in `by_kind`.
+/// Index of the shadow rays in `by_kind`.
 const SHADOW: usize = 3;
 
 impl Measure<'_> {
@@ -287,7 +287,7 @@ impl Measure<'_> {
         let seconds = |work: &(dyn Fn() + Sync)| pool.install(|| repeated_seconds(work));
         let accel = self.accel.as_dyn();
 
-        // Render, and trace the recorded rays, in turn.
+        // Measure a render and a replay of the recorded rays in turn.
         let mut pairs = Vec::new();
         for _ in 0..self.repeat {
             let render_s = seconds(&|| self.render());

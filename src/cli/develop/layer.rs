@@ -346,7 +346,7 @@ fn split(channel: &str) -> (&str, &str) {
     }
 }
 
-/// Position of a component in its layer.
+/// Sort key of a component: the position of the component in its layer.
 fn rank(component: &str) -> usize {
     const ORDER: [&str; 9] = ["R", "G", "B", "X", "Y", "Z", "U", "V", "A"];
     let upper = component.to_uppercase();

@@ -314,7 +314,7 @@ impl Comparison {
         Ok(())
     }
 
-    /// Text about the results that an interrupt left out.
+    /// Text that names the results that are missing after an interrupt.
     fn interruption(&self) -> String {
         let is_missing = |(contender, run): &&(Contender, Run)| {
             contender.refused.is_none() && (run.is_interrupted || run.snapshots.is_empty())

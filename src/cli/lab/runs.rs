@@ -102,7 +102,7 @@ pub(super) fn run(
     Ok(run)
 }
 
-/// An interrupt has ended the render.
+/// Error of a render that an interrupt has ended.
 struct Interrupt;
 
 /// A render that advances step by step.

@@ -2,7 +2,7 @@
 //! This shows that an installed program works with the libraries, the processor and the file system
 //! of the machine.
 //!
-//! `cases` has the cases and their results, `scenes` their scenes.
+//! `cases` has the cases with their results, `scenes` has the scenes of the cases.
 
 mod cases;
 mod scenes;

@@ -52,7 +52,7 @@ impl Renderer<'_> {
 ///
 /// # Errors
 ///
-/// Errors or a panic of the denoiser, or `is_cancelled`.
+/// The denoiser fails or panics, or `is_cancelled` returned true.
 pub(crate) fn denoise(
     settings: &Settings,
     mut image: Image,

@@ -3,8 +3,8 @@
 //!
 //! Rays are chosen by a hash of their bits, so the report does not depend on threads. The audited
 //! backend traces single rays and packets as in a normal render, so an audited picture is
-//! bit-identical to a normal picture. Brute force also traces each reported disagreement, to
-//! identify the wrong backend. It also traces a fraction of the checked rays. This fraction is
+//! bit-identical to a normal picture. Brute force also traces each ray with a disagreement, to
+//! identify the wrong backend. In addition, brute force traces a fraction of the checked rays,
 //! inversely proportional to the number of triangles.
 
 use super::brute::BruteForce;
@@ -22,7 +22,7 @@ const BRUTE_TESTS: f64 = 256.0;
 /// A backend that checks a fraction of its answers against a second backend, and against crossings
 /// computed in f64.
 ///
-/// The first backend is called as in a render, so packets are traced as packets. Each ray of a
+/// The first backend is called as in a render: it traces each packet in one call. Each ray of a
 /// packet is checked separately. The choice of rays depends on the bits of the rays only, and not
 /// on the number of threads.
 pub struct Auditor<'a> {
@@ -89,8 +89,8 @@ fn order(d: &Disagreement) -> (std::cmp::Reverse<Cause>, u64) {
 }
 
 impl<'a> Auditor<'a> {
-    /// Auditor that returns the hits of the first backend, and checks the fraction `share` in [0,
-    /// 1] of the rays with the second backend.
+    /// Auditor that returns the hits of the first backend. The second backend checks a fraction
+    /// `share` of the rays, in [0, 1].
     pub fn new(scene: &'a Scene, accels: [&'a dyn Accel; 2], share: f64) -> Self {
         // The cast saturates, so a `share` of 1 selects all rays.
         let threshold = |share: f64| (share * 2f64.powi(64)) as u64;
@@ -185,7 +185,7 @@ impl Accel for Auditor<'_> {
     }
 }
 
-/// Hash of the query's bits.
+/// Hash of the bits of the ray and of the kind of the query.
 fn hash(query: &Query) -> u64 {
     let words = query.ray.bits().into_iter().chain([query.kind as u32]);
     words.fold(0, |h, word| mix(h ^ word as u64).wrapping_add(GOLDEN_GAMMA))
@@ -200,7 +200,7 @@ mod tests {
     use crate::math::Vec3;
     use crate::scene::SceneBuilder;
 
-    /// Backend whose hits are changed by `change`.
+    /// Brute force whose hits are changed by the function `change`.
     struct BrokenAccel<'a> {
         right: &'a BruteForce<'a>,
         change: fn(Hit) -> Option<Hit>,
@@ -374,7 +374,7 @@ mod tests {
             assert_eq!(judged(down(0.5, 1e-9), miss), Some((Cause::Edge, [false; 2])));
             assert_eq!(judged(down(0.6, 0.3), miss), Some((Cause::Unexplained, [false, true])));
         }
-        // A hit on a shared edge may belong to either triangle.
+        // On a shared edge, a hit on either of the two triangles is correct.
         let other = |hit: Hit| {
             let (b1, b2) = if hit.prim == PrimId(0) {
                 (0.25, 0.0)

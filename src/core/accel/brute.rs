@@ -15,7 +15,7 @@ pub struct BruteForce<'a> {
     scene: &'a Scene,
 }
 
-/// Transform `placement` at `time`, in f64.
+/// Transform of `placement` at `time`, interpolated in f64.
 fn placed(placement: &Placement, time: f64) -> DAffine3 {
     let steps = placement.steps();
     let Some(last) = steps.len().checked_sub(2) else {
@@ -78,8 +78,8 @@ fn corners_at(mesh: &Mesh, prim: PrimId, time: f64, placement: Option<&DAffine3>
     }
 }
 
-/// Ray parameter and barycentrics of a hit, computed in f64. A ray through an edge hits the
-/// triangle.
+/// Returns the ray parameter of a hit and the barycentrics of the second and third corner, computed
+/// in f64. A ray through an edge hits the triangle.
 fn intersect_triangle(ray: &Ray, corners: [DVec3; 3]) -> Option<(f32, f32, f32)> {
     let (t, b1, b2) = crossing(ray, corners)?;
     let inside = b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0;

@@ -1,9 +1,9 @@
 //! Comparison of the answers of two backends, and causes of disagreements.
 //!
-//! Distances may differ by their rounding errors. [`Crossing`] computes a bound on these errors
-//! from the triangle, the ray and the placement. Each hit must also be at the crossing of its ray
-//! with its triangle, computed in f64. This check finds wrong ids and barycentrics without a second
-//! backend, and errors that both backends share.
+//! The hit distances of two backends may differ by rounding errors. [`Crossing`] computes a bound
+//! on these errors from the triangle, the ray and the placement. Each hit must also be at the
+//! crossing of its ray with its triangle, computed in f64. This check needs no second backend. It
+//! finds wrong ids and barycentrics, and errors that both backends share.
 //!
 //! If one backend misses a hit, or if both hit different triangles, rounding explains the
 //! difference in four cases:
@@ -114,7 +114,8 @@ impl Disagreement {
     }
 }
 
-/// Sort key of an answer: smaller for nearer hits, and for occluded rays.
+/// Sort key of an answer: smaller for nearer hits, and smaller for occluded rays than for visible
+/// ones.
 fn nearness(answer: &Answer) -> f32 {
     match answer {
         Answer::Closest(hit) => hit.map_or(f32::INFINITY, |hit| hit.t),
@@ -139,8 +140,8 @@ pub fn compare(scene: &Scene, accels: [&dyn Accel; 2], query: &Query) -> Option<
 ///
 /// Each hit must be at the crossing of its ray and its triangle, computed in f64. Both backends
 /// must hit, or both must miss. The hit distances may differ by the sum of [`Crossing::t_error`] of
-/// both hits. The triangles must be equal, unless the ray meets an edge, which two triangles may
-/// share, or grazes a triangle.
+/// both hits. Both hits must be on the same triangle. Exceptions are rays that graze a triangle,
+/// and rays that meet an edge, because two triangles may share this edge.
 pub(super) fn judge(
     scene: &Scene,
     accels: [&dyn Accel; 2],
@@ -192,10 +193,10 @@ pub(super) fn judge(
 /// (Plücker's as in Embree, or sheared as in Woop et al. 2013) are volumes of the direction and two
 /// corners whose distance from the ray is at most E. Their error is at most some tens of roundings
 /// of R E |d|. The hit distance is a quotient with the divisor N·d. An error of a corner or of the
-/// normal is multiplied by at most E, because the crossing is no farther than E from any corner.
-/// The error of the hit distance is therefore some tens of roundings of R E² / |N·d|. Both bounds
-/// use 32 roundings. The test `tests/it/rays/backends.rs` prints the largest errors as fractions of
-/// these bounds, and of the bound on barycentrics that follows from them.
+/// normal is multiplied by at most E, because the distance of the crossing from each corner is at
+/// most E. The error of the hit distance is therefore some tens of roundings of R E² / |N·d|. Both
+/// bounds use 32 roundings. The test `tests/it/rays/backends.rs` prints the largest errors as
+/// fractions of these bounds, and of the bound on barycentrics that follows from them.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing {
     ray: Ray,
@@ -233,7 +234,7 @@ impl Crossing {
             .into_iter()
             .fold(0.0, f64::max);
         let reach = corners.map(DVec3::length).into_iter().fold(0.0, f64::max);
-        // The transform of the ray into the space of the mesh also rounds, and so does the
+        // The transform of the ray into the space of the mesh has a rounding error, and so has the
         // interpolation of the corners in time.
         let size = placed.iter().fold(ray.origin.abs(), |size, p| size.max(p.abs()));
         let placement = scene.instance(hit.inst).map(|i| i.placement.at(ray.time));
@@ -330,8 +331,8 @@ impl Crossing {
         let length = ray.direction.length();
         let roundings = ROUNDINGS * self.scale / self.edge + self.displacement;
         let offset = 4.0 * roundings as f32 + gamma(8) * ray.origin.abs().max_element();
-        // Limit the hit distance, so that the edge counts as a boundary if the surface turns away
-        // steeply there.
+        // Limit the hit distance of the parallel rays. If the surface turns away steeply at the
+        // edge, they hit farther away, and the edge counts as a boundary.
         let furthest = self.t as f32 + 64.0 * offset / length;
         let frame = Frame::from_z(ray.direction / length);
         (0..8).all(|i| {

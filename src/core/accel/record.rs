@@ -1,5 +1,5 @@
-//! Recorded queries of a backend. Rays of a packet are recorded consecutively. `--pixel` prints a
-//! record, and `embrasure bench` traces it again.
+//! Recording of the queries of a backend. Rays of a packet are recorded consecutively. `--pixel`
+//! prints the recorded queries, and `embrasure bench` traces them again.
 
 use super::{Accel, Answer, BackendInfo, Query};
 use crate::geometry::Hit;

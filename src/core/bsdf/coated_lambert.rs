@@ -5,9 +5,8 @@ use crate::math::Vec3;
 use crate::sampling::warp::cosine_hemisphere_pdf;
 use std::f32::consts::PI;
 
-/// Ideal diffuse reflection below a coat, a colourless [`super::RoughConductor`]. The base gets the
-/// light that the coat transmits, on the way in and on the way out. Symmetric on both sides of the
-/// surface.
+/// Ideal diffuse reflection below a coat, a colourless [`super::RoughConductor`]. The coat weakens
+/// the light on the way in and on the way out. Symmetric on both sides of the surface.
 ///
 /// `f = albedo (1 − E(wo)) (1 − E(wi)) / (π (1 − Ē))`, with the coat's albedo `E` towards a
 /// direction and its mean `Ē` (Kelemen and Szirmay-Kalos 2001, "A Microfacet Based Coupled
@@ -19,7 +18,8 @@ pub struct CoatedLambert {
     /// Reflectance of the coat along the normal.
     f0: f32,
     roughness: f32,
-    /// Fraction of the coat's energy loss by single reflections that multiple reflections return.
+    /// Single reflections of the coat lose energy. Multiple reflections return this fraction of the
+    /// loss.
     several: f32,
     /// Mean transmittance of the coat.
     passed: f32,
@@ -37,9 +37,9 @@ impl CoatedLambert {
     }
 
     /// Returns the parameters for [`super::BsdfLanes`]: the albedo, the mean transmittance of the
-    /// coat, 1 for a base with a coat, and two numbers of the coat. The two numbers are the
-    /// reflectance along the normal, and the fraction of the energy loss that multiple reflections
-    /// return.
+    /// coat, the number 1 for a base with a coat, and two numbers of the coat. The first is the
+    /// reflectance along the normal, the second is the fraction of the energy loss that multiple
+    /// reflections return.
     pub(super) fn lane_parameters(&self) -> (Spectrum, f32, f32, [f32; 2]) {
         (self.albedo, self.passed, 1.0, [self.f0, self.several])
     }

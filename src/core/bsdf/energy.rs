@@ -9,8 +9,8 @@
 //! Both are tabulated by quadrature over the visible facets of the lobes themselves. The axes are
 //! `√cos θ`, the roughness `√α` and, for dielectrics, `(η − 1) / (η + 1)`. The values are nearly
 //! linear along these axes. A row for one roughness and index is computed on first use, within 2 ms
-//! for a metal and 20 ms for glass. A fitted polynomial would be faster, but could not be checked
-//! against its lobe.
+//! for a metal and 20 ms for glass. A fitted polynomial would be faster, but it could not be
+//! checked against the lobe.
 //!
 //! Light of multiple scattering is sampled in proportion to its distribution. With cosine sampling
 //! only, a sample at the horizon of a nearly smooth surface would weigh hundreds of times the mean.
@@ -34,8 +34,8 @@ const INDEX_NODES: usize = 65;
 /// its inverse.
 const LARGEST_ETA: f32 = 3.0;
 
-/// Numbers of quadrature points over the visible facets: along their azimuth, and from facets that
-/// reflect light straight back to grazing facets.
+/// Numbers of quadrature points over the visible facets. The first is for the azimuth. The second
+/// is for the steps from facets that reflect light straight back to grazing facets.
 const POINTS: [usize; 2] = [32, 48];
 
 /// Tables of mirror facets, by roughness: the energy loss, and the albedo with each reflection
@@ -47,8 +47,8 @@ static MIRRORS: [OnceLock<[Row; 2]>; NODES] = [const { OnceLock::new() }; NODES]
 static DIELECTRICS: [[OnceLock<[Row; 2]>; NODES]; INDEX_NODES] =
     [const { [const { OnceLock::new() }; NODES] }; INDEX_NODES];
 
-/// Table of an energy by the cosine of the direction, for one roughness. Values are interpolated
-/// between `N` rows of neighbouring nodes.
+/// Table of an energy (an energy loss or an albedo) by the cosine of the direction, for one
+/// roughness. Values are interpolated between `N` rows of neighbouring nodes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EnergyTable<const N: usize> {
     rows: [(&'static Row, f32); N],
@@ -61,15 +61,15 @@ pub(super) struct ConductorTables {
     place: f32,
 }
 
-/// Energy of rough conductors towards one direction.
+/// Energy loss and albedo of a rough conductor towards one direction.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ConductorEnergy {
     /// Energy loss of single reflections.
     pub loss: f32,
     /// Cosine-weighted mean of `loss` over all directions.
     pub mean_loss: f32,
-    /// Density of the direction per solid angle, if [`EnergyTable::sample`] of the table of losses
-    /// samples it.
+    /// Density per solid angle with which [`EnergyTable::sample`] samples this direction from the
+    /// table of losses.
     pub loss_pdf: f32,
     /// Albedo of single reflections, each weighted by Schlick's `(1 − cos)⁵`, where cos is the
     /// cosine of the direction with the facet normal.
@@ -175,8 +175,8 @@ impl ConductorRows {
     }
 }
 
-/// Terms of a lobe that depend on one direction only, `wo` or `wi`; zero for kinds of lobes without
-/// such terms.
+/// Terms of a lobe that depend on one direction only, `wo` or `wi`; zero for lobes without these
+/// terms.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct DirectionTerms {
     /// Rough lobes: energy loss of single scattering towards the direction. Coated lobes:
@@ -229,8 +229,8 @@ pub(super) fn dielectric_loss(roughness: f32, eta: f32) -> EnergyTable<4> {
     dielectric_table(roughness, eta, 0)
 }
 
-/// Albedo of reflection by single scattering by a rough dielectric, with the index of
-/// [`dielectric_loss`].
+/// Fraction of uniform light that a rough dielectric reflects by single scattering. `eta` is the
+/// index as in [`dielectric_loss`].
 pub(super) fn dielectric_reflected(roughness: f32, eta: f32) -> EnergyTable<4> {
     dielectric_table(roughness, eta, 1)
 }
@@ -262,8 +262,8 @@ impl<const N: usize> EnergyTable<N> {
         self.blend(|row| row.mean)
     }
 
-    /// Samples a direction on the upper hemisphere nearly in proportion to the energy, with density
-    /// [`EnergyTable::pdf`].
+    /// Samples a direction on the upper hemisphere, nearly in proportion to the energy times the
+    /// cosine. The density is [`EnergyTable::pdf`].
     pub fn sample(&self, u: Vec2) -> Vec3 {
         // Find the cell that contains `u.x`, and the squared cosine at the position of `u.x` in the
         // cell
@@ -298,9 +298,9 @@ impl<const N: usize> EnergyTable<N> {
     }
 }
 
-/// Energy returned by multiple reflections, relative to the energy loss of single reflections.
-/// Facets with mean reflectance `f` return `f² Ē (1 + f (1 − Ē) + …)`, where `1 − Ē` is the mean
-/// loss `mean_missing`.
+/// Returns the energy of multiple reflections, as a fraction of the energy loss of single
+/// reflections. Facets with mean reflectance `f` return `f² Ē (1 + f (1 − Ē) + …)`, where `1 − Ē`
+/// is the mean loss `mean_missing`.
 pub(super) fn several_reflections(f: f32, mean_missing: f32) -> f32 {
     f * f * (1.0 - mean_missing) / (1.0 - f * mean_missing)
 }
@@ -410,7 +410,7 @@ fn missing(share: f64) -> f32 {
     ((1.0 - share) as f32).max(f32::EPSILON)
 }
 
-/// Weight of a reflection on the facet `h`: the fraction of the light that is not shadowed.
+/// Fraction of the light reflected by the facet `h` that is not shadowed; 0 below the horizon.
 fn reflected(wo: Vec3, facets: Ggx, h: Vec3, cos: f32) -> f32 {
     let wi = 2.0 * cos * h - wo;
     if wi.z > 0.0 {
@@ -425,7 +425,7 @@ fn reflected(wo: Vec3, facets: Ggx, h: Vec3, cos: f32) -> f32 {
 /// direction.
 ///
 /// Half of the azimuths is enough, because the other half is symmetric. Steps are short near
-/// grazing facets, because only these facets lose light, and smooth surfaces have few of them.
+/// grazing facets. Only these facets lose light, and smooth surfaces have few of them.
 fn along_cosines<const K: usize>(
     roughness: f32,
     value: impl Fn(Vec3, Ggx, Vec3, f32) -> [f32; K],

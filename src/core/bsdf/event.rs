@@ -1,7 +1,7 @@
 //! Kinds of scattering events, which light path expressions (`light_paths`) distinguish.
 //!
-//! Smooth lobes overlap, so a direction does not belong to a single lobe. An event is therefore
-//! split among the lobes, in proportion to their values.
+//! Smooth lobes (all lobes except delta lobes) overlap, so a direction does not belong to a single
+//! lobe. The light of an event is therefore split among the lobes, in proportion to their values.
 
 use super::{Bsdf, Lobe, Scattering, same_hemisphere};
 use crate::color::Spectrum;
@@ -71,7 +71,8 @@ impl ScatteringEvent {
 }
 
 impl Bsdf {
-    /// Event of light from `wi` that a delta lobe (`is_delta`) or the smooth lobes scatter to `wo`.
+    /// Scattering event of light from `wi` to `wo`: by a delta lobe if `is_delta` is true, else by
+    /// the smooth lobes.
     pub fn event(&self, wo: Vec3, wi: Vec3, is_delta: bool) -> ScatteringEvent {
         let is_transmitted = !same_hemisphere(wo, wi);
         if is_delta {
@@ -84,7 +85,7 @@ impl Bsdf {
         }
     }
 
-    /// Fraction of diffuse lobes in [`Bsdf::eval`], by channel; 0 if the value is 0.
+    /// Fraction of [`Bsdf::eval`] that diffuse lobes contribute, by channel.
     fn diffuse_share(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         let is_diffuse = |lobe: &Lobe| lobe.scattering() == Scattering::Diffuse;
         let mut smooth = self.lobes().filter(|lobe| !lobe.is_delta()).map(is_diffuse);

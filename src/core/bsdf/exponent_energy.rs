@@ -11,7 +11,7 @@ use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp::cosine_power_hemisphere;
 use std::sync::OnceLock;
 
-/// Number of quadrature points along each random number of a direction.
+/// Number of quadrature points for each of the two random numbers that sample a direction.
 const POINTS: u32 = 48;
 
 /// Directional albedo of Phong's lobe, by exponent.
@@ -39,7 +39,8 @@ pub(super) fn blinn_reflected(exponent: f32, cos: f32) -> [f32; 2] {
     [0, 1].map(|kind| (1.0 - t) * lower[kind].at(cos) + t * upper[kind].at(cos))
 }
 
-/// Node before `exponent`, and the distance of `exponent` from this node in steps.
+/// Returns the node before `exponent` on the axis, and the distance of `exponent` from this node in
+/// steps.
 fn nodes(exponent: f32) -> (usize, f32) {
     cell(place((2.0 / (exponent + 2.0)).sqrt().sqrt(), NODES), NODES)
 }
@@ -76,7 +77,7 @@ fn blinn_rows(node: usize) -> &'static [Row; 2] {
 
 /// Quadrature for [`blinn_reflected`] with the exponent `n`. Facets are sampled as in Blinn's lobe.
 fn blinn_shares(n: f32, cos: f32) -> [f32; 2] {
-    // Stay above the horizon, where the weight is 0 / 0
+    // Keep `wo` above the horizon. At the horizon the weight would be 0 / 0
     let wo = towards(cos.max(1e-4));
     mean(|u| {
         let wh = cosine_power_hemisphere(u, n + 1.0);

@@ -11,7 +11,7 @@ pub enum Fresnel {
     Full,
     /// Boundary between dielectrics.
     Dielectric {
-        /// Index of refraction behind the boundary, relative to the front.
+        /// Index of refraction behind the boundary, relative to the index in front of it.
         eta: f32,
     },
     /// Boundary of a conductor.
@@ -60,8 +60,9 @@ impl Fresnel {
         }
     }
 
-    /// Directional albedo of facets with this Fresnel term. `all` is the albedo of perfect mirror
-    /// facets, and `grazing` is the same albedo with each reflection weighted by `(1 − cos)⁵`.
+    /// Directional albedo of microfacets with this Fresnel term. `all` is the albedo of perfect
+    /// mirror facets, and `grazing` is the same albedo with each reflection weighted by `(1 −
+    /// cos)⁵`.
     ///
     /// The result is exact for Schlick's term, which is linear in `(1 − cos)⁵`. Other terms are
     /// nearly linear in `(1 − cos)⁵`, so they are evaluated at the angle where `(1 − cos)⁵` has its
@@ -81,8 +82,9 @@ impl Fresnel {
         }
     }
 
-    /// Colour of the Fresnel term, as a factor of a surface's albedo: the mean of Schlick's
-    /// formula, 1 for other terms.
+    /// Factor of the Fresnel term in [`Lobe::albedo`](super::Lobe::albedo), an estimate without a
+    /// view direction. Schlick's term counts with its mean over the hemisphere. All other terms
+    /// count as 1.
     pub(super) fn tint(&self) -> Spectrum {
         match self {
             Self::Schlick { .. } => self.mean(),
@@ -107,8 +109,8 @@ impl Fresnel {
     }
 }
 
-/// Reflectance and cosine of the refracted direction, for light with the cosine of incidence
-/// `cos_i` ≥ 0 at a medium of relative index `eta` = η_t/η_i. Under total reflection, the
+/// Returns the reflectance, and the cosine of the refracted direction. `cos_i` ≥ 0 is the cosine of
+/// incidence, and `eta` = η_t/η_i is the relative index of the medium. Under total reflection, the
 /// reflectance is 1 and the cosine 0 (PBR4 eq. 9.6).
 pub fn dielectric(cos_i: f32, eta: f32) -> (f32, f32) {
     // Equal indices reflect exactly 0, without rounding.
@@ -219,7 +221,7 @@ mod tests {
     #[test]
     fn means_over_the_cosine() {
         assert_eq!(Fresnel::Full.mean(), Spectrum::ONE);
-        // Compare the means with sums over the angle
+        // Compare the means with integrals over the angle
         let terms = [
             Fresnel::Dielectric { eta: 1.5 },
             Fresnel::Dielectric { eta: 1.0 / 1.5 },

@@ -6,8 +6,9 @@ use std::f32::consts::PI;
 /// Minimum `α` whose distribution is accurate in `f32`, 2⁻¹².
 ///
 /// The tangential part of a half vector has an error of about 4 roundings of 2⁻²⁴. At a distance of
-/// `t α` from the normal, `D` falls as `(1 + t²)⁻²`. The error changes `D` by at most twice the
-/// error divided by `α`, which is 0.2 % for this `α`. Smoother surfaces look like mirrors.
+/// `t α` from the normal, `D` falls as `(1 + t²)⁻²`. The relative error of `D` is therefore at most
+/// `2 / α` times the error of the half vector: 0.2 % for this `α`. Smoother surfaces look like
+/// mirrors.
 pub const MIN_ALPHA: f32 = 4096.0 * UNIT_ROUNDOFF;
 
 /// Microfacets with the distribution of normals of Trowbridge and Reitz (1975), known as GGX
@@ -23,7 +24,8 @@ pub(super) struct Ggx {
 }
 
 impl Ggx {
-    /// Facets with the slopes `αx` and `αy`, each clamped to [[`MIN_ALPHA`], 1].
+    /// Facets whose distribution of slopes has the widths `αx` and `αy`, each clamped to
+    /// [[`MIN_ALPHA`], 1].
     pub fn new(alpha: Vec2) -> Self {
         // Unlike `clamp`, this expression maps NaN to `MIN_ALPHA`.
         let bounded = |a: f32| if a > MIN_ALPHA { a.min(1.0) } else { MIN_ALPHA };
@@ -32,13 +34,13 @@ impl Ggx {
         }
     }
 
-    /// Slopes `αx` and `αy`.
+    /// Widths `αx` and `αy` of the distribution of slopes.
     pub fn slopes(&self) -> Vec2 {
         self.alpha
     }
 
-    /// Area of facets with normal `h`, per solid angle and area of the surface (Heitz 2014, eq.
-    /// 85).
+    /// Distribution `D` of normals: the area of the facets with normal `h`, per solid angle and per
+    /// area of the surface (Heitz 2014, eq. 85).
     ///
     /// Unlike the form with `cos² (α² − 1) + 1`, this form has no subtraction.
     #[inline(always)]
@@ -72,7 +74,8 @@ impl Ggx {
         self.density(h) * self.shadowed_reflection(wo, wi, [self.stretched(wo), self.stretched(wi)])
     }
 
-    /// [`Ggx::reflection`] divided by `D`; `stretched` holds [`Ggx::stretched`] of both directions.
+    /// [`Ggx::reflection`] divided by `D`. `stretched` has the results of [`Ggx::stretched`] for
+    /// both directions.
     #[inline(always)]
     pub fn shadowed_reflection(&self, wo: Vec3, wi: Vec3, stretched: [f32; 2]) -> f32 {
         let (zo, zi) = (wo.z.abs(), wi.z.abs());
@@ -92,7 +95,8 @@ impl Ggx {
         self.density(h) * self.seen(wo, self.stretched(wo))
     }
 
-    /// [`Ggx::visible_density`] divided by `D`; `stretched` is [`Ggx::stretched`] of `wo`.
+    /// [`Ggx::visible_density`] divided by `D`. `stretched` is the result of [`Ggx::stretched`] for
+    /// `wo`.
     #[inline(always)]
     pub fn seen(&self, wo: Vec3, stretched: f32) -> f32 {
         2.0 / (wo.z.abs() + stretched)
@@ -105,7 +109,8 @@ impl Ggx {
         let side = 1f32.copysign(wo.z);
         let stretch = Vec3::new(self.alpha.x, self.alpha.y, side);
         let w = (wo * stretch).normalize_or(Vec3::Z);
-        // Sample uniformly the spherical cap of the directions to which a facet can reflect
+        // Sample the spherical cap uniformly. It has the directions to which a visible facet can
+        // reflect
         let z = (1.0 - u.y) * (1.0 + w.z) - w.z;
         let r = (1.0 - z * z).max(0.0).sqrt();
         let (sin, cos) = sin_cos_turns(u.x);
@@ -115,9 +120,9 @@ impl Ggx {
         (h * stretch).normalize_or(Vec3::new(0.0, 0.0, side))
     }
 
-    /// Roughness `√α` of the isotropic facets that replace these facets in energy tables: `α` is
-    /// the geometric mean of both slopes. Some of the lost light is then not returned, and up to 3
-    /// % too much light is returned at grazing angles.
+    /// Roughness `√α` for the energy tables, which have isotropic facets only. `α` is the geometric
+    /// mean of `αx` and `αy`. For anisotropic facets, some of the lost light is therefore not
+    /// returned, and up to 3 % too much light is returned at grazing angles.
     pub fn roughness(&self) -> f32 {
         if self.alpha.x == self.alpha.y {
             self.alpha.x.sqrt()

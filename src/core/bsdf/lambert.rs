@@ -53,7 +53,8 @@ impl Lambert {
             f: self.albedo * FRAC_1_PI,
             wi,
             pdf,
-            // Cosine and π cancel. Roulette can use the weight before the direction is computed.
+            // The cosine and π cancel, so the weight does not depend on the direction. Roulette can
+            // use the weight before the direction is computed.
             weight: self.albedo,
             scattering: Scattering::Diffuse,
             eta: 1.0,

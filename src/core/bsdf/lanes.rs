@@ -33,7 +33,7 @@ pub struct BsdfLanes {
     wo: Vec3Lanes,
     base: BaseLanes,
     facets: FacetLanes,
-    /// Probabilities of sampling the base and the facets.
+    /// Probabilities of choosing the base, and of choosing the facets.
     p: [Lane; 2],
     /// Transmittance of the coat towards `wo`. `loss` is the energy loss of single reflections
     /// towards `wo`.
@@ -46,7 +46,7 @@ pub struct BsdfLanes {
 /// Diffuse bases, one for each lane.
 #[derive(Clone, Debug)]
 struct BaseLanes {
-    /// Albedo over π, divided by the mean transmittance of the coat, by channel.
+    /// Albedo divided by π and by the mean transmittance of the coat, by channel.
     f: [Lane; 3],
     /// Mean of the channels of the albedo.
     albedo: Lane,
@@ -89,8 +89,8 @@ enum Base<'a> {
 }
 
 impl<'a> Parts<'a> {
-    /// Parts of `bsdf`. `None` if `bsdf` has other parts, two parts of one kind, or a coated base
-    /// without facets that have the roughness of the coat.
+    /// Parts of `bsdf`. `None` if `bsdf` has other parts, or two parts of one kind. `None` also if
+    /// the base has a coat, and there are no facets with the roughness of this coat.
     fn of(bsdf: &'a Bsdf) -> Option<Self> {
         if matches!(bsdf, Bsdf::Layered(_)) {
             return None;
@@ -166,8 +166,8 @@ impl BsdfLanes {
         true
     }
 
-    /// Sets a BSDF and a direction `wo` in each lane. Returns true for each lane whose BSDF is
-    /// supported.
+    /// Sets the BSDF and the direction `wo` of each lane from an item `(lane, bsdf, wo)` of
+    /// `bsdfs`. Returns true for each lane whose BSDF is supported.
     pub fn pack_each<'a>(&mut self, bsdfs: impl Iterator<Item = (usize, &'a Bsdf, Vec3)>) -> [bool; LANES] {
         let mut is_packed = [false; LANES];
         for (lane, bsdf, wo) in bsdfs {

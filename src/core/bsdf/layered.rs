@@ -1,14 +1,14 @@
 //! A base under two layers: a sheen, and a clear coat above the sheen. The lobes of the base are
 //! multiplied by the transmittances of the layers.
 //!
-//! The lobes of the base do not depend on the layers. The factor of a lobe must be symmetric in
-//! `wo` and `wi`, and must not exceed the transmittance of the layer in any direction. `T(wi)
-//! T(wo)` divided by the mean of `T` is exact for diffuse lobes, and the minimum of `T(wi)` and
-//! `T(wo)` is exact for mirrors. Wide glossy lobes, which are neither diffuse nor mirrors, lose
-//! light (docs/notebook/2026-11.md, "Energy of lobes").
+//! The lobes of the base do not depend on the layers. The layer multiplies a lobe by a factor. This
+//! factor must be symmetric in `wo` and `wi`. It must not exceed the transmittance of the layer in
+//! any direction. `T(wi) T(wo)` divided by the mean of `T` is exact for diffuse lobes, and the
+//! minimum of `T(wi)` and `T(wo)` is exact for mirrors. Wide glossy lobes, which are neither
+//! diffuse nor mirrors, lose light (docs/notebook/2026-11.md, "Energy of lobes").
 //!
-//! A real coat also darkens and saturates its base, because it reflects light of the base inwards.
-//! This coat does not. Layers add no cost to surfaces without layers.
+//! A real coat also darkens and saturates its base, because the coat reflects light of the base
+//! inwards. This effect is left out. Layers add no cost to surfaces without layers.
 
 use super::{BsdfSample, Lobe, Sheen, TransportMode};
 use crate::color::Spectrum;
@@ -100,7 +100,7 @@ impl Layered {
         below.fold(Spectrum::ZERO, |sum, s| sum + s.weight * s.pdf)
     }
 
-    /// Albedo along the normal, an estimate for uniform light.
+    /// Albedo along the normal, as an estimate of the albedo under uniform light.
     pub(super) fn albedo(&self) -> Spectrum {
         let passed = self.passed(Vec3::Z);
         let lobes = self.lobes.iter().zip(passed);

@@ -92,7 +92,8 @@ impl Lobe {
     /// chooses a direction. `None` if the sample carries no light.
     pub fn sample(&self, wo: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         if self.is_delta() {
-            // Choose the first of the two directions with its fraction of the flux as probability
+            // Choose one of the two directions. The probability of the first is its fraction of the
+            // flux
             let [first, second] = self.directions(wo, mode);
             return first.filter(|s| u.x < s.pdf).or(second);
         }
@@ -167,8 +168,8 @@ impl Lobe {
         (pdf > 0.0 && pdf.is_finite()).then_some(sample)
     }
 
-    /// Samples of the directions of a delta lobe. The density of each sample is its fraction of the
-    /// flux. `None` for other lobes.
+    /// One sample for each direction of a delta lobe. The density of a sample is the fraction of
+    /// the flux that the lobe scatters into this direction. `None` for other lobes.
     pub fn directions(&self, wo: Vec3, mode: TransportMode) -> [Option<BsdfSample>; 2] {
         match self {
             Self::Mirror(lobe) => lobe.directions(wo),
@@ -179,9 +180,9 @@ impl Lobe {
     }
 
     /// Estimate of the fraction of the flux that the lobe scatters, by channel, without a view
-    /// direction. Fresnel terms count as 1, but Schlick's term of GGX facets and mirrors counts
-    /// with its mean. Dielectrics return their transmittance. The coated base and the sheen return
-    /// their mean albedo.
+    /// direction. Fresnel terms count as 1, except Schlick's term of GGX facets and mirrors, which
+    /// counts with its mean. Dielectrics return their transmittance. The coated base and the sheen
+    /// return their mean albedo.
     pub fn albedo(&self) -> Spectrum {
         match self {
             Self::Lambert(lobe) => lobe.albedo,

@@ -9,21 +9,22 @@
 //! delta lobes are called smooth.
 //!
 //! A [`Bsdf`] is a closed enum: a single lobe, a [`Mix`] of up to three, or a [`Layered`] BSDF of
-//! up to five. Code for everything except the single matte lobe is kept out of line, so that this
-//! code takes no registers from the common case. Vertices hold a reference to a BSDF and do not
-//! copy its 336 bytes. A [`Lobe`] stays at 64 bytes.
+//! up to five. The single matte lobe is the common case. Code for all other BSDFs is not inlined,
+//! so that it takes no registers from the common case. Vertices hold a reference to a BSDF and do
+//! not copy its 336 bytes. A [`Lobe`] stays at 64 bytes.
 //!
 //! A [`BsdfView`] is a BSDF of several lobes for one `wo`. Terms that depend on `wo` only are
 //! computed once for all `wi` of a vertex. Value and density are computed together, because they
 //! share the half vector and the energy tables.
 //!
 //! - A mixture chooses a lobe in proportion to its normalised albedo. Absorbed light lowers the
-//!   throughput, by which Russian roulette terminates paths. Without the normalisation, a path
-//!   would end with the rest of the probability. The mean would be the same, but paths would
-//!   already end at the first vertex.
+//!   throughput, by which Russian roulette terminates paths. Without the normalisation, the sum of
+//!   the probabilities would be the albedo, and the path would end otherwise. The mean would be the
+//!   same, but paths would already end at the first vertex.
 //! - A rough lobe chooses between single and multiple scattering, and between reflection and
 //!   refraction. The choice needs an additional random number, `u_lobe`, which a mixture rescales
-//!   and passes on. Rough lobes are therefore always in a `Mix`, even if it has a single lobe.
+//!   and passes on. Materials therefore put rough lobes into a `Mix` or a `Layered` BSDF, even if
+//!   there is only one lobe.
 //! - Delta lobes have one function, `directions`, that returns their one or two directions, each
 //!   with its fraction of the flux. Sampling chooses one direction; `whitted` follows all
 //!   directions.
@@ -124,7 +125,7 @@ impl BsdfSample {
         }
     }
 
-    /// The sample as a refracted sample with the relative index `eta`.
+    /// This sample, marked as refracted with the relative index `eta`.
     pub(super) fn with_eta(self, eta: f32) -> Self {
         Self { eta, ..self }
     }
@@ -327,8 +328,8 @@ impl Bsdf {
     /// Transmitted light counts by its flux, so clear glass has albedo 1.
     ///
     /// The error is below 0.012, and below 0.025 under rough layers. For anisotropic facets the
-    /// error is up to 0.08, because these facets lose light, and the albedo does not subtract this
-    /// loss.
+    /// error is up to 0.08. These facets lose light, and the returned albedo includes the lost
+    /// light.
     #[inline(always)]
     pub fn directional_albedo(&self, wo: Vec3) -> Spectrum {
         match self {

@@ -32,9 +32,9 @@ impl RoughConductor {
         matches!(self.fresnel, Fresnel::Schlick { .. })
     }
 
-    /// Returns the parameters for [`super::BsdfLanes`]. These are the slopes, and three values by
-    /// channel: factor of single reflections, reflectance along the normal, and factor of multiple
-    /// reflections.
+    /// Returns the parameters for [`super::BsdfLanes`]. These are the widths `αx` and `αy`, and
+    /// three values by channel: factor of single reflections, reflectance along the normal, and
+    /// factor of multiple reflections.
     pub(super) fn lane_parameters(&self) -> (Vec2, [[f32; 3]; 3]) {
         let f0 = match self.fresnel {
             Fresnel::Schlick { f0 } => f0,
@@ -43,13 +43,13 @@ impl RoughConductor {
         (self.facets.slopes(), [self.reflectance, f0, self.several])
     }
 
-    /// Roughness `√α` of the facets. For anisotropic facets, `α` is the geometric mean of both
-    /// slopes.
+    /// Roughness `√α` of the facets. For anisotropic facets, `α` is the geometric mean of `αx` and
+    /// `αy`.
     pub fn roughness(&self) -> f32 {
         self.facets.roughness()
     }
 
-    /// Lobe with facets of slopes `αx` and `αy` (squares of the roughness), between
+    /// Lobe of microfacets with the widths `αx` and `αy` (squares of the roughness), between
     /// [`super::MIN_ALPHA`] and 1. The facets reflect `reflectance` times `fresnel`.
     pub fn new(reflectance: Spectrum, alpha: Vec2, fresnel: Fresnel) -> Self {
         let facets = Ggx::new(alpha);
@@ -70,15 +70,16 @@ impl RoughConductor {
         let mixed = |metal: Spectrum, rest: Spectrum| metal * metallic + rest * (1.0 - metallic);
         let of = |f0: Spectrum| Self::new(reflectance, alpha, Fresnel::Schlick { f0: f0.to_array() });
         let rest = Spectrum::splat(f0);
-        // Single reflection is linear in the colour along the normal. Multiple reflection is not
-        // linear, so its factors are mixed.
+        // Single reflections are linear in the reflectance along the normal, so one lobe with the
+        // mixed reflectance is enough. Multiple reflections are not linear, so mix the factors of
+        // both lobes.
         Self {
             several: mixed(of(base).several.into(), of(rest).several.into()).to_array(),
             ..of(mixed(base, rest))
         }
     }
 
-    /// Terms of the direction `w`: energy, and the projected area of the facets.
+    /// Terms that depend on the direction `w` only.
     #[inline(always)]
     pub(super) fn terms(&self, energy: &mut EnergyLookup, w: Vec3) -> DirectionTerms {
         let energy = energy.of(self.facets.roughness());
@@ -124,8 +125,8 @@ impl RoughConductor {
         same_hemisphere(wo, wi).then_some(wi)
     }
 
-    /// Reflected fraction of the light, by channel, with the mean of Schlick's term. Other Fresnel
-    /// terms count as 1.
+    /// Estimate of the reflected fraction of the light, by channel. Schlick's term counts with its
+    /// mean, other Fresnel terms count as 1.
     pub(super) fn albedo(&self) -> Spectrum {
         self.reflectance() * self.fresnel.tint()
     }

@@ -39,14 +39,14 @@ impl RoughDielectric {
         (self.reflectance, self.transmittance, self.ior)
     }
 
-    /// Roughness `√α` of the facets. For anisotropic facets, `α` is the geometric mean of both
-    /// slopes.
+    /// Roughness `√α` of the facets. For anisotropic facets, `α` is the geometric mean of `αx` and
+    /// `αy`.
     pub fn roughness(&self) -> f32 {
         self.facets.roughness()
     }
 
-    /// Lobe with facets of slopes `αx` and `αy`, between [`super::MIN_ALPHA`] and 1. `ior` is the
-    /// index of refraction inside, relative to the outside. The index must not be 1, because
+    /// Lobe of microfacets with the widths `αx` and `αy`, between [`super::MIN_ALPHA`] and 1. `ior`
+    /// is the index of refraction inside, relative to the outside. The index must not be 1, because
     /// without refraction there is no half vector.
     pub fn new(reflectance: Spectrum, transmittance: Spectrum, alpha: Vec2, ior: f32) -> Self {
         let facets = Ggx::new(alpha);
@@ -72,7 +72,8 @@ impl RoughDielectric {
         }
     }
 
-    /// Terms of the direction `w`: the energy loss of single scattering.
+    /// Terms that depend on the direction `w` only: the energy loss of single scattering, and the
+    /// density of multiple scattering.
     #[inline(never)]
     pub(super) fn terms(&self, w: Vec3) -> DirectionTerms {
         let loss = self.missing(w);
@@ -151,7 +152,8 @@ impl RoughDielectric {
         } else {
             fresnel::refract(wo, h, cos_o, cos_t, eta)
         };
-        // Reject directions that leave on the wrong side of the surface.
+        // Reject reflected directions that leave on the other side of the surface, and refracted
+        // directions that leave on the same side.
         (reflects == same_hemisphere(wo, wi)).then(|| wi.normalize())
     }
 
@@ -206,8 +208,8 @@ struct Refraction {
 }
 
 impl Refraction {
-    /// Facet that refracts between `wo` and `wi`. `eta` is the index on the side of `wi`, relative
-    /// to the side of `wo`. `None` if there is no such facet.
+    /// Facet that refracts `wo` to `wi`. `eta` is the index on the side of `wi`, relative to the
+    /// side of `wo`. `None` if there is no such facet.
     fn new(wo: Vec3, wi: Vec3, eta: f32) -> Option<Self> {
         let sum = wo + eta * wi;
         let h = sum.try_normalize()?;

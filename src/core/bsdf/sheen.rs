@@ -60,7 +60,8 @@ fn value(cos_o: f32, cos_i: f32, h: Vec3) -> f32 {
     3.0 * FRAC_1_PI * sin2 * sin2 / (4.0 * (cos_o + cos_i - cos_o * cos_i))
 }
 
-/// Directional albedo by midpoints over half of the hemisphere, which mirrors the other half.
+/// Directional albedo by the midpoint rule over half of the hemisphere. The other half is
+/// symmetric.
 fn albedo_row() -> &'static Row {
     ALBEDO.get_or_init(|| {
         Row::of(|cos_o| {
@@ -94,7 +95,7 @@ mod tests {
         // Along the normal: θh is half of θi, ∫ 2π (3/4π) sin⁴(θi/2) cos θi d cos θi = 3/8 ∫ (1 −
         // x)² x dx = 1/32
         assert!((share(1.0) - 1.0 / 32.0).abs() < 1e-4, "{}", share(1.0));
-        // Reference values by midpoints in f64 on a finer grid
+        // Compare with values of the midpoint rule in f64 on a finer grid
         for (cos, expected) in [(0.1, 0.639), (0.3, 0.381), (0.5, 0.230), (0.7, 0.128), (0.9, 0.058)] {
             assert!((share(cos) - expected).abs() < 2e-3, "{cos}: {}", share(cos));
         }

@@ -166,9 +166,10 @@ impl<'a> BsdfView<'a> {
         lobe.smooth_sample(f, wo, wi, pdf)
     }
 
-    /// Returns the lobe whose interval of [0, 1) contains `u`. The length of an interval is the
-    /// probability of the lobe, and smooth lobes come first. Also returns the position of `u` in
-    /// the interval, from 0 to 1, as a uniform number for choices within the lobe.
+    /// Chooses a lobe: each lobe has an interval of [0, 1), and the lobe is returned whose interval
+    /// contains `u`. The length of an interval is the probability of the lobe, and smooth lobes
+    /// come first. Also returns the position of `u` in the interval, from 0 to 1, as a uniform
+    /// number for choices within the lobe.
     #[inline(always)]
     fn choose(&self, u: f32) -> Option<((usize, &'a Lobe), f32)> {
         let of_kind = |is_delta| self.lobes().filter(move |(_, lobe)| lobe.is_delta() == is_delta);

@@ -22,8 +22,8 @@ impl fmt::Display for Fresnel {
 }
 
 impl Bsdf {
-    /// Name of the lobe that scatters the largest fraction of the light from `wi` to `wo`: a delta
-    /// lobe if `is_delta`, else a smooth lobe.
+    /// Name of the lobe that scatters the largest fraction of the light from `wi` to `wo`. Only
+    /// delta lobes count if `is_delta` is true, else only smooth lobes.
     pub fn lobe_name(&self, wo: Vec3, wi: Vec3, is_delta: bool) -> &'static str {
         /// Squared distance up to which two directions count as equal, because of rounding.
         const NEAR: f32 = 1e-6;

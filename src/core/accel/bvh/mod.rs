@@ -2,13 +2,13 @@
 //!
 //! obvhs's own traversals are not used. They clamp the reciprocal of a direction at a fixed
 //! epsilon. The wide variant also starts rays at a fixed distance, so it misses hits in scenes of
-//! 10⁻⁸ units. Its box tests are not conservative, so rays leak at edges.
+//! 10⁻⁸ units. The box tests of obvhs are not conservative, so rays leak at edges.
 //!
 //! This module converts the binary hierarchy (built by PLOC with reinsertion) to nodes with four
 //! boxes (`wide`). Box tests are conservative (Ize 2013) and triangle tests watertight
-//! (`watertight`; Woop et al. 2013). Both use f32. Edge functions that are 0 in f32, and the
-//! distance of a hit, use f64. With f32 errors, a ray that leaves a very thin triangle could hit
-//! the same triangle again.
+//! (`watertight`; Woop et al. 2013). Both tests use f32, with two exceptions in f64: edge functions
+//! if one of them is 0 in f32, and the distance of a hit. With the errors of f32, a ray that leaves
+//! a very thin triangle could hit the same triangle again.
 //!
 //! Instances and moving triangles have separate trees. Boxes bound all positions over time. obvhs's
 //! CWBVH, whose nodes have eight quantised boxes, is not used. Nodes with four float boxes have the
@@ -94,8 +94,8 @@ impl BvhAccel {
         }
     }
 
-    /// Returns `ray` in the space of the instance's prototype, with the end `t_max`. A point on the
-    /// ray has the same ray parameter in both spaces.
+    /// Returns `ray` in the space of the instance's prototype. The interval of the returned ray
+    /// ends at `t_max`. A point on the ray has the same ray parameter in both spaces.
     fn in_prototype(&self, instance: &InstanceLeaf, ray: &Ray, t_max: f32) -> Ray {
         let placement = || self.placements[instance.id as usize].at(ray.time).inverse();
         let inverse = instance.inverse.unwrap_or_else(placement);

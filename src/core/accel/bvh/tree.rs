@@ -1,4 +1,5 @@
-//! A hierarchy of boxes over leaves of any type: construction by obvhs, and traversal.
+//! A hierarchy of boxes over leaves of any type. obvhs builds the hierarchy, and this module
+//! traverses it.
 
 use super::wide::{Child, Node, Slabs, widen};
 use crate::math::{Bounds3, Ray};
@@ -31,8 +32,8 @@ impl<L: Leaf> Tree<L> {
                 leaves: Vec::new(),
             };
         }
-        // Pass each distinct box only once. From equal boxes, obvhs would build a hierarchy whose
-        // depth is their number, because it would join only one pair at a time.
+        // Pass each distinct box to obvhs only once. From n equal boxes, obvhs would build a
+        // hierarchy of depth n, because it would join only one pair of boxes at a time.
         let mut items = items.to_vec();
         items.par_sort_by_cached_key(|item| bits(item.bounds()));
         let alike: Vec<&[L]> = items.chunk_by(|a, b| bits(a.bounds()) == bits(b.bounds())).collect();
@@ -57,7 +58,7 @@ impl<L: Leaf> Tree<L> {
         }
     }
 
-    /// Bytes of the arrays.
+    /// Memory of the arrays in bytes.
     pub fn bytes(&self) -> u64 {
         (size_of_val(self.nodes.as_slice()) + size_of_val(self.leaves.as_slice())) as u64
     }
@@ -114,7 +115,8 @@ impl Boundable for Item {
     }
 }
 
-/// Stack of boxes, each with the ray parameter at which the ray enters the box.
+/// Stack of boxes that are still to be visited, each with the ray parameter at which the ray enters
+/// the box.
 struct Stack {
     items: [(Child, f32); Self::NEAR],
     len: usize,

@@ -54,7 +54,8 @@ impl MovingTriangleLeaf {
 
 impl Leaf for MovingTriangleLeaf {
     fn bounds(&self) -> Bounds3 {
-        // Enlarge the box: interpolation may round corners to positions outside both ends.
+        // Enlarge the box, because interpolation may round a corner to a position slightly outside
+        // of the segment between both ends.
         let error = |p: Vec3| gamma(4) * p.abs();
         let ends = self.open.corners().into_iter().chain(self.close);
         ends.flat_map(|p| [p - error(p), p + error(p)]).collect()
@@ -87,16 +88,16 @@ impl ShearedRay {
         }
     }
 
-    /// Ray parameter and barycentrics of the second and third corner, for a hit in `(t_min,
-    /// t_max)`. A ray through an edge hits the triangle. Neighbouring triangles have consistent
-    /// results on shared edges.
+    /// Returns the ray parameter of a hit in `(t_min, t_max)`, and the barycentrics of the second
+    /// and third corner. A ray through an edge hits the triangle. On a shared edge, the results of
+    /// both triangles are consistent.
     #[inline(always)]
     pub fn intersect(&self, triangle: &TriangleLeaf, t_min: f32, t_max: f32) -> Option<(f32, f32, f32)> {
         // Compute the corners relative to the ray, after the shear
         let [x, y, z] = self.axes.map(|axis| triangle.coordinates[axis] - self.origin[axis]);
         let (x, y) = (x - self.shear[0] * z, y - self.shear[1] * z);
 
-        // Compute the edge functions. If one is 0 in f32, its sign is computed in f64.
+        // Compute the edge functions. If one of them is 0 in f32, compute all three in f64.
         let mut edges = x.zxy() * y.yzx() - y.zxy() * x.yzx();
         if edges.cmpeq(Vec3::ZERO).any() {
             let (x, y) = (x.as_dvec3(), y.as_dvec3());
@@ -114,9 +115,9 @@ impl ShearedRay {
         (t > t_min && t < t_max).then_some((t, edges.y * inverse, edges.z * inverse))
     }
 
-    /// Ray parameter of the crossing with the triangle's plane, in f64. With f32, a ray that leaves
-    /// a very thin triangle would hit the same triangle again, because the error grows with the
-    /// triangle's ratio of length to width, and exceeds any ray offset.
+    /// Ray parameter of the crossing with the triangle's plane, in f64. In f32, the error grows
+    /// with the ratio of the triangle's length to its width. It would exceed any ray offset, and a
+    /// ray that leaves a very thin triangle would hit the same triangle again.
     fn distance(&self, triangle: &TriangleLeaf) -> f32 {
         let [a, b, c] = triangle.corners().map(Vec3::as_dvec3);
         let normal: DVec3 = (b - a).cross(c - a);

@@ -6,7 +6,8 @@ use obvhs::bvh2::{Bvh2, node::Bvh2Node};
 /// Number of children of a node.
 pub(super) const WIDTH: usize = 4;
 
-/// A node: four boxes, stored by coordinate, and their contents. A node fills two cache lines.
+/// A node: four boxes and their contents. The coordinates of the boxes are stored axis by axis for
+/// SIMD. A node fills two cache lines.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     /// Lower and upper ends of the boxes along x, y and z. In an unused box, the lower ends are
@@ -41,10 +42,11 @@ impl Node {
     }
 }
 
-/// Converts a binary hierarchy to a hierarchy with four children per node. To make a wide node,
-/// start with one binary node and replace the inner member with the largest surface by its two
-/// children, until there are four members. The first node of the result is the root. Primitive `i`
-/// of the binary hierarchy stands for the leaves from `starts[i]` to `starts[i + 1]`.
+/// Converts a binary hierarchy to a hierarchy with four children per node. A wide node is made from
+/// a list that holds one binary node at first. The inner node with the largest surface in the list
+/// is replaced by its two children, until the list has four nodes or only leaves. The first node of
+/// the result is the root. Primitive `i` of the binary hierarchy stands for the leaves from
+/// `starts[i]` to `starts[i + 1]`.
 pub(super) fn widen(binary: &Bvh2, starts: &[u32]) -> Vec<Node> {
     let Some(root) = binary.nodes.first() else {
         return Vec::new();
@@ -87,7 +89,7 @@ fn children<'a>(binary: &'a Bvh2, node: &Bvh2Node) -> [&'a Bvh2Node; 2] {
     [&binary.nodes[first], &binary.nodes[first + 1]]
 }
 
-/// Index of the inner node with the largest surface; `None` if all members are leaves.
+/// Index of the inner node with the largest surface; `None` if all nodes of `members` are leaves.
 fn largest_inner(members: &[&Bvh2Node]) -> Option<usize> {
     let area = |i: &usize| members[*i].aabb().half_area();
     let inner = (0..members.len()).filter(|&i| !members[i].is_leaf());
@@ -119,8 +121,8 @@ impl Slabs {
         }
     }
 
-    /// Ray parameters at which the ray enters each box, and a bit mask of the boxes that the ray
-    /// hits before `t_max`.
+    /// Returns the ray parameters at which the ray enters the boxes, and a bit mask with a 1 for
+    /// each box that the ray hits before `t_max`.
     ///
     /// The ray parameter at which the ray leaves a box is increased by the error bounds of entry
     /// and exit (Ize 2013, "Robust BVH Ray Traversal"; PBR4 §6.8.2).

@@ -121,7 +121,7 @@ pub(super) fn attach_instance(
     let steps = placement.steps();
     // SAFETY: geometry and prototype are live, and of the same device; Embree's
     // rtcSetGeometryInstancedScene keeps a reference to the scene of the prototype. The builder
-    // allows no more steps than Embree, so that their number fits 32 bits.
+    // allows no more steps than Embree, so the number of steps fits 32 bits.
     unsafe {
         rtcSetGeometryInstancedScene(geometry.0, prototype.0);
         rtcSetGeometryTimeStepCount(geometry.0, steps.len() as u32);

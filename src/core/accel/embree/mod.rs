@@ -3,8 +3,8 @@
 //! - bindgen reads the headers of the library. `device` checks the loaded library: it must have the
 //!   major version of the headers and not be older. `handles` owns Embree's objects, `scene` builds
 //!   Embree scenes, and `query` and `packet` trace rays.
-//! - The version does not contain the build options of a library, so `probe` traces three rays on
-//!   each new device to test these options.
+//! - The version number of a library does not tell its build options. To test these options,
+//!   `probe` traces three rays on each new device.
 //! - Errors are checked after each call of a build, but not after a ray.
 //! - Scenes are built with high quality and the robust flag. Without the flag, rays pass between
 //!   triangles. Medium quality is slower (docs/notebook/2026-11.md, "Single steps").
@@ -14,9 +14,9 @@
 //!   is an Embree scene.
 //! - Rays are stored in 16-byte words, as Embree loads them. If rays were stored field by field,
 //!   every query would have a store-forwarding stall (3.5 % of the time of a render).
-//! - Embree's interval is closed. The wrapper moves both ends inwards to the next float. The lower
-//!   end is at least the smallest positive number, so that a ray does not hit the surface at its
-//!   origin.
+//! - Embree's ray interval is closed, the interval of a `Ray` is open. The wrapper therefore moves
+//!   both ends inwards to the next float. The lower end is at least the smallest positive normal
+//!   number, so that a ray does not hit the surface at its origin.
 //! - `t` of one hit may differ in its last digit between single rays, packets and occlusion
 //!   (measured with AVX-512 and motion).
 //! - If the projected triangle is tiny (10⁻¹⁸ square units), Embree's barycentrics are both −0. The

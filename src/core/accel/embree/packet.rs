@@ -96,8 +96,8 @@ fn occluded_packet(accel: &EmbreeAccel, rays: &[Ray], occluded: &mut [bool]) {
     }
 }
 
-/// Fills `packet` with `rays`, at most sixteen, with all mask bits set, without ids and flags.
-/// Returns the validity of the lanes.
+/// Fills `packet` with `rays`, at most sixteen, and sets all bits of their masks. Ids and flags are
+/// not set. Returns the validity of the lanes.
 #[inline(always)]
 fn fill(packet: &mut RTCRay16, rays: &[Ray]) -> Lanes {
     // Embree ignores lanes with validity 0.

@@ -30,8 +30,8 @@ struct Trial {
     inst: u32,
 }
 
-/// Test rays at the triangle (0,0,0), (1,0,0), (0,1,0) from both sides, and at a copy of the
-/// triangle, moved by 4 along x.
+/// Test rays. Two hit the triangle (0,0,0), (1,0,0), (0,1,0) from both sides. The third hits an
+/// instance of the triangle, moved by 4 along x.
 const TRIALS: [Trial; 3] = [
     Trial {
         x: 0.25,
@@ -130,7 +130,7 @@ impl Trial {
         query.ray.dir_z = -side;
         query.ray.tfar = f32::INFINITY;
         query.ray.mask = u32::MAX;
-        // Set ids that no test ray finds
+        // Set ids that differ from the ids of the expected hits
         query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         query.hit.primID = 7;
         query.hit.instID.fill(7);

@@ -1,4 +1,4 @@
-//! Ray queries of the Embree backend: single rays and packets.
+//! Implementation of [`Accel`] by Embree: queries for single rays, and for packets.
 
 use super::EmbreeAccel;
 use super::packet;

@@ -17,8 +17,8 @@ struct RayWords {
 
 const _: () = assert!(size_of::<RayWords>() == size_of::<RTCRay>());
 
-/// Embree's closed interval for the ray's open interval: both ends move inwards to the next float.
-/// A surface at the start of a ray, at t = 0, is also excluded.
+/// Returns Embree's closed interval for the open interval of `ray`. Both ends are moved inwards to
+/// the next float. A surface at the start of the ray, at t = 0, is also excluded.
 #[inline(always)]
 pub(super) fn interval(ray: &Ray) -> (f32, f32) {
     const ABOVE_ZERO: f32 = f32::from_bits(f32::MIN_POSITIVE.to_bits() - 1);
@@ -29,7 +29,7 @@ pub(super) fn interval(ray: &Ray) -> (f32, f32) {
     (near, far)
 }
 
-/// Embree ray for `ray`, with all mask bits set, without id and flags.
+/// Returns `ray` in Embree's format. All bits of the mask are set; id and flags are 0.
 #[inline(always)]
 pub(super) fn to_embree(ray: &Ray) -> RTCRay {
     let (near, far) = interval(ray);

@@ -33,8 +33,8 @@ pub struct EmbreeAccel<'a> {
 enum Meshes<'a> {
     /// Meshes of a borrowed scene.
     Of(&'a Scene),
-    /// Meshes shared by reference counting, with the placements of the instances. These meshes stay
-    /// valid after the borrow of the scene has ended.
+    /// Reference-counted meshes, and the placements of the instances. They stay valid after the
+    /// borrow of the scene has ended.
     Kept(Arc<Vec<Mesh>>, Vec<Placement>),
 }
 
@@ -115,7 +115,8 @@ impl<'a> EmbreeAccel<'a> {
         })
     }
 
-    /// Ids of mesh and instance for the Embree ids `geom` and `inst` of a hit.
+    /// Returns the ids of the mesh and of the instance in the scene. `geom` and `inst` are Embree's
+    /// ids of a hit.
     #[inline(always)]
     pub(super) fn ids(&self, geom: u32, inst: u32) -> (GeomId, InstanceId) {
         if inst == RTC_INVALID_GEOMETRY_ID {
@@ -125,8 +126,9 @@ impl<'a> EmbreeAccel<'a> {
         (GeomId(self.first_meshes[inst as usize] + geom), InstanceId(inst))
     }
 
-    /// Corrected barycentrics of `hit`. If the projected triangle is tiny (10⁻¹⁸ square units),
-    /// Embree's barycentrics are both 0 (`min_rcp_input` in its sources).
+    /// Barycentrics of `hit`. If the projected triangle is tiny (10⁻¹⁸ square units), Embree
+    /// returns 0 for both barycentrics (`min_rcp_input` in its sources). They are then computed
+    /// again in f64.
     #[inline(always)]
     pub(super) fn barycentrics(&self, ray: &Ray, hit: &Hit) -> [f32; 2] {
         if hit.b1 == 0.0 && hit.b2 == 0.0 {

@@ -13,8 +13,8 @@ pub const BLADES: [u32; 2] = [3, 32];
 pub struct Aperture {
     /// Number of blades, equal to the number of sides of the polygon; within [`BLADES`].
     pub blades: u32,
-    /// Angle of the first corner from the right of the image, counter-clockwise as seen by the
-    /// camera, in degrees.
+    /// Angle of the first corner in degrees: 0 is to the right of the image, and angles grow
+    /// counter-clockwise as seen by the camera.
     pub rotation: f32,
 }
 
@@ -43,7 +43,7 @@ impl Aperture {
     }
 
     /// Samples a point of the polygon with circumradius 1, uniformly over its area. `u` chooses a
-    /// triangle of the centre and two corners, and a point in this triangle.
+    /// triangle between the centre and two neighbouring corners, and a point in this triangle.
     pub(super) fn sample(&self, u: Vec2) -> Vec2 {
         let side = u.x * self.blades as f32;
         let first = (side as u32).min(self.blades - 1);
@@ -69,8 +69,8 @@ impl Aperture {
 mod tests {
     use super::*;
 
-    /// Compares the moments of points for a lattice of numbers with the moments of regular
-    /// polygons: the mean is 0, and the mean squared distance is R²/6 · (2 + cos 2π/n).
+    /// Points sampled with a lattice of numbers have the moments of a regular polygon: the mean is
+    /// 0, and the mean squared distance from the centre is R²/6 · (2 + cos 2π/n).
     #[test]
     fn points_are_uniform_over_the_polygon() {
         const N: u32 = 1 << 20;

@@ -1,9 +1,9 @@
 //! Attributes of a camera for image files: matrices and lens, in the conventions of OpenEXR.
 //!
 //! Source: OpenEXR, Standard Attributes, "Position and Orientation" and "Lens State". Points are
-//! row vectors, which matrices multiply from the right. Camera space is left-handed: x right, y up,
-//! z along the view axis. NDC are 0, 0 in the upper left corner of the display window and 1, 1 in
-//! the lower right corner.
+//! row vectors, so a matrix stands to the right of a point. Camera space is left-handed: x right, y
+//! up, z along the view axis. NDC are 0, 0 in the upper left corner of the display window and 1, 1
+//! in the lower right corner.
 
 use super::Camera;
 use crate::math::{DVec2, DVec3, encode_fields};
@@ -24,7 +24,7 @@ pub struct CameraAttributes {
     pub sensor: Option<[f32; 2]>,
     /// F-number of a perspective with a lens.
     pub f_number: Option<f32>,
-    /// Distance to the plane in focus in metres, for projections onto a plane.
+    /// Distance of the plane of focus in metres; `None` unless the projection is onto a plane.
     pub focus: Option<f32>,
 }
 
@@ -37,8 +37,8 @@ encode_fields!(CameraAttributes {
     focus,
 });
 
-/// A projection onto a plane. Pixels are `scale * (x, -y) / w + middle`, where w is the depth for a
-/// perspective and 1 for parallel rays.
+/// A projection onto a plane. A point (x, y) of camera space has the pixel coordinates `scale * (x,
+/// -y) / w + middle`, where w is the depth for a perspective and 1 for parallel rays.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plane {
     pub scale: DVec2,
@@ -71,8 +71,8 @@ impl Camera {
     }
 }
 
-/// Matrix with these columns. A column maps a point to the dot product with the axis of the column,
-/// plus the constant of the column.
+/// Matrix with these columns, each an axis and a constant. A column maps a point to the dot product
+/// of the point and the axis, plus the constant.
 fn matrix(columns: [(DVec3, f64); 4]) -> Matrix {
     let entry = |i: usize| {
         let (axis, constant) = columns[i % 4];
@@ -88,8 +88,8 @@ fn world_to_camera(axes: [DVec3; 3], position: DVec3) -> Matrix {
 }
 
 fn world_to_ndc([right, up, forward]: [DVec3; 3], position: DVec3, plane: Plane, size: DVec2) -> Matrix {
-    // The last column holds the divisors of x, y and z. z is not used. Its value 1 − 1/depth keeps
-    // the matrix invertible.
+    // The last column is the divisor of x, y and z. Users of the matrix need x and y only. z is 1 −
+    // 1/depth, so that the matrix is invertible.
     let divisor = if plane.is_parallel { DVec3::ZERO } else { forward };
     let one = f64::from(u8::from(plane.is_parallel));
     let constant_of_depth = -forward.dot(position);

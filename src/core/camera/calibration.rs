@@ -5,10 +5,10 @@
 //! axis, to distorted points (x', y'). The pixel coordinates of a distorted point are `fx x' + cx,
 //! fy y' + cy`. Pixel centres are at .5, so the centre of a picture of W columns is W/2.
 //!
-//! Rays need the inverse of the model. The radial part of the distortion increases up to
-//! [`CalibratedLens::limit`]. Below this limit it is inverted by Newton's method with bracketing.
-//! If the distortion has a tangential part, Newton's method in two dimensions then inverts the
-//! whole model. It is an error if the picture extends beyond the limit.
+//! Rays need the inverse of the model. The distorted radius increases up to
+//! [`CalibratedLens::limit`]. Below this limit, Newton's method with bracketing inverts the radial
+//! part of the distortion. If the distortion also has a tangential part, Newton's method in two
+//! dimensions then inverts the whole model. It is an error if the picture extends beyond the limit.
 
 use super::CameraError;
 use crate::math::{DVec2, UVec2, Vec2, encode_fields, encode_variants};
@@ -57,24 +57,24 @@ pub(super) struct CalibratedLens {
     focal: DVec2,
     center: DVec2,
     distortion: Distortion,
-    /// Radius up to which the radial distortion increases: a distance in the plane, or an angle in
-    /// radians.
+    /// Radius up to which the distorted radius increases with the radius. It is a distance in the
+    /// plane at distance 1, or an angle in radians for a fisheye.
     limit: f64,
 }
 
-/// Number of parts into which each side of a picture, and each line from its centre, is divided for
-/// checks.
+/// Number of parts into which each side of a picture is divided for checks. Each line from the
+/// centre is divided into as many parts.
 const PARTS: u32 = 32;
-/// Maximum distance from the axis, in the plane at distance 1, within a picture: 89.9° from the
-/// axis.
+/// Maximum distance of a point of the picture from the axis, in the plane at distance 1. This is an
+/// angle of 89.9°.
 const MAX_DISTANCE: f64 = 600.0;
-/// Maximum number of steps of Newton's method and of bisection: somewhat more than the bits of an
-/// f64.
+/// Maximum number of steps of Newton's method, and number of steps of a bisection: somewhat more
+/// than the number of bits of the mantissa of an f64.
 const STEPS: u32 = 80;
 
 impl CalibratedLens {
-    /// Returns an error if the numbers are out of range, or if the distortion folds over within the
-    /// picture.
+    /// Returns an error if the numbers are out of range, or if the distortion maps two directions
+    /// to one point of the picture.
     pub fn new(intrinsics: Intrinsics, distortion: Distortion, size: UVec2) -> Result<Self, CameraError> {
         intrinsics.check()?;
         let Intrinsics { focal, center } = intrinsics;
@@ -148,8 +148,8 @@ impl CalibratedLens {
         1.0 + s * (3.0 * a + s * (5.0 * b + s * (7.0 * c + s * 9.0 * d)))
     }
 
-    /// Radius up to which the radial part increases. If it always increases, π for a fisheye, else
-    /// [`MAX_DISTANCE`].
+    /// Radius up to which the distorted radius increases. If it increases without end, the result
+    /// is π for a fisheye, else [`MAX_DISTANCE`].
     fn find_limit(&self) -> f64 {
         let end = if self.is_fisheye() { PI } else { MAX_DISTANCE };
         let mut last: f64 = 0.0;
@@ -163,8 +163,8 @@ impl CalibratedLens {
         end
     }
 
-    /// Returns true if the film point `film` and its neighbours have exactly one ray each. Points
-    /// beyond an angle of 180° need no ray.
+    /// Returns true if the film point `film` and its neighbours each have exactly one ray. Film
+    /// points of a fisheye beyond an angle of 180° from the axis need no ray.
     fn is_regular(&self, film: Vec2) -> bool {
         let distorted = self.distorted(film);
         let is_beyond = distorted.length() > self.limit * self.factor(self.limit);
@@ -173,7 +173,8 @@ impl CalibratedLens {
         }
         let point = self.point_of(film);
         let (back, [across, down]) = self.distort(point);
-        // Check that the distortion does not fold over between the centre and the point
+        // Check that the distortion keeps the orientation on the line from the centre to the point.
+        // Where it changes, the picture folds over
         let is_open = |part: f64| {
             let (_, [across, down]) = self.distort(part * point);
             across.perp_dot(down) > 0.0
@@ -211,7 +212,8 @@ impl CalibratedLens {
         (point * factor + tangential, [by_x, by_y])
     }
 
-    /// Radius whose distorted radius is `distorted`, at most [`CalibratedLens::limit`].
+    /// Returns the radius that the distortion maps to the radius `distorted`, at most
+    /// [`CalibratedLens::limit`].
     fn radius_of(&self, distorted: f64) -> f64 {
         if self.radial() == [0.0; 4] {
             return distorted.min(self.limit);
@@ -219,7 +221,7 @@ impl CalibratedLens {
         if distorted >= self.limit * self.factor(self.limit) {
             return self.limit;
         }
-        // Find the root by Newton's method with bracketing
+        // Solve for the radius by Newton's method with bracketing
         let (mut low, mut high, mut radius) = (0.0, self.limit, distorted.min(self.limit));
         for _ in 0..STEPS {
             let error = radius * self.factor(radius) - distorted;
@@ -273,8 +275,8 @@ impl CalibratedLens {
         self.point_of(film).as_vec2()
     }
 
-    /// Film position of a `point` of the plane, with the ratio of areas on the film and on the
-    /// plane. `None` beyond the limit of the distortion.
+    /// Returns the film position of a `point` of the plane, and the ratio of a small area on the
+    /// film to the same area on the plane. `None` beyond the limit of the distortion.
     pub fn plane_film(&self, point: Vec2) -> Option<(Vec2, f32)> {
         let point = point.as_dvec2();
         if point.length() > self.limit {
@@ -285,8 +287,8 @@ impl CalibratedLens {
         (area > 0.0).then(|| (self.film(distorted), area as f32))
     }
 
-    /// Angle from the axis at `film`, and the direction across the axis, for a fisheye; y
-    /// downwards.
+    /// For a fisheye, returns the angle of the ray at `film` from the axis, and the unit direction
+    /// of the ray across the axis, y downwards.
     pub fn angle(&self, film: Vec2) -> (f32, Vec2) {
         let distorted = self.distorted(film);
         let angle = self.radius_of(distorted.length());
@@ -313,7 +315,7 @@ impl CalibratedLens {
     }
 }
 
-/// Position between `low` and `high` from which on `is_beyond` is true.
+/// Returns the position between `low` and `high` at which `is_beyond` changes from false to true.
 fn bisect(mut low: f64, mut high: f64, is_beyond: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..STEPS {
         let middle = 0.5 * (low + high);

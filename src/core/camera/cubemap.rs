@@ -1,10 +1,10 @@
 //! Cube maps: six perspectives of 90 degrees, laid out in one picture.
 //!
-//! Faces are in the order of OpenGL, Vulkan and Direct3D: +x, -x, +y, -y, +z, -z of axes that are
-//! left-handed, x right, y up and z along the view axis (OpenGL 4.6 core profile, §8.13, table
-//! 8.19). Each face is a picture as a viewer at the centre sees it. The viewer turns to the right
-//! and to the left, and tilts up and down from the front, so the top edge of the face above is
-//! behind the viewer, and the top edge of the face below is in front of the viewer.
+//! Faces are in the order of OpenGL, Vulkan and Direct3D: +x, -x, +y, -y, +z, -z. These axes are
+//! left-handed: x right, y up and z along the view axis (OpenGL 4.6 core profile, §8.13, table
+//! 8.19). Each face is the picture that a viewer at the centre sees. For the faces up and down, the
+//! viewer looks to the front and then tilts the head. The top edge of the face up is therefore
+//! behind the viewer, and the top edge of the face down is in front.
 
 use crate::math::{UVec2, Vec2, Vec3};
 
@@ -17,8 +17,8 @@ const COLUMNS: [u32; 3] = [6, 1, 3];
 /// Names of the faces, in the order of the picture.
 pub const FACE_NAMES: [&str; 6] = ["right", "left", "up", "down", "front", "back"];
 
-/// Side of the faces of a cube map of `resolution` pixels, and the first pixel of each face. `None`
-/// if the picture does not consist of six squares.
+/// Returns the side of a face in pixels, and the first pixel of each face, for a cube map of
+/// `resolution` pixels. `None` if the picture does not consist of six squares.
 pub fn cube_faces(resolution: UVec2) -> Option<(u32, [UVec2; 6])> {
     let layout = CubeLayout::of(resolution)?;
     Some((layout.side, std::array::from_fn(|index| layout.corner(index))))
@@ -39,7 +39,7 @@ impl Face {
     /// All faces, in the order of the picture.
     pub const ALL: [Self; 6] = [Self::Right, Self::Left, Self::Up, Self::Down, Self::Front, Self::Back];
 
-    /// Right, up and forward of the face, for a camera with the axes `axes`.
+    /// Axes right, up and forward of the face. `axes` are the same axes of the camera.
     pub fn axes(self, axes: [Vec3; 3]) -> [Vec3; 3] {
         let [right, up, forward] = axes;
         let turned = match self {
@@ -50,7 +50,8 @@ impl Face {
             Self::Front => return axes,
             Self::Back => [-right, up, -forward],
         };
-        // Turn −0 into +0, as in a camera that looks in this direction
+        // Turn −0 into +0, so that the axes are bit-identical to those of a camera that looks in
+        // this direction
         turned.map(|axis| axis + Vec3::ZERO)
     }
 
@@ -72,7 +73,7 @@ impl Face {
 /// Positions of the six faces in a picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CubeLayout {
-    /// Columns and rows of a face in pixels.
+    /// Width and height of a face in pixels.
     pub side: u32,
     columns: u32,
 }
@@ -89,7 +90,8 @@ impl CubeLayout {
         COLUMNS.into_iter().find_map(layout)
     }
 
-    /// Sizes of pictures whose faces have the shorter side of `resolution`, for an error message.
+    /// Text for an error message: sizes of pictures that would be cube maps. The side of their
+    /// faces is the shorter side of `resolution`.
     pub fn sizes(resolution: UVec2) -> String {
         let side = resolution.min_element().max(1);
         let sizes = COLUMNS.map(|columns| {
@@ -104,8 +106,9 @@ impl CubeLayout {
         self.side * UVec2::new(index as u32 % self.columns, index as u32 / self.columns)
     }
 
-    /// Face at the film point `film`, and the position of the point on the plane at distance 1 of
-    /// the face, y downwards. Points outside of the picture are on the plane of the nearest face.
+    /// Returns the face at the film point `film`, and the position of this point on the plane of
+    /// the face at distance 1, y downwards. Points outside of the picture are on the plane of the
+    /// nearest face.
     pub fn at(&self, film: Vec2) -> (Face, Vec2) {
         let side = self.side as f32;
         let last = UVec2::new(self.columns, 6 / self.columns).as_vec2() - 1.0;

@@ -32,13 +32,14 @@ impl Pose {
     }
 }
 
-/// Motion and shutter of a camera. Times are from 0, with all objects at their first position, to
-/// 1, with all objects at their last position.
+/// Motion and shutter of a camera. Times are from 0 to 1. At time 0 all objects are at their first
+/// position, at time 1 at their last position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CameraMotion {
     /// Pose at time 1, if the camera moves.
     pub close: Option<Pose>,
-    /// Times of shutter open and close; light has equal weight in between.
+    /// Times at which the shutter opens and closes. Light has the same weight at all times in
+    /// between.
     pub shutter: [f32; 2],
 }
 
@@ -53,8 +54,8 @@ pub struct CameraParameters {
     pub up: Vec3,
     /// Vertical field of view in degrees, inside (0, 180).
     pub vertical_fov: f32,
-    /// Radius of the lens; 0 for a pinhole. With an [`Aperture`], distance of the aperture's
-    /// corners from the centre of the lens.
+    /// Radius of the lens; 0 for a pinhole. With an [`Aperture`], the corners of the polygon have
+    /// this distance from the centre of the lens.
     pub lens_radius: f32,
     /// Distance from the lens, along the view axis, to the plane in focus.
     pub focus_distance: f32,
@@ -87,8 +88,8 @@ impl CameraDescription {
         }
     }
 
-    /// Camera for an image of `resolution` pixels. For a stereo picture, the camera in the middle
-    /// of both eyes.
+    /// Camera for an image of `resolution` pixels. For a stereo picture, the camera is in the
+    /// middle between the eyes.
     pub fn camera(&self, resolution: UVec2) -> Result<Camera, CameraError> {
         let camera = match self.motion {
             None => Camera::new(self.parameters, resolution),
@@ -126,7 +127,8 @@ impl Encode for CameraDescription {
         motion.encode(sink);
         aperture.encode(sink);
         projection.encode(sink);
-        // Encode eyes only if there are any, so that hashes of other cameras do not change
+        // Encode `stereo` only if it is given, so that the hashes of other cameras are the same as
+        // without this field
         if let Some(stereo) = stereo {
             stereo.encode(sink);
         }

@@ -5,7 +5,8 @@ use super::projection::Film;
 use crate::math::{Ray, Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// Importance of a pixel along a ray from the lens: weight of the light that arrives along the ray.
+/// Importance of a pixel along a ray from the lens. It is the weight in the pixel of the light that
+/// arrives along the ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Importance {
     /// Film position in pixels, origin top left. It may lie outside the image.
@@ -16,10 +17,10 @@ pub struct Importance {
     /// (cos θ A)`. For a perspective with pixels of width s at distance 1 it is `1 / (s² cos⁴ θ A)`
     /// (Pharr, Jakob and Humphreys 2016, §16.1.1, where the whole film is one pixel).
     pub we: f32,
-    /// Density of the ray's direction per solid angle, if film points have a uniform density of one
-    /// per pixel: `1 / (s² cos³ θ)` for a perspective. For parallel rays, density per area
-    /// perpendicular to the rays: `1 / (s² cos θ)` for pixels of width s. Here θ is the angle of
-    /// the ray with the view axis.
+    /// Density of the ray's direction per solid angle, if film points are uniform with a density of
+    /// one per pixel: `1 / (s² cos³ θ)` for a perspective with pixels of width s at distance 1. For
+    /// parallel rays, it is the density per area perpendicular to the rays: `1 / (s² cos θ)` for
+    /// pixels of width s. Here θ is the angle of the ray with the view axis.
     pub pdf: f32,
 }
 
@@ -28,11 +29,11 @@ pub struct Importance {
 pub struct LensPoint {
     /// Position in world space.
     pub p: Vec3,
-    /// Direction to which cosines are measured: the view direction, or the direction of parallel
-    /// rays. Zero in panoramas, cube maps and fisheyes, where all directions have equal weight.
+    /// Unit normal of the lens for cosines: the view direction, or the direction of parallel rays.
+    /// Zero for panoramas, cube maps and fisheyes, which use no cosine.
     pub normal: Vec3,
-    /// True for parallel rays. The point then represents the parallel rays of all film points,
-    /// through one point of the lens.
+    /// True for a camera with parallel rays. The point then stands for a point of the lens, through
+    /// which each film point has a ray.
     pub is_far: bool,
 }
 
@@ -65,9 +66,9 @@ impl Camera {
         LensPoint { p, normal, is_far }
     }
 
-    /// Returns the lens point from which `seen` is visible at `time`. This is `lens`, but for
-    /// parallel rays `lens` is moved to the ray through `seen`. `None` if `seen` is behind the
-    /// camera.
+    /// Returns the lens point from which `seen` is visible at `time`. For parallel rays, this is
+    /// `lens` moved to the ray through `seen`, or `None` if `seen` is behind the camera. For other
+    /// cameras, it is `lens`.
     pub fn lens_facing(&self, lens: LensPoint, seen: Vec3, time: f32) -> Option<LensPoint> {
         if !lens.is_far {
             return Some(lens);
@@ -91,7 +92,7 @@ impl Camera {
 
     /// Returns the film position and the importance of the ray that leaves the lens point `p` in
     /// the unit direction `w` at `time`. This is the inverse of [`Camera::ray`]. `None` if no film
-    /// point has this ray, as behind the camera and outside the circle of a fisheye.
+    /// point has this ray: behind the camera, or outside the circle of a fisheye.
     pub fn importance(&self, p: Vec3, w: Vec3, time: f32) -> Option<Importance> {
         let camera = self.at(time);
         if camera.film.is_curved() {
@@ -129,7 +130,7 @@ impl Camera {
             }
         };
         let we = pdf / (over_cos * self.lens_area());
-        // For directions along the plane of the lens, both values overflow.
+        // For directions in the plane of the lens, `we` and `film` overflow.
         (cos > 0.0 && we.is_finite() && film.is_finite()).then_some(Importance { film, we, pdf })
     }
 }
@@ -232,7 +233,8 @@ mod tests {
                 let margin = if is_flat { 0.25 } else { 0.0 };
                 let film = ((1.0 + 2.0 * margin) * place - margin) * camera.resolution().as_vec2();
                 let time = other.x;
-                // At the border of a face, directions have a kink.
+                // The mapping from film points to directions has a kink at the border of two faces,
+                // so skip film points there.
                 let border = |cube: CubeLayout| {
                     let side = cube.side as f32;
                     let within = film - side * (film / side).floor();
@@ -279,7 +281,8 @@ mod tests {
                 };
                 let square = edge(Vec2::new(half, 0.0)).cross(edge(Vec2::new(0.0, half))).length();
                 let size = square / f64::from(4.0 * half * half);
-                // The directions to a square of the film do not lie in a plane.
+                // For curved projections, the directions of a square of the film do not lie in a
+                // plane, so the test is less exact.
                 let error = if is_flat { 1e-3 } else { 1e-2 };
                 assert!(
                     (seen.pdf as f64 * size - 1.0).abs() < error,
@@ -314,11 +317,12 @@ mod tests {
                 let middle = to(pixel + 0.5);
                 let is_far = camera.lens_of(&middle).is_far;
                 let axis = middle.direction;
-                // Include directions from the whole lens: the radius of the lens, seen from the
-                // plane of focus, is less than 0.1.
+                // Include the directions from the whole lens. Seen from the plane of focus, the
+                // radius of the lens is an angle below 0.1.
                 let cosines = corners.map(|corner| to(corner).direction.dot(axis));
                 let angle = cosines.into_iter().fold(1.0, f32::min).acos() + 0.1;
-                // Pixels of panoramas and fisheyes are curved.
+                // The borders of pixels of panoramas and fisheyes are curved, so sample all
+                // directions.
                 let angle = if camera.film.is_curved() { PI } else { angle };
                 let frame = Frame::from_z(axis);
                 let across = corners.map(|corner| to(corner).origin.distance(middle.origin));

@@ -46,10 +46,11 @@ pub struct Camera {
     path: Option<[Pose; 2]>,
     /// Times of shutter open and close.
     shutter: [f32; 2],
-    /// Face of a cube map to which the camera is turned.
+    /// Face of a cube map towards which the camera looks.
     face: Face,
-    /// In a stereo perspective, position of this eye on the right axis, from the middle of both
-    /// eyes, in scene units; else 0. `position` includes this distance.
+    /// For an eye of a stereo perspective: offset of this eye along the axis `right` from the
+    /// middle between the eyes, in scene units. For other cameras 0. `position` includes this
+    /// offset.
     eye: f32,
 }
 
@@ -164,8 +165,8 @@ impl Camera {
         Ok(Self { film, ..self })
     }
 
-    /// Returns true if film points beyond the borders of the picture repeat directions of the
-    /// picture, as in panoramas.
+    /// Returns true if film points beyond the borders have directions that the picture already
+    /// shows, as in panoramas.
     pub fn repeats(&self) -> bool {
         self.film.repeats()
     }
@@ -236,9 +237,9 @@ impl Camera {
         }
     }
 
-    /// Returns this camera as one eye of a pair, at the position `eye` on the right axis. In a
-    /// panorama, the eye moves on a circle with the radius `eye`. This camera must not be an eye
-    /// yet.
+    /// Returns this camera as one eye of a pair, moved by `eye` along the axis `right`. In a
+    /// panorama, the eye moves on a circle with the radius `eye`. The function must not be called
+    /// for a camera that is already an eye.
     fn with_eye(self, eye: f32) -> Self {
         if self.film.repeats() {
             let mut film = self.film;
@@ -274,8 +275,8 @@ impl Camera {
 
     #[inline]
     fn ray_of_still(&self, film: Vec2, u_lens: Vec2, time: f32) -> Ray {
-        // Direction through the centre of the lens. If the projection is onto a plane, this
-        // direction has depth 1.
+        // `through_center` is the direction through the centre of the lens. If the projection is
+        // onto a plane, this direction has depth 1.
         let (place, through_center) = self.film.ray(film, [self.right, self.up, self.forward]);
         if self.lens_radius == 0.0 {
             return Ray::new(self.position + place, through_center.normalize()).when(time);
@@ -312,7 +313,7 @@ impl Camera {
         p - camera.position
     }
 
-    /// Width of a pixel in scene units, at the distance of `p` at `time`.
+    /// Width of a pixel in scene units, for a surface as far from the camera as `p` at `time`.
     pub fn pixel_width(&self, p: Vec3, time: f32) -> f32 {
         if self.film.is_parallel() {
             return self.film.scale;
@@ -344,9 +345,10 @@ impl Camera {
         self.shutter
     }
 
-    /// Distance of `p` from the camera at `time`. The distance is along the view axis, but along
-    /// the ray for panoramas, cube maps and fisheyes. The [views](CameraDescription::views) of a
-    /// cube map are perspectives, whose view axis is the axis of their face.
+    /// Depth of `p` at `time`: the distance from the camera along the view axis. For panoramas,
+    /// cube maps and fisheyes, it is the distance along the ray. The
+    /// [views](CameraDescription::views) of a cube map are perspectives, whose view axis is the
+    /// axis of their face.
     pub fn depth(&self, p: Vec3, time: f32) -> f32 {
         let camera = self.at(time);
         if camera.film.is_curved() {
@@ -406,7 +408,7 @@ mod tests {
         }
     }
 
-    /// At each time, a moving camera equals the still camera with its pose.
+    /// At each time, a moving camera equals a still camera with the pose at this time.
     #[test]
     fn moving_camera_equals_a_still_camera_at_each_time() {
         let p = CameraParameters {

@@ -31,7 +31,8 @@ pub enum Projection {
     Panorama,
     /// A circle around the view axis. Pixels outside are black.
     Fisheye {
-        /// Mapping from the angle with the axis, to the distance from the middle of the circle.
+        /// Mapping from the angle between a ray and the view axis to the distance from the middle
+        /// of the circle.
         mapping: FisheyeMapping,
         /// Angle across the circle in degrees; the circle's diameter is the height of the picture.
         fov: f32,
@@ -90,8 +91,8 @@ impl ProjectionKind {
     ];
 }
 
-/// Mapping of a fisheye: from the angle θ with the axis, to the distance r from the middle of the
-/// circle, in focal lengths.
+/// Mapping of a fisheye from the angle θ between a ray and the view axis to the distance r from the
+/// middle of the circle. The unit of r is the focal length.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FisheyeMapping {
     /// r = θ.
@@ -165,8 +166,8 @@ impl FisheyeMapping {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Film {
     projection: Projection,
-    /// Length of a pixel: for a perspective, on the plane at distance 1; for parallel rays, in
-    /// scene units; else in radians at the middle.
+    /// Width of a pixel. For a perspective, it is measured on the plane at distance 1; for parallel
+    /// rays, in scene units; for all others, in radians at the middle of the picture.
     pub scale: f32,
     /// Position of the view axis on the film in the units of `scale`, y downwards. The film point
     /// `p` is at `p · scale − offset` from the axis.
@@ -251,7 +252,8 @@ impl Film {
         })
     }
 
-    /// Returns true if film points beyond the borders repeat the directions of the picture.
+    /// Returns true if film points beyond the borders have directions that the picture already
+    /// shows.
     pub fn repeats(&self) -> bool {
         matches!(self.projection, Projection::Panorama)
     }
@@ -358,8 +360,8 @@ impl Film {
     }
 
     /// Density of film points per solid angle in the unit direction `to`, if there is one film
-    /// point per pixel. `to` has coordinates along right, up and forward. Only for projections
-    /// without a plane.
+    /// point per pixel. `to` has coordinates along right, up and forward. The result is 0 for
+    /// projections onto a plane.
     pub fn density(&self, to: Vec3) -> f32 {
         match self.projection {
             Projection::Perspective { .. } | Projection::Orthographic { .. } => 0.0,
@@ -391,7 +393,7 @@ impl Film {
             Projection::Perspective { .. } => (to.z > 0.0).then(|| plane / to.z)?,
             Projection::Orthographic { .. } => (to.z > 0.0).then_some(plane)?,
             Projection::Panorama if self.eye != 0.0 => {
-                // The ray to the point is a tangent of the circle of the eye.
+                // The ray to the point is a tangent of the circle on which the eye moves.
                 let squared = to.x * to.x + to.z * to.z - self.eye * self.eye;
                 let level = (squared > 0.0).then_some(squared)?.sqrt();
                 let longitude = to.x.atan2(to.z) - self.eye.atan2(level);
@@ -475,7 +477,7 @@ mod tests {
         plain.chain(eyes).chain([cube]).collect()
     }
 
-    /// Points on the film equal the film positions of their rays.
+    /// The film position of the ray of a film point is this film point.
     #[test]
     fn film_positions_match_rays() {
         for film in all() {

@@ -2,9 +2,9 @@
 //!
 //! The eyes of a perspective camera are on its right axis, each at half of the eye distance from
 //! its position. The axes of both eyes are parallel, so an object at the depth z has the disparity
-//! f b / z, for the focal length f in pixels and the eye distance b. A convergence shifts the
-//! picture planes of both eyes (off-axis). Objects at the depth of convergence then have no
-//! disparity. The axes stay parallel, so there is no vertical disparity.
+//! f b / z, for the focal length f in pixels and the eye distance b. If a convergence depth is
+//! given, the picture planes of both eyes are shifted (off-axis projection), so that objects at
+//! this depth have no disparity. The axes stay parallel, so there is no vertical disparity.
 //!
 //! The eyes of a panorama are on a circle around its position (omni-directional stereo: Peleg,
 //! Ben-Ezra and Pritch 2001, "Omnistereo: Panoramic Stereo Imaging"). The ray of each pixel is a
@@ -61,8 +61,8 @@ encode_fields!(Stereo {
 });
 
 impl Stereo {
-    /// Returns an error if a value is out of range, or if the pair does not fit the projection or
-    /// the size of the picture.
+    /// Returns an error if a value is out of range, if the projection cannot have two eyes, or if
+    /// the picture cannot be divided into two views.
     pub(super) fn check(&self, projection: &Projection, resolution: UVec2) -> Result<(), CameraError> {
         let values = [
             ("eye_distance", Some(self.eye_distance)),
@@ -99,8 +99,8 @@ impl Stereo {
         }
     }
 
-    /// First pixels of the views of the left and the right eye, and the positions of the eyes on
-    /// the right axis.
+    /// Returns the first pixel of the view of each eye, and the offset of each eye along the axis
+    /// `right` of the camera. The left eye is first.
     pub(super) fn eyes(&self, resolution: UVec2) -> [(UVec2, f32); 2] {
         let second = match self.layout {
             StereoLayout::SideBySide => UVec2::new(resolution.x / 2, 0),
@@ -110,8 +110,8 @@ impl Stereo {
         [(UVec2::ZERO, -half), (second, half)]
     }
 
-    /// Projection of the eye at the position `eye` on the right axis. `projection` is the
-    /// projection in the middle of both eyes. `vertical_fov` is in degrees.
+    /// Projection of the eye at the offset `eye` along the axis `right`. `projection` is the
+    /// projection of the camera in the middle between the eyes. `vertical_fov` is in degrees.
     pub(super) fn projection(&self, eye: f32, projection: Projection, vertical_fov: f32) -> Projection {
         match (projection, self.convergence) {
             (Projection::Perspective { mut shift }, Some(depth)) => {

@@ -23,8 +23,8 @@ pub enum Exposure {
     Stops(f32),
     /// Exposure that is metered in the picture (`film/metering.rs`).
     Auto,
-    /// Exposure for the studio lighting. Metering changes this exposure by at most one stop, so
-    /// black subjects stay black and white subjects stay white.
+    /// Exposure for the studio lighting. It starts from a constant, which metering changes by at
+    /// most one stop. Black subjects then stay black and white subjects stay white.
     Studio,
 }
 
@@ -62,9 +62,9 @@ pub enum Curve {
     /// Clips to [0, 1].
     #[default]
     Srgb,
-    /// Luminance `L` becomes `L / (1 + L)`. The channels keep their ratios until one of them clips
-    /// (Reinhard, Stark, Shirley and Ferwerda 2002, "Photographic Tone Reproduction for Digital
-    /// Images", eq. 3).
+    /// Luminance `L` becomes `L / (1 + L)`. The ratios of the channels stay the same until a
+    /// channel clips (Reinhard, Stark, Shirley and Ferwerda 2002, "Photographic Tone Reproduction
+    /// for Digital Images", eq. 3).
     Reinhard,
     /// [`narkowicz`] of each channel. It is similar to ACES, but has a slightly different curve and
     /// does not shift colours as ACES does.
@@ -86,7 +86,7 @@ impl Curve {
         ("agx", Self::Agx),
     ];
 
-    /// Encodes linear Rec.709 for an sRGB display, in [0, 1].
+    /// Converts linear Rec.709 to sRGB-encoded values in [0, 1].
     pub(crate) fn encode(self, rgb: [f32; 3]) -> [f32; 3] {
         match self {
             Self::Srgb => rgb.map(srgb::encode),
@@ -115,7 +115,7 @@ impl fmt::Display for Tone {
 }
 
 /// Maximum absolute exposure in stops. Within this limit, no light of a scene leaves the range of
-/// `f32`.
+/// `f32` by the exposure.
 pub const MAX_EXPOSURE: f32 = 64.0;
 
 impl Tone {
@@ -125,7 +125,7 @@ impl Tone {
         self.encode(rgb).map(|v| (v * 255.0).round() as u8)
     }
 
-    /// Encoded values for an sRGB display, in [0, 1], before [`Tone::encode_u8`] rounds them.
+    /// sRGB-encoded values in [0, 1], which [`Tone::encode_u8`] rounds to codes.
     pub(crate) fn encode(&self, rgb: [f32; 3]) -> [f32; 3] {
         let stops = self.exposure.stops().unwrap_or(0.0);
         let gain = stops.clamp(-MAX_EXPOSURE, MAX_EXPOSURE).exp2();
@@ -231,7 +231,8 @@ mod tests {
                         shown[c] >= last[c] - 1e-6 && shown[c] <= 1.0,
                         "{name}: {grey} is {shown:?} after {last:?}"
                     );
-                    // Greys stay grey; Hill's matrices have five digits.
+                    // Greys stay grey. The tolerance is needed because Hill's matrices have five
+                    // digits only.
                     assert!((shown[c] - shown[0]).abs() < 2e-4, "{name}: {grey} is {shown:?}");
                 }
                 last = shown;

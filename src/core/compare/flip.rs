@@ -1,5 +1,5 @@
-//! FLIP: visible difference of two images if a viewer flips between them on a screen, from 0
-//! (equal) to 1.
+//! FLIP: a measure of the difference that a viewer sees when two images alternate on a screen, from
+//! 0 (equal) to 1.
 //!
 //! Sources: Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild 2020, "FLIP: A
 //! Difference Evaluator for Alternating Images", and for images of high dynamic range Andersson,
@@ -32,7 +32,8 @@ pub struct Flip {
     pub exposures: Option<Exposures>,
 }
 
-/// Exposures at equal steps in stops. The factor 0.6 before Narkowicz's curve is not included.
+/// Exposures of the compared pictures, in equal steps of stops. The factor [`PRE_EXPOSURE`] is not
+/// included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposures {
     /// Darkest exposure in stops.
@@ -79,8 +80,8 @@ impl Exposures {
     /// 4.2).
     fn of(reference: &RgbImage) -> Self {
         const TARGET: f32 = 0.85;
-        // Input of Narkowicz's curve for the output t = `TARGET`: the larger root of (2.51 − 2.43
-        // t) x² + (0.03 − 0.59 t) x − 0.14 t = 0
+        // Input of Narkowicz's curve for the output t = `TARGET`: the larger solution of (2.51 −
+        // 2.43 t) x² + (0.03 − 0.59 t) x − 0.14 t = 0
         let (a, b, c) = (2.51 - 2.43 * TARGET, 0.03 - 0.59 * TARGET, -0.14 * TARGET);
         let white = (-b + (b * b - 4.0 * a * c).sqrt()) / (2.0 * a) / PRE_EXPOSURE;
 
@@ -122,7 +123,8 @@ fn sane(value: f32) -> f32 {
 
 /// A picture as a viewer perceives it.
 struct PerceivedPicture {
-    /// L*a*b* after the eye's contrast sensitivity, with Hunt's effect in a* and b*.
+    /// L*a*b* of each pixel, after the filters for the eye's contrast sensitivity, with the Hunt
+    /// effect in a* and b*.
     colors: Vec<[f32; 3]>,
     /// Magnitudes of the responses to edges and to points.
     features: Vec<[f32; 2]>,
@@ -225,8 +227,8 @@ fn hyab(p: [f32; 3], q: [f32; 3]) -> f32 {
 
 // Functions for filters
 
-/// Colours that the eye perceives at the viewing distance: each channel is filtered by its contrast
-/// sensitivity (2020, table 1).
+/// Colours that the eye perceives at the viewing distance. Each channel is filtered by the contrast
+/// sensitivity of the eye for this channel (2020, table 1).
 fn seen_colors([lightness, red_green, blue_yellow]: [Plane; 3]) -> Vec<[f32; 3]> {
     // Gaussians a √(π / b) exp(−π² x² / b), x in degrees
     let [narrow, red, blue, wide] = [0.0047, 0.0053, 0.04, 0.025].map(sensitivity);
@@ -257,7 +259,7 @@ struct Sensitivity {
 
 fn sensitivity(b: f32) -> Sensitivity {
     use std::f32::consts::PI;
-    // All kernels have a radius of three standard deviations of the widest one.
+    // The radius of all kernels is three standard deviations of the widest kernel.
     let radius = (3.0 * (0.04 / (2.0 * PI * PI)).sqrt() * PIXELS_PER_DEGREE).ceil() as i32;
     let gaussian = |x: i32| (-(PI * x as f32 / PIXELS_PER_DEGREE).powi(2) / b).exp();
     let mut kernel: Vec<f32> = (-radius..=radius).map(gaussian).collect();
@@ -309,8 +311,8 @@ impl Plane {
         Self { values, width, height }
     }
 
-    /// The plane filtered by the product of two kernels of odd length. Border pixels are repeated
-    /// outside.
+    /// Returns the plane, filtered by the product of two kernels of odd length. Pixels outside of
+    /// the picture have the values of the border pixels.
     fn filtered(&self, across: &[f32], down: &[f32]) -> Self {
         let (width, height) = (self.width.max(1), self.height.max(1));
         let add = |sums: &mut [f32], weight: f32, values: &[f32]| {

@@ -18,15 +18,15 @@ pub struct Errors {
     /// the pixels, because such outliers would dominate the mean.
     pub rel_mse: f64,
     /// [`Errors::rel_mse`] of the means of square blocks with edges of [`Errors::BLOCKS`] pixels.
-    /// This is the error at low spatial frequencies, which remains after averaging by a denoiser or
-    /// by the eye. Blocks at the right and lower borders are smaller.
+    /// This is the error at low spatial frequencies. It remains after a denoiser or the eye has
+    /// averaged neighbouring pixels. Blocks at the right and lower borders are smaller.
     pub block_rel_mse: [f64; 3],
     /// Mean squared difference over pixels and channels of displayed values: clamped to [0, 1] and
     /// encoded as sRGB.
     pub display_mse: f64,
 }
 
-/// Fraction of the pixels that the relative error includes.
+/// Fraction of the pixels that [`Errors::rel_mse`] includes.
 const KEPT: f64 = 0.999;
 
 /// Error for images of different sizes.
@@ -169,8 +169,8 @@ mod tests {
         assert!((errors.mean[0] - 500.9995).abs() < 1e-9);
     }
 
-    /// A checkerboard of ±0.1 has the error 0 in blocks. A square that differs by 0.1 has the error
-    /// of the blocks that it covers.
+    /// A checkerboard of ±0.1 has no error in the means of blocks. A square that differs by 0.1
+    /// causes an error in the blocks that it covers.
     #[test]
     fn block_error_is_the_error_of_block_means() {
         let picture = |value: fn(usize, usize) -> f32| RgbImage {

@@ -3,29 +3,30 @@
 //! variance like the spatial filter of SVGF (Schied et al. 2017, "Spatiotemporal Variance-Guided
 //! Filtering", §4).
 //!
-//! Five passes blur by a 5 × 5 kernel with tap distances of 1, 2, 4, 8 and 16 pixels, so that 125
-//! taps reach 62 pixels. The weight of a tap falls with its differences of normal, albedo, depth
+//! Five passes blur by a 5 × 5 kernel. The tap distances are 1, 2, 4, 8 and 16 pixels, so that 5 ×
+//! 25 taps reach 62 pixels. The weight of a tap falls with its differences of normal, albedo, depth
 //! and light from the pixel. Light is divided by albedo before the blur and multiplied by albedo
 //! afterwards, so that textures stay sharp.
 //!
-//! Two steps come first. Without them, the filter leaves blotches in rooms that are lit through a
-//! window, where bright samples are rare. Pixels with a bright sample have a high variance and
-//! spread their light. Other pixels have a low variance and keep their value. The first step
-//! reduces outliers and distributes their light ([`without_outliers`]). The second step averages
-//! the variance over a window ([`with_mean_variance`]). On the kitchen of docs/gallery at 32
-//! samples, the steps lower relMSE from 0.038 to 0.033 and FLIP from 0.27 to 0.21.
+//! Two steps come before the passes. Without these steps, the filter leaves blotches in rooms that
+//! are lit through a window, where bright samples are rare. A pixel with a bright sample has a high
+//! variance, and its light spreads. Other pixels have a low variance and keep their value. The
+//! first step reduces outliers and distributes their light ([`without_outliers`]). The second step
+//! averages the variance over a window ([`with_mean_variance`]). On the kitchen of docs/gallery at
+//! 32 samples, the steps lower relMSE from 0.038 to 0.033 and FLIP from 0.27 to 0.21.
 //!
 //! - The film has the variance of each pixel, so the filter needs no history, unlike SVGF.
-//! - The inverse depth of a tap is compared with the inverse depth of the pixel's tangent plane
-//!   there. On flat surfaces, inverse depth is linear in the image.
-//! - Differences from the pixel are summed instead of values, so that constant light stays
-//!   bit-identical.
-//! - Differences of luminance are relative to the noise of the filtered pixel only. With the noise
-//!   of both pixels, the error of the kitchen would be another 5 % lower. But the light of lamps
-//!   would leak over their edges, and the Cornell box at 8 samples would have 1.7 times the error.
+//! - The inverse depth of a tap is compared with the inverse depth that the tangent plane of the
+//!   filtered pixel has at the tap. On flat surfaces, inverse depth is linear in the image.
+//! - A pass sums the differences of the taps from the filtered pixel instead of their values, so
+//!   that constant light stays bit-identical.
+//! - Differences of luminance are relative to the noise of the filtered pixel only. If they were
+//!   relative to the noise of both pixels, the error of the kitchen would be another 5 % lower. But
+//!   light of lamps would leak over the edges of the lamps, and the error of the Cornell box at 8
+//!   samples would be 1.7 times as large.
 //! - The sigmas give about the minimum relMSE at 16 samples per pixel on the scenes that ship with
-//!   the project. The sigma of normals is larger than its optimum, so that pixels on edges, whose
-//!   normals are means of both sides, find similar pixels.
+//!   the project. The sigma of normals is larger than its optimum. The normal of a pixel on an edge
+//!   is a mean of both sides, and with a smaller sigma no other pixel would be similar.
 
 use super::DenoiseError;
 use super::layers::Layers;
@@ -35,18 +36,19 @@ use rayon::prelude::*;
 
 /// Number of passes. Each pass has twice the tap distance of the previous pass.
 const LEVELS: u32 = 5;
-/// Weights of the cubic B-spline by distance in taps, for both axes.
+/// Weights of the cubic B-spline by distance in taps, for one axis. The kernel is the product of
+/// the weights for both axes.
 const KERNEL: [f32; 3] = [6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
-/// Tolerance for differences of luminance, in standard deviations of the noise.
+/// Tolerance (sigma) for differences of luminance, in standard deviations of the noise.
 const SIGMA_LIGHT: f32 = 3.0;
 /// Half width in pixels of the window for outliers and variances.
 const WINDOW: isize = 3;
 /// Distance of the outlier fence from the upper quartile, in interquartile ranges.
 const FENCE: f32 = 1.5;
-/// Minimum number of other pixels in the window that show the same surface. A pixel with fewer of
-/// them is on an edge.
+/// Minimum number of other pixels in the window that show the same surface. A pixel with fewer such
+/// neighbours is on an edge.
 const MIN_ALIKE: usize = 8;
-/// Maximum factor by which light that the filter has lost is restored.
+/// Maximum factor by which a pixel is multiplied to restore light that the filter has lost.
 const MAX_FACTOR: f32 = 2.0;
 /// Tolerance (sigma) for the length of the difference of two mean normals.
 const SIGMA_NORMAL: f32 = 0.3;
@@ -115,8 +117,9 @@ impl Input {
         let mut light: Vec<FilteredLight> = (0..color.len())
             .map(|i| {
                 let divisor = guides[i].divisor;
-                // The weights of the luminance sum to 1, so this value is an upper bound of the
-                // variance of the luminance, for any correlation of the channels.
+                // The weights of the channels in the luminance sum to 1. The weighted sum of the
+                // variances is therefore an upper bound of the variance of the luminance, for any
+                // correlation of the channels.
                 let variance = luminance(variance[i] / (divisor * divisor));
                 let value = color[i] / divisor;
                 FilteredLight { value, variance }
@@ -172,14 +175,14 @@ fn luminance(value: Vec3) -> f32 {
     Spectrum::rgb(value.x, value.y, value.z).luminance()
 }
 
-/// `light` with outliers reduced to the fence of the surrounding pixels on the same surface. The
-/// removed light is distributed to these pixels.
+/// Returns `light` with outliers reduced to a fence, which follows from the surrounding pixels on
+/// the same surface. The removed light is distributed to these pixels.
 ///
 /// The fence is Tukey's (1977, "Exploratory Data Analysis"): the upper quartile plus one and a half
 /// interquartile ranges. A pixel is reduced by no more than its noise explains. A highlight of many
-/// samples stays; a single bright sample, with a standard deviation as large as the pixel's value,
-/// does not. Pixels on edges have few other pixels on their surface and stay unchanged, because the
-/// same is true of small lamps.
+/// samples therefore stays. A single bright sample is reduced, because its standard deviation is as
+/// large as the pixel's value. Pixels on edges have few other pixels on their surface. They stay
+/// unchanged, because small lamps cannot be distinguished from them.
 fn without_outliers(guides: &[Guide], light: &[FilteredLight], size: [usize; 2]) -> Vec<FilteredLight> {
     let around = |i: usize| taps(size, i, 1, WINDOW).filter(move |&(j, offset)| guides[i].is_alike(&guides[j], offset));
     let limited: Vec<FilteredLight> = (0..light.len())
@@ -213,7 +216,7 @@ fn without_outliers(guides: &[Guide], light: &[FilteredLight], size: [usize; 2])
     let shares: Vec<Vec3> = (0..light.len()).into_par_iter().map(share).collect();
     let pixel = |i: usize| {
         let givers = taps(size, i, 1, WINDOW).filter(|&(j, [dx, dy])| guides[j].is_alike(&guides[i], [-dx, -dy]));
-        // The noise of a part of removed light is as large as the part.
+        // The standard deviation of a part of removed light is as large as this part.
         givers.fold(limited[i], |light, (j, _)| FilteredLight {
             value: light.value + shares[j],
             variance: light.variance + luminance(shares[j]).powi(2),
@@ -222,8 +225,9 @@ fn without_outliers(guides: &[Guide], light: &[FilteredLight], size: [usize; 2])
     (0..light.len()).into_par_iter().map(pixel).collect()
 }
 
-/// `light` with the mean variance of the surrounding pixels on the same surface. A pixel without a
-/// rare bright sample has a variance that is too low, but some neighbours have such a sample.
+/// `light` with the mean variance of the surrounding pixels on the same surface. The variance of a
+/// pixel without a rare bright sample is too low, but some neighbours have such a sample, and a
+/// high variance.
 fn with_mean_variance(guides: &[Guide], light: &[FilteredLight], size: [usize; 2]) -> Vec<FilteredLight> {
     let pixel = |i: usize| {
         let around = taps(size, i, 1, WINDOW).filter(|&(j, offset)| guides[i].is_alike(&guides[j], offset));
@@ -252,7 +256,8 @@ pub(super) fn denoise(input: Input) -> Vec<Vec3> {
     pixels.map(|((l, g), factor)| l.value * factor * g.divisor).collect()
 }
 
-/// For each pixel, ratio of the light in its surroundings before and after filtering.
+/// For each pixel, the light in the surroundings of the pixel before filtering, divided by the
+/// light there after filtering.
 ///
 /// A bright, noisy pixel takes more from dark pixels than it gives to them, so light is lost. The
 /// light before and the light after filtering are averaged over pixels with similar guides, for any
@@ -302,7 +307,7 @@ fn pass(guides: &[Guide], light: &[FilteredLight], size: [usize; 2], step: usize
     let pixel = |i: usize| {
         let (guide, own) = (&guides[i], light[i]);
         let brightness = luminance(own.value);
-        // Without noise, only equal values may be blended.
+        // Without noise, the tolerance is nearly 0, so that only equal values are blended.
         let tolerance = (SIGMA_LIGHT * blurred_variance(light, size, i).sqrt()).max(f32::MIN_POSITIVE);
         let depth_tolerance = (SIGMA_DEPTH * guide.disparity).max(f32::MIN_POSITIVE);
         let (mut sum, mut variance, mut weights) = (Vec3::ZERO, 0.0, 0.0);
@@ -328,8 +333,8 @@ fn pass(guides: &[Guide], light: &[FilteredLight], size: [usize; 2], step: usize
     (0..light.len()).into_par_iter().map(pixel).collect()
 }
 
-/// Pixels up to `reach` taps from pixel `i` in both directions, inside the picture: index and
-/// offset in pixels.
+/// Taps around pixel `i`: pixels inside the picture, up to `reach` taps away along rows and
+/// columns, each with its index and its offset in pixels.
 fn taps(size: [usize; 2], i: usize, step: usize, reach: isize) -> impl Iterator<Item = (usize, [isize; 2])> {
     let [width, height] = size;
     let (x, y) = (i % width, i / width);
@@ -364,8 +369,9 @@ fn variance_around(light: &[FilteredLight], size: [usize; 2], i: usize) -> f32 {
     spread / (n - 1.0).max(1.0)
 }
 
-/// Gradient of `values` at pixel `i` along rows and columns. Along each axis, it is the smaller of
-/// the differences to the two neighbours, so that edges do not affect it.
+/// Gradient of `values` at pixel `i` along rows and columns. Along each axis, the gradient is the
+/// smaller of the differences from the two neighbours, so that an edge on one side does not affect
+/// it.
 fn gradient(values: &[f32], size: [usize; 2], i: usize) -> [f32; 2] {
     let [width, height] = size;
     let along = |at: usize, len: usize, stride: usize| {

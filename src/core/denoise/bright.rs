@@ -1,38 +1,40 @@
 //! Light that is too bright for filters: lamps in view, and other bright pixels without noise.
 //!
-//! Filters change such light by fractions of its value, and spread it. Beside surfaces of radiance
-//! 1, Open Image Denoise made a lamp of radiance 10⁴ darker by 3 %, and a lamp of 10⁶ brighter by
-//! 24 %. Its network has logarithms of radiance as input. A blur spreads a lamp over its edge:
-//! pixels beside a lamp of radiance 10⁶ get 10⁵.
+//! Filters change such light by a few percent or more, and spread it to other pixels. Beside
+//! surfaces of radiance 1, Open Image Denoise made a lamp of radiance 10⁴ darker by 3 %, and a lamp
+//! of 10⁶ brighter by 24 %. Its network has logarithms of radiance as input. A blur spreads a lamp
+//! over its edge: pixels beside a lamp of radiance 10⁶ get 10⁵.
 //!
 //! Light above a limit is therefore removed from the picture before the filter and added again
 //! after it, unless the light is noise. Light is not noise if the first surface emits it, or if it
 //! exceeds three standard deviations of the pixel. The limit is [`LIMIT`] times the geometric mean
-//! of the picture's luminance. The rest of the light of a lamp is in the range of the filters, so
-//! the edges of usual lamps are still smoothed.
+//! of the picture's luminance. The light of a lamp up to the limit stays in the picture, so the
+//! filters still smooth the edges of usual lamps.
 
 use super::layers::Layers;
 use crate::color::Spectrum;
 use crate::math::Vec3;
 
-/// Limit, relative to the geometric mean of luminance. Open Image Denoise changes lamps below this
-/// limit by at most 0.1 %.
+/// Limit above which light is removed, relative to the geometric mean of the luminances of the
+/// picture. Open Image Denoise changes lamps below this limit by at most 0.1 %.
 const LIMIT: f32 = 100.0;
 /// Light of a pixel up to this number of standard deviations may be noise.
 const NOISE: f32 = 3.0;
 
 /// Removes bright light from `layers` and returns the removed light. `None` if there is no bright
-/// light. `emitted` is the luminance that sources in view emit, for each pixel.
+/// light. `emitted` is, for each pixel, the luminance that the first surface or the background
+/// emits.
 pub(super) fn take_bright(layers: &mut Layers, emitted: Option<&[f32]>) -> Option<Vec<Vec3>> {
     let limit = LIMIT * geometric_mean(layers.color.iter().map(|&c| luminance(c)))?;
-    // Fraction of a pixel's light to remove, and true if a source in view emits this light
+    // Returns the fraction of the light of a pixel that is removed, and true if the first surface
+    // or the background emits it
     let share = |i: usize| {
         let brightness = luminance(layers.color[i]);
         if brightness <= limit {
             return (0.0, false);
         }
         let variance = layers.variance.as_ref().map_or(f32::INFINITY, |v| luminance(v[i]));
-        // With an infinite or NaN variance, all light may be noise.
+        // With an infinite or NaN variance, all light may be noise, so `certain` is 0.
         let certain = (brightness - NOISE * variance.sqrt()).max(0.0);
         let emitted = emitted.map_or(0.0, |emitted| emitted[i].min(brightness));
         let share = (emitted.max(certain) - limit) / brightness;
@@ -50,7 +52,7 @@ pub(super) fn take_bright(layers: &mut Layers, emitted: Option<&[f32]>) -> Optio
     });
     let bright = bright.collect();
     if let Ok(variance) = &mut layers.variance {
-        // With the light of a lamp, the noise of its edge is removed too.
+        // If the light of a lamp is removed, the noise at the edge of the lamp is removed too.
         let of_lamps = variance.iter_mut().zip(&shares).filter(|(_, (_, emits))| *emits);
         of_lamps.for_each(|(v, _)| *v = Vec3::ZERO);
     }

@@ -1,7 +1,7 @@
 //! Denoising of pictures with alpha.
 //!
-//! `R G B` are premultiplied by alpha. A filter that blends these channels across an edge of alpha,
-//! and keeps alpha unchanged, changes the colour of the edge. RGB / A was off by 3 to 14 % there,
+//! `R G B` are premultiplied by alpha. If a filter blends these channels across an edge of alpha,
+//! and keeps alpha unchanged, the colour at the edge is wrong. The error of RGB / A was 3 to 14 %,
 //! and pixels with alpha 0 had light. Colour and coverage are therefore filtered separately, by the
 //! same filter:
 //!
@@ -11,12 +11,13 @@
 //! - Coverage is filtered as a separate picture. The result is clamped to the range of the raw
 //!   coverage of the 5 × 5 pixels around, so the inside of objects and the empty background stay
 //!   bit-identical. Coverage changes by at most two standard deviations of its noise.
-//! - The shadow on a ground is coverage, too. Its samples are not fractions of a pixel, and may lie
-//!   far outside of [0, 1]. In pixels without objects, the shadow is filtered as a third picture.
-//!   It may change by any amount within the range of the pixels around.
+//! - The shadow on a ground is coverage, too. The values of its samples are not only 0 or 1, and
+//!   may even be far outside of [0, 1]. In pixels without objects, the shadow is filtered as a
+//!   third picture. The filter may change it by any amount within the range of the surrounding
+//!   pixels.
 //!
-//! The result is the product of colour and coverage. RGB / A is the filtered colour in every pixel,
-//! and RGB is 0 if A is 0.
+//! The result is the product of colour and coverage. In every pixel, RGB / A is therefore the
+//! filtered colour, and RGB is 0 if A is 0.
 //!
 //! Pictures over a background colour are filtered in the same way. The light of the background is
 //! subtracted before the filter, and added again behind the filtered coverage. The result equals
@@ -35,12 +36,13 @@ use rayon::prelude::*;
 const MIN_COVERAGE: f32 = 0.25;
 /// Half width in pixels of the window whose raw coverage bounds the filtered coverage.
 const REACH: usize = 2;
-/// Half width in pixels of the window whose sample variance estimates the variance of coverage.
+/// Half width in pixels of a window. The variance of coverage is estimated by the sample variance
+/// over this window.
 const SPREAD_REACH: usize = 3;
 
-/// Returns the premultiplied picture and the coverage, both filtered by `filter`. `samples` are the
-/// numbers of samples of each pixel, if known. They bound the variance of coverage. `bright` is
-/// light that was removed before the filter. Pixels with such light keep their coverage.
+/// Returns the premultiplied picture and the coverage, both filtered by `filter`. `samples` has the
+/// number of samples of each pixel, if known, which limits the variance of coverage. `bright` is
+/// the light that was removed before the filter. Pixels with such light keep their coverage.
 pub(super) fn denoise(
     layers: &Layers,
     coverage: &[Vec3],
@@ -100,9 +102,10 @@ fn ground_pixels(layers: &Layers) -> Vec<bool> {
     }
 }
 
-/// Layers with the shadow on the ground as their colour. The shadow is the coverage of the pixels
-/// `is_ground`. It is extended below the objects, so that the filter also removes the noise of the
-/// shadow where objects touch the ground. `None` if there is no shadow.
+/// Layers with the shadow on the ground as their colour. The shadow is the coverage of pixels that
+/// show no object (`is_ground`). It is extended to pixels that show objects, so that the filter
+/// also removes the noise of the shadow where objects touch the ground. `None` if there is no
+/// shadow.
 fn shadow_layers(
     layers: &Layers,
     coverage: &[Vec3],
@@ -169,7 +172,8 @@ fn spread(color: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
     mean.iter().zip(squares).map(variance).collect()
 }
 
-/// Mean over the pixels up to [`SPREAD_REACH`] in both directions, inside the picture.
+/// For each pixel, mean over a square of pixels inside the picture: up to [`SPREAD_REACH`] pixels
+/// away along rows and columns.
 fn box_mean(values: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
     let [width, height] = size;
     let along = |values: &[Vec3], place: &(dyn Fn(usize) -> [usize; 2] + Sync), stride: usize| -> Vec<Vec3> {
@@ -185,10 +189,10 @@ fn box_mean(values: &[Vec3], size: [usize; 2]) -> Vec<Vec3> {
     along(&rows, &|i| [i / width, height], width)
 }
 
-/// `layer` divided by `coverage`. Pixels without coverage get the mean colour of the pixels around,
-/// and pixels below [`MIN_COVERAGE`] are blended with this mean. The mean is over blocks of 2 × 2
-/// pixels, blocks of 2 × 2 such blocks, and so on (Gortler et al. 1996, "The Lumigraph", §3.4, pull
-/// and push).
+/// `layer` divided by `coverage`. Pixels without coverage get the mean colour of the surrounding
+/// pixels. Pixels with a coverage below [`MIN_COVERAGE`] are blended with this mean. The means are
+/// taken over blocks of 2 × 2 pixels, then over blocks of 2 × 2 such blocks, and so on (Gortler et
+/// al. 1996, "The Lumigraph", §3.4, pull and push).
 fn continued(layer: &[Vec3], coverage: &[f32], size: [usize; 2]) -> Vec<Vec3> {
     let own = |(&v, &a): (&Vec3, &f32)| if a > 0.0 { (v, a) } else { (Vec3::ZERO, 0.0) };
     let mut levels = vec![(size, layer.iter().zip(coverage).map(own).collect::<Vec<_>>())];
@@ -214,7 +218,7 @@ fn continued(layer: &[Vec3], coverage: &[f32], size: [usize; 2]) -> Vec<Vec3> {
     around
 }
 
-/// Returns the halved size, and the sums over blocks of 2 × 2 pixels.
+/// Returns half of the size, rounded up, and the sums over blocks of 2 × 2 pixels.
 fn halved(pixels: &[(Vec3, f32)], [width, height]: [usize; 2]) -> ([usize; 2], Vec<(Vec3, f32)>) {
     let size = [width.div_ceil(2), height.div_ceil(2)];
     let block = |i: usize| {

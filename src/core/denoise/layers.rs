@@ -4,7 +4,8 @@ use super::{ALBEDO, COLOR, DenoiseError, NORMAL, RAW, VARIANCE, values, vectors}
 use crate::film::Image;
 use crate::math::Vec3;
 
-/// A layer of pixels, or the error that its channel is missing. Only some filters need the layer.
+/// A layer of pixels, or the error that the channel of this layer is missing. A filter returns this
+/// error only if it needs the layer.
 type Layer<T> = Result<Vec<T>, DenoiseError>;
 
 /// Layers of an image as input of the filters, row by row.
@@ -23,7 +24,7 @@ pub(super) struct Layers {
 }
 
 impl Layers {
-    /// Layers of `image`. `color` is the raw picture, before any denoising.
+    /// Layers of `image`. The layer `color` is the raw picture, before any denoising.
     pub fn of(image: &Image) -> Result<Self, DenoiseError> {
         let size = image.crop.size();
         Ok(Self {

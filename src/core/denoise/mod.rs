@@ -55,8 +55,8 @@ pub enum DenoiseError {
     Failed(String),
 }
 
-/// Memory limit of Open Image Denoise without the images, in MiB: enough for 1920 × 1080 pixels at
-/// once. Larger pictures are filtered in tiles.
+/// Memory limit of Open Image Denoise in MiB, without the images. It is enough to filter 1920 ×
+/// 1080 pixels at once. Open Image Denoise filters larger pictures in tiles.
 const OIDN_MB: u32 = 2000;
 
 /// Multiple of pixels to which Open Image Denoise pads pictures in both directions.
@@ -103,8 +103,8 @@ impl Denoiser {
     }
 
     /// Number of pixels that the filter processes for a picture of this size. Open Image Denoise
-    /// pads pictures to multiples of 16 pixels in both directions. The padded size determines its
-    /// time and memory.
+    /// pads pictures to multiples of 16 pixels in both directions. The padded size determines the
+    /// time and the memory.
     pub fn pixels(self, size: UVec2) -> u64 {
         let [width, height] = size.to_array().map(u64::from);
         match self {
@@ -113,8 +113,9 @@ impl Denoiser {
         }
     }
 
-    /// Maximum additional bytes to denoise `pixels` pixels, without the image: measured on pictures
-    /// of 512² to 3840 × 2160 pixels, and rounded up (docs/denoise.md, "Memory").
+    /// Maximum number of bytes that are needed to denoise `pixels` pixels, in addition to the
+    /// image. Measured on pictures of 512² to 3840 × 2160 pixels, and rounded up (docs/denoise.md,
+    /// "Memory").
     pub fn bytes(self, pixels: u64) -> u64 {
         match self {
             Self::Oidn | Self::OidnFast => 220 * pixels + (960 * pixels).min(u64::from(OIDN_MB) << 20),
@@ -141,7 +142,7 @@ impl Denoiser {
     /// stay, so `variance` is the variance of the raw picture. An image that was denoised before is
     /// denoised again from its raw picture.
     ///
-    /// Light of lamps in view that is far brighter than the picture stays as rendered.
+    /// Light of visible lamps that is far brighter than the picture is not filtered.
     ///
     /// Open Image Denoise ignores albedo and normals if one of them is missing; the wavelet filter
     /// needs both, and `Z` and `variance`. Filters without a radius ignore `radius`.

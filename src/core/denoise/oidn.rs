@@ -1,11 +1,12 @@
 //! Open Image Denoise 2. Albedo and normals are filtered first, each separately, and then guide the
-//! filter of the image (`cleanAux`). For previews, the library's fast quality filters only the
-//! image, with unfiltered albedo and normals. This takes a fifth of the time and leaves more noise.
+//! filter of the image (`cleanAux`). For previews, only the image is filtered, with the library's
+//! quality `fast` and with unfiltered albedo and normals. This takes a fifth of the time and leaves
+//! more noise.
 //!
-//! The oidn crate (2.5.1) has no filter without a colour image, spells the parameter `clean_aux`,
-//! which the library ignores, and does not accept a number of threads. `sys/oidn` therefore makes
-//! these calls through the crate's raw bindings. docs/denoise.md says how much the filtered guides
-//! reduce the error.
+//! The oidn crate (2.5.1) has three defects. It has no filter without a colour image. It spells the
+//! parameter `clean_aux`, which the library ignores. It does not accept a number of threads.
+//! `sys/oidn` therefore makes these calls through the raw bindings of the crate. docs/denoise.md
+//! says how much the filtered guides reduce the error.
 
 use super::layers::Layers;
 use super::{DenoiseError, OIDN_MB};
@@ -48,7 +49,7 @@ fn guides(layers: &Layers) -> Option<[Vec<f32>; 2]> {
     }
 }
 
-/// Pixels that `filter` computes on a device.
+/// Returns the pixels that `filter` computes on a new device.
 fn filtered(filter: impl FnOnce(&Device) -> Result<Vec<f32>, Error>) -> Result<Vec<Vec3>, DenoiseError> {
     let device = Device::new(rayon::current_num_threads(), OIDN_MB).map_err(failed)?;
     let denoised = filter(&device).map_err(failed)?;

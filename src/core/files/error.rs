@@ -1,4 +1,4 @@
-//! Errors in files, with their position and a text on how to correct them.
+//! Errors in files, with their position and a help text.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -38,12 +38,12 @@ pub enum FileErrorKind {
     Contents,
     /// The file cannot be read or written, so its contents are unknown.
     Unreadable,
-    /// A flag of the command line that replaces keys of the file is wrong. The message names the
-    /// flag.
+    /// A flag of the command line that replaces keys of the file is wrong. The message then names
+    /// the flag.
     Flag,
 }
 
-/// Error in a file, with its position and a text on how to correct it.
+/// Error in a file, with its position and a help text.
 ///
 /// Shown as `file:line:column: message`, with the help text on a separate line.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +54,7 @@ pub struct FileError {
     pub position: Option<Position>,
     /// Description of the error, with the wrong value.
     pub message: String,
-    /// Text on how to correct the error.
+    /// Help text: how to correct the error.
     pub help: Option<String>,
     /// Cause of the error.
     pub kind: FileErrorKind,
@@ -72,7 +72,8 @@ impl FileError {
         }
     }
 
-    /// Error of the operation `what` on the file, which the system refused.
+    /// Error of an operation on the file that the system refused. `what` says what failed, such as
+    /// `cannot read it`.
     pub fn system(file: &Path, what: &str, error: &std::io::Error) -> Self {
         Self::new(file, format!("{what}: {error}")).unreadable()
     }
@@ -113,13 +114,13 @@ impl FileError {
         place
     }
 
-    /// Sets the text on how to correct the error.
+    /// Sets the help text.
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// Sets the text on how to correct the error, unless the error has such a text.
+    /// Sets the help text, unless the error already has one.
     pub fn help_if_none(mut self, help: &str) -> Self {
         self.help.get_or_insert_with(|| help.into());
         self

@@ -9,15 +9,15 @@ use std::path::{Component, Path, PathBuf};
 /// Finds the file that another file, in `folder`, refers to by `name`.
 ///
 /// Names from other systems are accepted. If no file has the exact name, `\` separates folders like
-/// `/`, letter case is ignored, and blanks match underscores. Names of files are in UTF-8 or in
-/// Windows-1252. If several files or folders match, the first in the order of their names is
+/// `/`, letter case is ignored, and blanks match underscores. The bytes of a file name may be UTF-8
+/// or Windows-1252. If several files or folders match, the first in the order of their names is
 /// returned.
 pub fn find_file(folder: &Path, name: &str) -> Option<PathBuf> {
     FileFinder::default().find(folder, name)
 }
 
-/// Last part of a path from any operating system: the name of a file. `None` if the path ends in
-/// `/` or `\`, as paths of drives and folders do.
+/// Name of the file in a path of any operating system: the last part of the path. `None` if the
+/// path ends in `/` or `\`, as paths of drives and folders do.
 pub fn base_name(name: &str) -> Option<&str> {
     let base = name.rsplit(['/', '\\']).next();
     base.filter(|base| !base.is_empty() && *base != "..")
@@ -49,7 +49,8 @@ pub struct FileFinder {
 
 /// Maximum number of entries of a folder that are checked.
 const MAX_ENTRIES: usize = 10_000;
-/// Maximum number of subfolders of a folder that holds one model.
+/// Maximum number of subfolders of a folder of a single model. A folder with more subfolders is not
+/// searched.
 const MAX_FOLDERS: usize = 32;
 
 impl FileFinder {
@@ -150,14 +151,14 @@ fn is_there(path: &Path) -> bool {
     path.metadata().is_ok_and(|metadata| !metadata.is_dir())
 }
 
-/// Returns true if `name` differs from the name of the file `found` that [`find_file`] returned,
-/// such as in letter case. Slashes and backslashes are equal.
+/// Returns true if `name` differs from the name of `found`, for example in letter case. `found` is
+/// the file that [`find_file`] returned for `name`. Slashes and backslashes count as equal.
 pub fn case_differs(folder: &Path, name: &str, found: &Path) -> bool {
     found != folder.join(name) && found != folder.join(with_slashes(name))
 }
 
-/// Number of files, in the folder of `found`, whose names equal the name of `found` except for
-/// letter case.
+/// Number of files in the folder of `found` whose names equal the name of `found` if letter case is
+/// ignored.
 pub(crate) fn count_alike(found: &Path) -> usize {
     let Some(wanted) = found.file_name().map(lowercase) else {
         return 0;

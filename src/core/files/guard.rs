@@ -1,4 +1,4 @@
-//! Converts panics to errors of one file, so that they do not end the program.
+//! Conversion of panics to errors of a single file, so that a panic does not end the program.
 
 use std::any::Any;
 use std::cell::Cell;
@@ -8,8 +8,8 @@ thread_local! {
     static IS_GUARDED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Returns true if this thread catches its panics and converts them to errors. A panic hook then
-/// need not print them.
+/// Returns true if this thread runs [`guarded`] work, whose panics become errors. A panic hook need
+/// not print such panics.
 pub fn is_guarded() -> bool {
     IS_GUARDED.get()
 }

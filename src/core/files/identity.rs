@@ -1,8 +1,8 @@
 //! Identity of files: device and inode. A file that does not exist yet is identified by its folder
 //! and its name.
 //!
-//! The path of an output is not followed through a link of another user in a sticky folder such as
-//! `/tmp`, because the link could lead to any file of the user. Linux has the same rule
+//! A symbolic link in the path of an output is not followed if another user has created the link in
+//! a sticky folder such as `/tmp`. It could lead to any file of the user. Linux has the same rule
 //! (`fs.protected_symlinks`), but only for the last name of a path and only if the rule is enabled.
 //!
 //! `cli/outputs` uses these identities to protect inputs. Before any file is read, it compares all
@@ -70,7 +70,8 @@ pub(super) fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Follows the links of the last name of `path`, even if they lead to no file yet.
+/// Follows symbolic links at the last name of `path`, even if there is no file at the end of the
+/// links yet.
 pub(super) fn follow_links(path: &Path) -> io::Result<PathBuf> {
     let mut path = path.to_path_buf();
     for _ in 0..MAX_LINKS {
@@ -83,8 +84,8 @@ pub(super) fn follow_links(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("too many symbolic links"))
 }
 
-/// First link on the way to `path` that another user has put into a sticky folder. Such a link
-/// belongs neither to the user nor to the folder's owner.
+/// First symbolic link on the way to `path` that another user has put into a sticky folder. The
+/// link belongs neither to the user nor to the owner of the folder.
 #[cfg(unix)]
 pub(super) fn untrusted_link(path: &Path) -> io::Result<Option<PathBuf>> {
     let user = rustix::process::geteuid().as_raw();

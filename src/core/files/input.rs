@@ -1,7 +1,8 @@
 //! Opening of input files.
 //!
-//! Opening never waits (`O_NONBLOCK`). The open handle is checked, and a file that is not a regular
-//! file is refused. Failures of the system are stored, because decoders report them as damage.
+//! Opening never waits (`O_NONBLOCK`). The open handle is checked, and only regular files are
+//! accepted. Failures of the system are stored, because decoders would report them as damage of the
+//! file.
 
 use super::FileError;
 use std::ffi::OsStr;
@@ -11,8 +12,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 
-/// A regular file that is open for reading. It stores failures of the system, because decoders may
-/// report a failure as wrong contents.
+/// A regular file that is open for reading. Failures of the system are stored in it, because
+/// decoders may report a failure as wrong contents.
 pub(crate) struct Input {
     file: File,
     length: u64,
@@ -24,8 +25,8 @@ pub(crate) struct Input {
 pub(crate) struct ReadFailure(Arc<OnceLock<io::Error>>);
 
 impl ReadFailure {
-    /// Error of the file `path`: the failure of the system if reading failed, else `error`, the
-    /// error of the contents.
+    /// Returns the error of the file `path`. If reading failed, this is the failure of the system.
+    /// Otherwise it is `error`, which a decoder reported for the contents.
     pub fn or(&self, path: &Path, error: FileError) -> FileError {
         match self.0.get() {
             Some(failure) => FileError::system(path, "cannot read it", failure).help("check the disk or the network"),
@@ -36,8 +37,8 @@ impl ReadFailure {
 
 impl Input {
     /// Opens a regular file. `what` is the name of the file in error messages, such as `the OBJ
-    /// file`. The call never waits: a pipe without a writer is refused, as is any file that is not
-    /// a regular file.
+    /// file`. The call never waits for a pipe without a writer. Pipes and all other files that are
+    /// not regular files are refused.
     pub fn open(path: &Path, what: &str) -> Result<Self, FileError> {
         if path == OsStr::new("-") {
             let error = FileError::new(path, format!("{what} cannot be standard input"));
@@ -116,7 +117,7 @@ impl Input {
     }
 }
 
-/// A reader that counts the bytes that a decoder has taken.
+/// A reader that counts the bytes that a decoder has read from it.
 pub(crate) struct CountingReader<R> {
     reader: R,
     position: Position,
@@ -192,8 +193,9 @@ const WINDOWS_1252: [char; 32] = [
     '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}', 'ž', 'Ÿ',
 ];
 
-/// Decodes UTF-8. Invalid bytes are decoded as Windows-1252. Different invalid bytes give different
-/// characters, and a name has the same text in both encodings.
+/// Decodes UTF-8. Invalid bytes are decoded as Windows-1252. Different invalid bytes become
+/// different characters, so different names stay different. A name has the same text in both
+/// encodings.
 pub fn decoded(bytes: &[u8]) -> String {
     let character = |&byte: &u8| match byte {
         0x80..=0x9f => WINDOWS_1252[usize::from(byte - 0x80)],

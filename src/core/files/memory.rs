@@ -1,11 +1,12 @@
-//! Memory limits while files are read, and progress of reading.
+//! Memory limits while files are read, and reports of the progress of reading.
 //!
 //! Meshes are moved from the reader into the scene. Memory is estimated before it is allocated.
 //! Estimates are made one after the other: for the pixels of the render, the length of the file,
 //! the counts of its statements (`Chunks::bytes`), the headers of its pictures, and the whole
-//! render (`session`). Each estimate is compared with `--max-memory` or with the free memory of the
-//! system. The estimated memory is also allocated and freed as a test (`memory_limit`). The crates
-//! obvhs, exr and image allocate without a check, and would abort the program if memory ran out.
+//! render (`session`). Each estimate is compared with the memory limit: `--max-memory`, or else the
+//! limit of the system. As a test, the estimated memory is also allocated and freed
+//! (`memory_limit`). The crates obvhs, exr and image allocate without a check, and would abort the
+//! program if memory ran out.
 
 use super::FileError;
 use super::memory_limit::{MemoryLimit, in_words};
@@ -38,7 +39,7 @@ pub struct Allowance {
 }
 
 impl Allowance {
-    /// Allowance for a single file: the free memory of the system.
+    /// Allowance for a single file, with the memory limit of the system.
     pub fn of_system() -> Self {
         Self {
             limit: MemoryLimit::of(None),
@@ -51,7 +52,7 @@ impl Allowance {
         self.check_reading(path, "this file", bytes)
     }
 
-    /// Like [`Allowance::check`]; `what` names the files that are read in the error.
+    /// [`Allowance::check`] with `what` as the name of the files in the error message.
     pub fn check_reading(&self, path: &Path, what: &str, bytes: u64) -> Result<(), FileError> {
         let total = self.kept.saturating_add(bytes);
         let Some(refusal) = MemoryLimit::refusal(self.limit, total, bytes) else {

@@ -1,5 +1,5 @@
-//! Memory limit of this process: `--max-memory`, or the free memory of the system, which is known
-//! on Linux only.
+//! Memory limit of this process: `--max-memory`, or else the free memory of the machine or of the
+//! control group, which is known on Linux only.
 
 use std::fmt;
 use std::fs;
@@ -77,7 +77,7 @@ fn can_be_had(bytes: u64) -> bool {
     had
 }
 
-/// Prints a number of bytes, such as `1.3 GB`.
+/// Number of bytes as text, such as `1.3 GB`.
 pub fn in_words(bytes: u64) -> String {
     let bytes = bytes as f64;
     let units = [(1e9, "GB"), (1e6, "MB"), (1e3, "kB")];
@@ -88,13 +88,14 @@ pub fn in_words(bytes: u64) -> String {
     )
 }
 
-/// Minimum of the limits of the machine and of the control groups of this process, including the
-/// memory that the process already has.
+/// Memory that this process may have in total: the memory that it already has, plus the minimum of
+/// the free memory of the machine and of its control groups.
 fn limit_of_system() -> Option<MemoryLimit> {
     limit_below(Path::new("/"))
 }
 
-/// Memory limit of the system whose folders `proc` and `sys` are in the folder `root`.
+/// [`limit_of_system`], with the folders `proc` and `sys` in the folder `root`. Tests use another
+/// folder than `/`.
 fn limit_below(root: &Path) -> Option<MemoryLimit> {
     let own = own_bytes(root);
     let of_machine = kilobytes(&root.join("proc/meminfo"), "MemAvailable:").map(|bytes| MemoryLimit {
@@ -160,8 +161,8 @@ fn left_by_groups(root: &Path) -> Option<u64> {
             _ => return None,
         };
         let mount = root.join(groups.mount);
-        // In a container, the path may be a path of the host. The group of the container is then
-        // the mount point.
+        // In a container, the path may be a path of the host, which does not exist here. The group
+        // of the container is then at the mount point.
         let own = mount.join(path.trim_start_matches('/'));
         let folders = own.ancestors().take_while(|folder| folder.starts_with(&mount));
         folders.filter_map(|folder| groups.left(folder)).min()
@@ -170,7 +171,8 @@ fn left_by_groups(root: &Path) -> Option<u64> {
 }
 
 impl Groups {
-    /// Bytes below the limit of the group in `folder`. `None` if the group has no limit.
+    /// Bytes that the group in `folder` may still allocate below its limit. `None` if the group has
+    /// no limit.
     fn left(&self, folder: &Path) -> Option<u64> {
         let number = |name: &str| -> Option<u64> { fs::read_to_string(folder.join(name)).ok()?.trim().parse().ok() };
         // If there is no limit, the file has a word (version 2) or a number near 2⁶³ (version 1).

@@ -2,13 +2,13 @@
 //!
 //! A file is written beside its target, synced and renamed, and its folder is synced. If the
 //! program is killed, the previous file is intact. The new file has the permissions of the previous
-//! one. Other names (hard links) of the previous file keep its contents, and `Output::other_names`
-//! counts them. `Output::write` converts a panic to an error of the file, so that the other outputs
-//! are still written. If neither an EXR file nor a checkpoint could be written, `Renderer::rescue`
-//! writes all sums and `R G B` to a new file, without additional channels.
+//! file. Other names (hard links) of the previous file keep the old contents. `Output::other_names`
+//! counts these names. `Output::write` converts a panic to an error of the file, so that the other
+//! outputs are still written. If neither an EXR file nor a checkpoint could be written,
+//! `Renderer::rescue` writes all sums and `R G B` to a new file, without additional channels.
 //!
-//! `tests/processes/outputs.rs` makes each system call of a render, a resumed render, a merge and a
-//! comparison fail in turn (`tests/faults/inject.c`, by `LD_PRELOAD`).
+//! `tests/processes/outputs.rs` tests a render, a resumed render, a merge and a comparison. It
+//! makes each of their system calls fail in turn (`tests/faults/inject.c`, by `LD_PRELOAD`).
 
 use super::guard::guarded;
 use super::identity::{folder_of, follow_links, untrusted_link};
@@ -30,8 +30,8 @@ const MAX_RESCUES: u32 = 100;
 pub struct Output {
     /// Path as the user wrote it.
     path: PathBuf,
-    /// File to replace: `path` with its symbolic links followed, so that the links are kept. Its
-    /// folder is a canonical path.
+    /// Path of the file to replace: the end of the symbolic links of `path`. The links themselves
+    /// are kept. The folder of `target` is a canonical path.
     target: PathBuf,
     /// True while this output holds the lock.
     is_locked: Arc<AtomicBool>,
@@ -117,7 +117,8 @@ impl Output {
         }
     }
 
-    /// Locks the file: no other output, of this process or another process, can lock or replace it.
+    /// Locks the file, so that no other output can lock or replace the file, in this process or in
+    /// another process.
     ///
     /// # Errors
     ///
@@ -195,8 +196,8 @@ impl Output {
         Ok(Some(written))
     }
 
-    /// Creates an output beside this output, `NAME.rescue.exr`, for the sums of a render whose
-    /// outputs could not be written.
+    /// Creates the output `NAME.rescue.exr` in the folder of this output. It is for the sums of a
+    /// render whose outputs could not be written.
     pub fn rescue(&self) -> Result<Self, FileError> {
         let stem = self.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let name = |n: u32| match n {
@@ -240,8 +241,8 @@ fn names_a_folder(path: &Path) -> bool {
     last.is_some_and(|name| [&b""[..], b".", b".."].contains(&name))
 }
 
-/// Syncs `folder`, so that a rename in it survives a power failure. Systems that cannot sync
-/// folders skip this.
+/// Syncs `folder`, so that a rename in the folder survives a power failure. Does nothing on systems
+/// that cannot sync folders.
 fn sync_folder(folder: &Path) -> io::Result<()> {
     if !cfg!(unix) {
         return Ok(());

@@ -6,12 +6,12 @@
 //!
 //! A checkpoint has a lock file beside it while a run may write the checkpoint. At its end, the run
 //! removes the lock file. A lock file that a killed run left is not locked, and the next run uses
-//! the same file. The checkpoint cannot hold the lock, because each write replaces the checkpoint.
-//! No other output replaces a locked file.
+//! the same file. The checkpoint itself cannot be locked, because each write replaces it by another
+//! file. While the lock file is locked, no other output replaces the checkpoint.
 //!
-//! The names of these files can be guessed, so another user may create such a file first. Pipes,
-//! links and devices are therefore not opened. A file with a second name (a hard link) is never
-//! written.
+//! The names of temporary files and lock files can be guessed, so another user may create a file
+//! with such a name first. Pipes, links and devices are therefore not opened. A file with a second
+//! name (a hard link) is never written.
 
 use super::FileError;
 use super::identity::folder_of;
@@ -33,7 +33,7 @@ const LOCK_PAUSE: Duration = Duration::from_millis(20);
 const LOCK_ATTEMPTS: usize = 50;
 /// Maximum number of digits of a process id.
 const MAX_DIGITS: u64 = 10;
-/// Code of the system error if a file is opened without following links, and the file is a link.
+/// Error code of the system if a path is opened without following links, and the path is a link.
 #[cfg(unix)]
 const LINK_REFUSED: i32 = rustix::io::Errno::LOOP.raw_os_error();
 #[cfg(not(unix))]
@@ -53,8 +53,8 @@ fn prefix(target: &Path) -> String {
 }
 
 /// Creates a temporary file in the folder of `target`. The file is removed unless it is persisted.
-/// It is locked while it is open, so that other runs do not remove it. It gets owner, group and
-/// permissions of the file at `target`, or the defaults of new files.
+/// It is locked while it is open, so that other runs do not remove it. It gets the owner, the group
+/// and the permissions of the file at `target`, or those of a new file if there is no such file.
 pub(super) fn temporary(target: &Path) -> io::Result<NamedTempFile> {
     let replaced = fs::symlink_metadata(target).ok().filter(Metadata::is_file);
     let prefix = prefix(target);
@@ -83,9 +83,9 @@ pub(super) fn temporary(target: &Path) -> io::Result<NamedTempFile> {
     Err(io::Error::other("another program removes temporary files"))
 }
 
-/// Gives `file` owner, group and permissions of the file `replaced`, as far as the system permits.
-/// Never adds permissions. If the group cannot be kept, the group gets the permissions of all
-/// others.
+/// Gives `file` the owner, the group and the permissions of the file `replaced`, as far as the
+/// system permits. If the group cannot be kept, the new group gets only the permissions that all
+/// users have.
 #[cfg(unix)]
 fn take_permissions(file: &File, replaced: &Metadata) {
     use std::os::unix::fs::fchown;
@@ -157,7 +157,8 @@ fn lock_path(target: &Path) -> PathBuf {
     folder_of(target).join(prefix(target) + "lock")
 }
 
-/// Error that another process, whose id is in `lock`, is writing the output `path`.
+/// Error that another process is writing the output `path`. The file `lock` holds the id of that
+/// process.
 fn in_use(path: &Path, lock: &File) -> FileError {
     let mut owner = String::new();
     let _ = lock.take(MAX_DIGITS).read_to_string(&mut owner);
@@ -365,8 +366,7 @@ mod tests {
         assert_eq!(names(folder.path()), 0);
     }
 
-    /// Runs `work`, which may wait for a pipe forever. In this case the test fails after a minute
-    /// and does not hang.
+    /// Runs `work` in a thread. If `work` waits for a pipe forever, the test fails after a minute.
     fn within_a_minute<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> T {
         let (sender, receiver) = std::sync::mpsc::channel();
         thread::spawn(move || sender.send(work()));

@@ -1,18 +1,18 @@
-//! Significance tests: do two images with variances differ by more than their noise?
+//! Significance tests: tell whether two images with known variances differ by more than their
+//! noise.
 //!
 //! docs/guide/reference/compare.md describes the tests at the four scales (pixel, tile, region,
 //! whole) and their rates of error. The scales follow from the correlation of errors. Pixels that
-//! share paths have common errors, so the variance of a tile's sum may be sixteen times as large as
-//! for independent pixels. Scales larger than a tile use the variance between tiles, because tiles
-//! have no common errors. This variance is right for any sampler. The variance channel of the
-//! picture is too large for low-discrepancy points.
+//! share light paths have common errors. The variance of the sum of a tile may therefore be sixteen
+//! times as large as for independent pixels. Scales larger than a tile use the variance between
+//! tiles, because tiles have no common errors. This variance is right for any sampler. With
+//! low-discrepancy points, the variances in the channel `variance` of the picture are too large.
 //!
 //! In some methods, one photon, record or chain contributes to several tiles (`CommonErrors`; the
 //! renderer writes the attribute `embrasure.commonErrors`). If samples are independent iterations
-//! (`pssmlt`, `mlt`, `sppm`), pixels are tested as usual, and tiles as if their pixels had the same
-//! error. If all samples use one map (`photon-map`, `irradiance-cache`), no variance includes the
-//! error of the map. The whole picture is then tested by its tiles, with a reduced number of
-//! independent tiles.
+//! (`pssmlt`, `mlt`, `sppm`), pixels are tested as usual, and tiles as if all pixels of a tile had
+//! the same error. If all samples use one map (`photon-map`, `irradiance-cache`), no variance
+//! includes the error of the map. Only the whole picture is then tested, as if it had fewer tiles.
 
 mod noise;
 
@@ -32,13 +32,13 @@ pub enum Scale {
     /// therefore at least the mean over the 5 × 5 pixels around the pixel, and at least the mean
     /// over the pixel's tile.
     Pixel,
-    /// Mean over a tile of 16 × 16 pixels. Its variance follows from the variances of its pixels,
-    /// and is at least the mean over the 3 × 3 tiles around it. If all pixels may have a common
-    /// error in each sample ([`CommonErrors::Sample`]), the tile is tested by Student's t for the
-    /// worst case, in which its pixels have equal errors.
+    /// Mean over a tile of 16 × 16 pixels. The variance of the mean follows from the variances of
+    /// the pixels. The variance of a pixel is at least the mean over the 3 × 3 tiles around the
+    /// tile. If all pixels may have a common error in each sample ([`CommonErrors::Sample`]), the
+    /// tile is tested by Student's t for the worst case, in which its pixels have equal errors.
     Tile,
-    /// A square of 4 × 4 tiles: Student's t of the relative differences of its tiles, whose errors
-    /// are independent.
+    /// A square of 4 × 4 tiles: Student's t of the relative differences of the tiles. The test
+    /// assumes that the errors of tiles are independent.
     Region,
     /// Student's t of the tiles of the whole picture. If tiles may have common errors, the test
     /// assumes that a quarter of the tiles is independent, but at most sixteen tiles for
@@ -85,8 +85,8 @@ pub struct Significance {
     pub p: f64,
     /// Most extreme test of each scale; scales without tests are left out.
     pub extremes: Vec<ExtremeTest>,
-    /// Kind of errors that pixels have in common: the worse kind of the two pictures. The kind
-    /// determines which tests are made.
+    /// Kind of the errors that pixels have in common. If the two pictures have different kinds, it
+    /// is the more severe one. The kind determines which tests are made.
     pub common: CommonErrors,
     /// Approximate number of rare bright samples that cause most of the noise (heavy tails). `None`
     /// if there are no such samples, or if both pictures have the same sampling. With rare samples,
@@ -104,21 +104,22 @@ impl Significance {
     /// after one sample.
     ///
     /// All tests are one family. The probability of a false alarm is divided equally among the
-    /// scales, and within a scale equally among its tests (Šidák 1967). Variances that are too
-    /// large, such as the variances of low-discrepancy samples, only make false alarms rarer.
+    /// scales, and within a scale equally among its tests (Šidák 1967). Estimated variances may be
+    /// too large, as for low-discrepancy samples. They only make false alarms rarer.
     ///
-    /// Regions and the whole are tested by the spread of the differences of their tiles, which
-    /// needs no correct variance. With equal numbers of samples, differences have symmetric
-    /// distributions. The sum of symmetric differences, divided by the square root of the sum of
-    /// their squares, has at most normal tails, for any skewness of the samples (Efron 1969,
+    /// Regions and the whole picture are tested by the spread of the differences of their tiles.
+    /// These tests need no variance of pixels. With equal numbers of samples, differences have
+    /// symmetric distributions. The sum of symmetric differences, divided by the square root of the
+    /// sum of their squares, has at most normal tails, for any skewness of the samples (Efron 1969,
     /// "Student's t-Test Under Symmetry Conditions").
     pub fn new(window: Rect, reference: (&RgbImage, &Noise), image: (&RgbImage, &Noise), level: f64) -> Option<Self> {
         let pixels = Pixels::new(window, reference, image)?;
         let tiles: Vec<&NoiseTile> = pixels.tiles.iter().collect();
         let common = pixels.common;
         if let Some(rare) = pixels.rare {
-            // Most tiles have no rare sample. Means of relative differences, weighted by the tiles'
-            // variances, would be means over these tiles only. Therefore test sums.
+            // Most tiles have no rare sample, and therefore a low variance. Means of relative
+            // differences, weighted by the inverse variances, would be means over these tiles only.
+            // Therefore test the sums of tiles.
             let tests = (rare >= MIN_RARE).then(|| sum_tests(&tiles));
             let whole = extreme(Scale::Whole, tests.into_iter().flatten());
             return Some(Self {
@@ -129,8 +130,8 @@ impl Significance {
                 rare: Some(rare),
             });
         }
-        // Leave out tests that assume independent tiles or correct variances, if these assumptions
-        // fail.
+        // Leave out tests that assume independent tiles if tiles have common errors, and tests that
+        // assume correct variances if no variance includes the error of a map.
         let regions = match common {
             CommonErrors::None | CommonErrors::Tile => regions(&tiles),
             CommonErrors::Sample | CommonErrors::Picture => Vec::new(),
@@ -204,8 +205,8 @@ fn student_tails(score: f64, freedom: f64) -> f64 {
     student_tails_by_share(freedom / (freedom + score * score), freedom)
 }
 
-/// Probability of both tails beyond a score t of Student's t. `share` is ν / (ν + t²), where ν is
-/// `freedom`, the degrees of freedom.
+/// P(|T| ≥ t), where T has Student's t-distribution. `share` is ν / (ν + t²), where ν is `freedom`,
+/// the degrees of freedom.
 fn student_tails_by_share(share: f64, freedom: f64) -> f64 {
     // P = I_share(ν / 2, 1 / 2), the regularised incomplete beta function
     checked_beta_reg(0.5 * freedom, 0.5, share.clamp(0.0, 1.0)).unwrap_or(1.0)
@@ -314,9 +315,9 @@ fn independent_tiles(tiles: usize, common: CommonErrors) -> f64 {
         CommonErrors::None | CommonErrors::Tile => tiles as f64,
         // A photon, a record or a chain contributes to several tiles. Errors that all tiles have in
         // common must not count as a difference. Examples are the distribution of light between
-        // chains, or the number of photons through a single door. To be significant with sixteen
-        // tiles, the mean difference must be as large as the spread of the tiles; with eight tiles
-        // it must be larger.
+        // chains, or the number of photons through a single door. With sixteen tiles, a difference
+        // is significant if its mean is as large as the spread over the tiles. With eight tiles the
+        // mean must be larger.
         CommonErrors::Sample => (tiles as f64 / 4.0).min(16.0),
         CommonErrors::Picture => (tiles as f64 / 4.0).min(8.0),
     }
@@ -328,8 +329,8 @@ fn spread_tests(tiles: &[&NoiseTile], common: CommonErrors) -> Vec<Test> {
     (0..3).filter_map(test).collect()
 }
 
-/// One test for each channel, by the spread of the differences of the sums of `tiles`. Each tile
-/// therefore has the weight of its light.
+/// One test for each channel, by the spread of the differences between the sums of reference and
+/// image in each of `tiles`. A tile with more light has more weight than in [`spread_tests`].
 fn sum_tests(tiles: &[&NoiseTile]) -> Vec<Test> {
     let test = |channel: usize| {
         let terms = tiles.iter().map(|tile| tile.sums[1][channel] - tile.sums[0][channel]);
@@ -351,10 +352,10 @@ fn sum_tests(tiles: &[&NoiseTile]) -> Vec<Test> {
     (0..3).filter_map(test).collect()
 }
 
-/// Fraction of the sum of squares that the mean of `n` terms does not explain. `sum` is the sum of
-/// the terms, and `squares` is the sum of their squares. With S = sum / √squares, the fraction is 1
-/// − S² / n, which is ν / (ν + t²) for Student's t = S √((n − 1) / (n − S²)). The fraction is 1 if
-/// all terms are 0.
+/// Fraction of the sum of squares that is variation around the mean of the `n` terms. `sum` is the
+/// sum of the terms, and `squares` is the sum of their squares. With S = sum / √squares, the
+/// fraction is 1 − S² / n, which is ν / (ν + t²) for Student's t = S √((n − 1) / (n − S²)). The
+/// fraction is 1 if all terms are 0.
 fn within_share(sum: f64, squares: f64, n: f64) -> f64 {
     if squares > 0.0 {
         (1.0 - sum * sum / squares / n).clamp(0.0, 1.0)
@@ -393,8 +394,8 @@ fn spread_test(tiles: &[&NoiseTile], common: CommonErrors, channel: usize) -> Op
     let mut variances: Vec<f64> = relative.iter().map(|r| r.1).collect();
     variances.sort_by(f64::total_cmp);
     let usual = variances.get(variances.len() / 2)?;
-    // Weight each tile by 1 / (its variance + the median variance). Without the median, a lamp,
-    // which has no noise, would have all the weight.
+    // Weight each tile by 1 / (its variance + the median variance). Without the median, a tile of a
+    // lamp, which has no noise, would have all the weight.
     let weighted = relative.iter().map(|(difference, variance)| {
         let weight = 1.0 / (variance + usual);
         (weight, weight * difference)
@@ -402,8 +403,9 @@ fn spread_test(tiles: &[&NoiseTile], common: CommonErrors, channel: usize) -> Op
     let weights: f64 = weighted.clone().map(|(weight, _)| weight).sum();
     let max = match common {
         CommonErrors::None | CommonErrors::Tile => f64::INFINITY,
-        // Few tiles are independent, and a difference that varies over the picture must not look
-        // like noise. Clamp the absolute value of each term to the median of the absolute values.
+        // Few tiles are independent. A difference that varies over the picture increases the
+        // spread, and so could not be told from noise. Therefore clamp the absolute value of each
+        // term to the median of the absolute values.
         CommonErrors::Sample | CommonErrors::Picture => {
             let sizes = weighted.clone().map(|(_, term)| term.abs());
             let mut sizes: Vec<f64> = sizes.filter(|size| *size > 0.0).collect();

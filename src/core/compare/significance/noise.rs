@@ -1,5 +1,5 @@
-//! Noise of two images: values and variances of pixels and tiles. Variances are also estimated from
-//! neighbours.
+//! Values and variances of the pixels and tiles of two images. Variances of neighbours are lower
+//! limits of the variances.
 
 use crate::film::{Rect, RgbImage, TILE_SIZE};
 use crate::math::{UVec2, encode_variants};
@@ -15,8 +15,9 @@ pub struct Noise {
     pub common: CommonErrors,
 }
 
-/// Maximum number of pixels that share their paths. The variance of a tile's mean may be this
-/// factor larger than for independent pixels, because errors of a group add up linearly.
+/// Maximum number of pixels that share their light paths. The variance of the mean of a tile may be
+/// larger than for independent pixels by this factor, because the errors of such a group of pixels
+/// add up linearly.
 const SHARING: f64 = 16.0;
 
 /// Kinds of errors that pixels have in common, in ascending order of severity.
@@ -27,9 +28,9 @@ pub enum CommonErrors {
     /// Errors that up to 16 pixels of a tile have in common, because these pixels share camera
     /// paths or parts of light paths.
     Tile,
-    /// Errors that all pixels have in common in one sample: a photon contributes to many pixels,
-    /// and a Markov chain stays in bright areas. Samples are independent, so that the variance of
-    /// each pixel is right.
+    /// Errors that all pixels have in common in one sample, because a photon contributes to many
+    /// pixels, or because a Markov chain stays in bright areas. Samples are independent of each
+    /// other, so the variance of each pixel is right.
     Sample,
     /// Errors that all samples have in common, because they use the same photon map or irradiance
     /// cache. No variance includes these errors.
@@ -67,7 +68,8 @@ pub(super) struct Pixels {
     pub(super) window: Rect,
     pub(super) pixels: Vec<Pixel>,
     pub(super) tiles: Vec<NoiseTile>,
-    /// Kind of errors that pixels have in common: the worse kind of the two pictures.
+    /// Kind of the errors that pixels have in common. If the two pictures have different kinds, it
+    /// is the more severe one.
     pub(super) common: CommonErrors,
     /// Approximate number of rare bright samples that cause most of the noise, if the pictures
     /// differ in their sampling; else `None`.
@@ -77,7 +79,8 @@ pub(super) struct Pixels {
 pub(super) struct Pixel {
     /// Values of reference and image.
     pub(super) values: [[f64; 3]; 2],
-    /// Variance of the difference, at least the mean variance of the pixels around.
+    /// Variance of the difference of the values. It is at least the mean variance of the
+    /// surrounding pixels.
     variance: [f64; 3],
     /// Degrees of freedom of the estimates of the variance.
     pub(super) freedom: f64,
@@ -116,8 +119,8 @@ impl Pixels {
                 freedom,
             });
         }
-        // Search for rare samples only if errors stay within tiles. Errors across tiles have
-        // separate tests.
+        // Search for rare samples only if tiles have no common errors. Pictures whose tiles have
+        // common errors have other tests.
         let rare = (common <= CommonErrors::Tile).then(|| rare_samples(&sources, tiles.len()));
         Some(Self {
             window,
@@ -143,7 +146,7 @@ pub(super) fn ratio(a: f64, b: f64) -> Option<f64> {
     (a.is_finite() && b.is_finite()).then(|| if a == 0.0 { 0.0 } else { a / b })
 }
 
-/// A picture, with the noise of each pixel and tile and of their surroundings.
+/// A picture, and the variances of pixels, of tiles, and of the surroundings of both.
 struct NoisyPicture {
     values: Vec<[f64; 3]>,
     variance: Vec<[f64; 3]>,
@@ -201,11 +204,12 @@ const RARE_OF_A_TILE: f64 = 4.0;
 /// differences are then symmetric, even for rare samples.
 ///
 /// If a single sample makes up a pixel of mean m, the variance v of the pixel is m². If k equal
-/// samples make up the pixel, v is m² / k. If pixels made of few samples have most of the variance,
-/// the number of rare samples is about `(Σ v)² / Σ v²` over these pixels.
+/// samples make up the pixel, v is m² / k. Pixels that consist of few samples may have most of the
+/// variance. The number of rare samples is then about `(Σ v)² / Σ v²`, summed over these pixels.
 ///
-/// The two variances of each pixel show if the pictures were sampled alike. In this case, each of
-/// the two is larger with the same probability, for any tails.
+/// The two variances of each pixel show whether the pictures were sampled alike. If they were, each
+/// of the two variances is the larger one with the same probability, for any distribution of the
+/// samples.
 fn rare_samples(sources: &[NoisyPicture; 2], tiles: usize) -> Option<f64> {
     let sum = |v: &[f64; 3]| v.iter().sum::<f64>();
     let (mut all, mut rare, mut squares) = (0.0, 0.0, 0.0);
@@ -236,8 +240,8 @@ fn rare_samples(sources: &[NoisyPicture; 2], tiles: usize) -> Option<f64> {
     (!is_alike && rare > 0.5 * all && events < RARE_OF_A_TILE * tiles as f64).then_some(events)
 }
 
-/// For each entry, mean of the known entries in the square around the entry, with sides of `2 ·
-/// radius + 1` entries.
+/// For each entry of `variance`, the mean of the known entries in a square around this entry. The
+/// side of the square is `2 · radius + 1` entries.
 fn surroundings(variance: &[[f64; 3]], width: usize, radius: usize) -> Vec<[f64; 3]> {
     let height = variance.len() / width.max(1);
     let around = |at: usize, end: usize| at.saturating_sub(radius)..(at + radius + 1).min(end);
@@ -314,7 +318,7 @@ pub(super) struct NoiseTile {
     pub(super) sums: [[f64; 3]; 2],
     /// Variance of a pixel's difference: the mean over the pixels of the tile.
     variance: [f64; 3],
-    /// Variance of a pixel's difference, at least the mean variance of the tiles around.
+    /// Variance of a pixel's difference. It is at least the mean variance of the surrounding tiles.
     pub(super) wide_variance: [f64; 3],
     /// Maximum number of pixels that have the same error.
     pub(super) sharing: f64,
@@ -361,8 +365,8 @@ impl NoiseTile {
         of_pixel * sharing.min(self.pixels) / self.pixels + rounding * rounding
     }
 
-    /// Difference and its variance, each relative to the mean of both pictures. `None` if both
-    /// pictures are black.
+    /// Returns the difference of the means of the tile, divided by the mean of both pictures, and
+    /// the variance of this relative difference. `None` if both pictures are black.
     pub(super) fn relative(&self, channel: usize) -> Option<(f64, f64)> {
         let [reference, image] = self.means(channel);
         let mean = 0.5 * (reference + image);

@@ -67,8 +67,8 @@ fn grainy(numbers: &mut Numbers, n: u32) -> Picture {
     })
 }
 
-/// Test picture with rare bright samples: 1 in 50 samples adds light, which is 50 times the mean of
-/// this light.
+/// Test picture with rare bright samples: one of 50 samples adds 50 times the mean of the added
+/// light.
 fn spotted(numbers: &mut Numbers, n: u32) -> Picture {
     picture(n, |_| {
         let light = if numbers.uniform() < 0.02 { 50.0 } else { 0.0 };
@@ -105,7 +105,7 @@ fn tails_of_the_tables() {
 }
 
 /// At a level of 0.2, 12 false alarms in 60 are expected; more than 25 have a probability of 1e-4.
-/// Skewed noise and different numbers of samples must not increase the number.
+/// Skewed noise and different numbers of samples must not increase the number of alarms.
 #[test]
 fn rate_of_false_alarms_is_the_level() {
     let mut numbers = Numbers(1);
@@ -143,7 +143,8 @@ fn common_errors_of_a_tile_cause_no_false_alarms() {
     let pairs: Vec<(Picture, Picture)> = (0..40).map(|_| (shared(), shared())).collect();
     let mut next = pairs.iter().cloned();
     assert!(alarms(40, 0.05, || next.next().unwrap()) <= 9);
-    // Without the attribute of common errors, the test reports a difference for all pairs.
+    // If the pictures do not tell that pixels have common errors, the test reports a difference for
+    // all pairs.
     let mut next = pairs.into_iter().map(|(mut a, mut b)| {
         (a.1.common, b.1.common) = (CommonErrors::None, CommonErrors::None);
         (a, b)
@@ -151,10 +152,10 @@ fn common_errors_of_a_tile_cause_no_false_alarms() {
     assert_eq!(alarms(40, 0.05, || next.next().unwrap()), 40);
 }
 
-/// Errors are correlated within disks of 33 pixels across, or over the whole picture. Variances may
-/// or may not include these errors. Tests that assume independent tiles report differences. The
-/// other tests report no difference of equal pictures, but find a picture that is brighter as a
-/// whole.
+/// Errors are correlated within disks of 33 pixels across, or over the whole picture. The variances
+/// include these errors in the first three cases, and do not include them in the others. Tests that
+/// assume independent tiles report false differences. The other tests report no difference between
+/// equal pictures, but detect that a whole picture is brighter.
 #[test]
 fn common_errors_of_tiles_cause_no_false_alarms() {
     let mut numbers = Numbers(5);

@@ -48,7 +48,8 @@ fn moments(picture: &[Vec3], columns: std::ops::Range<usize>) -> (f64, f64) {
 
 #[test]
 fn constants_stay() {
-    // Uniform light stays uniform under a texture; its product with the albedo is rounded again.
+    // Uniform light stays uniform under a texture. The test has a tolerance, because the product of
+    // light and albedo is rounded again.
     let texture = |x: usize| [0.05, 0.8, 0.3][x % 3];
     let picture = denoise(wall(texture, |_| 7.0, 0.0));
     for (i, v) in picture.iter().enumerate() {
@@ -125,8 +126,8 @@ fn highlights_of_many_samples_stay() {
 
 #[test]
 fn edges_stay_sharp() {
-    // Edges of albedo, and of light far above the noise: both sides keep their means up to the
-    // edge.
+    // An edge of albedo, and an edge of light far above the noise. Both sides of the edge keep
+    // their means.
     let edge = |x: usize| if x < 30 { 0.8 } else { 0.1 };
     let pictures = [
         (wall(edge, |_| 1.0, 0.1), 1.0),
@@ -165,8 +166,7 @@ fn edges_stay_sharp() {
 
 #[test]
 fn slanted_plane_is_not_an_edge() {
-    // The disparity of a plane is linear in the picture, and its gradient is the smaller difference
-    // everywhere.
+    // The disparity of a plane is linear in the picture, so `gradient` is exact in every pixel.
     let disparity: Vec<f32> = (0..SIZE[0] * SIZE[1])
         .map(|i| 0.1 + 0.02 * (i % SIZE[0]) as f32 + 0.01 * (i / SIZE[0]) as f32)
         .collect();

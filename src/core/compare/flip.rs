@@ -32,8 +32,8 @@ pub struct Flip {
     pub exposures: Option<Exposures>,
 }
 
-/// Exposures of the compared pictures, in equal steps of stops. The factor [`PRE_EXPOSURE`] is not
-/// included.
+/// Exposures of the compared pictures, in equal steps of stops. The factor 0.6 that is applied
+/// before Narkowicz's curve is not included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposures {
     /// Darkest exposure in stops.

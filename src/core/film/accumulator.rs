@@ -38,7 +38,8 @@ pub struct Block {
 }
 
 impl Block {
-    /// Block of one sample, whose `radiance` was summed in double precision.
+    /// Block of a single sample. The sum `radiance` of the light of this sample is in double
+    /// precision.
     pub(super) fn alone(radiance: [f64; 3], surface: Option<&FirstSurface>) -> Self {
         let mut block = Self::default();
         block.add(Spectrum::from(radiance.map(|value| value as f32)), surface);
@@ -82,9 +83,9 @@ impl Block {
 /// Sums over all samples of one pixel.
 ///
 /// A total is the exact sum of its terms. Each term is the sum of a block of samples. The first
-/// block can be added in parts; each part is then a term. The sample indices determine the terms.
-/// So the bits of a pixel do not depend on threads, on interruptions, or on the machine that took a
-/// sample.
+/// block can be added in parts; each part is then a term. The indices of the samples determine the
+/// terms, so the bits of a pixel do not depend on threads, on interruptions, or on the machine that
+/// took a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Accumulator {
     pub(super) sum: [Fixed; 3],
@@ -118,8 +119,8 @@ impl Accumulator {
         };
     }
 
-    /// Adds one sample as a separate term, outside of all blocks. The spread of blocks becomes NaN:
-    /// errors are then estimated as if samples were independent.
+    /// Adds one sample as a separate term, which belongs to no block. The spread of blocks becomes
+    /// NaN. Errors are then estimated as if samples were independent.
     pub fn add_alone(&mut self, sample: &Block) {
         *self = Self {
             block_spread: [f64::NAN; 3],
@@ -127,7 +128,8 @@ impl Accumulator {
         };
     }
 
-    /// Subtracts the samples that were added last; they are fewer than a full block.
+    /// Subtracts the samples that were added last. `block` must have fewer samples than a full
+    /// block.
     pub fn take_back(&mut self, block: &Block) {
         let taken = Self::of(block);
         let without = |a: [Fixed; 3], b: [Fixed; 3]| [0, 1, 2].map(|c| a[c].minus(b[c]));
@@ -231,8 +233,8 @@ impl Accumulator {
     /// infinite with fewer than two blocks.
     ///
     /// The estimate is the variance of the mean of independent blocks. Blocks of a low-discrepancy
-    /// sequence fill each other's gaps, so their mean is more accurate and the estimate is too
-    /// large.
+    /// sequence are not independent, because their samples fill each other's gaps. Their mean is
+    /// more accurate, so the estimate is too large.
     pub fn squared_error(&self) -> f64 {
         if self.block_spread[0].is_nan() {
             return self.independent_squared_error();
@@ -363,12 +365,12 @@ mod tests {
         let mut a = Accumulator::default();
         for (i, &mean) in means.iter().enumerate() {
             assert_eq!(a.squared_error().is_infinite(), i < 2);
-            // The first block may come in parts.
+            // The first block may be added in parts.
             let parts: &[u32] = if i == 0 { &[2, 30, 32] } else { &[64] };
             for &samples in parts {
                 let mut part = Block::default();
                 for j in 0..samples {
-                    // Variation within a block does not count.
+                    // The spread of samples within a block does not count.
                     let d = if j % 2 == 0 { 0.5 } else { -0.5 };
                     part.add(Spectrum::splat(mean + d), None);
                 }

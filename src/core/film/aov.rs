@@ -35,7 +35,7 @@ pub enum Aov {
     Motion,
     /// `lines`: edges of objects, parts and materials, creases and silhouettes, as in a drawing.
     Lines,
-    /// `points`: photons or irradiance records between which a method interpolates.
+    /// `points`: photons or irradiance records from which a method interpolates light.
     Points,
     /// `id`: object, part and material that cover most of the pixel, counted from 1.
     Ids,
@@ -83,8 +83,8 @@ impl Aov {
         }
     }
 
-    /// Names of the channels that are means over the samples on surfaces. The names are those of
-    /// [`SUMS`](super::features::SUMS).
+    /// Names of the channels that are means over the samples that hit a surface. The names are
+    /// those in [`SUMS`](super::features::SUMS).
     fn means(self) -> &'static [&'static str] {
         match self {
             Self::Position => &["P.X", "P.Y", "P.Z"],
@@ -114,11 +114,11 @@ impl Aov {
     }
 }
 
-/// Name of a channel of ids, and the coverage from which the channel takes the id with the largest
-/// count.
+/// Name of a channel of ids, and a function that returns the coverage of a pixel. The value of the
+/// channel is the id with the most samples in this coverage.
 type IdChannel = (&'static str, fn(&FeatureSums) -> &Coverage);
 
-/// Channels of the first surface, computed from the film's sums.
+/// Channels of the first surface that `aovs` request, computed from the sums of the film.
 pub(super) fn develop_features(film: &Film, aovs: &[Aov]) -> Vec<Channel> {
     let channel = |name: &'static str, value: &dyn Fn(&FeatureSums) -> f32| Channel {
         name: name.into(),

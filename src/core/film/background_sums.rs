@@ -4,7 +4,7 @@ use super::accumulator::BLOCK;
 use super::{DARK, Fixed};
 use crate::color::Spectrum;
 
-/// A background that pictures for display show without exposure and tone curve.
+/// A background to which exposure and tone curve do not apply in pictures for display.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Backing {
     /// No background: the picture has an alpha channel.
@@ -15,9 +15,9 @@ pub enum Backing {
 }
 
 impl Backing {
-    /// Names of the coverage channels. Coverage is the fraction of a pixel's red, green and blue
-    /// that is not light of the background. The three fractions differ in coloured shadows on a
-    /// ground. Alpha is the luminance of the coverage.
+    /// Names of the coverage channels. Coverage is the fraction of a pixel that is not light of the
+    /// background, for red, green and blue. The three fractions differ in coloured shadows on a
+    /// ground. Alpha is the luminance of the three fractions.
     pub const fn channels(self) -> &'static [&'static str] {
         match self {
             Self::Transparent => &["A"],
@@ -42,7 +42,8 @@ impl Backing {
     }
 }
 
-/// Fraction of the background's light in a sample of a pixel, summed over the samples.
+/// Sum over the samples of a pixel. The term of a sample is the fraction of the background's light
+/// that the sample receives.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BackgroundSum {
     /// Exact sum of each channel.
@@ -53,7 +54,7 @@ pub struct BackgroundSum {
 }
 
 impl BackgroundSum {
-    /// Adds the sum `share` over `samples` samples, which follow `before` earlier samples.
+    /// Adds `share`, the sum over `samples` samples. `before` is the number of earlier samples.
     pub fn add(&mut self, share: [f64; 3], samples: u32, before: u32) {
         if before >= BLOCK && before % BLOCK == 0 && samples == BLOCK {
             let blocks = f64::from(before / BLOCK);
@@ -69,8 +70,8 @@ impl BackgroundSum {
         self.block_spread = f64::NAN;
     }
 
-    /// Subtracts the sum `share` over the samples that were added last; they are fewer than a full
-    /// block.
+    /// Subtracts `share`, the sum over the samples that were added last. They must be fewer than a
+    /// full block.
     pub fn take_back(&mut self, share: [f64; 3]) {
         self.change(share, Fixed::minus);
     }
@@ -79,7 +80,8 @@ impl BackgroundSum {
         self.sum = [0, 1, 2].map(|c| by(self.sum[c], Fixed::new(share[c])));
     }
 
-    /// Adds the sum of `others` samples of the same pixel to the sum of `own` samples.
+    /// Adds `other`, the sum of other samples of the same pixel. `own` and `others` are the numbers
+    /// of samples of `self` and of `other`.
     pub fn merge(&mut self, other: &Self, [own, others]: [u32; 2]) {
         // Merge the spreads (Chan, Golub and LeVeque 1983, "Algorithms for Computing the Sample
         // Variance")
@@ -98,8 +100,9 @@ impl BackgroundSum {
         self.sum.map(|sum| sum.to_f64() / f64::from(samples.max(1)))
     }
 
-    /// Estimate of the squared relative error of the light of a white background. Infinite with
-    /// fewer than two blocks. The estimate is the analogue of [`Accumulator::squared_error`].
+    /// Estimate of the squared relative error that the noise of the coverage causes in front of a
+    /// white background. Infinite with fewer than two blocks. The estimate is the analogue of
+    /// [`Accumulator::squared_error`].
     ///
     /// [`Accumulator::squared_error`]: super::Accumulator::squared_error
     pub fn squared_error(&self, samples: u32) -> f64 {

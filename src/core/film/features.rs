@@ -1,5 +1,5 @@
-//! Further channels of the first surface: position, texture coordinates, motion, photons or
-//! irradiance records, object, part and material (`--aov`).
+//! Features of the first surface for the channels of `--aov`: position, texture coordinates,
+//! motion, photons or irradiance records, object, part and material.
 //!
 //! The integrator adds the features to the first surface, and the film sums them. [`Coverage`]
 //! counts the samples of each id. The writers of ids and Cryptomattes (`io/cryptomatte.rs`) use
@@ -27,7 +27,7 @@ pub struct Features {
     pub material: u32,
 }
 
-/// Photons or irradiance records at a point, between which a method interpolates.
+/// Photons or irradiance records from which a method interpolates the light at a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Points {
     /// 1 if the point is within half a pixel's width of a photon or record, else 0.
@@ -47,7 +47,7 @@ pub struct Points {
 /// Name of a channel, and its value at a surface.
 type FeatureValue = (&'static str, fn(&Features) -> f32);
 
-/// Numbers of the first surface that are summed, each with the name of its channel.
+/// Features that are summed as numbers, each with the name of its channel.
 pub(super) const SUMS: [FeatureValue; 12] = [
     ("P.X", |f| f.p.x),
     ("P.Y", |f| f.p.y),
@@ -102,7 +102,7 @@ impl FeatureBlock {
     }
 }
 
-/// Sums of the features of one pixel, as exact as in [`Accumulator`](super::Accumulator).
+/// Exact sums of the features of one pixel, as in [`Accumulator`](super::Accumulator).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FeatureSums {
     /// Sums in the order of [`SUMS`].
@@ -178,8 +178,8 @@ impl FeatureSums {
 pub struct Coverage(Vec<(u32, u32)>);
 
 impl Coverage {
-    /// Bytes on the heap for one to four ids: Rust reserves four entries, and the allocator adds
-    /// some bytes.
+    /// Bytes on the heap for one to four ids. Rust reserves memory for four entries at first, and
+    /// the allocator adds some bytes.
     pub(super) const USUAL_BYTES: usize = 4 * size_of::<(u32, u32)>() + 16;
 
     /// Adds `n` samples that hit `id`.
@@ -219,8 +219,8 @@ impl Coverage {
         self.0.is_empty()
     }
 
-    /// Ids with their numbers of samples, in descending order of number. Equal numbers are in
-    /// ascending order of id.
+    /// Ids with their numbers of samples. The id with the most samples is first. Ids with equal
+    /// numbers are in ascending order.
     pub fn by_rank(&self) -> Vec<(u32, u32)> {
         let mut ranked = self.0.clone();
         ranked.sort_by_key(|&(id, n)| (std::cmp::Reverse(n), id));

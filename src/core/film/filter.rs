@@ -1,10 +1,10 @@
 //! Pixel filters, importance-sampled (Ernst, Stamminger and Greiner 2006, "Filter Importance
 //! Sampling").
 //!
-//! The filter determines the distribution of a pixel's sample positions; no sample is spread over
-//! several pixels. Tiles then do not touch their neighbours, and each sample belongs to one pixel.
+//! The filter determines the distribution of the sample positions of a pixel. Each sample belongs
+//! to one pixel and is not spread over several pixels, so tiles do not write to their neighbours.
 //! Negative lobes of a filter, such as Mitchell's, become negative weights. Auxiliary channels
-//! (albedo, normal, depth) use the same samples unweighted.
+//! (albedo, normal, depth) use the same samples without weights.
 
 use crate::math::Vec2;
 use crate::sampling::distribution::Distribution1D;
@@ -91,8 +91,9 @@ pub struct Filter {
     kind: FilterKind,
     /// Radius in pixels.
     radius: f32,
-    /// Distribution of the sample positions, proportional to the function's absolute value, in
-    /// steps over [-radius, radius]. `None` if samples are uniform.
+    /// Distribution of a coordinate of the sample positions over [-radius, radius]: constant in
+    /// each step, and proportional to the absolute value of the function. `None` if samples are
+    /// uniform.
     steps: Option<Distribution1D>,
     /// Integral of the function over [-1, 1].
     integral: f64,
@@ -137,8 +138,8 @@ impl Filter {
         self.radius
     }
 
-    /// Value of the filter at `offset` from the pixel's centre, in pixels. The filter integrates to
-    /// 1 over the film, with the area of a pixel as the unit. The value is 0 beyond the radius.
+    /// Value of the filter at `offset` from the centre of the pixel, in pixels. The integral of the
+    /// filter over the film is 1, if the area of a pixel is 1. The value is 0 beyond the radius.
     ///
     /// The box includes its lower border and excludes its upper border, so that each point of the
     /// film is in exactly one pixel.
@@ -216,7 +217,8 @@ mod tests {
                 let filter = Filter::new(kind, radius);
                 let (low, _) = filter.sample(Vec2::ZERO);
                 let (high, _) = filter.sample(Vec2::splat(0.999_999_94));
-                // The outermost steps of a function that vanishes at the radius are rarely sampled.
+                // If a function is 0 at the radius, the outermost steps are rarely sampled, so the
+                // test has a tolerance.
                 for (p, rim) in [(low, 0.5 - radius), (high, 0.5 + radius)] {
                     assert!((p - rim).abs().max_element() < 0.01 * radius, "{name}, {radius}: {p}");
                 }

@@ -1,14 +1,15 @@
-//! Exact sums: fixed-point numbers whose terms can be added in any order and subtracted again.
+//! Exact sums in fixed point. Terms can be added in any order, and subtracted again, with
+//! bit-identical results.
 //!
 //! Sums of floats depend on their order, so a picture made in parts would differ in its last bits
 //! from a picture made at once. The totals of a pixel are therefore integer multiples of 2⁻⁶⁴ in
 //! 128 bits. The f64 sum of a pass is rounded once, towards zero, before it is added; all further
 //! sums are exact. Sums that overflow saturate.
 //!
-//! Radiance up to 2⁶³ and squares of radiance from 2⁻⁶⁴ are represented. A pixel takes 208 bytes,
-//! less than twice the size of floats. The spread of blocks, from which `--noise` estimates errors,
-//! stays in f64: one render updates the spread in order, and the spread of merged parts is equal up
-//! to rounding.
+//! Sums can be as large as 2⁶³, and terms as small as 2⁻⁶⁴, which matters for squares of radiance.
+//! The sums of a pixel take 208 bytes, less than twice as much as with floats. The spread of
+//! blocks, from which `--noise` estimates errors, stays in f64: one render updates the spread in
+//! order, and the spread of merged parts is equal up to rounding.
 
 /// An integer multiple of 2 to the -`$fraction` in `$integer`, which has `$words` words.
 macro_rules! fixed_point {

@@ -22,10 +22,10 @@ pub struct Channel {
 pub struct Image {
     /// Size of the full image.
     pub resolution: UVec2,
-    /// Size of a view: the image is a grid of views, which are denoised separately. The size of the
-    /// image if it has one view.
+    /// Size of a view. The image is a grid of views, which are denoised separately. If there is
+    /// only one view, this is the size of the image.
     pub view: UVec2,
-    /// Part of the image that the channels cover.
+    /// Part of the image whose pixels the channels hold.
     pub crop: Rect,
     /// `R G B` first, then the auxiliary channels.
     pub channels: Vec<Channel>,
@@ -146,8 +146,8 @@ impl Image {
             .collect()
     }
 
-    /// The pixels of `crop`, which must be inside of the crop of this image, as an image of one
-    /// view.
+    /// Returns the pixels of `crop` as an image of one view. `crop` must be inside of the crop of
+    /// this image.
     pub fn part(&self, crop: Rect) -> Self {
         let pick = |values: &[f32]| crop.pixels().map(|pixel| values[index(self.crop, pixel)]).collect();
         let channels = self.channels.iter().map(|channel| Channel {
@@ -187,9 +187,9 @@ impl Image {
         self.channels.iter().find(|c| c.name == name)
     }
 
-    /// Background, and coverage of each pixel's red, green and blue, row by row from the top. `R G
-    /// B` are the light in front of the background, plus the background's light in the part that is
-    /// not covered.
+    /// Returns the background, and the coverage of each pixel for red, green and blue, row by row
+    /// from the top. The channels `R G B` are the light in front of the background, plus the light
+    /// of the background times 1 − coverage.
     pub fn coverage(&self) -> Option<(Backing, Vec<[f32; 3]>)> {
         let backing = self.backing?;
         Some((backing, self.triples(backing.channels())?))

@@ -1,5 +1,5 @@
-//! An iteration of a method whose light paths contribute to any pixel: one sample of every pixel
-//! of a film.
+//! An iteration of a method whose light paths may contribute to any pixel. It is one sample of
+//! every pixel of a film.
 
 use super::{Block, Film, FilmSample, FirstSurface, LightPaths, PixelBlock, Rect};
 use crate::color::Spectrum;
@@ -11,11 +11,12 @@ pub struct Iteration {
     crop: Rect,
     /// Pixels, row by row.
     pixels: Vec<IterationPixel>,
-    /// Number of separately summed parts of the light, plus the classes of light paths. `part_sums`
-    /// holds their sums, pixel by pixel.
+    /// Number of separately summed parts of the light, plus the number of classes of light paths.
+    /// `part_sums` holds the sums of all of them, pixel by pixel.
     parts: usize,
     part_sums: Vec<[f64; 3]>,
-    /// Fraction of the background's light in each pixel; empty if the film does not sum it.
+    /// Fraction of the background's light in the sample of each pixel; empty if the film does not
+    /// sum this fraction.
     background: Vec<[f64; 3]>,
 }
 
@@ -49,8 +50,8 @@ impl Iteration {
         self.crop
     }
 
-    /// Adds radiance to `pixel`; no effect outside the crop. The sums are bit-identical between
-    /// renders only if callers add in a fixed order.
+    /// Adds radiance to `pixel`. Does nothing if `pixel` is outside the crop. Sums depend on the
+    /// order of the calls in their last bits, so callers must add in a fixed order.
     pub fn add(&mut self, pixel: UVec2, radiance: Spectrum) {
         let Some(index) = self.index(pixel) else { return };
         add(&mut self.pixels[index].radiance, radiance);

@@ -1,25 +1,26 @@
-//! Automatic exposure: the stops that brighten a picture for a display.
+//! Automatic exposure: the number of stops by which a picture is brightened for a display.
 //!
-//! Metering follows photographic tone reproduction (Reinhard, Stark, Shirley and Ferwerda 2002,
-//! "Photographic Tone Reproduction for Digital Images", eq. 1): the log-average luminance becomes
-//! middle grey. Metering uses the rendered picture, not the denoised one. Only pixels that show a
-//! surface count, or all pixels if no pixel shows a surface.
+//! Metering follows photographic tone reproduction: the log-average luminance becomes middle grey
+//! (Reinhard, Stark, Shirley and Ferwerda 2002, "Photographic Tone Reproduction for Digital
+//! Images", eq. 1). Metering uses the rendered picture, not the denoised one. Only pixels that show
+//! a surface count, or all pixels if no pixel shows a surface.
 //!
 //! - Luminances are means over blocks of 4 × 4 pixels, which reduces noise and single fireflies.
 //!   The blocks are aligned to the full image.
 //! - The target of the log-average rises with the fraction of background pixels: linearly from 0.18
 //!   without background to 0.28 if a quarter of the picture is background. The subject then stands
 //!   out from its background.
-//! - The log-average leaves out the darkest and the brightest 5 % of the blocks. Blocks more than 8
-//!   stops darker than the brightest 5 % count as 8 stops, so that black corners do not set the
-//!   exposure.
+//! - The log-average leaves out the darkest and the brightest 5 % of the blocks. A block that is
+//!   more than 8 stops darker than the brightest 5 % counts as 8 stops darker, so that black
+//!   corners have little effect on the exposure.
 //! - The display code of the median block is clamped to the range 0.35 to 0.6. Codes are from 0
 //!   (black) to 1 (white).
-//! - At most 2 % of the blocks reach white in some channel. To keep this limit, the code of the
-//!   median block can become less than 0.35, but not less than 0.25.
+//! - At most 2 % of the blocks become white in some channel. To keep this limit, the exposure may
+//!   be lowered further, until the code of the median block is 0.25.
 //!
-//! A picture of bright surfaces should be bright. If the picture has an albedo channel, the target
-//! rises with the mean albedo above 0.4, by a factor of at most 1.8. White rooms then stay white.
+//! A picture of bright surfaces should be bright. If the picture has an albedo channel and its mean
+//! albedo is above 0.4, the target rises with the mean albedo, by a factor of at most 1.8. White
+//! rooms then stay white.
 //!
 //! The colour of a background that is shown unchanged is not metered.
 //!
@@ -48,9 +49,10 @@ const BRIGHT_ALBEDO: f32 = 0.4;
 const BRIGHT_POWER: f32 = 0.85;
 /// Maximum factor by which the target rises.
 const MAX_BRIGHTER: f32 = 1.8;
-/// Fraction of the blocks that the log-average leaves out at either end.
+/// Fraction of the blocks that the log-average leaves out at the dark end, and at the bright end.
 const TRIMMED: f64 = 0.05;
-/// Maximum range of the log-average below the brightest blocks, in stops.
+/// Maximum number of stops by which a block in the log-average is darker than the brightest 5 % of
+/// the blocks.
 const RANGE: f32 = 8.0;
 /// Range to which the code of the median block is limited. Codes are from 0 to 1.
 const MEDIAN: [f32; 2] = [0.35, 0.6];
@@ -62,13 +64,15 @@ const CLIPPED: f64 = 0.02;
 const WHITE: f32 = 254.5 / 255.0;
 /// Exposure for the light of the studio, in stops.
 const STUDIO: f32 = 0.15;
-/// Fraction of the way from [`STUDIO`] to the metered value by which the exposure is shifted.
+/// Shift of the exposure from [`STUDIO`] towards the metered value, as a fraction of their
+/// difference.
 const SUBJECT: f32 = 0.2;
 /// Maximum shift from [`STUDIO`], in stops.
 const MAX_SHIFT: f32 = 1.0;
 /// Edge of a block in pixels.
 const BLOCK_EDGE: u32 = 4;
-/// Minimum number of pixels of a picture for metering by blocks instead of by pixels.
+/// Minimum number of pixels of a picture for blocks of several pixels. In smaller pictures, each
+/// pixel is a block.
 const MIN_PIXELS: u64 = 128 * 128;
 
 /// `tone` with an automatic exposure metered in `image`; other tones are returned unchanged.
@@ -196,7 +200,7 @@ impl Meter {
         let to = |code: f32, light: f32| (light > 0.0).then(|| level(curve, code).log2() - light.log2());
         let median = at(&self.luminances, 0.5);
 
-        // Move the log-average to the target, within the range of the median.
+        // Move the log-average to the target, but keep the median in its range.
         let mut stops = self.key.log2() - log_average;
         if let (Some(min), Some(max)) = (to(MEDIAN[0], median), to(MEDIAN[1], median)) {
             stops = stops.clamp(min, max);
@@ -409,7 +413,8 @@ mod tests {
                 let median = codes[codes.len() / 2];
                 let white = codes.iter().filter(|&&code| code == 255).count() as f64 / codes.len() as f64;
                 println!("{name}, {curve_name}: median {median}, white {white:.3}");
-                // Highlights are not protected at the cost of the median.
+                // More than 2 % of the pixels may be white only if the median is at its lower
+                // limit.
                 assert!(
                     white <= 0.021 || median <= 65,
                     "{name}, {curve_name}: {white} are white"

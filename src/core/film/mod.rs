@@ -60,15 +60,15 @@ use std::sync::Arc;
 /// Edge of a tile in pixels. The sums of a tile (52 KB) stay in the second-level cache.
 pub(crate) const TILE_SIZE: u32 = 16;
 
-/// Added to the squared mean by which relative squared errors are divided, so that dark pixels do
-/// not dominate. In squared radiance.
+/// Constant in the divisor of relative squared errors, which is the squared mean plus this
+/// constant, in squared radiance. Without the constant, dark pixels would dominate.
 pub(crate) const DARK: f64 = 0.01;
 
 /// Maximum number of separate parts of the light: light groups, strategies of a bidirectional
 /// method, and light path expressions.
 pub const MAX_PARTS: usize = 128;
 
-/// Pixels of an image, or of a crop of it, as independent tiles.
+/// Sums of the pixels of an image, or of a crop of an image, in independent tiles.
 #[derive(Clone, Debug)]
 pub struct Film {
     resolution: UVec2,
@@ -172,9 +172,9 @@ impl Film {
         self.view
     }
 
-    /// Calls `work` with a film of view number `index`, as if the view were the whole picture. The
-    /// samples of this film then become samples of `self`. Returns `None`, without a call, if the
-    /// crop contains no pixel of the view.
+    /// Calls `work` with a film that holds only the view with the index `index`, as if this view
+    /// were the whole picture. The samples of this film are samples of `self` after the call.
+    /// Returns `None`, without a call, if the crop contains no pixel of the view.
     pub fn with_view<T>(&mut self, index: usize, work: impl FnOnce(&mut Self) -> T) -> Option<T> {
         let ViewTiles { corner, crop, first } = *self.views.get(index)?;
         if crop.area() == 0 {
@@ -224,7 +224,7 @@ impl Film {
             .collect()
     }
 
-    /// Makes the film sum the [`Features`] of the surfaces that samples hit.
+    /// Lets the film sum the [`Features`] of the first surfaces of samples.
     pub fn with_features(mut self) -> Self {
         self.tiles.iter_mut().for_each(Tile::sum_features);
         self
@@ -269,8 +269,8 @@ impl Film {
         self.tiles.first().map_or(0, Tile::parts_before_paths)
     }
 
-    /// Makes the film sum, for each pixel, the fraction of the background's light that the pixel
-    /// receives. The background is `backing`. The developed image then has coverage channels.
+    /// Lets the film sum, for each pixel, the fraction of the light of the background `backing`
+    /// that the pixel receives. The developed image then has coverage channels.
     pub fn with_backing(mut self, backing: Backing) -> Self {
         self.tiles.iter_mut().for_each(|tile| tile.sum_background(backing));
         self
@@ -281,12 +281,13 @@ impl Film {
         self.tiles.first().and_then(Tile::backing)
     }
 
-    /// Coverage of `pixel` by surfaces, 0 to 1, for red, green and blue; `None` if it is not
-    /// summed.
+    /// Coverage of `pixel` by surfaces, 0 to 1, for red, green and blue. `None` if the film does
+    /// not sum the fraction of the background.
     ///
-    /// The film sums the fraction of the background, not the fraction of surfaces. Over a
-    /// background of constant radiance, the pixel then equals an opaque render even if the weights
-    /// of a filter with negative lobes do not sum to 1.
+    /// The coverage is 1 minus the fraction of the background. The film sums this fraction, and not
+    /// the fraction of surfaces, because of filters with negative lobes, whose weights do not sum
+    /// to 1. In front of a background of constant radiance, a pixel then equals the pixel of an
+    /// opaque render.
     pub fn coverage(&self, pixel: UVec2) -> Option<[f32; 3]> {
         let tile = self.tile_at(pixel)?;
         let (background, samples) = (tile.background(pixel)?, tile.sums(pixel)?.samples());
@@ -298,7 +299,7 @@ impl Film {
         })
     }
 
-    /// Bytes of the coverage sums and channels of all pixels of `crop`.
+    /// Bytes of the sums of coverage, and of the coverage channels, for all pixels of `crop`.
     pub fn coverage_bytes(crop: Rect) -> u64 {
         crop.area()
             .saturating_mul((size_of::<BackgroundSum>() + 3 * size_of::<f32>()) as u64)
@@ -364,7 +365,7 @@ impl Film {
         }
     }
 
-    /// Adds `iteration` as one sample of every pixel, outside of all blocks of samples.
+    /// Adds `iteration` as one sample of every pixel. The sample belongs to no block.
     pub fn add_iteration(&mut self, iteration: &Iteration) {
         self.tiles.par_iter_mut().for_each(|tile| {
             let mut sample = tile.block();
@@ -397,9 +398,9 @@ impl Film {
         self.tiles.iter().map(sum).sum::<f64>() / self.crop.area() as f64
     }
 
-    /// Estimate of the picture's relative error: the square root of [`Film::error`]. With fewer
-    /// than two blocks of samples, the estimate treats samples as independent, so it is too large
-    /// for low-discrepancy samples. `None` before the second sample.
+    /// Estimate of the relative error of the picture, the square root of [`Film::error`]. With
+    /// fewer than two blocks of samples, the estimate treats samples as independent, so it is too
+    /// large for low-discrepancy samples. `None` before the second sample.
     pub fn relative_error(&self) -> Option<f64> {
         let by_blocks = self.error();
         let squared = if by_blocks.is_finite() {
@@ -411,7 +412,7 @@ impl Film {
         squared.is_finite().then(|| squared.sqrt())
     }
 
-    /// Channel in which each pixel has the square root of the error of its tile.
+    /// Channel `error`: the value of each pixel is the square root of [`Tile::error`] of its tile.
     pub fn error_map(&self) -> Channel {
         Image::error_map(self)
     }
@@ -446,8 +447,8 @@ impl Film {
         image::develop_parts(self, names)
     }
 
-    /// Channels of `aovs`, except mattes and parts of the light, which need names. Pixels without a
-    /// value are zero.
+    /// Channels of `aovs`. Mattes and parts of the light are left out, because they need names.
+    /// Pixels without a value are zero.
     pub fn develop_features(&self, aovs: &[Aov]) -> Vec<Channel> {
         aov::develop_features(self, aovs)
     }

@@ -4,8 +4,8 @@
 use super::Fixed;
 use crate::color::Spectrum;
 
-/// Sums of one pixel in one task, one sum per part of the light, such as a light group. The sums
-/// cover at most one block of samples.
+/// Sums of one pixel in one task, over at most one block of samples. There is one sum for each part
+/// of the light, such as a light group.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PartBlock(Vec<[f64; 3]>);
 
@@ -40,13 +40,13 @@ impl PartBlock {
     }
 }
 
-/// Sum of one part of a pixel's light, as exact as the total in
+/// Exact sum of one part of the light of a pixel, like the total in
 /// [`Accumulator`](super::Accumulator).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PartSum(pub(super) [Fixed; 3]);
 
 impl PartSum {
-    /// The sum `sum` in fixed point. Each channel is rounded towards zero.
+    /// Converts `sum` to fixed point. Each channel is rounded towards zero.
     pub(super) fn new(sum: [f64; 3]) -> Self {
         Self(sum.map(Fixed::new))
     }

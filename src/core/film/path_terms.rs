@@ -1,5 +1,5 @@
-//! Exact sums of the layers of light path expressions: the term that a block of samples adds to
-//! each layer.
+//! Terms that a block of samples adds to the layers of light path expressions. The layers add up to
+//! the picture exactly.
 //!
 //! The radiance of each sample, and of each class of light paths in the sample, is rounded to f32.
 //! The sum of the classes therefore differs from the sample by some units in the last place. For
@@ -11,8 +11,8 @@ use super::fixed::Fixed;
 use super::part_sums::PartSum;
 use crate::light_paths::LightPaths;
 
-/// Terms that a block with the sums `classes` adds to the parts. `picture` is the block's sum of
-/// all light.
+/// Returns the term that a block of samples adds to each layer. `classes` are the sums of the block
+/// by class of light paths. `picture` is the block's sum of all light.
 pub(super) fn terms(paths: &LightPaths, classes: &[[f64; 3]], picture: [f64; 3]) -> Vec<PartSum> {
     let mut terms = vec![PartSum::default(); paths.layers().len()];
     for c in 0..3 {

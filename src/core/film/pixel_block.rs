@@ -6,18 +6,18 @@ use crate::color::Spectrum;
 /// One sample of a pixel, as it is added to the film.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FilmSample<'a> {
-    /// Weighted radiance.
+    /// Radiance times the weight of the sample in the pixel filter.
     pub radiance: Spectrum,
     /// First surface, if the camera ray hits one.
     pub surface: Option<&'a FirstSurface>,
     /// True if the sample lies on a line of a drawing.
     pub is_on_line: bool,
-    /// Weighted fraction of the background's light in the sample.
+    /// Fraction of the background's light that the sample receives, times the weight of the sample.
     pub background: Spectrum,
-    /// Weighted radiance by part of the light, without light path expressions. Empty if the film
-    /// sums no parts.
+    /// Weighted radiance of each part of the light, without the layers of light path expressions.
+    /// Empty if the film sums no parts.
     pub parts: &'a [Spectrum],
-    /// Weighted radiance by class of light paths. Empty if the film separates no paths.
+    /// Weighted radiance of each class of light paths. Empty if the film separates no paths.
     pub classes: &'a [Spectrum],
 }
 
@@ -122,7 +122,7 @@ mod tests {
         block
     }
 
-    /// All sums of the pixel except spreads, which depend on full blocks.
+    /// Text of all sums of the pixel. Spreads are left out, because they depend on full blocks.
     fn sums(tile: &Tile) -> String {
         let pixel = UVec2::ZERO;
         let light = tile

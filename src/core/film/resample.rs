@@ -35,7 +35,7 @@ fn transposed(values: &[f32], width: usize) -> Vec<f32> {
     (0..values.len()).map(value).collect()
 }
 
-/// Weights of the old values of a line for each new value.
+/// Resizing of lines: the weights of old values in each new value.
 struct Axis {
     is_smaller: bool,
     /// For each new value: index of the first old value, and weights of the old values from there
@@ -44,7 +44,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// Axis from lines of `from` values to lines of `to` values.
+    /// Resizing of lines of `from` values to lines of `to` values.
     fn new(from: usize, to: usize) -> Self {
         let step = from as f64 / to as f64;
         let is_smaller = to < from;
@@ -81,7 +81,8 @@ impl Axis {
     }
 }
 
-/// Index of the first value between `start` and `end`, and weights of the values from there on.
+/// Weights for the mean of a line between the positions `start` and `end`: the index of the first
+/// value, and the weights of the values from this index on.
 fn area(start: f64, end: f64, len: usize) -> (usize, Vec<f32>) {
     let first = (start as usize).min(len.saturating_sub(1));
     let last = (end.ceil() as usize).clamp(first + 1, len.max(first + 1));
@@ -90,8 +91,8 @@ fn area(start: f64, end: f64, len: usize) -> (usize, Vec<f32>) {
     (first, weights.collect())
 }
 
-/// Index of the first value around `place`, and weights of the values from there on. At a border,
-/// only values inside the line have weights.
+/// Weights of the filter at the position `place`: the index of the first value, and the weights of
+/// the values from this index on. At a border, only values inside the line have weights.
 fn smooth(place: f64, len: usize) -> (usize, Vec<f32>) {
     let middle = place.floor() as i64;
     let first = (middle - 1).max(0) as usize;
@@ -101,7 +102,8 @@ fn smooth(place: f64, len: usize) -> (usize, Vec<f32>) {
     (first, weights.into_iter().map(|weight| (weight / sum) as f32).collect())
 }
 
-/// Filter at a distance of `x` values, without its scale (eq. 8 of the paper, B = C = 1/3).
+/// Value of the filter at a distance of `x` values, without its constant factor (eq. 8 of the
+/// paper, B = C = 1/3).
 fn mitchell(x: f64) -> f64 {
     if x < 1.0 {
         (7.0 * x - 12.0) * x * x + 16.0 / 3.0

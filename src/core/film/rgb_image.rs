@@ -10,9 +10,9 @@ pub struct RgbImage {
 }
 
 impl RgbImage {
-    /// Picture whose pixels are means over `factor` × `factor` pixels. `seen` is applied to each
-    /// value before the mean is taken. If the size is no multiple of `factor`, the remaining pixels
-    /// at the right and at the bottom are left out.
+    /// Picture whose pixels are means over `factor` × `factor` pixels. The function `seen` converts
+    /// each value before the mean is taken. If the size is no multiple of `factor`, the remaining
+    /// pixels at the right and at the bottom are left out.
     pub fn averaged(&self, factor: usize, seen: impl Fn(f32) -> f32) -> Self {
         let (width, height) = (self.width / factor, self.height / factor);
         let pixel = |i: usize| {

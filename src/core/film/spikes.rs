@@ -1,8 +1,8 @@
 //! Pixels whose light comes mostly from one sample.
 //!
-//! A Markov chain that is stuck brings the light of a whole chain to one pixel. If one of n
-//! iterations has all the light, the mean's standard error is as large as the mean. Such a pixel is
-//! found by its error and by its contrast to the pixels around it.
+//! A Markov chain that is stuck adds the light of the whole chain to one pixel. If one of n
+//! iterations has all the light of a pixel, the standard error of the mean is as large as the mean.
+//! Such a pixel is found by its error and by its contrast to the pixels around it.
 
 use super::{Accumulator, Film};
 use crate::math::UVec2;
@@ -14,7 +14,7 @@ const MIN_ERROR: f64 = 0.5;
 /// Minimum value of a spike, relative to the median of the pixels around it and to the mean of the
 /// picture.
 const MIN_CONTRAST: f64 = 8.0;
-/// Maximum distance of the pixels around a spike, in columns and in rows.
+/// Maximum distance, in columns and in rows, of the surrounding pixels from a spike.
 const REACH: u32 = 2;
 
 /// Pixels that are brighter than their neighbours because of one or few samples.
@@ -69,7 +69,7 @@ fn value(sums: &Accumulator) -> f64 {
     [0, 1, 2].map(|c| sums.mean(c)).iter().sum::<f64>() / 3.0
 }
 
-/// Standard error of [`value`], for perfectly correlated errors of the channels.
+/// Standard error of [`value`], if the errors of the channels are perfectly correlated.
 fn error(sums: &Accumulator) -> f64 {
     [0, 1, 2].map(|c| sums.variance_of_mean(c).sqrt()).iter().sum::<f64>() / 3.0
 }

@@ -1,4 +1,4 @@
-//! All sums of a film as named words of 32 bits, for checkpoints.
+//! Conversion of all sums of a film to named words of 32 bits, for checkpoints.
 
 use super::features::SUMS;
 use super::fixed::Narrow;
@@ -104,7 +104,7 @@ const LINES: &str = "lines";
 /// Names of the coverages of [`FeatureSums`].
 const COVERAGES: [&str; 3] = ["objects", "parts", "materials"];
 
-/// Name of the sum of the background's fraction.
+/// Name of [`BackgroundSum`](super::BackgroundSum).
 const BACKGROUND: &str = "background";
 
 /// Number of words of one part of the light.
@@ -118,7 +118,8 @@ pub struct StateLayout {
     parts: usize,
     /// True if the fraction of the background is summed.
     has_background: bool,
-    /// Maximum numbers of objects, parts and materials in a pixel; `None` without features.
+    /// Maximum numbers of different objects, parts and materials in a pixel; `None` without
+    /// features.
     levels: Option<[usize; 3]>,
 }
 

@@ -76,7 +76,7 @@ impl Rect {
     }
 }
 
-/// Operation on the sums of a pixel: samples are added or subtracted.
+/// Operation on the sums of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleChange {
     /// Adds the next samples.
@@ -148,7 +148,7 @@ impl Tile {
         }
     }
 
-    /// Bounds of the tile in the full image, without the crop.
+    /// Pixels of the tile in the full image, including pixels outside the crop.
     pub fn cell(&self) -> Rect {
         self.cell
     }
@@ -217,7 +217,8 @@ impl Tile {
         PixelBlock::new(self.has_features(), self.parts_before_paths(), classes)
     }
 
-    /// Changes the sums of `pixel` by `samples`. Does nothing if the pixel is not in the tile.
+    /// Adds `samples` to the sums of `pixel` or subtracts them, as `change` says. Does nothing if
+    /// the pixel is not in the tile.
     pub fn change(&mut self, pixel: UVec2, samples: &PixelBlock, change: SampleChange) {
         let Some(index) = self.index(pixel) else { return };
         let light = &mut self.pixels[index];
@@ -329,7 +330,8 @@ impl Tile {
         self.first.saturating_add(self.samples())
     }
 
-    /// Scheduled number of samples per pixel, before the next decision.
+    /// Scheduled number of samples per pixel. When the tile has this number, it is decided whether
+    /// more samples follow.
     pub fn target(&self) -> u32 {
         self.target
     }
@@ -340,7 +342,8 @@ impl Tile {
     }
 
     /// Mean over the pixels of [`Accumulator::squared_error`]. With a transparent background, the
-    /// mean includes the background's error: it is then the error of the picture in front of white.
+    /// mean includes the error of the coverage, so it is the error of the picture in front of
+    /// white.
     pub fn error(&self) -> f64 {
         let mut sum: f64 = self.pixels.iter().map(Accumulator::squared_error).sum();
         if self.backing == Some(Backing::Transparent) {

@@ -8,7 +8,7 @@ pub struct GeomId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct PrimId(pub u32);
 
-/// Index of an instance of a mesh; [`InstanceId::NONE`] for geometry that is not instanced.
+/// Index of an instance of the scene; [`InstanceId::NONE`] for geometry that is not instanced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct InstanceId(pub u32);
 
@@ -43,8 +43,9 @@ impl Hit {
     }
 }
 
-/// Ray parameter, and barycentrics of the second and third corner, at which `ray` crosses the plane
-/// of a triangle, in f64 (Möller and Trumbore 1997). `None` if the ray is parallel to the plane.
+/// Crossing of `ray` and the plane of a triangle, in f64 (Möller and Trumbore 1997). Returns the
+/// ray parameter, and the barycentrics of the second and third corner. `None` if the ray is
+/// parallel to the plane.
 pub fn crossing(ray: &Ray, [p0, p1, p2]: [DVec3; 3]) -> Option<(f64, f64, f64)> {
     let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
     let (e1, e2, s) = (p1 - p0, p2 - p0, origin - p0);

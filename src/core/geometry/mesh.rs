@@ -1,23 +1,24 @@
-//! Meshes, facets and surface points. On curved surfaces, vertex normals make the shading normal
-//! differ from the geometric normal.
+//! Meshes, facets and surface points. If a mesh has vertex normals, the shading normal of a point
+//! differs from the geometric normal of its facet.
 //!
 //! A difference between the two normals has three consequences:
 //!
 //! - A viewer may see the back of the shading normal on the front of the facet, which gives black
 //!   rims. `SurfacePoint::seen_from` bends the shading normal until the mirror direction is in
 //!   front of the facet (Keller et al. 2017).
-//! - Facets would cast shadows on each other at grazing angles (the shadow terminator problem). A
-//!   ray whose direction is on different sides of the two normals therefore starts at the height of
-//!   the curved surface, along the geometric normal (Hanika 2021).
-//! - A direction can be in front of the surface by one normal and behind it by the other. The BSDF
-//!   then uses the shading normal, and the ray starts on the side of the shading normal. Geometry
-//!   in the way of this ray, such as the wall itself, blocks the ray. The usual method against
-//!   leaks rejects these directions. That method left whole facets black at the terminator of a
-//!   coarse sphere (`tests/it/materials/surfaces.rs`).
+//! - Facets would cast shadows on each other at grazing angles (the shadow terminator problem).
+//!   This happens to directions that are in front of the surface by one normal and behind it by the
+//!   other. A ray in such a direction starts at the height of the curved surface, along the
+//!   geometric normal (Hanika 2021).
+//! - For the same directions, the BSDF uses the shading normal, and the ray starts on the side of
+//!   the surface that the shading normal gives. Geometry in the way of this ray, such as the wall
+//!   itself, blocks the ray. The usual method against leaks rejects these directions. That method
+//!   left whole facets black at the terminator of a coarse sphere
+//!   (`tests/it/materials/surfaces.rs`).
 //!
 //! Each triangle in world space stores its normal and its part of the ray offset, a `Facet` of 16
-//! bytes. Emitting triangles store one ray offset for all their points. Together this saves 7 % of
-//! a render (docs/notebook/2026-11.md, "Single steps").
+//! bytes. Emitting triangles store one ray offset for all their points. Both together save 7 % of
+//! the time of a render (docs/notebook/2026-11.md, "Single steps").
 
 use super::{PrimId, UNNAMED};
 use crate::color::Spectrum;
@@ -47,9 +48,9 @@ pub struct Mesh {
     pub positions_close: Vec<Vec3>,
     /// Shading normals at time 1; empty if there are none, or if the mesh does not deform.
     pub normals_close: Vec<Vec3>,
-    /// Part of each triangle, by its number in the scene's [`PartNames`](super::PartNames). A
-    /// single number if all triangles have the same part, and empty if no part has a name. Parts do
-    /// not affect the picture.
+    /// Part of each triangle: the number of the part in the scene's
+    /// [`PartNames`](super::PartNames). If all triangles belong to the same part, the list has a
+    /// single number. It is empty if no part has a name. Parts do not affect the picture.
     pub parts: Vec<u32>,
 }
 
@@ -163,16 +164,16 @@ impl Mesh {
     pub fn tangents(&self, prim: PrimId, [p0, p1, p2]: [Vec3; 3]) -> Option<[Vec3; 2]> {
         let [t0, t1, t2] = self.corner_uvs(prim)?;
         let ([e1, e2], [d1, d2]) = ([p1 - p0, p2 - p0], [t1 - t0, t2 - t0]);
-        // Solve p = p₀ + u ∂p/∂u + v ∂p/∂v at the three corners for the directions of both
-        // derivatives
+        // Solve p = p₀ + u ∂p/∂u + v ∂p/∂v at the three corners. Only the directions of both
+        // derivatives are needed
         let side = 1f32.copysign(d1.perp_dot(d2));
         let du = ((d2.y * e1 - d1.y * e2) * side).try_normalize()?;
         let dv = ((d1.x * e2 - d2.x * e1) * side).try_normalize()?;
         Some([du, dv])
     }
 
-    /// Length in texture coordinates per length in space, from the areas of triangle `prim` with
-    /// these corners; 0 if the triangle has no texture coordinates.
+    /// Length in texture coordinates per length in space on triangle `prim` with these corners: the
+    /// square root of the ratio of the areas. 0 if the triangle has no texture coordinates.
     pub fn uv_per_length(&self, prim: PrimId, [p0, p1, p2]: [Vec3; 3]) -> f32 {
         let Some([t0, t1, t2]) = self.corner_uvs(prim) else {
             return 0.0;
@@ -283,7 +284,7 @@ pub fn retain_triangles(triangles: &mut Vec<[u32; 3]>, parts: &mut Vec<u32>, mut
     let mut kept = 0;
     for i in 0..triangles.len() {
         if keeps(&triangles[i]) {
-            // Usually all are kept: write nothing
+            // Usually all triangles are kept, and nothing is written
             if kept < i {
                 (triangles[kept], parts[kept]) = (triangles[i], parts[i]);
             }
@@ -302,11 +303,12 @@ impl Facet {
     /// Facet of the triangle with these corners.
     ///
     /// The ray offset is a bound on the error of an intersector. An intersector subtracts the ray's
-    /// origin from the corners, and then rounds coordinates as large as the longest edge E. These
-    /// roundings move the plane. In narrow triangles, the error is larger by the ratio of E to the
-    /// width, which is E² / (2 · area). On a plane through the origin, this is the only error:
-    /// without the offset, an intersector would hit the surface again. For slivers the offset is at
-    /// most half their width, so that rays do not skip geometry beside them.
+    /// origin from the corners. The results, which are as large as the longest edge E, are rounded,
+    /// and this moves the plane. In narrow triangles, the error is larger by the ratio of E to the
+    /// width, which is E² / (2 · area). On a plane through the origin, this is the only error.
+    /// Without the offset, an intersector would hit the surface again. For very narrow triangles
+    /// (slivers), the offset is at most half the width, so that rays do not skip geometry beside
+    /// them.
     pub fn new([p0, p1, p2]: [Vec3; 3]) -> Self {
         let extent = (p1 - p0).abs().max((p2 - p0).abs()).max_element();
         let longest = [p1 - p0, p2 - p1, p0 - p2]
@@ -335,10 +337,10 @@ impl Facet {
 impl SurfacePoint {
     /// Point at barycentric coordinates `b1`, `b2` of a flat triangle.
     ///
-    /// Rounding puts `p` into a box around the true point. The half-width of the box is `γ₇ Σ |bᵢ
-    /// pᵢ|` (PBR4 eq. 6.25), plus two more roundings for the move off the surface. The offset along
-    /// the normal `n` that leaves the box is the `|n|`-weighted sum of the half-widths. The facet's
-    /// ray offset is added to it.
+    /// With rounding errors, `p` lies in a box around the true point. The half-width of the box is
+    /// `γ₇ Σ |bᵢ pᵢ|` (PBR4 eq. 6.25), plus two more roundings for the move off the surface. The
+    /// offset along the normal `n` that leaves the box is the `|n|`-weighted sum of the
+    /// half-widths. The facet's ray offset is added to it.
     #[inline(always)]
     pub fn new([p0, p1, p2]: [Vec3; 3], facet: Facet, b1: f32, b2: f32) -> Self {
         let (t0, t1, t2) = ((1.0 - b1 - b2) * p0, b1 * p1, b2 * p2);
@@ -355,16 +357,16 @@ impl SurfacePoint {
         }
     }
 
-    /// The point with the shading normal and the height of a curved surface. The triangle is a
-    /// facet of this surface, with the unit normals `normals` at the corners. `b` are the
+    /// Returns this point with the shading normal and the height of a curved surface. The triangle
+    /// is a facet of this surface, with the unit normals `normals` at the corners. `b` are the
     /// barycentric weights of the corners.
     ///
     /// The shading normal is interpolated. Rays start at the height of the curved surface over the
-    /// facet, if the curved surface bulges to the side of the rays. Otherwise the facets' edges
-    /// would be visible at grazing angles. The height follows Hanika 2021, "Hacking the Shadow
-    /// Terminator", eq. 1: the point is projected onto the tangent plane at each corner, and the
-    /// heights of the projections are interpolated. Planes in front of the point and planes behind
-    /// it count separately.
+    /// facet, if the curved surface bulges to the side of the rays. Without this, the edges of
+    /// facets would be visible at grazing angles. The height follows Hanika 2021, "Hacking the
+    /// Shadow Terminator", eq. 1: the point is projected onto the tangent plane at each corner, and
+    /// the heights of the projections are interpolated. Tangent planes in front of the point and
+    /// tangent planes behind the point are summed separately.
     #[inline(never)]
     pub(super) fn curved(self, corners: [Vec3; 3], normals: [Vec3; 3], b: [f32; 3]) -> Self {
         let mut ns = Vec3::ZERO;
@@ -383,8 +385,8 @@ impl SurfacePoint {
         }
     }
 
-    /// The point with the shading normal `bumped` of a bump or normal map, a vector in the frame of
-    /// two unit tangents and the current shading normal.
+    /// Returns this point with the shading normal of a bump or normal map. `bumped` is this normal
+    /// in the frame of the two unit tangents `du` and `dv` and of the current shading normal.
     pub fn with_bumps(self, [du, dv]: [Vec3; 2], bumped: Vec3) -> Self {
         // Project the tangents onto the plane perpendicular to the shading normal
         let onto = |t: Vec3| (t - self.ns * t.dot(self.ns)).try_normalize().unwrap_or(Vec3::ZERO);
@@ -403,9 +405,9 @@ impl SurfacePoint {
 
     /// Factor that corrects a BSDF's value along a path from a light, which arrives from the unit
     /// direction `wo` and continues in `wi`: `|wo·ns| |wi·ng| / (|wo·ng| |wi·ns|)`. If the shading
-    /// normal differs from the geometric normal, a BSDF is not symmetric. Without the factor, paths
-    /// from lights would show another surface than paths from the camera (Veach 1997, §5.3). 0 if a
-    /// direction lies in the surface.
+    /// normal differs from the geometric normal, a BSDF is not symmetric. Without the factor, the
+    /// picture of paths from lights would differ from the picture of paths from the camera (Veach
+    /// 1997, §5.3). The factor is 0 if a direction lies in the surface.
     pub fn adjoint_factor(&self, wo: Vec3, wi: Vec3) -> f32 {
         let [o, i] = [wo, wi].map(|w| w.dot(self.ns).abs() / w.dot(self.ng).abs());
         let factor = o / i;
@@ -420,11 +422,11 @@ impl SurfacePoint {
         height * 1f32.copysign(wo.dot(self.ng)) < MIN_HEIGHT
     }
 
-    /// The point with a bent shading normal, so that the mirror direction of `wo` is in front of
-    /// the facet. The bend is as small as possible. `wo` is the unit direction to the viewer.
-    /// Without the bend, there are black rims (Keller et al. 2017, "The Iray Light Transport
-    /// Simulation and Rendering System", appendix A.3: the mirror direction is moved to the
-    /// horizon).
+    /// Returns this point with a shading normal that is bent so that the mirror direction of `wo`
+    /// is in front of the facet. The bend is as small as possible. `wo` is the unit direction to
+    /// the viewer. Without the bend, curved objects have black rims (Keller et al. 2017, "The Iray
+    /// Light Transport Simulation and Rendering System", appendix A.3: the mirror direction is
+    /// moved to the horizon).
     pub fn seen_from(self, wo: Vec3) -> Self {
         if !self.bends_for(wo) {
             return self;
@@ -454,7 +456,8 @@ pub fn corners_at(open: [Vec3; 3], close: [Vec3; 3], time: f32) -> [Vec3; 3] {
 pub fn triangle_normal(p0: Vec3, p1: Vec3, p2: Vec3) -> Vec3 {
     let n = (p1 - p0).cross(p2 - p0);
     let squared = n.length_squared();
-    // The product is accurate except near the ends of f32's range, where f64 is used.
+    // In f32, the cross product is accurate except near the ends of the range of f32. There, f64 is
+    // used.
     if (1e-30..1e30).contains(&squared) {
         n * (1.0 / squared.sqrt())
     } else {

@@ -1,8 +1,8 @@
 //! Triangles: mesh arrays, names of parts, typed ids, hits, surface points and ray origins;
 //! subdivision surfaces of control meshes.
 //!
-//! Independent of materials and ray-tracing backends: points and normals are computed here from the
-//! hits of any backend, so backends cannot disagree on them.
+//! This module does not depend on materials or ray-tracing backends. It computes points and normals
+//! from the hits of any backend, so they are the same with all backends.
 
 mod hit;
 mod mesh;

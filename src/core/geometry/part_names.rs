@@ -8,9 +8,9 @@ use std::borrow::Cow;
 pub const UNNAMED: u32 = 0;
 
 /// List of part names. The name of a part consists of the name of an object and the names of its
-/// groups. A file may have as many parts as triangles, so all names are in one text. A name that a
-/// part shares with the part before it is stored once, so the text is not longer than the
-/// statements that name the parts.
+/// groups. A file may have as many parts as triangles, so all names are stored in one text. If a
+/// part has the same name of the object or of the groups as the previous part, this name is stored
+/// only once. The text is therefore not longer than the statements of the file that name the parts.
 ///
 /// Parts are numbered from 1.
 #[derive(Clone, Debug, Default)]
@@ -40,8 +40,8 @@ impl PartList {
         self.places.len() as u32
     }
 
-    /// Place of `name` in the text. This is `last` if the text there is `name`; otherwise `name` is
-    /// appended.
+    /// Returns the place of `name` in the text. If the text at `last` is `name`, this is `last`.
+    /// Otherwise `name` is appended.
     fn place(&mut self, name: &str, last: Place) -> Place {
         if self.text(last) == name {
             return last;
@@ -95,7 +95,8 @@ impl PartList {
 }
 
 /// Unique names of parts. The name of a part consists of the name of an object and the names of its
-/// groups. The hash table has indices only, and exists only while parts are added.
+/// groups. The hash table contains numbers of parts, not names, and exists only while parts are
+/// added.
 ///
 /// Parts are numbered from 1. [`UNNAMED`] is the part without names.
 #[derive(Clone, Debug, Default)]
@@ -108,7 +109,8 @@ pub struct PartNames {
 /// A part in the hash table.
 #[derive(Clone, Copy, Debug)]
 struct Slot {
-    /// Hash of the part's names, so that names of different parts are rarely compared.
+    /// Hash of the names of the part. It is compared first, so that the names of different parts
+    /// are rarely compared.
     hash: u32,
     part: u32,
 }
@@ -127,7 +129,8 @@ impl PartNames {
         find_or_push(&mut self.list, &mut self.table, hash(object, groups), object, groups)
     }
 
-    /// Adds the parts of `other`. Returns their new numbers, starting with [`UNNAMED`].
+    /// Adds the parts of `other`. Returns the new number of each part of `other`, by its old
+    /// number. The first entry is for [`UNNAMED`].
     pub fn append(&mut self, other: &Self) -> Vec<u32> {
         let parts = other
             .parts()
@@ -138,9 +141,10 @@ impl PartNames {
     /// Unique names of the parts of `lists`, and the number of each part, in the order of the
     /// lists.
     ///
-    /// If each face is a part, nearly all names differ. A hash table of all names would take most
-    /// of the time in cache misses. Hashes are therefore first entered in a set of 16 to 32 bits
-    /// per part, and only names whose bit was set twice are compared.
+    /// If each face is a part, nearly all names differ. With a hash table of all names, cache
+    /// misses would take most of the time. Each hash is therefore first mapped to a bit of a bit
+    /// set, which has 16 to 32 bits per part. Only names whose bit is set by several names are
+    /// compared.
     pub fn join<'l>(lists: impl Iterator<Item = &'l PartList> + Clone) -> (Self, Vec<u32>) {
         let sum =
             |(count, bytes): (usize, usize), list: &PartList| (count + list.places.len(), bytes + list.text.len());
@@ -320,7 +324,7 @@ mod tests {
             let part = names.find_or_add(&object, &groups);
             assert_eq!((names.object(part), names.groups(part)), (&*object, &*groups));
         }
-        // Objects of one name without groups are one part.
+        // Objects with the same name and without groups are one part.
         assert_eq!((names.len(), count), (count, 666 + 70));
 
         let mut other = PartNames::default();

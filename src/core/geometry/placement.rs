@@ -3,17 +3,17 @@
 //! Meshes are in world space or belong to a prototype, which instances place. There is one level of
 //! instances, because common builds of Embree support only one. Meshes in world space have
 //! precomputed facets. A placed or moving triangle is transformed at each hit (`PlacedTriangle`),
-//! so that 10⁸ triangles of copies need no memory.
+//! so that instances with 10⁸ triangles in total need no memory for these triangles.
 //!
-//! Rays keep their parameter in the space of a prototype. The transform loses accuracy, by some
-//! roundings of |M| |M⁻¹| (|p| + |t|), so the ray offset is larger if an instance is far from the
-//! origin. By the same bound, points keep a distance from the edges of their triangle
-//! (`PlacedTriangle::point`). Nearer to an edge, rounding could put the start of a ray behind the
-//! neighbouring triangle, and paths would leak (docs/notebook/2026-11.md, "Leaks in instances").
+//! Rays keep their parameter in the space of a prototype. The transform p → M p + t has an error of
+//! some roundings of |M| |M⁻¹| (|p| + |t|), so the ray offset is larger if an instance is far from
+//! the origin. Points also keep at least a distance of this bound from the edges of their triangle
+//! (`PlacedTriangle::point`). Nearer to an edge, a ray could start behind the neighbouring triangle
+//! because of rounding, and paths would leak (docs/notebook/2026-11.md, "Leaks in instances").
 //!
-//! A moving placement is a list of matrices with linear interpolation, because Embree interpolates
-//! matrices linearly. Backends and shading use the same motion. When a scene is read, each rotation
-//! is divided into enough steps. Time is a field of `Ray` and of `SurfacePoint`.
+//! A moving placement is a list of matrices with linear interpolation, as in Embree. Backends and
+//! shading use the same motion. When a scene is read, each rotation is divided into so many steps
+//! that linear interpolation is accurate enough. Time is a field of `Ray` and of `SurfacePoint`.
 
 use super::SurfacePoint;
 use super::mesh::Facet;
@@ -75,7 +75,8 @@ impl Placement {
         matches!(self, Self::Moving(_))
     }
 
-    /// Bounding box in world space of everything in `bounds` at any time, including rounding.
+    /// Bounding box in world space, over all times, of everything that is inside `bounds` in the
+    /// space of the prototype. It includes rounding errors.
     pub fn bounds(&self, bounds: Bounds3) -> Bounds3 {
         // A point moves linearly between its positions at the steps.
         let mut all = Bounds3::EMPTY;
@@ -102,12 +103,12 @@ fn lerp(a: &Affine3A, b: &Affine3A, t: f32) -> Affine3A {
     }
 }
 
-/// Bound on the rounding error of an intersector's hit at the world point `p`, on an instance with
-/// the transform `m`. The bound is the half-widths of a box around `p`.
+/// Bound on the rounding error of a hit at the world point `p`, on an instance with the transform
+/// `m`. The result has the half-widths of a box around `p`.
 ///
-/// An intersector transforms the ray into the space of the mesh, `M⁻¹ (o − t)`. In f32, this point
-/// and the inverse have an error of some roundings of `|M⁻¹| (|o| + |t|)`, which is `|M| |M⁻¹| (|o|
-/// + |t|)` in the world (Higham 2002, §3.5, componentwise).
+/// An intersector transforms the origin `o` of a ray into the space of the mesh: `M⁻¹ (o − t)`,
+/// where `t` is the translation. In f32, the result has an error of some roundings of `|M⁻¹| (|o| +
+/// |t|)`. In world space this is `|M| |M⁻¹| (|o| + |t|)` (Higham 2002, §3.5, componentwise).
 pub fn rounding(m: &Affine3A, p: Vec3) -> Vec3 {
     let abs = |m: Mat3A| Mat3A::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
     let inverse = abs(m.matrix3.inverse());
@@ -165,7 +166,7 @@ impl PlacedTriangle {
 
     /// Point at the barycentric coordinates `b1`, `b2` of the mesh's second and third corner.
     ///
-    /// If an instance places the triangle, the point keeps a distance from the triangle's edges:
+    /// If the triangle belongs to an instance, the distance of the point from the edges is at least
     /// the bound on the error of an intersector. Nearer to an edge, rays could start behind the
     /// neighbouring triangle.
     pub fn point(&self, b1: f32, b2: f32) -> SurfacePoint {
@@ -194,12 +195,13 @@ impl PlacedTriangle {
     }
 }
 
-/// Weights of a triangle's corners, moved from `b` by the minimum amount that puts their point at
-/// least `distance` from each edge. If the triangle is too narrow, the point moves away from the
-/// edges by at most four times `distance`.
+/// Returns barycentric weights of a point that is at least `distance` away from each edge, and as
+/// near as possible to the point with the weights `b`. If the triangle is too narrow for this, the
+/// point moves by at most four times `distance`.
 fn inside([p0, p1, p2]: [Vec3; 3], b: [f32; 3], distance: f32) -> [f32; 3] {
     let twice_area = (p1 - p0).cross(p2 - p0).length();
-    // A weight is the distance from the opposite edge, relative to the height of the corner.
+    // The weight of a corner is the distance of the point from the opposite edge, relative to the
+    // height of the corner above this edge.
     let lowest = [p2 - p1, p0 - p2, p1 - p0].map(|edge| (distance * edge.length() / twice_area).min(1.0 / 3.0));
     if (0..3).all(|i| b[i] >= lowest[i]) || !lowest.iter().all(|w| w.is_finite()) {
         return b;
@@ -237,7 +239,7 @@ mod tests {
             let moved = p.distance(b[1] * Vec3::X + b[2] * Vec3::Y);
             assert!(moved < 0.06, "{b:?}: {inner:?}");
         }
-        // Points of a sliver move only a little.
+        // Points of a very narrow triangle move only a little.
         let sliver = [Vec3::ZERO, Vec3::X, Vec3::new(0.5, 1e-3, 0.0)];
         let p = inside(sliver, [0.9, 0.1, 0.0], 0.01);
         let x = p[1] + 0.5 * p[2];

@@ -1,29 +1,29 @@
-//! Ray origins off a surface, by bounds on rounding errors instead of a fixed epsilon.
+//! Ray origins that are moved off a surface. Bounds on rounding errors replace a fixed epsilon.
 //!
 //! Intersectors return barycentrics, and points are interpolated from the mesh's own corners. A new
 //! ray starts off the surface: the origin is moved along the normal by the point's ray offset, to
-//! the side of the ray's direction. With γₙ the bound on n roundings, the offset is the sum of two
-//! parts:
+//! the side of the ray's direction. The offset is the sum of two parts, where γₙ is the bound on
+//! the error of n roundings:
 //!
 //! - γ₉ · |n| · Σ |bᵢ pᵢ|: the error of the interpolation and of the move itself, along the normal
 //!   n.
 //! - γ₆ times the maximum coordinate difference between the first corner and the others, because an
-//!   intersector rounds edges of this length. Rounding tilts slivers, so this part is multiplied by
-//!   the ratio of the longest edge to the width, if the ratio is more than 1. The product is at
-//!   most half the width. This part is stored with each triangle's normal.
+//!   intersector rounds edges of this length. Rounding tilts very narrow triangles, so this part is
+//!   multiplied by the ratio of the longest edge to the width, if the ratio is more than 1. The
+//!   product is at most half the width. This part is stored with each triangle's normal.
 //!
-//! The second part is needed on planes through the origin, where the first part vanishes. An
-//! intersector that includes t = 0 would hit the surface again from a start on the plane itself.
+//! The second part is needed on planes through the origin, where the first part vanishes. From a
+//! start on the plane itself, an intersector that includes t = 0 would hit the surface again.
 //!
-//! A triangle of a curved surface has a second offset, the height of the surface over it
-//! (`SurfacePoint::curvature_offset`). Only directions on different sides of the two normals need
-//! this offset: they are below the plane of the facet but above the curved surface. In all other
-//! directions, no neighbouring facet of a convex surface is in the way, and rays start on the mesh,
-//! up to rounding, with every method. `integrator/world.rs` keeps the raised start out of other
-//! objects.
+//! A triangle of a curved surface has a second offset, the height of the curved surface over the
+//! triangle (`SurfacePoint::curvature_offset`). Only directions on different sides of the two
+//! normals need this offset: they are below the plane of the facet but above the curved surface. In
+//! all other directions, no neighbouring facet of a convex surface is in the way, so rays start on
+//! the mesh up to rounding. This is the same for all light transport methods. `integrator/world.rs`
+//! prevents that a raised start is inside another object.
 //!
-//! A shadow ray has the full distance as its direction, and ends at t = 1 − γ₁₆. The light's point
-//! is moved off its surface by the same rule.
+//! A shadow ray has the full distance as its direction, and ends at t = 1 − γ₁₆. The point on the
+//! light is moved off the surface of the light by the same rule.
 
 use super::SurfacePoint;
 use crate::math::{Ray, Vec3, float::gamma};
@@ -46,16 +46,15 @@ impl Side {
 }
 
 impl SurfacePoint {
-    /// Returns true if the unit direction `w` is on the same side by the shading normal and by the
-    /// geometric normal. If not, `w` points beyond the horizon of one of the two normals. Light
-    /// from this direction is found only by paths from the camera, because a path from a light hits
-    /// the other side.
+    /// Returns true if the shading normal and the geometric normal agree on the side of the surface
+    /// to which the unit direction `w` points. If not, only paths from the camera find light from
+    /// this direction, because a path from a light hits the other side.
     #[inline(always)]
     pub fn sides_agree(&self, w: Vec3) -> bool {
         Side::of(w.dot(self.ns)) == Side::of(w.dot(self.ng))
     }
 
-    /// Returns true if the unit direction `w` points to `side` by the geometric normal.
+    /// Returns true if the unit direction `w` points to `side`. The geometric normal decides.
     #[inline(always)]
     pub fn is_above(&self, side: Side, w: Vec3) -> bool {
         Side::of(w.dot(self.ng)) == side
@@ -70,7 +69,7 @@ impl SurfacePoint {
         }
     }
 
-    /// Point raised by the ray offset plus `height`, on `side`.
+    /// Position moved off the surface to `side`, by the ray offset plus `height`.
     #[inline(always)]
     pub fn raised(&self, side: Side, height: f32) -> Vec3 {
         match side {
@@ -80,7 +79,8 @@ impl SurfacePoint {
     }
 }
 
-/// The point `s` moved off its surface along the normal, to `side`, just beyond its rounding error.
+/// Position of `s`, moved off the surface along the normal to `side`, just beyond the rounding
+/// error.
 ///
 /// A ray from the moved point to that side cannot hit the surface of the point, and skips nothing
 /// wider than the rounding error (PBR4 §6.8.6; the rounding of the sum itself is part of the bound
@@ -90,7 +90,8 @@ pub fn offset_to(s: &SurfacePoint, side: Side) -> Vec3 {
     s.raised(side, 0.0)
 }
 
-/// Ray origin offset to the side that `w` points to.
+/// Origin of a ray from the surface point `s` in the direction `w`, moved off the surface to the
+/// side of `w`.
 pub fn offset_origin(s: &SurfacePoint, w: Vec3) -> Vec3 {
     offset_to(s, Side::of(w.dot(s.ng)))
 }
@@ -112,8 +113,8 @@ pub fn ray_between(s: &SurfacePoint, target: Vec3) -> Ray {
 #[inline(always)]
 pub fn segment(origin: Vec3, target: Vec3) -> Ray {
     Ray {
-        // An intersector's t has an error of a few roundings of the full length, so the segment
-        // ends this much before `target`.
+        // The segment ends a little before `target`, because `t` of an intersector has an error of
+        // a few roundings of the full length.
         t_max: 1.0 - gamma(16),
         ..Ray::new(origin, target - origin)
     }

@@ -13,8 +13,8 @@ pub struct Map {
     pub mapping: Mapping,
 }
 
-/// Textures of a material. Each texture multiplies the constant of the same name; bump and normal
-/// maps change the shading normal.
+/// Textures of a material. A texture multiplies the constant of the material with the same name.
+/// Bump and normal maps change the shading normal instead.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Maps {
     /// Texture of the diffuse reflectance.
@@ -31,10 +31,10 @@ pub struct Maps {
     pub metallic: Option<Map>,
     /// Texture of the opacity.
     pub opacity: Option<Map>,
-    /// Texture of heights, in texel widths of the finest level.
+    /// Texture of heights. The unit of height is the width of a texel of the finest level.
     pub bump: Option<Map>,
     /// Texture of normals in the frame of the texture coordinates (tangent space). A component c is
-    /// stored as (c + 1)/2. The texture takes precedence over `bump`.
+    /// stored as (c + 1)/2. If given, `bump` is not used.
     pub normal: Option<Map>,
     /// True if colours of vertices multiply the diffuse reflectance.
     pub vertex_color: bool,
@@ -91,7 +91,7 @@ impl Map {
 }
 
 impl Maps {
-    /// Each texture, in the order of the fields.
+    /// All textures, in the order of the fields.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Option<Map>> {
         let Self {
             diffuse,
@@ -110,7 +110,7 @@ impl Maps {
         colors.chain([exponent, roughness, metallic, opacity, bump, normal])
     }
 
-    /// Each texture by its key in scene files.
+    /// All textures, each with its key in scene files.
     pub fn by_key(&self) -> [(&'static str, Option<Map>); 9] {
         [
             ("diffuse_map", self.diffuse),
@@ -125,7 +125,8 @@ impl Maps {
         ]
     }
 
-    /// Value of each texture at `spot`, by its key in scene files: one number or three.
+    /// Values of the textures at `spot`, each with the key of the texture in scene files. A value
+    /// has one number or three.
     pub fn texels(&self, spot: &Spot) -> Vec<(&'static str, Vec<f32>)> {
         let texel = |(key, map): (&'static str, Option<Map>)| {
             let map = map?;
@@ -166,8 +167,8 @@ impl Maps {
         self.bump.is_some() || self.normal.is_some()
     }
 
-    /// Direction of the changed shading normal, not normalised. The axes of its frame are the
-    /// tangents along u and v, and the unchanged normal.
+    /// Direction of the shading normal that a bump or normal map gives, not normalised. The axes of
+    /// the frame are the tangents along u and v, and the shading normal without the map.
     pub fn bumped_normal(&self, spot: &Spot) -> Vec3 {
         if let Some(map) = &self.normal {
             let n = map.normal(spot);
@@ -175,8 +176,8 @@ impl Maps {
             return Vec3::new(n.x, n.y, n.z.max(1e-3));
         }
         let Some(map) = &self.bump else { return Vec3::Z };
-        // Heights are in texels, so that a picture gives the same slopes on large and small walls.
-        // Blinn 1978, "Simulation of Wrinkled Surfaces", and MTL leave the unit of heights open.
+        // The unit of height is a texel, so that a picture gives the same slopes on large and small
+        // walls. Blinn 1978, "Simulation of Wrinkled Surfaces", and MTL do not define the unit.
         let texture = map.texture(spot);
         let (width, height) = texture.size();
         let texels = Vec2::new(width as f32, height as f32) * map.mapping.scale.abs();
@@ -207,7 +208,7 @@ impl Material {
             },
             ..*self
         };
-        // Textures may contain values above the physical limit.
+        // Values of textures may make the material scatter more light than it receives.
         here.scale_to_one();
         here.bsdf()
     }

@@ -1,15 +1,15 @@
 //! Materials: the user's parameters of a surface, and the resulting BSDF.
 //!
 //! A [`Material`] holds the user's parameters. `Material::bsdf` computes lobes from the constants
-//! of the material once, when the scene is built, and vertices refer to this BSDF. Building or
-//! copying the BSDF at every hit cost 5 % of a render. If textures vary a material (`maps`),
-//! `Material::bsdf_at` builds a BSDF for the point. The integrator provides a slot (`BsdfSlot`) for
-//! the lifetime of the vertex. The slot holds the BSDF and its view, so that nothing is allocated.
+//! of the material once, when the scene is built. Vertices refer to this BSDF, because building or
+//! copying a BSDF at every hit cost 5 % of a render. If textures vary a material (`maps`),
+//! `Material::bsdf_at` builds a BSDF for each point. The integrator provides a slot (`BsdfSlot`)
+//! for this BSDF and its view while it uses the vertex, so that nothing is allocated.
 //!
 //! A shape with constant normal and material is marked plain when the scene is built.
-//! `World::vertex` has shorter code for plain shapes. Anisotropic materials need a tangent, the
-//! direction of u of each triangle. `Scene::frame` computes the tangent for these materials only.
-//! Their surfaces are not plain.
+//! `World::vertex` has shorter code for plain shapes. Shapes of anisotropic materials are not
+//! plain. They need a tangent, which is the direction of u on each triangle. `Scene::frame`
+//! computes tangents for these materials only.
 
 mod dispersion;
 mod maps;
@@ -54,7 +54,7 @@ quantities! {
         /// across it, is the inverse square root of `1 − 0.9 anisotropy` (Burley 2012, "Physically
         /// Based Shading at Disney").
         anisotropy: f32 = 0.0, in SHARE;
-        /// Angle from ∂p/∂u to the tangent, measured around the normal, in degrees.
+        /// Angle from ∂p/∂u to the tangent in degrees, counter-clockwise around the normal.
         anisotropy_rotation: f32 = 0.0, in Range::Any;
         /// Factor of the reflection of the clear coat, a layer of index 1.5 over all other lobes.
         clearcoat: f32 = 0.0, in SHARE;
@@ -91,7 +91,7 @@ quantities! {
 /// Reflectance of a clear coat of index 1.5 along the normal.
 const COAT_F0: f32 = 0.04;
 
-/// Storage for the parts of a BSDF that belong to one vertex.
+/// Storage for the BSDF of one vertex, and for the view of this BSDF.
 #[derive(Default)]
 pub struct BsdfSlot<'v> {
     /// BSDF at the vertex, if the material varies over the surface.
@@ -120,8 +120,8 @@ pub enum Gloss {
     /// GGX microfacets with the material's roughness and a Fresnel term.
     Ggx(Fresnel),
     /// Metallic-roughness model (glTF 2.0, appendix B) with this fraction of metal: GGX microfacets
-    /// with the material's roughness. Metal reflects with the base colour; the dielectric rest
-    /// reflects by the index of refraction, over a diffuse base.
+    /// with the material's roughness. The metal part reflects with the base colour. The dielectric
+    /// part has a diffuse base under a reflection by the index of refraction.
     Metallic(f32),
     /// Perfect mirror with a Fresnel term.
     Mirror(Fresnel),
@@ -176,8 +176,8 @@ impl Material {
         }
     }
 
-    /// Radiance of the front side or, with an emission texture, factor of the texture. If the
-    /// constant is black, the factor is 1.
+    /// Radiance that the front side emits. With an emission texture, it is the factor of the
+    /// texture, which is 1 if the constant `emission` is black.
     pub fn emission_factor(&self) -> Spectrum {
         match self.maps.emission {
             Some(_) if self.emission.is_black() => Spectrum::ONE,
@@ -185,9 +185,9 @@ impl Material {
         }
     }
 
-    /// Fraction of the light that the material scatters, as the maximum over the channels. With
-    /// [`Gloss::Metallic`], the coat and the base below it share the light, so the larger of their
-    /// factors counts.
+    /// Fraction of the light that the material scatters: the maximum over the channels. With
+    /// [`Gloss::Metallic`], the base gets only the light that the reflection above it transmits, so
+    /// the larger of the two factors counts instead of their sum.
     pub fn scattered(&self) -> f32 {
         let reflected = match self.gloss {
             Gloss::Metallic(_) => self.diffuse.max(self.specular),
@@ -196,8 +196,8 @@ impl Material {
         (reflected + self.transmission).max_component()
     }
 
-    /// Divides all lobes by the fraction of the light that they scatter, if this fraction is above
-    /// 1.
+    /// If the material scatters more than all light, divides the factors of all lobes by
+    /// [`Material::scattered`].
     pub(crate) fn scale_to_one(&mut self) {
         let scattered = self.scattered();
         if scattered > 1.0 {
@@ -271,7 +271,7 @@ impl Material {
                 fresnel,
             }),
             Gloss::Mirror(fresnel) => Lobe::Mirror(Mirror { reflectance, fresnel }),
-            // Facets whose `α` is too small for the formulas are treated as a mirror.
+            // If `α` is too small for the formulas of microfacets, the lobe is a mirror.
             Gloss::Ggx(fresnel) if self.alpha() < MIN_ALPHA => Lobe::Mirror(Mirror { reflectance, fresnel }),
             Gloss::Ggx(fresnel) => Lobe::RoughConductor(RoughConductor::new(reflectance, alpha, fresnel)),
             Gloss::Metallic(metallic) if self.alpha() < MIN_ALPHA => {
@@ -314,7 +314,7 @@ impl Material {
         self.alpha() * Vec2::new(1.0 / aspect, aspect)
     }
 
-    /// Returns true if the BSDF depends on the rotation of the surface around its normal.
+    /// Returns true if the BSDF changes when the surface is rotated around its normal.
     pub fn is_anisotropic(&self) -> bool {
         self.anisotropy > 0.0
     }
@@ -333,13 +333,13 @@ impl Material {
         ((self.ior - 1.0) / (self.ior + 1.0)).powi(2)
     }
 
-    /// Lobe of the transmitted light. The lobe also reflects without colour, as dielectrics do: the
-    /// factor of the reflection is the largest channel of the transmission.
+    /// Lobe of the transmitted light. As a dielectric, the lobe also reflects light, without
+    /// colour. The factor of the reflection is the largest channel of the transmission.
     fn transmission_lobe(&self) -> Lobe {
         let (reflectance, transmittance) = (Spectrum::splat(self.transmission.max_component()), self.transmission);
         let ior = self.ior;
-        // If the index of refraction is close to 1, refraction spreads light less than the slopes
-        // of the facets suggest.
+        // Effective width of the lobe. If the index of refraction is close to 1, refraction spreads
+        // light less than the slopes of the facets suggest.
         let spread = self.alpha() * (ior - 1.0).abs().min(1.0);
         if self.thin {
             Lobe::ThinDielectric(ThinDielectric {

@@ -1,4 +1,4 @@
-//! Numeric parameters (quantities) of a material, each with its key in scene files and its range.
+//! Numeric parameters (quantities) of a material. Each has a key in scene files and a range.
 
 use super::{Gloss, Material};
 use crate::bsdf::Fresnel;
@@ -16,7 +16,7 @@ pub(super) const POSITIVE: Range<f32> = Range::Above(0.0);
 pub struct Quantity {
     /// Key in scene files.
     pub key: &'static str,
-    /// Range of each number.
+    /// Allowed range of each number of the quantity.
     pub range: Range<f32>,
     /// Function that returns the quantity's numbers; empty if the material does not have the
     /// quantity.

@@ -1,21 +1,22 @@
 //! Surfaces that transmit light without refraction: thin glass and coloured filters.
 //!
-//! A ray that hits such a surface stops there or passes, by a random choice, as with alpha;
-//! `integrator/opacity.rs` traces these rays. Light samples are multiplied by the probability of
-//! passing. Scattering before and behind the surface therefore does not depend on the surface, and
-//! MIS, connections, photons and path reuse need no changes.
+//! A ray that hits such a surface stops there or passes through, by a random choice, as with alpha.
+//! `integrator/opacity.rs` traces these rays. A light sample behind the surface is multiplied by
+//! the probability that a ray passes. For all other code, the surface does not exist if a ray
+//! passes, so MIS, connections, photons and path reuse need no changes.
 //!
-//! The probability must be the same from both ends of a path. Otherwise, estimators that trace from
-//! lights would differ from estimators that trace from the camera. Two kinds of surface have such a
-//! probability:
+//! The probability must be the same for both directions of a path. Otherwise, estimators that trace
+//! from lights would differ from estimators that trace from the camera. Two kinds of surface have
+//! such a probability:
 //!
 //! - a thin dielectric without other lobes. It stops the fraction `r = 2R / (1 + R)` of the rays,
-//!   which is its reflectance. The reflectance is the same for both directions of a mirror;
+//!   which is its reflectance. The reflectance is the same for a direction and its mirror
+//!   direction;
 //! - a filter, which is a thin dielectric of index 1 with additional reflecting lobes. It stops the
 //!   same fraction of the rays for all directions.
 //!
 //! A thin dielectric of another index that also has diffuse or glossy lobes, a coat or a texture
-//! has no such probability. It scatters rays, and shadow rays stop there.
+//! has no such probability. It is a usual surface, at which rays scatter and shadow rays stop.
 
 use super::Material;
 use crate::bsdf::{Bsdf, Fresnel, Lobe, Mirror, ThinDielectric};
@@ -26,8 +27,8 @@ use crate::color::Spectrum;
 pub struct ThinSurface {
     /// Factor of the transmitted light.
     pub tint: Spectrum,
-    /// Probability that a ray passes if the interfaces do not reflect it; below 1 if there are
-    /// other lobes.
+    /// Probability that a ray passes, without the reflection at the interfaces. Below 1 if the
+    /// surface has other lobes.
     share: f32,
     ior: f32,
 }
@@ -43,16 +44,16 @@ impl ThinSurface {
         }
     }
 
-    /// Probability that a filter stops a ray, the same for all directions; 1 if only a mirror stops
-    /// rays.
+    /// For a filter, the probability that it stops a ray, which is the same for all directions. For
+    /// a thin dielectric without other lobes, 1.
     pub fn scattered_share(&self) -> f32 {
         if self.share < 1.0 { 1.0 - self.share } else { 1.0 }
     }
 }
 
 impl Material {
-    /// Transmission of the surface without refraction. `None` if the surface refracts or is opaque,
-    /// or if the transmission varies over the surface.
+    /// Returns the thin surface of the material. `None` if the material refracts, is opaque or
+    /// emits light, or if the transmission varies over the surface.
     pub fn thin_surface(&self) -> Option<ThinSurface> {
         let varies = self.maps.varies_bsdf() || self.maps.has_bumps();
         let has_layers = self.clearcoat > 0.0 || !self.sheen.is_black();
@@ -78,7 +79,7 @@ impl Material {
         })
     }
 
-    /// BSDF for rays that do not pass, if the material has a [`ThinSurface`].
+    /// BSDF at which rays scatter that do not pass. `None` if the material has no [`ThinSurface`].
     pub fn stopped_bsdf(&self) -> Option<Bsdf> {
         let surface = self.thin_surface()?;
         if surface.share == 1.0 {
@@ -117,8 +118,8 @@ mod tests {
         }
     }
 
-    /// Passing by chance, and the mirror for other rays, have the same directions and the same
-    /// fractions of the light as the thin dielectric lobe.
+    /// Rays that pass by chance, and the mirror for all other rays, together equal the thin
+    /// dielectric lobe: in their directions and in the fractions of the light.
     #[test]
     fn passing_and_mirror_equal_the_thin_dielectric() {
         let glass = thin(Spectrum::rgb(0.9, 0.8, 0.5), 1.5);

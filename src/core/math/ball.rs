@@ -22,9 +22,9 @@ impl Ball {
     }
 
     /// Point on a disk in front of the ball, for light that travels in the unit direction `w`. The
-    /// disk is perpendicular to `w`, touches the ball, and has the ball's radius. Light in the
-    /// direction `w` that hits the ball crosses the disk first. `disk` is a point in the unit disk,
-    /// which is mapped to this disk.
+    /// disk is perpendicular to `w`, touches the ball, and has the radius of the ball. All light in
+    /// the direction `w` that hits the ball crosses this disk first. The parameter `disk` is a
+    /// point of the unit disk, which is mapped to the disk in front of the ball.
     pub fn before(&self, w: Vec3, disk: Vec2) -> Vec3 {
         let across = Frame::from_z(w).to_world(Vec3::new(disk.x, disk.y, 0.0));
         self.center + self.radius * (across - w)
@@ -40,8 +40,8 @@ impl Ball {
 mod tests {
     use super::*;
 
-    /// For light from any direction, every corner of a box lies behind the disk of `Ball::before`,
-    /// and nearer to the ball's centre than the ball's radius.
+    /// For light from any direction, every corner of a box lies behind the disk of `Ball::before`.
+    /// The distance of each corner from the centre of the ball is less than the radius.
     #[test]
     fn boxes_lie_behind_the_disk() {
         for (place, size) in [(0.0, 1.0), (1e4, 1.0), (-3e6, 2.0), (1e-9, 1e-12), (9e17, 1e17)] {

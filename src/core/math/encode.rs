@@ -5,14 +5,14 @@ use std::ops::Range;
 
 /// A value that is part of the input of a hash.
 ///
-/// Values that lead to different renders have different bytes, even if they are adjacent in a
-/// sequence. Values of variable length begin with their length, and enums with the number of the
-/// variant. Floats are encoded by their bits, so that NaN is equal to NaN.
+/// Values that lead to different renders have different bytes, even if the bytes of several values
+/// follow each other. Values of variable length begin with their length, and enums with the number
+/// of the variant. Floats are encoded by their bits, so that NaN is equal to NaN.
 pub trait Encode {
-    /// Passes the value's bytes to `sink`, part by part.
+    /// Passes the bytes of the value to `sink`, in one or several calls.
     fn encode(&self, sink: &mut dyn FnMut(&[u8]));
 
-    /// All bytes of a small value.
+    /// Returns all bytes of the value. Meant for small values.
     fn encoded(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         self.encode(&mut |part| bytes.extend_from_slice(part));

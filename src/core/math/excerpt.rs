@@ -7,7 +7,8 @@ const MAX_CHARS: usize = 40;
 
 /// Quote of text from an input file: at most 40 characters, without control characters.
 ///
-/// A scene may name any file that the user can read, so errors must not print the whole file.
+/// A scene file may refer to any file that the user can read, so error messages must not print the
+/// contents of whole files.
 pub fn excerpt(text: &str) -> Cow<'_, str> {
     let end = text.char_indices().nth(MAX_CHARS);
     if end.is_none() && !text.contains(char::is_control) {
@@ -22,7 +23,7 @@ pub fn excerpt(text: &str) -> Cow<'_, str> {
 
 /// Maximum number of characters in a quote of a name.
 const MAX_NAME_CHARS: usize = 120;
-/// Number of characters from the end of a name in a quote that leaves out the middle of the name.
+/// Number of characters after the gap, in a quote that leaves out the middle of a name.
 const NAME_END: usize = 50;
 
 /// Quote of a name from an input file, such as the name of a material or a part. If the name is

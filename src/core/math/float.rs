@@ -12,7 +12,7 @@ pub const fn gamma(n: u32) -> f32 {
     nu / (1.0 - nu)
 }
 
-/// Smooth step: 0 below 0, 1 above 1, and `3 t² − 2 t³` between.
+/// Smooth step: 0 for `t` below 0, 1 for `t` above 1, and `3 t² − 2 t³` in between.
 pub fn smooth_step(t: f32) -> f32 {
     let t = t.clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)

@@ -38,8 +38,8 @@ impl Glob {
     pub fn matches(&self, name: &str) -> bool {
         let name: Vec<char> = name.chars().collect();
         let (mut part, mut at) = (0, 0);
-        // Index of the last `*` in the pattern, and end of its match in `name`. If the rest of the
-        // pattern does not match, this match grows by one character.
+        // Index in the pattern of the last `*`, and end in `name` of the text that this `*`
+        // matches. If the rest of the pattern does not match, the text grows by one character.
         let mut star: Option<(usize, usize)> = None;
         while at < name.len() {
             match self.0.get(part) {
@@ -66,7 +66,7 @@ impl Glob {
         self.0.iter().all(|part| matches!(part, Token::Char(_)))
     }
 
-    /// The pattern's characters without wildcards, to search for similar names.
+    /// Characters of the pattern without the wildcards. With these, similar names can be searched.
     pub fn literal(&self) -> String {
         let chars = self.0.iter().filter_map(|part| match part {
             Token::Char(c) => Some(*c),
@@ -75,9 +75,9 @@ impl Glob {
         chars.collect()
     }
 
-    /// Text of the pattern. The keys of a table must differ, but several entries may have the same
-    /// pattern. `copy` therefore selects one of several equivalent texts, which differ in the
-    /// literal characters that are escaped by `\`.
+    /// Text of the pattern. In a table, several entries may need the same pattern, but their keys
+    /// must differ. `copy` therefore selects one of several texts that mean the same pattern. These
+    /// texts differ in the literal characters that are escaped by `\`.
     pub fn text(&self, copy: usize) -> String {
         let mut left = copy;
         let mut text = String::new();

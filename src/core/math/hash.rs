@@ -10,12 +10,12 @@ pub fn mix(mut z: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// Top 24 bits of `bits` as a multiple of 2⁻²⁴ in [0, 1), which is exact in `f32`.
+/// Number in [0, 1) from the top 24 bits of `bits`: a multiple of 2⁻²⁴, which is exact in `f32`.
 pub fn unit_f32(bits: u64) -> f32 {
     (bits >> 40) as f32 * (1.0 / (1u64 << 24) as f32)
 }
 
-/// Top 53 bits of `bits` as a multiple of 2⁻⁵³ in [0, 1), which is exact in `f64`.
+/// Number in [0, 1) from the top 53 bits of `bits`: a multiple of 2⁻⁵³, which is exact in `f64`.
 pub fn unit_f64(bits: u64) -> f64 {
     (bits >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
 }

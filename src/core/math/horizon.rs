@@ -2,11 +2,11 @@ use super::{DVec3, Quat, Vec3};
 
 /// Directions by azimuth and elevation above a horizontal plane.
 ///
-/// With +y up, azimuth 0 is +z, the position of a camera without rotation, and azimuths grow
-/// towards +x: counter-clockwise seen from above. For another up axis, the frame is turned by the
-/// smallest rotation from +y to this axis. The rotation keeps the direction that is perpendicular
-/// to both axes. With +z up, azimuth 0 is −y, and +x stays at 90°. With −y up, the rotation is
-/// around +x.
+/// With +y up, azimuth 0 is +z. A camera at this azimuth looks along −z, as a camera without
+/// rotation. Azimuths grow towards +x, which is counter-clockwise seen from above. For another up
+/// axis, the frame is turned by the smallest rotation from +y to this axis. The direction that is
+/// perpendicular to both axes stays the same. With +z up, azimuth 0 is −y, and +x stays at 90°.
+/// With −y up, the smallest rotation is not unique; the rotation around +x is used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Horizon {
     up: Vec3,
@@ -36,8 +36,8 @@ impl Horizon {
 
     /// Up direction in the image of a camera. `back` is the unit vector opposite to the view
     /// direction. The result is [`Horizon::up`] unless the camera looks nearly straight up or down.
-    /// The direction of azimuth 0 is then at the top of the image (looking up) or at its bottom
-    /// (looking down).
+    /// If it does, the direction of azimuth 0 is at the top of the image for a camera that looks
+    /// up, and at the bottom for a camera that looks down.
     pub fn image_up(&self, back: Vec3) -> Vec3 {
         let height = back.dot(self.up);
         if height.abs() > 0.999 {
@@ -47,7 +47,8 @@ impl Horizon {
         }
     }
 
-    /// Coordinates of the point `p` along azimuth 90°, along the up direction, and along azimuth 0.
+    /// Coordinates of the point `p` along three axes: the direction of azimuth 90°, the up
+    /// direction, and the direction of azimuth 0.
     pub fn coordinates(&self, p: Vec3) -> Vec3 {
         self.rotation.inverse() * p
     }

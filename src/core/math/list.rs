@@ -4,13 +4,14 @@ pub fn list(values: &[f32]) -> String {
     format!("[{}]", values.join(", "))
 }
 
-/// Number with at most six significant digits, without trailing zeros. The `f32` nearest to 0.04 is
-/// `0.04`, and 1 is `1`.
+/// Text of a number with at most six significant digits, without trailing zeros. The text of the
+/// `f32` nearest to 0.04 is `0.04`, and that of 1 is `1`.
 pub fn rounded(value: f64) -> String {
     significant(value, 6)
 }
 
-/// Number with at most `digits` significant digits, without an exponent and without trailing zeros.
+/// Text of a number with at most `digits` significant digits, without an exponent and without
+/// trailing zeros.
 pub fn significant(value: f64, digits: usize) -> String {
     let after_first = digits.saturating_sub(1);
     let decimal = format!("{value:.after_first$e}");

@@ -1,7 +1,8 @@
 //! Sine, cosine and arc tangent of `f32` by Taylor series over short intervals.
 //!
 //! The results are bit-identical on all machines, unlike the results of the system's mathematical
-//! library. The series also avoid branches, which the processor cannot predict for random angles.
+//! library. The series also need no branches. For random angles, the processor could not predict
+//! branches.
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_8, PI};
 
@@ -19,9 +20,9 @@ pub fn sin_cos_eighth_turn(x: f32) -> (f32, f32) {
 pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
     /// 1.5 · 2²³. The sum of this number and a small number is rounded to a whole number.
     const WHOLE: f32 = 12_582_912.0;
-    // Split the angle into a number of quarter turns, rounded to the nearest whole number, and a
-    // rest. The number is in the lowest bits of `shifted`. The rest is exact as a fraction of a
-    // quarter turn.
+    // Split the angle into a whole number of quarter turns and a rest. The whole number is the
+    // nearest one; it is in the lowest bits of `shifted`. The rest is computed exactly, as a
+    // fraction of a quarter turn.
     let quarters = 4.0 * turns;
     let shifted = quarters + WHOLE;
     let (sin, cos) = sin_cos_eighth_turn(FRAC_PI_2 * (quarters - (shifted - WHOLE)));
@@ -42,14 +43,16 @@ pub fn atan2(y: f32, x: f32) -> f32 {
     const TAN: [f32; 3] = [0.198_912_37, 0.414_213_57, 0.668_178_6];
     let (across, along) = (y.abs(), x.abs());
     let (less, more) = (across.min(along), across.max(along));
-    // After a rotation back by the nearest multiple of π/8, the angle is at most π/16.
+    // Rotate back by the nearest multiple of π/8. The absolute value of the remaining angle is at
+    // most π/16.
     let eighths = usize::from(less > TAN[0] * more) + usize::from(less > TAN[2] * more);
     let tan = [0.0, TAN[1], 1.0][eighths];
     let t = (less - tan * more) / (more + tan * less).max(f32::MIN_POSITIVE);
     let t2 = t * t;
     let series = 1.0 + t2 * (-1.0 / 3.0 + t2 * (1.0 / 5.0 + t2 * (-1.0 / 7.0 + t2 * (1.0 / 9.0))));
     let angle = t * series + FRAC_PI_8 * eighths as f32;
-    // Replace the angle by π/2 − angle if |y| > |x|. Then replace it by π − angle if x < 0.
+    // If |y| > |x|, replace the angle by π/2 − angle. Then, if x < 0, replace the angle by π −
+    // angle.
     let mirrored = |angle: f32, is_past: bool, whole: f32| {
         let sign = u32::from(is_past) << 31;
         [0.0, whole][usize::from(is_past)] + f32::from_bits(angle.to_bits() ^ sign)

@@ -40,8 +40,9 @@ pub(super) fn positions(topology: &Topology, scheme: Scheme, positions: &[DVec3]
     (0..positions.len()).into_par_iter().map(limit).collect()
 }
 
-/// Corners around one vertex between two sharp edges, counter-clockwise, with the positions of the
-/// neighbours.
+/// Fan of faces around a vertex, between two sharp edges: the corners of the faces at the vertex,
+/// counter-clockwise, and the positions of the neighbouring vertices. Without sharp edges, the fan
+/// is closed.
 #[derive(Default)]
 struct Fan {
     corners: Vec<u32>,
@@ -52,8 +53,9 @@ struct Fan {
     is_closed: bool,
 }
 
-/// Normals of the limit surface, and the index of the normal of each corner. A vertex has one
-/// normal for each fan of faces between sharp edges. The first normal has the index of the vertex.
+/// Returns the normals of the limit surface, and for each corner the index of its normal. A vertex
+/// has one normal for each fan of faces between sharp edges. The first normal of a vertex has the
+/// index of the vertex.
 pub(super) fn normals(
     topology: &Topology,
     scheme: Scheme,
@@ -86,8 +88,8 @@ pub(super) fn normals(
 }
 
 impl Fan {
-    /// Collects the fan of `corner`, at a vertex with `count` corners. `count` limits the search: a
-    /// fan of faces with repeated vertices may be endless.
+    /// Collects the fan that contains `corner`. `count` is the number of corners at the vertex. It
+    /// limits the search, which might not end if faces have repeated vertices.
     fn follow(&mut self, topology: &Topology, positions: &[DVec3], corner: u32, count: u32) {
         self.corners.clear();
         self.edges.clear();
@@ -139,7 +141,8 @@ impl Fan {
         }
     }
 
-    /// Tangents at a smooth vertex with `n` edges. The second is to the left of the first.
+    /// Tangents at a smooth vertex with `n` edges. The second tangent points to the left of the
+    /// first.
     fn tangents(&self, scheme: Scheme, n: usize) -> [DVec3; 2] {
         let angle = TAU / n as f64;
         let factor = match scheme {
@@ -187,8 +190,8 @@ impl Fan {
         }
     }
 
-    /// Mean of the face normals, weighted by the area of the triangle between the vertex and two
-    /// neighbours.
+    /// Mean of the normals of the faces. The weight of a face is the area of the triangle between
+    /// the vertex and the two neighbours.
     fn mean_normal(&self, p: DVec3) -> DVec3 {
         let next = |i: usize| self.edges.get(i + 1).unwrap_or(&self.edges[0]);
         let facets = (0..self.corners.len()).map(|i| (self.edges[i] - p).cross(*next(i) - p));

@@ -1,17 +1,18 @@
 //! Subdivision surfaces: the smooth surface of a control mesh of polygons.
 //!
-//! `topology` divides faces, `refine` computes vertex positions, and `limit` moves them onto the
-//! limit surface and computes normals. The result is triangles, so all backends have the same
-//! surface. Steps are uniform, so there are no cracks. Positions are connected by their indices in
-//! the file, independent of seams in texture coordinates.
+//! `topology` divides faces, `refine` computes vertex positions, and `limit` moves the vertices
+//! onto the limit surface and computes normals. The result consists of triangles, so all backends
+//! have the same surface. All faces are divided in the same number of steps, so there are no
+//! cracks. Positions are connected by their indices in the file, independent of seams in texture
+//! coordinates.
 //!
 //! - Meshes that have only triangles use Loop's scheme. All other meshes use the scheme of Catmull
 //!   and Clark.
-//! - Boundaries are smooth curves, and vertices of a single face keep their position, as in
-//!   OpenSubdiv's `EDGE_AND_CORNER`.
+//! - Boundaries are smooth curves. A boundary vertex that belongs to a single face keeps its
+//!   position, as in OpenSubdiv's `EDGE_AND_CORNER`.
 //! - Edges of three or more faces, and edges between faces of opposite orientation, stay sharp.
-//! - Texture coordinates are smooth inside their islands and linear along their boundaries. Colours
-//!   are means of their neighbours.
+//! - Texture coordinates are smooth inside the islands of a texture and linear along the boundaries
+//!   of islands. The colour of a new vertex is the mean of the neighbouring colours.
 //! - Many programs write a separate vertex for each normal and texture coordinate. Vertices at one
 //!   position are therefore joined, if this closes boundaries and creates no irregular edges.
 
@@ -72,7 +73,7 @@ pub struct SubdividedMesh {
     pub uv_triangles: Vec<[u32; 3]>,
     /// Indices of the normals of each triangle.
     pub normal_triangles: Vec<[u32; 3]>,
-    /// Numbers of irregular edges, at which the surface is not smooth.
+    /// Numbers of irregular edges. The surface is not smooth there.
     pub irregular: IrregularEdges,
 }
 
@@ -169,7 +170,8 @@ impl ControlMesh<'_> {
         subdivided
     }
 
-    /// Position indices of corners. Equal positions are joined if this improves the surface.
+    /// Index of the position of each corner. Equal positions get the same index if this improves
+    /// the surface.
     fn joined_corners(&self) -> Vec<u32> {
         let own = self.corners.to_vec();
         let mut first: HashMap<[u32; 3], u32> = HashMap::with_capacity(self.positions.len());
@@ -196,8 +198,8 @@ impl ControlMesh<'_> {
         }
     }
 
-    /// Makes edges sharp if the angle between their faces is above `crease_angle`. Pins vertices at
-    /// which two sharp edges turn by more than this angle.
+    /// Makes edges sharp if the angle between the normals of their faces is above `crease_angle`.
+    /// Pins a vertex if the curve of its two sharp edges turns there by more than this angle.
     fn make_creases(&self, topology: &mut Topology) {
         let Some(degrees) = self.crease_angle else { return };
         let min_cosine = f64::from(degrees).to_radians().cos();
@@ -220,8 +222,8 @@ impl ControlMesh<'_> {
                 *sharpness = f32::INFINITY;
             }
         }
-        // Find vertices at which two sharp edges turn. If the edges do not turn, the sum of their
-        // directions away from the vertex is 0
+        // Find vertices at which a curve of two sharp edges turns. If the curve is straight there,
+        // the sum of the directions of the two edges away from the vertex is 0
         let mut sums = vec![(0, DVec3::ZERO); self.positions.len()];
         let sharp = (0..)
             .zip(&topology.sharpness)
@@ -234,7 +236,7 @@ impl ControlMesh<'_> {
                 sums[vertex].1 += direction;
             }
         }
-        // The sum of two unit vectors that turn by θ has the square 2 − 2 cos θ
+        // If the curve turns by θ, the squared length of the sum is 2 − 2 cos θ
         let max_square = 2.0 - 2.0 * min_cosine;
         let turns = |&(count, sum): &(u32, DVec3)| count == 2 && sum.length_squared() > max_square;
         topology.pinned = sums.iter().map(turns).collect();
@@ -255,15 +257,16 @@ impl UvMesh {
             return None;
         }
         let count = mesh.uvs.len() as u32;
-        // Corners without texture coordinates share one entry, which no triangle gets
+        // All corners without texture coordinates refer to one additional entry, which no triangle
+        // uses in the end
         let corners = mesh.uv_corners.iter().map(|&uv| uv.min(count)).collect();
         let (mut uvs, _) = Topology::new(mesh.sizes, corners, count + 1);
         for (corners, sharpness) in uvs.edge_corners.iter_mut().zip(&mut uvs.sharpness) {
             let [first, second] = *corners;
             let of_positions = topology.edges[first as usize];
             *sharpness = sharpness.max(topology.sharpness[of_positions as usize]);
-            // Islands may overlap: separate two faces if their common edge in the texture is no
-            // common edge of the mesh
+            // Islands may overlap. If two faces have a common edge in the texture that is not a
+            // common edge of the mesh, separate the faces
             if second != NONE && topology.edges[second as usize] != of_positions {
                 *sharpness = f32::INFINITY;
                 corners[1] = NONE;
@@ -303,7 +306,8 @@ impl UvMesh {
 }
 
 /// Triangles of the faces whose corners have the indices `corners`. Each quad is divided by the
-/// diagonal from its first corner, identically in every mesh with these faces.
+/// diagonal from its first corner. The triangles of positions, normals and texture coordinates
+/// therefore match.
 fn triangles(corners: &[u32], scheme: Scheme) -> Vec<[u32; 3]> {
     match scheme {
         Scheme::CatmullClark => (corners.chunks_exact(4))

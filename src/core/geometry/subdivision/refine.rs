@@ -8,8 +8,8 @@ use crate::math::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::ops::{Add, AddAssign, Mul};
 
-/// Value at a vertex, in 64 bits, so that the roundings of many steps stay below the rounding of
-/// 32-bit positions.
+/// Value at a vertex, in f64. The rounding errors of many steps then stay below the rounding error
+/// of positions in f32.
 pub(super) trait VertexValue:
     Copy + Default + Send + Sync + Add<Output = Self> + AddAssign + Mul<f64, Output = Self>
 {
@@ -23,9 +23,9 @@ impl VertexValue for DVec3 {}
 pub(super) enum Rule {
     /// Smooth surfaces, with smooth curves at boundaries.
     Surface,
-    /// Smooth inside, linear along boundaries: for texture coordinates.
+    /// Smooth inside and linear along boundaries, for texture coordinates.
     Inside,
-    /// Means of neighbours: for colours.
+    /// Means of neighbouring values, for colours.
     Linear,
 }
 
@@ -77,8 +77,8 @@ pub(super) fn around_vertices(topology: &Topology) -> Vec<Valence> {
     around
 }
 
-/// Sums of the values of the neighbours of each vertex: over all edges, and over sharp edges. The
-/// second list is empty if no edge is sharp.
+/// For each vertex, two sums of the values of its neighbours: over all edges, and over sharp edges
+/// only. The second list is empty if no edge is sharp.
 pub(super) fn sums_of_neighbours<V: VertexValue>(topology: &Topology, values: &[V]) -> [Vec<V>; 2] {
     let mut of_all = vec![V::default(); values.len()];
     let has_sharp = topology.sharpness.par_iter().any(|&sharpness| sharpness > 0.0);
@@ -95,8 +95,8 @@ pub(super) fn sums_of_neighbours<V: VertexValue>(topology: &Topology, values: &[
     [of_all, of_sharp]
 }
 
-/// Loop's weight of each neighbour in the new position of a vertex with `edges` edges (Warren
-/// 1995).
+/// Weight of each neighbour in the new position of a vertex with `edges` edges, for Loop's scheme
+/// (Warren 1995).
 pub(super) fn loop_factor(edges: u32) -> f64 {
     if edges == 3 {
         3.0 / 16.0

@@ -83,8 +83,9 @@ fn is_closed(triangles: &[[u32; 3]]) -> bool {
     is_once && sides.iter().all(|&[a, b]| sides.binary_search(&[b, a]).is_ok())
 }
 
-/// The limit of a cube at its corners, edges and faces, by hand: a step, then the masks of the
-/// limit (Halstead et al. 1993). Further steps must not move it.
+/// Limit positions of the corners, edges and faces of a cube, computed by hand: one step of
+/// subdivision, then the limit masks (Halstead et al. 1993). Further steps must not change these
+/// positions.
 #[test]
 fn cube_matches_closed_forms() {
     let positions = cube_corners();
@@ -107,8 +108,9 @@ fn cube_matches_closed_forms() {
             let normal = fine.normals[place.unwrap()];
             assert!(normal.distance(expected.normalize()) < 1e-6, "{normal} at {expected}");
         };
-        // A step puts corners at 5/9 on three axes, edges at 3/4 on two, faces at 1 on one. Then
-        // the masks of valence 3, (9 v + 4 Σe + Σf)/24, and of valence 4, (16 v + 4 Σe + Σf)/36:
+        // After a step, the coordinates of corners are ±5/9 on three axes, those of edges ±3/4 on
+        // two axes, and those of faces ±1 on one axis. Then apply the limit masks of valence 3, (9
+        // v + 4 Σe + Σf)/24, and of valence 4, (16 v + 4 Σe + Σf)/36:
         let (c, e, f) = (5.0 / 9.0, 0.75, 1.0);
         // Corner: edges are (e, e, 0) in three orders, faces (f, 0, 0)
         let corner = (9.0 * c + 4.0 * 2.0 * e + f) / 24.0;
@@ -205,7 +207,7 @@ fn polygons_of_any_size_become_quads() {
     assert_eq!(fine.triangles.len(), 20 * 8);
     assert_eq!(euler_characteristic(&fine.triangles), 2);
     assert!(is_closed(&fine.triangles));
-    // Facets agree with normals
+    // The normals of the triangles agree with the normals of the limit surface
     for (triangle, normals) in fine.triangles.iter().zip(&fine.normal_triangles) {
         let [a, b, c] = triangle.map(|i| fine.positions[i as usize]);
         let facet = (b - a).cross(c - a).normalize();
@@ -347,7 +349,7 @@ fn vertices_at_one_place_are_joined() {
             .take(24)
             .all(|p| p.max_element() < 1.0 || split.contains(p))
     );
-    // Two sheets back to back are not joined: their joined edges would have four faces.
+    // Two sheets back to back are not joined, because each joined edge would have four faces.
     let (sheet, sizes, corners) = plane(2, true);
     let two: Vec<Vec3> = sheet.iter().chain(&sheet).copied().collect();
     let back: Vec<u32> = corners.iter().rev().map(|i| i + 9).collect();

@@ -1,8 +1,9 @@
 //! Faces, edges and corners of a mesh, and their division in a subdivision step.
 //!
-//! A corner is an index into the list of the faces' vertices. It also represents the edge from its
-//! vertex to the next corner of its face. The index of a new element follows from the index of the
-//! element that a step divides. Edges are therefore searched only once, in the control mesh.
+//! A corner is an index into the list of the faces' vertices. A corner also stands for the edge
+//! from its vertex to the vertex of the next corner of the face. When a step divides an element,
+//! the indices of the new elements follow from the index of the divided element. Edges are
+//! therefore searched only once, in the control mesh.
 
 use rayon::prelude::*;
 
@@ -29,7 +30,7 @@ impl Scheme {
     }
 }
 
-/// Ranges of corners of the faces.
+/// Range of corners of each face.
 #[derive(Clone, Debug)]
 pub(super) enum Faces {
     /// `starts` has the first corner of each face, then the number of all corners. `of_corners` has
@@ -47,8 +48,9 @@ pub(super) struct Topology {
     pub vertices: Vec<u32>,
     /// Edge from each corner to the next corner of its face.
     pub edges: Vec<u32>,
-    /// Corners from which each edge starts, in both directions. The second corner is [`NONE`] at a
-    /// boundary, or if the edge is not manifold.
+    /// For each edge, the corners at which the edge starts in the first and in the opposite
+    /// direction. The second corner is [`NONE`] at a boundary, and for an edge of
+    /// [`IrregularEdges`].
     pub edge_corners: Vec<[u32; 2]>,
     /// Sharpness of each edge: 0 is smooth. An edge with an infinite sharpness stays sharp in all
     /// steps.
@@ -203,7 +205,8 @@ impl Topology {
         self.twin(self.previous(corner))
     }
 
-    /// Corner of the same edge in the other direction; `None` if the edge is sharp.
+    /// Corner at which the edge of `corner` starts in the opposite direction; `None` if the edge is
+    /// sharp or has no second corner.
     fn twin(&self, corner: u32) -> Option<u32> {
         let edge = self.edges[corner as usize] as usize;
         let [first, second] = self.edge_corners[edge];
@@ -217,8 +220,8 @@ impl Topology {
         2 * edge + u32::from(first != self.vertex(corner))
     }
 
-    /// Mesh after a step. Its vertices are the vertices of this mesh, then one for each edge, then,
-    /// with [`Scheme::CatmullClark`], one for each face.
+    /// Mesh after a step. The vertices of this mesh come first, followed by a vertex for each edge.
+    /// With [`Scheme::CatmullClark`], a vertex for each face comes last.
     pub fn refined(&self, scheme: Scheme) -> Self {
         let corners = self.vertices.len() as u32;
         let edge_count = self.edge_corners.len() as u32;

@@ -417,7 +417,7 @@ mod tests {
         let mesh = Mesh {
             positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
             // The second triangle has the opposite winding, because two equal triangles would count
-            // as one.
+            // as a single triangle.
             triangles: vec![[0, 1, 2], [0, 2, 1]],
             ..Mesh::default()
         };

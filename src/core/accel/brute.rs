@@ -1,5 +1,5 @@
-//! Brute-force backend: tests every triangle against every ray, in f64. It is slow, and simple
-//! enough to be the reference for the other backends.
+//! Brute-force backend: tests every triangle against every ray, in f64. It is slow, but so simple
+//! that it is the reference for the other backends.
 
 use super::{Accel, BackendInfo};
 use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, crossing};

@@ -13,7 +13,7 @@
 //! - The crossing is at an end of the ray's interval.
 //! - The backends hit two surfaces that coincide.
 //!
-//! If the ray meets an edge, eight parallel rays around the ray are traced. If all of them hit a
+//! If the ray meets an edge, eight parallel rays around the ray are traced. If all eight rays hit a
 //! surface at a similar or smaller distance, the edge is not a boundary, and the ray has leaked
 //! through the surface. All other differences are defects, and `tests/it/rays/backends.rs` allows
 //! none.
@@ -93,8 +93,8 @@ impl Cause {
 
 impl Disagreement {
     /// For each backend, `true` if its answer is wrong. The answer of `brute`, if given, counts as
-    /// correct. Both values are `false` if rounding explains the difference. They are also `false`
-    /// if the cause is `Unexplained` and `brute` is `None`.
+    /// correct. Both values are `false` if rounding explains the difference, or if the cause is
+    /// `Unexplained` and `brute` is `None`.
     pub fn wrong(&self, scene: &Scene, brute: Option<&BruteForce>) -> [bool; 2] {
         let ray = &self.query.ray;
         let exact = brute.map(|brute| self.query.trace(brute));
@@ -191,12 +191,13 @@ pub(super) fn judge(
 /// origin to the farthest corner, the longest edge E, the unnormalised normal N, the direction d,
 /// and the unit roundoff u. Corners relative to the origin have an error of u R. Edge functions
 /// (Plücker's as in Embree, or sheared as in Woop et al. 2013) are volumes of the direction and two
-/// corners whose distance from the ray is at most E. Their error is at most some tens of roundings
-/// of R E |d|. The hit distance is a quotient with the divisor N·d. An error of a corner or of the
-/// normal is multiplied by at most E, because the distance of the crossing from each corner is at
-/// most E. The error of the hit distance is therefore some tens of roundings of R E² / |N·d|. Both
-/// bounds use 32 roundings. The test `tests/it/rays/backends.rs` prints the largest errors as
-/// fractions of these bounds, and of the bound on barycentrics that follows from them.
+/// corners whose distance from the ray is at most E. The error of an edge function is at most some
+/// tens of roundings of R E |d|. The hit distance is a quotient with the divisor N·d. An error of a
+/// corner or of the normal is multiplied by at most E, because the distance of the crossing from
+/// each corner is at most E. The error of the hit distance is therefore some tens of roundings of R
+/// E² / |N·d|. Both bounds use 32 roundings. The test `tests/it/rays/backends.rs` prints the
+/// largest errors as fractions of these bounds, and of the bound on barycentrics that follows from
+/// them.
 #[derive(Clone, Copy, Debug)]
 pub struct Crossing {
     ray: Ray,
@@ -309,7 +310,7 @@ impl Crossing {
         self.determinant.abs() <= self.volume_error()
     }
 
-    /// Cause of a disagreement if another backend misses this triangle.
+    /// Cause of a disagreement in which another backend misses this triangle.
     fn cause(&self) -> Cause {
         let near = |end: f32| (self.t - end as f64).abs() <= self.t_error();
         if self.is_grazing() {

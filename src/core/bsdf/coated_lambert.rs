@@ -8,10 +8,10 @@ use std::f32::consts::PI;
 /// Ideal diffuse reflection below a coat, a colourless [`super::RoughConductor`]. The coat weakens
 /// the light on the way in and on the way out. Symmetric on both sides of the surface.
 ///
-/// `f = albedo (1 − E(wo)) (1 − E(wi)) / (π (1 − Ē))`, with the coat's albedo `E` towards a
-/// direction and its mean `Ē` (Kelemen and Szirmay-Kalos 2001, "A Microfacet Based Coupled
-/// Specular-Matte BRDF Model with Importance Sampling"). The lobe is reciprocal. With albedo 1,
-/// base and coat together reflect all light.
+/// `f = albedo (1 − E(wo)) (1 − E(wi)) / (π (1 − Ē))`, where `E` is the albedo of the coat towards
+/// a direction, and `Ē` the cosine-weighted mean of `E` (Kelemen and Szirmay-Kalos 2001, "A
+/// Microfacet Based Coupled Specular-Matte BRDF Model with Importance Sampling"). The lobe is
+/// reciprocal. With albedo 1, base and coat together reflect all light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoatedLambert {
     albedo: Spectrum,

@@ -26,8 +26,9 @@ impl Dielectric {
         self.reflectance * r + self.transmittance * (1.0 - r)
     }
 
-    /// Samples of the reflected and the refracted direction. The density of each sample is its
-    /// fraction of the flux. `None` if a direction gets no light.
+    /// Returns a sample of the reflected direction and a sample of the refracted direction. The
+    /// density of a sample is the fraction of the flux in this direction. `None` if a direction
+    /// gets no light.
     pub fn directions(&self, wo: Vec3, mode: TransportMode) -> [Option<BsdfSample>; 2] {
         let cos_o = wo.z.abs();
         if cos_o == 0.0 {

@@ -6,16 +6,16 @@
 //! would not be reciprocal. The form needs the energy loss towards each direction, and the
 //! cosine-weighted mean of this loss.
 //!
-//! Both are tabulated by quadrature over the visible facets of the lobes themselves. The axes are
-//! `√cos θ`, the roughness `√α` and, for dielectrics, `(η − 1) / (η + 1)`. The values are nearly
-//! linear along these axes. A row for one roughness and index is computed on first use, within 2 ms
-//! for a metal and 20 ms for glass. A fitted polynomial would be faster, but it could not be
-//! checked against the lobe.
+//! The loss and the mean are tabulated. They are computed by quadrature over the visible facets of
+//! the lobes themselves. The axes are `√cos θ`, the roughness `√α` and, for dielectrics, `(η − 1) /
+//! (η + 1)`. The values are nearly linear along these axes. A row for one roughness and index is
+//! computed on first use, within 2 ms for a metal and 20 ms for glass. A fitted polynomial would be
+//! faster, but it could not be checked against the lobe.
 //!
 //! Light of multiple scattering is sampled in proportion to its distribution. With cosine sampling
 //! only, a sample at the horizon of a nearly smooth surface would weigh hundreds of times the mean.
-//! Anisotropic facets use the tables of the geometric mean of their two slopes. The remaining error
-//! is in docs/notebook/2026-11.md, "Energy of lobes".
+//! For anisotropic facets, the tables for the geometric mean of `αx` and `αy` are used. The
+//! remaining error is in docs/notebook/2026-11.md, "Energy of lobes".
 
 use super::fresnel;
 use super::ggx::Ggx;
@@ -39,7 +39,8 @@ const LARGEST_ETA: f32 = 3.0;
 const POINTS: [usize; 2] = [32, 48];
 
 /// Tables of mirror facets, by roughness: the energy loss, and the albedo with each reflection
-/// weighted by `(1 − cos)⁵`, where cos is the cosine of the direction with the facet normal.
+/// weighted by `(1 − cos)⁵`, where cos is the cosine between the direction and the normal of the
+/// facet.
 static MIRRORS: [OnceLock<[Row; 2]>; NODES] = [const { OnceLock::new() }; NODES];
 
 /// Tables of refracting facets, by index and roughness: the energy loss, and the albedo of
@@ -54,7 +55,7 @@ pub(super) struct EnergyTable<const N: usize> {
     rows: [(&'static Row, f32); N],
 }
 
-/// Energy tables of rough conductors with one roughness.
+/// Energy tables of rough conductors for a given roughness.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ConductorTables {
     /// Position of the roughness on the axis of nodes, in steps between nodes.
@@ -72,7 +73,7 @@ pub(super) struct ConductorEnergy {
     /// table of losses.
     pub loss_pdf: f32,
     /// Albedo of single reflections, each weighted by Schlick's `(1 − cos)⁵`, where cos is the
-    /// cosine of the direction with the facet normal.
+    /// cosine between the direction and the normal of the facet.
     pub grazing: f32,
 }
 
@@ -115,7 +116,8 @@ impl ConductorTables {
     }
 }
 
-/// Rows of the tables of rough conductors with one roughness, for many lookups.
+/// Rows of [`ConductorTables`] for a given roughness. They are found once and used for many
+/// lookups.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ConductorRows {
     lower: &'static [Row; 2],
@@ -190,8 +192,8 @@ pub(super) struct DirectionTerms {
     pub stretched: f32,
 }
 
-/// Cache of the last energy lookup of rough conductors towards one direction. A coat and the base
-/// below it need the same energy.
+/// Lookup of the energy of rough conductors towards one direction. The last result is cached,
+/// because a coat and the base below the coat need the same energy.
 #[derive(Debug)]
 pub(super) struct EnergyLookup {
     cos: f32,
@@ -208,7 +210,7 @@ impl EnergyLookup {
         }
     }
 
-    /// Energy for the roughness `√α`.
+    /// Energy loss and albedo for the roughness `√α`.
     #[inline(always)]
     pub fn of(&mut self, roughness: f32) -> ConductorEnergy {
         let tables = ConductorTables::new(roughness);
@@ -368,7 +370,7 @@ impl Row {
         Self { nodes, cells, mean }
     }
 
-    /// Quantity at a cosine.
+    /// Interpolated value of the quantity at the cosine `cos`.
     #[inline(always)]
     pub fn at(&self, cos: f32) -> f32 {
         let (node, t) = cell(place(cos.sqrt(), NODES), NODES);

@@ -17,9 +17,9 @@ const POINTS: u32 = 48;
 /// Directional albedo of Phong's lobe, by exponent.
 static PHONG: [OnceLock<Row>; NODES] = [const { OnceLock::new() }; NODES];
 
-/// Directional albedo of Blinn's grooves of mirrors, by exponent: unweighted, and with each
-/// reflection weighted by `(1 − cos)⁵`, where cos is the cosine of the direction with the facet
-/// normal.
+/// Directional albedo of Blinn's lobe with mirror facets, by exponent: unweighted, and with each
+/// reflection weighted by `(1 − cos)⁵`, where cos is the cosine between the direction and the
+/// normal of the facet.
 static BLINN: [OnceLock<[Row; 2]>; NODES] = [const { OnceLock::new() }; NODES];
 
 /// Directional albedo of Phong's lobe with reflectance 1, towards a direction with the cosine
@@ -30,9 +30,9 @@ pub(super) fn phong_reflected(exponent: f32, cos: f32) -> f32 {
     lower + t * (upper - lower)
 }
 
-/// Directional albedo of Blinn's grooves of mirrors towards a direction with the cosine `cos`:
-/// unweighted, and with each reflection weighted by `(1 − c)⁵`, where c is the cosine of the
-/// direction with the facet normal.
+/// Directional albedo of Blinn's lobe with mirror facets, towards a direction with the cosine
+/// `cos`. The first value is unweighted. In the second value each reflection is weighted by `(1 −
+/// c)⁵`, where c is the cosine between the direction and the normal of the facet.
 pub(super) fn blinn_reflected(exponent: f32, cos: f32) -> [f32; 2] {
     let (node, t) = nodes(exponent);
     let (lower, upper) = (blinn_rows(node), blinn_rows(node + 1));

@@ -45,7 +45,7 @@ impl Ggx {
     /// Unlike the form with `cos² (α² − 1) + 1`, this form has no subtraction.
     #[inline(always)]
     pub fn density(&self, h: Vec3) -> f32 {
-        // Multiply the normal by the slopes, so that one division is enough
+        // Multiply the normal by `αx` and `αy`, so that one division is enough
         let area = self.alpha.x * self.alpha.y;
         let (x, y, z) = (h.x * self.alpha.y, h.y * self.alpha.x, h.z * area);
         let t = x * x + y * y + z * z;
@@ -140,7 +140,8 @@ mod tests {
     const SLOPES: [[f32; 2]; 4] = [[0.1, 0.1], [1.0, 1.0], [0.1, 0.4], [0.9, 0.3]];
 
     /// Integral of `f` over the upper hemisphere, by midpoints in azimuth and in `t`, with `tan θ =
-    /// t / (1 − t)`. The points also resolve facets of small slope.
+    /// t / (1 − t)`. The points are dense near the normal, so narrow distributions of facets are
+    /// resolved.
     fn integral(f: impl Fn(Vec3) -> f64) -> f64 {
         const STEPS: usize = 800;
         let mut sum = 0.0;
@@ -186,8 +187,8 @@ mod tests {
         for slopes in SLOPES {
             let facets = Ggx::new(slopes.into());
             for w in directions() {
-                // Compare the means of the normal and of its square: from samples, and by
-                // quadrature
+                // Compare the means of components of the normal, and of products of components,
+                // from samples and by quadrature
                 let mut drawn = [0.0f64; 4];
                 for i in 0..GRID * GRID {
                     let u = Vec2::new((i % GRID) as f32 + 0.5, (i / GRID) as f32 + 0.5) / GRID as f32;

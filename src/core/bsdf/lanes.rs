@@ -3,10 +3,11 @@
 //! Path reuse connects the first vertices of a group of pixels to vertices of the paths of all
 //! pixels of the group. Each connection evaluates a BSDF at both of its vertices. The usual
 //! materials of exporters have a diffuse base under a coat of GGX facets, or are metals. This
-//! module evaluates such BSDFs for sixteen connections in one pass. A loop over lanes has no branch
-//! and no call. Only the energy lookups run lane by lane. The loops are also compiled for AVX2, but
-//! without FMA, so that all processors return the same bits. Other BSDFs and single vertices are
-//! evaluated by [`super::BsdfView`]. Lanes and views return equal values up to rounding.
+//! module evaluates these BSDFs for sixteen connections in one pass. A loop over lanes has no
+//! branch and no call. Only the energy lookups run lane by lane. The loops are also compiled for
+//! AVX2, but without FMA, so that all processors return the same bits. Other BSDFs and single
+//! vertices are evaluated by [`super::BsdfView`]. Lanes and views return equal values up to
+//! rounding.
 
 // Loops use one index for all arrays, so that the compiler can vectorise them.
 #![allow(clippy::needless_range_loop)]

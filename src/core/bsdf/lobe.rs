@@ -127,8 +127,9 @@ impl Lobe {
     }
 
     /// [`Lobe::eval_pdf`] with the terms of `wo` and of `wi`. The lobes of most mixtures are coats,
-    /// diffuse bases and metals. Other lobes are not inlined. If they were, their terms would be
-    /// computed before the loop over lobes, even for BSDFs without these lobes.
+    /// diffuse bases and metals. The code of other lobes is not inlined. If it were, the terms of
+    /// these lobes would be computed before the loop over lobes, even for BSDFs without these
+    /// lobes.
     #[inline(always)]
     pub(super) fn eval_pdf_with(&self, [o, i]: [&DirectionTerms; 2], wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         match self {

@@ -2,11 +2,11 @@
 //!
 //! Conventions: `wo` points to the viewer and `wi` to the light; both are unit vectors away from
 //! the surface. +z is the shading normal. `f` excludes the cosine. Densities are per solid angle. A
-//! delta lobe scatters into single directions. Its `pdf` is the probability of choosing the
-//! direction, and its `f` is scaled so that `f |cos θi| / pdf` is the weight of the direction. The
-//! value of a refracting lobe is not the same for radiance and importance. `eval` returns the value
-//! for radiance. With exchanged directions it returns the value for importance. All lobes except
-//! delta lobes are called smooth.
+//! delta lobe scatters into single directions. For a delta lobe, `pdf` is the probability of
+//! choosing the direction, and `f` is scaled so that `f |cos θi| / pdf` is the weight of the
+//! direction. The value of a refracting lobe is not the same for radiance and importance. `eval`
+//! returns the value for radiance. With exchanged directions it returns the value for importance.
+//! All lobes except delta lobes are called smooth.
 //!
 //! A [`Bsdf`] is a closed enum: a single lobe, a [`Mix`] of up to three, or a [`Layered`] BSDF of
 //! up to five. The single matte lobe is the common case. Code for all other BSDFs is not inlined,
@@ -25,9 +25,9 @@
 //!   refraction. The choice needs an additional random number, `u_lobe`, which a mixture rescales
 //!   and passes on. Materials therefore put rough lobes into a `Mix` or a `Layered` BSDF, even if
 //!   there is only one lobe.
-//! - Delta lobes have one function, `directions`, that returns their one or two directions, each
-//!   with its fraction of the flux. Sampling chooses one direction; `whitted` follows all
-//!   directions.
+//! - Delta lobes have a function `directions`. It returns the one or two directions of the lobe,
+//!   each with the fraction of the flux that goes into this direction. Sampling chooses one
+//!   direction; `whitted` follows all directions.
 
 mod blinn;
 mod coated_lambert;
@@ -252,7 +252,8 @@ impl Bsdf {
     // Most paths hit matte surfaces. Code for other surfaces is kept out of line, so that matte
     // surfaces keep the registers and the cache.
 
-    /// [`Bsdf::eval`] of BSDFs that are not matte. It needs no lobe probabilities.
+    /// [`Bsdf::eval`] of BSDFs that are not matte. Unlike [`Bsdf::eval_pdf`], it does not compute
+    /// lobe probabilities.
     #[inline(never)]
     fn eval_any(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         self.lobe_values(wo, wi).fold(Spectrum::ZERO, |sum, (_, f)| sum + f)
@@ -297,8 +298,8 @@ impl Bsdf {
         }
     }
 
-    /// Samples of all directions of the delta lobes. The density of each sample is its fraction of
-    /// the flux of its lobe.
+    /// Samples of all directions of the delta lobes. The density of a sample is the fraction of the
+    /// lobe's flux in this direction.
     pub fn delta_directions(&self, wo: Vec3, mode: TransportMode) -> impl Iterator<Item = BsdfSample> {
         self.places().flat_map(move |(place, lobe)| {
             let samples = lobe.directions(wo, mode).into_iter().flatten();

@@ -86,10 +86,10 @@ impl RoughDielectric {
 
     /// Returns the value of the lobe for radiance, sr⁻¹, and the density of `wi` per solid angle.
     ///
-    /// The value is that of single scattering (Walter et al. 2007, eq. 20 and 21) plus that of
-    /// multiple scattering. For importance, exchange the directions. The density is the density of
-    /// visible facets times the Jacobian of the half vector (eq. 14 and 17), mixed with the density
-    /// of multiple scattering on both sides.
+    /// The value is the sum of single scattering (Walter et al. 2007, eq. 20 and 21) and multiple
+    /// scattering. For importance, exchange the directions. The density is the density of visible
+    /// facets times the Jacobian of the half vector (eq. 14 and 17), mixed with the density of
+    /// multiple scattering on both sides.
     #[inline(never)]
     pub(super) fn eval_pdf(&self, o: &DirectionTerms, i: &DirectionTerms, wo: Vec3, wi: Vec3) -> (Spectrum, f32) {
         if wo.z == 0.0 || wi.z == 0.0 {

@@ -5,8 +5,9 @@ use crate::math::Vec3;
 /// A thin dielectric: light leaves in its original direction, after all reflections between the two
 /// faces.
 ///
-/// Each face reflects `R`, so both reflect `R + (1 − R)² R / (1 − R²) = 2R / (1 + R)` (PBR3
-/// §8.2.2). With an index of 1, nothing is reflected, and the dielectric is a colour filter.
+/// Each face reflects the fraction `R`, so both faces together reflect `R + (1 − R)² R / (1 − R²) =
+/// 2R / (1 + R)` (PBR3 §8.2.2). With an index of 1, nothing is reflected, and the dielectric is a
+/// colour filter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinDielectric {
     /// Factor of the reflected light.
@@ -31,8 +32,8 @@ impl ThinDielectric {
         self.reflectance * r + self.transmittance * (1.0 - r)
     }
 
-    /// Samples of the reflected and the transmitted direction. The density of each sample is its
-    /// fraction of the flux.
+    /// Returns a sample of the reflected direction and a sample of the transmitted direction. The
+    /// density of a sample is the fraction of the flux in this direction.
     pub fn directions(&self, wo: Vec3) -> [Option<BsdfSample>; 2] {
         let cos = wo.z.abs();
         if cos == 0.0 {

@@ -106,7 +106,8 @@ impl Camera {
         let plane = |v: Vec3| Vec2::new(v.dot(camera.right), -v.dot(camera.up));
         let (image, pdf, over_cos) = if camera.film.is_parallel() {
             let from_center = p - camera.position;
-            // The film is projected onto the plane of focus.
+            // The position on the film follows from the point in which the ray crosses the plane of
+            // focus.
             let image = if camera.has_lens() {
                 plane(from_center) + plane(w) * (camera.focus_distance / cos)
             } else {

@@ -1,14 +1,15 @@
 //! Stereo pictures: one view for each eye.
 //!
-//! The eyes of a perspective camera are on its right axis, each at half of the eye distance from
-//! its position. The axes of both eyes are parallel, so an object at the depth z has the disparity
-//! f b / z, for the focal length f in pixels and the eye distance b. If a convergence depth is
-//! given, the picture planes of both eyes are shifted (off-axis projection), so that objects at
-//! this depth have no disparity. The axes stay parallel, so there is no vertical disparity.
+//! The eyes of a perspective camera are to the left and to the right of the position of the camera,
+//! each at half of the eye distance. The axes of both eyes are parallel, so an object at the depth
+//! z has the disparity f b / z, for the focal length f in pixels and the eye distance b. If a
+//! convergence depth is given, the picture planes of both eyes are shifted (off-axis projection),
+//! so that objects at this depth have no disparity. The axes stay parallel, so there is no vertical
+//! disparity.
 //!
-//! The eyes of a panorama are on a circle around its position (omni-directional stereo: Peleg,
-//! Ben-Ezra and Pritch 2001, "Omnistereo: Panoramic Stereo Imaging"). The ray of each pixel is a
-//! tangent of the circle.
+//! The eyes of a panorama are on a circle around the position of the camera (omni-directional
+//! stereo: Peleg, Ben-Ezra and Pritch 2001, "Omnistereo: Panoramic Stereo Imaging"). The ray of
+//! each pixel is a tangent of the circle.
 
 use super::{CameraError, Projection};
 use crate::math::{UVec2, encode_fields, encode_variants};

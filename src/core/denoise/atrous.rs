@@ -4,9 +4,9 @@
 //! Filtering", §4).
 //!
 //! Five passes blur by a 5 × 5 kernel. The tap distances are 1, 2, 4, 8 and 16 pixels, so that 5 ×
-//! 25 taps reach 62 pixels. The weight of a tap falls with its differences of normal, albedo, depth
-//! and light from the pixel. Light is divided by albedo before the blur and multiplied by albedo
-//! afterwards, so that textures stay sharp.
+//! 25 taps reach 62 pixels. The weight of a tap decreases with the differences of normal, albedo,
+//! depth and light between the tap and the filtered pixel. Light is divided by albedo before the
+//! blur and multiplied by albedo afterwards, so that textures stay sharp.
 //!
 //! Two steps come before the passes. Without these steps, the filter leaves blotches in rooms that
 //! are lit through a window, where bright samples are rare. A pixel with a bright sample has a high
@@ -259,8 +259,9 @@ pub(super) fn denoise(input: Input) -> Vec<Vec3> {
 /// For each pixel, the light in the surroundings of the pixel before filtering, divided by the
 /// light there after filtering.
 ///
-/// A bright, noisy pixel takes more from dark pixels than it gives to them, so light is lost. The
-/// light before and the light after filtering are averaged over pixels with similar guides, for any
+/// A bright, noisy pixel is averaged with dark pixels, but dark pixels with little noise are not
+/// averaged with the bright pixel. The picture therefore loses light. The light before filtering
+/// and the light after filtering are both averaged over pixels with similar guides, whatever their
 /// brightness. The ratio of the two averages is smooth, and restores lost light near its original
 /// position.
 fn lost_light(guides: &[Guide], light: &[FilteredLight], raw: Vec<f32>, size: [usize; 2]) -> Vec<f32> {

@@ -75,7 +75,7 @@ mod tests {
     use super::*;
     use crate::denoise::DenoiseError;
 
-    /// Pixels with this luminance and standard deviation.
+    /// Layers of a row of pixels. Each pixel is given by a luminance and a standard deviation.
     fn layers(pixels: &[[f32; 2]]) -> Layers {
         let missing = DenoiseError::NoChannel("Z");
         Layers {

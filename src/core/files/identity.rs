@@ -2,8 +2,9 @@
 //! and its name.
 //!
 //! A symbolic link in the path of an output is not followed if another user has created the link in
-//! a sticky folder such as `/tmp`. It could lead to any file of the user. Linux has the same rule
-//! (`fs.protected_symlinks`), but only for the last name of a path and only if the rule is enabled.
+//! a sticky folder such as `/tmp`. The link could lead to any file of the user. Linux has the same
+//! rule (`fs.protected_symlinks`), but only for the last name of a path and only if the rule is
+//! enabled.
 //!
 //! `cli/outputs` uses these identities to protect inputs. Before any file is read, it compares all
 //! outputs with each other and with the scene file. Before the acceleration structure is built, it

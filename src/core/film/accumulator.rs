@@ -1,4 +1,5 @@
-//! Sums of one pixel: of one pass (`Block`), and exact totals over all passes (`Accumulator`).
+//! Sums of one pixel: the sums over one pass (`Block`), and the exact totals over all passes
+//! (`Accumulator`).
 
 use super::DARK;
 use super::fixed::Narrow;
@@ -182,7 +183,7 @@ impl Accumulator {
         }
     }
 
-    /// Sum of both accumulators, with a block spread of 0.
+    /// Sum of `self` and `other`, but with a block spread of 0.
     fn plus(&self, other: &Self) -> Self {
         let both = |a: [Fixed; 3], b: [Fixed; 3]| [0, 1, 2].map(|c| a[c].plus(b[c]));
         let narrow = |a: [Narrow; 3], b: [Narrow; 3]| [0, 1, 2].map(|c| a[c].plus(b[c]));

@@ -129,7 +129,8 @@ impl FeatureSums {
         block.materials.iter().for_each(|(id, n)| self.materials.add(id, n));
     }
 
-    /// Subtracts the samples that were added last; they are fewer than a full block.
+    /// Subtracts the samples that were added last. `block` must have fewer samples than a full
+    /// block.
     pub fn take_back(&mut self, block: &FeatureBlock) {
         for (sum, value) in self.sums.iter_mut().zip(block.sums) {
             *sum = sum.minus(Fixed::new(value));

@@ -10,8 +10,8 @@ use crate::math::Vec2;
 use crate::sampling::distribution::Distribution1D;
 use std::f64::consts::PI;
 
-/// Shapes of reconstruction filters. Each is the product of one function in x and the same function
-/// in y, which is 0 beyond the radius.
+/// Shapes of reconstruction filters. A filter is the product of a function of x and the same
+/// function of y. The function is 0 beyond the radius.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FilterKind {
@@ -162,7 +162,7 @@ impl Filter {
         (0.5 + Vec2::new(x, y) * self.radius, (wx * wy) as f32)
     }
 
-    /// Samples one coordinate in units of the radius, and its weight.
+    /// Samples one coordinate, in units of the radius. Also returns the weight of the sample.
     #[inline]
     fn draw(&self, u: f32) -> (f32, f64) {
         let Some(steps) = &self.steps else {

@@ -69,7 +69,7 @@ pub(super) fn develop_parts(film: &Film, names: &[String]) -> Vec<Channel> {
     channels.collect()
 }
 
-/// Index of `pixel` in a channel of `crop`.
+/// Index of `pixel` in the values of a channel that covers `crop`.
 fn index(crop: Rect, pixel: UVec2) -> usize {
     let at = pixel - crop.min;
     at.y as usize * crop.size().x as usize + at.x as usize
@@ -163,8 +163,8 @@ impl Image {
         }
     }
 
-    /// Copies all channels of `part` to its pixels of this image. If this image lacks a channel,
-    /// the channel is added, with the value 1 in all other pixels.
+    /// Copies all channels of `part` into this image, to the pixels that `part` covers. If this
+    /// image lacks a channel, the channel is added, with the value 1 in all other pixels.
     pub fn put_part(&mut self, part: &Self) {
         for channel in &part.channels {
             let place = self.channels.iter().position(|own| own.name == channel.name);

@@ -20,7 +20,7 @@ pub struct Iteration {
     background: Vec<[f64; 3]>,
 }
 
-/// Current sums of one sample of a pixel.
+/// Sums of one sample of a pixel so far.
 #[derive(Clone, Copy, Debug, Default)]
 struct IterationPixel {
     radiance: [f64; 3],

@@ -9,7 +9,7 @@
 //!   The blocks are aligned to the full image.
 //! - The target of the log-average rises with the fraction of background pixels: linearly from 0.18
 //!   without background to 0.28 if a quarter of the picture is background. The subject then stands
-//!   out from its background.
+//!   out from the background.
 //! - The log-average leaves out the darkest and the brightest 5 % of the blocks. A block that is
 //!   more than 8 stops darker than the brightest 5 % counts as 8 stops darker, so that black
 //!   corners have little effect on the exposure.
@@ -28,7 +28,7 @@
 //! `Exposure::Studio` therefore starts from a constant value, and moves a fifth of the way to the
 //! metered value, by at most one stop. Black subjects then stay black, and white subjects white.
 //!
-//! Sums run in one order over sorted values, so threads, tiles and interruptions do not change the
+//! Values are sorted before they are summed, so threads, tiles and interruptions do not change the
 //! exposure. The exposure is rounded down to hundredths of a stop, so that users can enter it as a
 //! number.
 

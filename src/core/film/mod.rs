@@ -1,9 +1,9 @@
 //! Sums of samples per pixel, and the image that is computed ("developed") from the sums. This
 //! module reads and writes no files.
 //!
-//! An integrator passes its results to a `Sink` (`integrator`). The sums of a pass are added
-//! exactly (`fixed`) to a tile of the film. The result therefore does not depend on order, threads
-//! or interruptions. `develop` turns sums into channels.
+//! An integrator passes samples to a `Sink` (`integrator`). The sums of a pass are added exactly
+//! (`fixed`) to a tile of the film. The result therefore does not depend on order, threads or
+//! interruptions. `develop` turns sums into channels.
 //!
 //! `accumulator` has the sums that every picture needs, `features` the sums for `--aov`, and
 //! `part_sums` the sums of light groups, strategies and light path expressions (`light_paths`).
@@ -251,8 +251,8 @@ impl Film {
         self.tiles.first().map_or(0, Tile::parts)
     }
 
-    /// Separates the light of samples by the light path expressions `paths`. Their layers are the
-    /// last parts of [`Film::with_parts`].
+    /// Separates the light of samples by the light path expressions `paths`. The layers of the
+    /// expressions are the last parts of [`Film::with_parts`].
     pub fn separate_paths(&mut self, paths: &Arc<LightPaths>) {
         self.tiles
             .iter_mut()
@@ -417,12 +417,13 @@ impl Film {
         Image::error_map(self)
     }
 
-    /// Bytes of a film of this crop.
+    /// Bytes of the [`Accumulator`]s of all pixels of `crop`.
     pub fn bytes(crop: Rect) -> u64 {
         crop.area().saturating_mul(size_of::<Accumulator>() as u64)
     }
 
-    /// Bytes of the sums of `parts` parts of the light, and of their channels.
+    /// Bytes of the sums of `parts` parts of the light, and of the channels of these parts, for all
+    /// pixels of `crop`.
     pub fn part_bytes(crop: Rect, parts: usize) -> u64 {
         crop.area()
             .saturating_mul((parts * (size_of::<PartSum>() + size_of::<[f32; 3]>())) as u64)

@@ -1,5 +1,5 @@
 //! Resizing of pictures, channel by channel: averages over areas for smaller pictures, a smooth
-//! filter for larger ones. Both work along rows, then along columns.
+//! filter for larger pictures. Rows are resized first, then columns.
 //!
 //! Enlarging uses the filter of Mitchell and Netravali (1988, "Reconstruction Filters in Computer
 //! Graphics") with B = C = 1/3. The filter's negative lobes would ring around lamps, so values are
@@ -38,8 +38,8 @@ fn transposed(values: &[f32], width: usize) -> Vec<f32> {
 /// Resizing of lines: the weights of old values in each new value.
 struct Axis {
     is_smaller: bool,
-    /// For each new value: index of the first old value, and weights of the old values from there
-    /// on, which sum to 1.
+    /// For each new value: the index of the first old value, and the weights of the old values from
+    /// this index on. The weights sum to 1.
     taps: Vec<(usize, Vec<f32>)>,
 }
 

@@ -2,7 +2,7 @@
 //!
 //! A Markov chain that is stuck adds the light of the whole chain to one pixel. If one of n
 //! iterations has all the light of a pixel, the standard error of the mean is as large as the mean.
-//! Such a pixel is found by its error and by its contrast to the pixels around it.
+//! Such a pixel is found by its standard error and by its contrast with the surrounding pixels.
 
 use super::{Accumulator, Film};
 use crate::math::UVec2;
@@ -92,7 +92,8 @@ mod tests {
     use super::*;
     use crate::color::Spectrum;
 
-    /// Iterations of a uniform picture with noise, plus `extra`.
+    /// Film of `iterations` iterations of a uniform picture with noise. `extra` returns additional
+    /// light for an iteration and a pixel.
     fn film(iterations: u32, extra: impl Fn(u32, UVec2) -> f32) -> Film {
         let size = UVec2::splat(20);
         let mut film = Film::new(size, Rect::full(size));

@@ -110,8 +110,8 @@ const BACKGROUND: &str = "background";
 /// Number of words of one part of the light.
 const LIGHT_WORDS: usize = 3 * Fixed::WORDS;
 
-/// Layout of the words of a pixel: its sums, the sample target of its tile, and, if present, parts
-/// of the light and features.
+/// Layout of the words of a pixel: the sums of the pixel, the sample target of the tile, and, if
+/// present, parts of the light and features.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StateLayout {
     /// Number of separately summed parts of the light.

@@ -83,11 +83,11 @@ pub enum SampleChange {
     Add,
     /// Adds one sample that is in no block.
     AddAlone,
-    /// Subtracts the samples that were added last; they are fewer than a full block.
+    /// Subtracts the samples that were added last. They must be fewer than a full block.
     TakeBack,
 }
 
-/// A block of pixels for one task at a time.
+/// A block of pixels to which one task at a time adds samples.
 #[derive(Clone, Debug)]
 pub struct Tile {
     cell: Rect,
@@ -195,7 +195,8 @@ impl Tile {
         self.parts
     }
 
-    /// Starts to separate light by light path expressions. Their layers are the last parts.
+    /// Starts to separate light by light path expressions. The layers of the expressions are the
+    /// last parts of the light.
     pub(super) fn separate_paths(&mut self, paths: Arc<LightPaths>) {
         self.light_paths = Some(paths);
     }

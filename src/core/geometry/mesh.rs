@@ -1,5 +1,5 @@
-//! Meshes, facets and surface points. If a mesh has vertex normals, the shading normal of a point
-//! differs from the geometric normal of its facet.
+//! Meshes, facets and surface points. If a mesh has vertex normals, the shading normal at a point
+//! differs from the geometric normal of the facet.
 //!
 //! A difference between the two normals has three consequences:
 //!
@@ -340,7 +340,7 @@ impl SurfacePoint {
     /// With rounding errors, `p` lies in a box around the true point. The half-width of the box is
     /// `γ₇ Σ |bᵢ pᵢ|` (PBR4 eq. 6.25), plus two more roundings for the move off the surface. The
     /// offset along the normal `n` that leaves the box is the `|n|`-weighted sum of the
-    /// half-widths. The facet's ray offset is added to it.
+    /// half-widths. The ray offset of the facet is added to this offset.
     #[inline(always)]
     pub fn new([p0, p1, p2]: [Vec3; 3], facet: Facet, b1: f32, b2: f32) -> Self {
         let (t0, t1, t2) = ((1.0 - b1 - b2) * p0, b1 * p1, b2 * p2);

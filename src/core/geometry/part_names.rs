@@ -336,7 +336,7 @@ mod tests {
         assert_eq!(names.name(numbers[known as usize]), "o1/g1 x");
     }
 
-    /// [`PartNames::join`] gives names the numbers that they get if they are added one by one.
+    /// [`PartNames::join`] gives parts the same numbers as if the names were added one by one.
     #[test]
     fn lists_are_joined_in_order() {
         for distinct in [1, 3, 1000, 5000] {

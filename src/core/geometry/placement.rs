@@ -5,11 +5,12 @@
 //! precomputed facets. A placed or moving triangle is transformed at each hit (`PlacedTriangle`),
 //! so that instances with 10⁸ triangles in total need no memory for these triangles.
 //!
-//! Rays keep their parameter in the space of a prototype. The transform p → M p + t has an error of
-//! some roundings of |M| |M⁻¹| (|p| + |t|), so the ray offset is larger if an instance is far from
-//! the origin. Points also keep at least a distance of this bound from the edges of their triangle
-//! (`PlacedTriangle::point`). Nearer to an edge, a ray could start behind the neighbouring triangle
-//! because of rounding, and paths would leak (docs/notebook/2026-11.md, "Leaks in instances").
+//! A ray has the same ray parameter in world space and in the space of a prototype. The transform p
+//! → M p + t has an error of some roundings of |M| |M⁻¹| (|p| + |t|), so the ray offset is larger
+//! if an instance is far from the origin. Points also keep at least a distance of this bound from
+//! the edges of their triangle (`PlacedTriangle::point`). Nearer to an edge, a ray could start
+//! behind the neighbouring triangle because of rounding, and paths would leak
+//! (docs/notebook/2026-11.md, "Leaks in instances").
 //!
 //! A moving placement is a list of matrices with linear interpolation, as in Embree. Backends and
 //! shading use the same motion. When a scene is read, each rotation is divided into so many steps
@@ -78,7 +79,8 @@ impl Placement {
     /// Bounding box in world space, over all times, of everything that is inside `bounds` in the
     /// space of the prototype. It includes rounding errors.
     pub fn bounds(&self, bounds: Bounds3) -> Bounds3 {
-        // A point moves linearly between its positions at the steps.
+        // Between two steps, a point moves linearly, so the positions at the steps bound the
+        // motion.
         let mut all = Bounds3::EMPTY;
         if bounds.is_empty() {
             return all;

@@ -17,10 +17,10 @@
 //!
 //! A triangle of a curved surface has a second offset, the height of the curved surface over the
 //! triangle (`SurfacePoint::curvature_offset`). Only directions on different sides of the two
-//! normals need this offset: they are below the plane of the facet but above the curved surface. In
-//! all other directions, no neighbouring facet of a convex surface is in the way, so rays start on
-//! the mesh up to rounding. This is the same for all light transport methods. `integrator/world.rs`
-//! prevents that a raised start is inside another object.
+//! normals need this offset. Such a direction is below the plane of the facet but above the curved
+//! surface. In all other directions, no neighbouring facet of a convex surface is in the way, so
+//! rays start on the mesh up to rounding. This is the same for all light transport methods.
+//! `integrator/world.rs` prevents that a raised start is inside another object.
 //!
 //! A shadow ray has the full distance as its direction, and ends at t = 1 − γ₁₆. The point on the
 //! light is moved off the surface of the light by the same rule.

@@ -6,7 +6,7 @@
 use super::Material;
 use crate::bsdf::{Bsdf, Dielectric, Lobe};
 
-/// Fraunhofer lines in nanometres.
+/// Wavelengths of the Fraunhofer lines F, d and C in nanometres.
 const F: f32 = 486.13;
 const D: f32 = 587.56;
 const C: f32 = 656.27;

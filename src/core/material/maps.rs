@@ -4,7 +4,7 @@ use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3, encode_fields};
 use crate::texture::{Mapping, Texture, TextureId};
 
-/// A texture and its mapping on a surface.
+/// A texture and the mapping of the texture on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Map {
     /// Id of the texture.

@@ -6,8 +6,9 @@ use std::ops::Range;
 /// A value that is part of the input of a hash.
 ///
 /// Values that lead to different renders have different bytes, even if the bytes of several values
-/// follow each other. Values of variable length begin with their length, and enums with the number
-/// of the variant. Floats are encoded by their bits, so that NaN is equal to NaN.
+/// follow each other. The bytes of a value of variable length begin with this length. The bytes of
+/// an enum begin with the number of the variant. Floats are encoded by their bits, so that NaN is
+/// equal to NaN.
 pub trait Encode {
     /// Passes the bytes of the value to `sink`, in one or several calls.
     fn encode(&self, sink: &mut dyn FnMut(&[u8]));

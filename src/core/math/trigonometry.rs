@@ -18,7 +18,8 @@ pub fn sin_cos_eighth_turn(x: f32) -> (f32, f32) {
 /// Sine and cosine of an angle of `turns` full turns, at most 10⁶. The error is below 1.5e-7.
 #[inline(always)]
 pub fn sin_cos_turns(turns: f32) -> (f32, f32) {
-    /// 1.5 · 2²³. The sum of this number and a small number is rounded to a whole number.
+    /// 1.5 · 2²³. If a small number is added to this constant, the sum is rounded to a whole
+    /// number.
     const WHOLE: f32 = 12_582_912.0;
     // Split the angle into a whole number of quarter turns and a rest. The whole number is the
     // nearest one; it is in the lowest bits of `shifted`. The rest is computed exactly, as a

@@ -1,8 +1,9 @@
 //! Backend in pure Rust: obvhs builds a hierarchy of boxes, and this module traces rays.
 //!
-//! obvhs's own traversals are not used. They clamp the reciprocal of a direction at a fixed
-//! epsilon. The wide variant also starts rays at a fixed distance, so it misses hits in scenes of
-//! 10⁻⁸ units. The box tests of obvhs are not conservative, so rays leak at edges.
+//! obvhs's own traversals are not used. These traversals clamp the reciprocal of a direction at a
+//! fixed epsilon. The traversal of wide hierarchies also starts rays at a fixed distance, so it
+//! misses hits in scenes with a size of 10⁻⁸ units. The box tests of obvhs are not conservative, so
+//! rays leak at edges.
 //!
 //! This module converts the binary hierarchy (built by PLOC with reinsertion) to nodes with four
 //! boxes (`wide`). Box tests are conservative (Ize 2013) and triangle tests watertight
@@ -32,7 +33,7 @@ pub const NAME: &str = "obvhs";
 pub const VERSION: &str = "0.4";
 
 /// Hierarchies of axis-aligned boxes: one over the triangles in world space, one over the
-/// instances, and one over the triangles of each prototype, in its own space.
+/// instances, and for each prototype one over its triangles, in the space of the prototype.
 pub struct BvhAccel {
     world_shapes: Shapes,
     prototypes: Vec<Shapes>,

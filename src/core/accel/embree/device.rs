@@ -42,7 +42,8 @@ pub enum EmbreeError {
     },
 }
 
-/// An Embree device with its threads, and a counter of the memory of its scenes in bytes.
+/// An Embree device with its threads. A counter has the memory of all scenes of the device in
+/// bytes.
 #[derive(Debug)]
 pub struct Device {
     handle: RTCDevice,
@@ -175,8 +176,8 @@ impl Drop for Device {
     }
 }
 
-/// Embree's memory monitor: counts allocated (`bytes > 0`) or freed bytes. It allows every
-/// allocation.
+/// Embree's memory monitor: counts allocated bytes (`bytes` > 0) and freed bytes (`bytes` < 0).
+/// Returns true, which allows the allocation.
 ///
 /// # Safety
 /// `user` is the address of an `AtomicI64` that outlives the registration.

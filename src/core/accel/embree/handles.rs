@@ -95,7 +95,8 @@ pub(super) unsafe fn attach_mesh(
     // caller guarantees that the arrays are neither moved nor changed.
     unsafe {
         if mesh.deforms() {
-            // The time step count sets the number of vertex buffer slots, so it must come first.
+            // The number of time steps sets the number of vertex buffer slots, so it must be set
+            // first.
             rtcSetGeometryTimeStepCount(geometry.0, 2);
             share_buffer::<Vec3>(device, &geometry, (vertex, 1), float3, &mesh.positions_close)?;
         }

@@ -17,8 +17,8 @@
 //! - Embree's ray interval is closed, the interval of a `Ray` is open. The wrapper therefore moves
 //!   both ends inwards to the next float. The lower end is at least the smallest positive normal
 //!   number, so that a ray does not hit the surface at its origin.
-//! - `t` of one hit may differ in its last digit between single rays, packets and occlusion
-//!   (measured with AVX-512 and motion).
+//! - For the same ray and triangle, the last digit of `t` may differ between single rays, packets
+//!   and occlusion (measured with AVX-512 and motion).
 //! - If the projected triangle is tiny (10⁻¹⁸ square units), Embree's barycentrics are both −0. The
 //!   wrapper then computes the barycentrics in f64.
 //!

@@ -22,7 +22,7 @@ struct GuardedQuery {
     guard: [u32; 64],
 }
 
-/// A test ray. It starts 2 units above or below a point of a triangle with y = 0.5.
+/// A test ray. It starts 2 units above or below the point (`x`, 0.5, 0) of a triangle.
 struct Trial {
     x: f32,
     is_behind: bool,

@@ -16,8 +16,8 @@ use std::sync::Arc;
 /// first mesh.
 #[derive(Debug)]
 pub struct EmbreeAccel<'a> {
-    // Before the device: fields are dropped in order, and a scene must be dropped before its
-    // device.
+    // This field must stand before `device`, because fields are dropped in order, and a scene must
+    // be dropped before its device.
     scene: SceneHandle,
     device: Device,
     /// Number of meshes in world space.

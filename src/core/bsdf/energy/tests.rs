@@ -13,7 +13,8 @@ fn shares(cos_o: f64, alpha: f64) -> [f64; 2] {
         let r = (1.0 - z * z).sqrt();
         for j in 0..STEPS {
             let phi = PI * (j as f64 + 0.5) / STEPS as f64;
-            // |wo + wi|² = 2 (1 + wo·wi). The cosine of the half angle follows from this length
+            // |wo + wi|² = 2 (1 + wo·wi). The cosine of half of the angle between `wo` and `wi`
+            // follows from this length
             let length = (2.0 * (1.0 + sin_o * r * phi.cos() + cos_o * z)).sqrt();
             let (cos_h, cos_d) = ((cos_o + z) / length, 0.5 * length);
             let d = alpha * alpha / (PI * (cos_h * cos_h * (alpha * alpha - 1.0) + 1.0).powi(2));

@@ -35,7 +35,8 @@ pub enum Scale {
     /// Mean over a tile of 16 × 16 pixels. The variance of the mean follows from the variances of
     /// the pixels. The variance of a pixel is at least the mean over the 3 × 3 tiles around the
     /// tile. If all pixels may have a common error in each sample ([`CommonErrors::Sample`]), the
-    /// tile is tested by Student's t for the worst case, in which its pixels have equal errors.
+    /// tile is tested by Student's t for the worst case, in which all pixels of the tile have the
+    /// same error.
     Tile,
     /// A square of 4 × 4 tiles: Student's t of the relative differences of the tiles. The test
     /// assumes that the errors of tiles are independent.
@@ -64,14 +65,14 @@ pub struct ExtremeTest {
     /// `image` minus `reference`, relative to `reference`: 0 if both are 0, and infinite if only
     /// `reference` is 0.
     pub difference: f64,
-    /// Difference divided by its standard deviation. For tiles it is normally distributed, unless
-    /// all pixels may have common errors in each sample. Otherwise it is distributed as Student's
-    /// t. For regions and the whole, the difference is the weighted mean of the relative
+    /// Difference divided by its standard deviation. The score has Student's t-distribution. The
+    /// score of a tile is normally distributed, unless all pixels may have common errors in each
+    /// sample. For regions and the whole, the difference is the weighted mean of the relative
     /// differences of tiles. The weights follow from the tiles' variances, so `score` and
     /// `difference` may have different signs.
     pub score: f64,
-    /// Probability that at least one test of this scale has such an extreme score by noise alone:
-    /// the p-value, corrected for the number of tests.
+    /// Probability that noise alone gives at least one test of this scale a score as extreme as
+    /// this: the p-value, corrected for the number of tests.
     pub p: f64,
 }
 
@@ -80,8 +81,8 @@ pub struct ExtremeTest {
 pub struct Significance {
     /// Significance level: the allowed probability of a false alarm.
     pub level: f64,
-    /// Probability that at least one of all tests has such an extreme score by noise alone: the
-    /// p-value, corrected for the number of scales.
+    /// Probability that noise alone gives at least one of all tests a score as extreme as the worst
+    /// score: the p-value, corrected for the number of scales.
     pub p: f64,
     /// Most extreme test of each scale; scales without tests are left out.
     pub extremes: Vec<ExtremeTest>,
@@ -89,8 +90,9 @@ pub struct Significance {
     /// is the more severe one. The kind determines which tests are made.
     pub common: CommonErrors,
     /// Approximate number of rare bright samples that cause most of the noise (heavy tails). `None`
-    /// if there are no such samples, or if both pictures have the same sampling. With rare samples,
-    /// only the whole picture is tested, and nothing if there are fewer than [`MIN_RARE`] of them.
+    /// if there are no such samples, or if both pictures were sampled alike. If there are rare
+    /// samples, only the whole picture is tested. If there are fewer than [`MIN_RARE`] rare
+    /// samples, nothing is tested.
     pub rare: Option<f64>,
 }
 
@@ -253,8 +255,8 @@ impl Pixels {
             for channel in 0..3 {
                 let Some(score) = pixel.score(channel) else { continue };
                 tests += 1;
-                // Skip the pixel if its score is smaller and it has at least as many degrees of
-                // freedom, because its p-value is then at least as large.
+                // If the score is not more extreme than the worst score so far, and has at least as
+                // many degrees of freedom, the p-value is at least as large. Skip the pixel.
                 let is_less =
                     |(test, freedom): &(Test, f64)| score.abs() <= test.score.abs() && pixel.freedom >= *freedom;
                 if worst.as_ref().is_some_and(is_less) {
@@ -295,7 +297,7 @@ impl NoiseTile {
     }
 }
 
-/// For each square of 4 × 4 tiles, its tiles. Empty if there is only one square.
+/// Tiles of each square of 4 × 4 tiles. Empty if there is only one square.
 fn regions<'a>(tiles: &[&'a NoiseTile]) -> Vec<Vec<&'a NoiseTile>> {
     let mut regions: BTreeMap<(u32, u32), Vec<&NoiseTile>> = BTreeMap::new();
     for tile in tiles {
@@ -330,7 +332,8 @@ fn spread_tests(tiles: &[&NoiseTile], common: CommonErrors) -> Vec<Test> {
 }
 
 /// One test for each channel, by the spread of the differences between the sums of reference and
-/// image in each of `tiles`. A tile with more light has more weight than in [`spread_tests`].
+/// image in each of `tiles`. Unlike in [`spread_tests`], bright tiles have more weight than dark
+/// tiles.
 fn sum_tests(tiles: &[&NoiseTile]) -> Vec<Test> {
     let test = |channel: usize| {
         let terms = tiles.iter().map(|tile| tile.sums[1][channel] - tile.sums[0][channel]);

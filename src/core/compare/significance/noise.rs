@@ -1,5 +1,5 @@
-//! Values and variances of the pixels and tiles of two images. Variances of neighbours are lower
-//! limits of the variances.
+//! Values and variances of the pixels and tiles of two images. A variance that is lower than the
+//! mean variance of the neighbours is raised to this mean.
 
 use crate::film::{Rect, RgbImage, TILE_SIZE};
 use crate::math::{UVec2, encode_variants};

@@ -24,8 +24,8 @@ const WINDOW: Rect = Rect {
 
 type Picture = (RgbImage, Noise);
 
-/// Picture of the means of `n` samples in each pixel, with their variances. `sample` draws a sample
-/// of a pixel.
+/// Picture whose pixels are means of `n` samples, with the variances of these means. `sample` draws
+/// a sample of a pixel.
 fn picture(n: u32, mut sample: impl FnMut(UVec2) -> [f64; 3]) -> Picture {
     let (mut pixels, mut variance) = (Vec::new(), Vec::new());
     for at in WINDOW.pixels() {

@@ -67,8 +67,8 @@ fn noise_on_a_wall_falls_fiftyfold() {
     assert!((mean / 0.5 - 1.0).abs() < 0.02, "mean {mean}");
 }
 
-/// One of 53 pixels has a bright sample, which its variance includes. After the reduction of
-/// outliers, the total light is unchanged and the denoised picture is smooth.
+/// One of 53 pixels has a bright sample, and a variance that includes this sample. After the
+/// reduction of outliers, the total light is unchanged and the denoised picture is smooth.
 #[test]
 fn fireflies_leave_no_blotches() {
     let mut input = wall(|_| 0.5, |_| 1.0, 0.1);
@@ -93,8 +93,9 @@ fn fireflies_leave_no_blotches() {
     assert!(variance.sqrt() < 0.2 * mean, "{mean} ± {}", variance.sqrt());
 }
 
-/// Rows of pixels on a lamp's edge have other guides than their neighbours, and random light, which
-/// their variances include. The filter keeps the mean of the picture.
+/// Some rows of pixels are on the edge of a lamp. Their guides differ from the guides of the
+/// neighbours. Their light is random, and their variances include this noise. The filter keeps the
+/// mean of the picture.
 #[test]
 fn light_on_edges_is_not_lost() {
     let mut input = wall(|_| 0.5, |_| 1.0, 0.1);

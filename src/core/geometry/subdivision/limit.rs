@@ -163,8 +163,8 @@ impl Fan {
         tangents
     }
 
-    /// Tangent across a crease or boundary of a fan of `k` faces. It points to the left of the
-    /// direction towards the first edge.
+    /// Tangent across a crease or boundary of a fan of `k` faces. The tangent points to the left,
+    /// seen in the direction of the first edge.
     fn across(&self, scheme: Scheme, p: DVec3, k: usize) -> DVec3 {
         let (first, last) = (self.edges[0], self.edges[k]);
         let angle = PI / k as f64;

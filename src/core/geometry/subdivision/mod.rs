@@ -54,8 +54,8 @@ pub struct ControlMesh<'a> {
     pub crease_angle: Option<f32>,
 }
 
-/// Triangles of a subdivided mesh. Each face of the control mesh becomes a consecutive range of
-/// these triangles, in order.
+/// Triangles of a subdivided mesh. Each face of the control mesh becomes a range of consecutive
+/// triangles. The ranges have the order of the faces.
 #[derive(Clone, Debug, Default)]
 pub struct SubdividedMesh {
     /// Vertices on the limit surface.

@@ -70,7 +70,8 @@ pub struct IrregularEdges {
 }
 
 impl Topology {
-    /// Control mesh of faces with `sizes` corners. `vertices` has the vertex of each corner.
+    /// Topology of a control mesh, and the numbers of irregular edges. `sizes` has the number of
+    /// corners of each face, and `vertices` the vertex of each corner.
     pub fn new(sizes: &[u32], vertices: Vec<u32>, vertex_count: u32) -> (Self, IrregularEdges) {
         let faces = match sizes {
             [first, others @ ..] if others.iter().all(|size| size == first) => Faces::Uniform(*first),
@@ -101,7 +102,7 @@ impl Topology {
         (topology, irregular)
     }
 
-    /// Finds the edges. Corners whose edges join the same two vertices have one common edge.
+    /// Finds the edges. Corners have the same edge if their edges join the same two vertices.
     fn find_edges(&mut self) -> IrregularEdges {
         let corners = self.vertices.len() as u32;
         let key = |corner: u32| {

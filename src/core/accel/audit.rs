@@ -359,8 +359,8 @@ mod tests {
 
     #[test]
     fn leaks_are_distinguished_from_boundary_edges() {
-        // Test rays through the shared edge of both triangles, and rays at the boundary of the
-        // square
+        // Test rays through the diagonal, which both triangles share, and rays at the boundary of
+        // the square
         let diagonal = down(0.25, 0.25 + 1e-9);
         let behind = |hit: Hit| {
             Some(Hit {

@@ -99,8 +99,8 @@ impl Disagreement {
         let ray = &self.query.ray;
         let exact = brute.map(|brute| self.query.trace(brute));
         let truth = match self.cause {
-            // The nearest hit counts as correct, because brute force may also leak through the
-            // edge.
+            // The nearest hit of the backends and of brute force counts as correct, because brute
+            // force may also leak through the edge.
             Cause::Leak => self
                 .answers
                 .into_iter()
@@ -268,14 +268,16 @@ impl Crossing {
         (ROUNDINGS * self.scale + self.displacement * self.edge) * self.ray.direction.as_dvec3().length()
     }
 
-    /// Edge function of the edge opposite to each corner. The sum of the three is `determinant`.
+    /// For each corner, the edge function of the opposite edge. The three edge functions sum to
+    /// `determinant`.
     fn volumes(&self) -> [f64; 3] {
         let [p0, p1, p2] = self.corners;
         [p1.cross(p2), p2.cross(p0), p0.cross(p1)].map(|n| n.dot(self.ray.direction.as_dvec3()))
     }
 
-    /// Error bound of the hit's barycentrics. A barycentric is at most 1. It is an edge function
-    /// divided by the sum of all three, so four errors of edge functions add up.
+    /// Error bound of the hit's barycentrics. A barycentric is an edge function divided by the sum
+    /// of all three edge functions, and is at most 1. Four errors of edge functions therefore add
+    /// up.
     pub fn barycentric_error(&self) -> f64 {
         4.0 * self.volume_error() / self.determinant.abs() + ROUNDINGS
     }

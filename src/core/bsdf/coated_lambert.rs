@@ -44,7 +44,8 @@ impl CoatedLambert {
         (self.albedo, self.passed, 1.0, [self.f0, self.several])
     }
 
-    /// Lobe below a coat with slope `alpha` and Schlick's reflectance `f0` along the normal.
+    /// Lobe below a coat of microfacets of width `alpha`, with Schlick's reflectance `f0` along the
+    /// normal.
     pub fn new(albedo: Spectrum, alpha: f32, f0: f32) -> Self {
         let roughness = alpha.max(0.0).sqrt();
         let [missing, grazing] = ConductorTables::new(roughness)

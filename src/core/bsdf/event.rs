@@ -89,7 +89,8 @@ impl Bsdf {
     fn diffuse_share(&self, wo: Vec3, wi: Vec3) -> Spectrum {
         let is_diffuse = |lobe: &Lobe| lobe.scattering() == Scattering::Diffuse;
         let mut smooth = self.lobes().filter(|lobe| !lobe.is_delta()).map(is_diffuse);
-        // Most BSDFs have smooth lobes of one kind. The values of these lobes are not needed.
+        // Most BSDFs have only diffuse or only glossy smooth lobes. The values of the lobes are
+        // then not needed.
         let Some(first) = smooth.next() else {
             return Spectrum::ZERO;
         };

@@ -103,8 +103,9 @@ impl Ggx {
     }
 
     /// Samples the normal of a visible facet, on the side of `wo`, with density `G₁ (wo·h) D / cos
-    /// θo` per solid angle. The normal is the sum of a point on a spherical cap and the view
-    /// direction (Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with Spherical Caps").
+    /// θo` per solid angle. In the stretched space, the normal is the normalised sum of a point on
+    /// a spherical cap and the view direction (Dupuy and Benyoub 2023, "Sampling Visible GGX
+    /// Normals with Spherical Caps").
     pub fn sample_visible(&self, wo: Vec3, u: Vec2) -> Vec3 {
         let side = 1f32.copysign(wo.z);
         let stretch = Vec3::new(self.alpha.x, self.alpha.y, side);

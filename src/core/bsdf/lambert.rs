@@ -36,7 +36,7 @@ impl Lambert {
         (self.eval(wo, wi), self.pdf(wo, wi))
     }
 
-    /// Samples `wi` on the side of `wo`, with a density proportional to its cosine.
+    /// Samples `wi` on the side of `wo`, with a density proportional to the cosine of `wi`.
     #[inline(always)]
     pub(super) fn sample_direction(wo: Vec3, u: Vec2) -> Vec3 {
         on_side_of(wo, cosine_hemisphere(u))

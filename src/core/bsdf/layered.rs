@@ -20,9 +20,9 @@ use crate::math::Vec3;
 /// diffuse lobes the factor is `T(wo) T(wi)` divided by the mean of `T`, because light that does
 /// not leave is scattered again (Kelemen and Szirmay-Kalos 2001, "A Microfacet Based Coupled
 /// Specular-Matte BRDF Model with Importance Sampling"). Other lobes scatter around the mirror
-/// direction, where `T(wo)` and `T(wi)` are equal. The factor of these lobes is the smaller of the
-/// two (as for the sheen of glTF's `KHR_materials_sheen`), which loses light only if the lobe is
-/// wide. Both forms are reciprocal and add no energy.
+/// direction, where `T(wo)` and `T(wi)` are equal. The factor of these lobes is the minimum of
+/// `T(wo)` and `T(wi)` (as for the sheen of glTF's `KHR_materials_sheen`). It loses light only if
+/// the lobe is wide. Both forms are reciprocal and add no energy.
 ///
 /// The layers have no thickness, so they neither refract nor blur the light. The base's index of
 /// refraction is relative to air.
@@ -73,8 +73,8 @@ impl Layered {
         [base, base, base, coat, 1.0]
     }
 
-    /// Factor of a lobe's value, with the transmittances `o` and `i` of the layers towards `wo` and
-    /// `wi`.
+    /// Factor by which the layers multiply the value of a lobe. `o` and `i` are the transmittances
+    /// of the layers towards `wo` and `wi`.
     pub(super) fn transmittance(&self, lobe: &Lobe, o: f32, i: f32) -> f32 {
         match lobe {
             Lobe::Lambert(_) | Lobe::CoatedLambert(_) => o * i / self.diffuse_passed,

@@ -249,8 +249,8 @@ impl Bsdf {
         }
     }
 
-    // Most paths hit matte surfaces. Code for other surfaces is kept out of line, so that matte
-    // surfaces keep the registers and the cache.
+    // Most paths hit matte surfaces. Code for other surfaces is not inlined, so that it takes no
+    // registers and no cache from matte surfaces.
 
     /// [`Bsdf::eval`] of BSDFs that are not matte. Unlike [`Bsdf::eval_pdf`], it does not compute
     /// lobe probabilities.

@@ -9,8 +9,8 @@ use std::f32::consts::PI;
 /// direction of `wo`. Symmetric on both sides of the surface (Lafortune and Willems 1994).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Phong {
-    /// `ks`: the reflectance at normal incidence. At other angles the lobe is partly below the
-    /// horizon and reflects less.
+    /// `ks`: the reflectance at normal incidence. At other angles, a part of the lobe is below the
+    /// horizon, and the surface reflects less.
     pub reflectance: Spectrum,
     /// Exponent `n` ≥ 0.
     pub exponent: f32,

@@ -52,8 +52,9 @@ impl RoughDielectric {
         let facets = Ggx::new(alpha);
         let missing = [ior, 1.0 / ior].map(|eta| dielectric_loss(facets.roughness(), eta).mean());
         // Smooth boundaries transmit 1 − F into the denser medium, and (1 − F) / η² out of it,
-        // which is reciprocal. The transmitted part of the lost light is reciprocal if its fraction
-        // is proportional to this transmittance and to the loss on the other side.
+        // which is reciprocal. A part of the lost light is transmitted to the other side. It is
+        // reciprocal if the fraction of this part is proportional to the mean transmittance and to
+        // the loss on the other side.
         let denser = ior.max(1.0 / ior);
         let entered = 1.0 - Fresnel::Dielectric { eta: denser }.mean().max_component();
         let left = entered / (denser * denser);

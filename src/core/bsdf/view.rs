@@ -43,8 +43,8 @@ impl BsdfDirection {
     /// Direction `w` for the lobes of `bsdf`.
     #[inline(always)]
     pub fn new(bsdf: &Bsdf, w: Vec3) -> Self {
-        // Write the terms in place. A move of the arrays would copy them, which takes a few percent
-        // of the time of a glossy sample.
+        // Write the terms into the arrays of the result. Moving arrays into the result would copy
+        // them, which takes a few percent of the time of a glossy sample.
         let mut direction = Self {
             w,
             lobes: [DirectionTerms::default(); PLACES],

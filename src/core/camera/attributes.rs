@@ -48,7 +48,7 @@ pub(super) struct Plane {
 
 impl Camera {
     /// Attributes of the camera at shutter open, for image files. `metres` is the length of a scene
-    /// unit in metres, and `sensor_height` is in metres.
+    /// unit in metres. `sensor_height` is the height of the sensor in metres.
     pub fn attributes(&self, sensor_height: f32, metres: f32) -> CameraAttributes {
         let [open, _] = self.shutter;
         let still = self.at(open);

@@ -115,8 +115,8 @@ impl Camera {
             };
             (image, 1.0 / (scale * scale * cos), 1.0)
         } else {
-            // The ray and the ray through the centre of the lens cross in the plane of focus, onto
-            // which the film is projected.
+            // The ray from `p`, and the ray of the same film point through the centre of the lens,
+            // cross in the plane of focus.
             let mut image = plane(w) / cos;
             if camera.has_lens() {
                 image += plane(p - camera.position) / camera.focus_distance;
@@ -264,10 +264,11 @@ mod tests {
                 if is_flat {
                     assert_eq!(camera.importance(ray.origin, -ray.direction, time), None);
                 }
-                // Compare the density with the solid angle of a square of the film per area, which
-                // follows from the directions of the square's edges. For parallel rays, compare
-                // with the square's area across the rays. Near the rim of a fisheye, the mapping is
-                // strongly curved.
+                // Compare the density with the solid angle of a square of the film, divided by the
+                // area of the square. The solid angle follows from the directions of the edges of
+                // the square. For parallel rays, use the area perpendicular to the rays instead.
+                // The square is small for curved projections, because the mapping is strongly
+                // curved near the rim of a fisheye.
                 let half = if is_flat { 0.5 } else { 0.02 };
                 let edge = |step: Vec2| {
                     let at = |s| camera.ray(film + s, lens, time);
@@ -300,8 +301,8 @@ mod tests {
         }
     }
 
-    /// Over lens and directions, the integral of a pixel's importance is 1. An image of few pixels
-    /// has large angles to the axis.
+    /// The integral of the importance of a pixel over the lens and over all directions is 1. The
+    /// test image has few pixels, so that the angles to the axis are large.
     #[test]
     fn importance_of_a_pixel_integrates_to_one() {
         const N: u32 = 200_000;

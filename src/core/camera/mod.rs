@@ -321,7 +321,8 @@ impl Camera {
         self.film.scale * p.distance(self.at(time).position)
     }
 
-    /// Increase of a pixel's width per scene unit of distance; 0 for parallel rays.
+    /// Width of a pixel in scene units at distance 1: the amount by which the width grows per scene
+    /// unit of distance. 0 for parallel rays.
     pub fn pixel_width_by_distance(&self) -> f32 {
         if self.film.is_parallel() { 0.0 } else { self.film.scale }
     }

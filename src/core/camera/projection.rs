@@ -140,8 +140,8 @@ impl FisheyeMapping {
         }
     }
 
-    /// Area of the picture, in squares of the focal length, per solid angle, at an `angle` to the
-    /// axis with the sine `sin`: `r r' / sin θ`.
+    /// Area of the picture per solid angle, `r r' / sin θ`, in squares of the focal length. `angle`
+    /// is the angle θ to the axis, and `sin` is the sine of θ.
     fn stretch(self, angle: f32, sin: f32) -> f32 {
         match self {
             Self::Equidistant if sin == 0.0 => 1.0,

@@ -1,9 +1,9 @@
 //! Views: pictures that are rendered separately, and shown in one picture.
 //!
 //! A picture is a grid of views of equal size. Each view has a camera, and random numbers that
-//! depend on the pixel within the view. So a view is bit-identical to a picture of its camera
-//! alone, with every method and filter. No light, sample or pixel filter crosses a border between
-//! two views.
+//! depend on the pixel within the view. A view is therefore bit-identical to a single picture of
+//! the same camera, with every light transport method and filter. No light, sample or pixel filter
+//! crosses a border between two views.
 
 use super::cubemap::{CubeLayout, FACE_FOV, Face};
 use super::{Camera, CameraDescription, CameraError, CameraParameters, Projection};

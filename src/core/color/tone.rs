@@ -166,9 +166,9 @@ fn product(matrix: [[f32; 3]; 3], v: [f32; 3]) -> [f32; 3] {
 
 /// Sobotka's AgX. The input is linear, the output is encoded for the display.
 fn agx(rgb: [f32; 3]) -> [f32; 3] {
-    // Inset of AgX: before the curve, each colour moves a fifth of the way to a grey. After the
-    // curve, the move is undone. The grey is the sum of the channels, weighted by `GREY`. Sobotka's
-    // configuration has a matrix and its inverse instead.
+    // Inset of AgX: before the curve, each colour is moved to a grey, by a fifth of the distance.
+    // After the curve, this is undone. The grey is the sum of the channels, weighted by `GREY`.
+    // Sobotka's configuration has a matrix and its inverse instead.
     const GREY: [f32; 3] = [0.212_005_36, 0.392_182_5, 0.395_812_14];
     const INSET: f32 = 0.2;
     let grey = |v: [f32; 3]| GREY[0] * v[0] + GREY[1] * v[1] + GREY[2] * v[2];
@@ -186,8 +186,8 @@ fn agx(rgb: [f32; 3]) -> [f32; 3] {
 /// is 10 / 16.5, the curve is 1/2 and has the slope 2.
 ///
 /// The curve is `1/2 + 2 d / (1 + a |d|^p)^(1/p)`, where `d` is `share` minus 10 / 16.5. The power
-/// `p` is 3 below middle grey and 3.25 above. The factor `a` is such that the curve is 0 and 1 at
-/// its ends.
+/// `p` is 3 below middle grey and 3.25 above. The factor `a` is chosen so that the curve is 0 at
+/// `share` = 0, and 1 at `share` = 1.
 fn agx_curve(linear: f32) -> f32 {
     const PIVOT: f32 = 10.0 / 16.5;
     const SLOPE: f32 = 2.0;

@@ -14,8 +14,8 @@ use crate::color::xyz::{WHITE, linear_to_xyz, xyz_to_linear};
 use crate::film::RgbImage;
 use rayon::prelude::*;
 
-/// Pixels per degree of the viewer's field of view: distance times pixels per metre times the
-/// radians of a degree.
+/// Pixels per degree of the viewer's field of view: the distance in metres, times pixels per metre,
+/// times one degree in radians.
 const PIXELS_PER_DEGREE: f32 = 0.7 * (3840.0 / 0.7) * (std::f32::consts::PI / 180.0);
 
 /// Exposure factor before Narkowicz's curve. With this factor, the curve is as bright as ACES.
@@ -53,8 +53,9 @@ impl Flip {
         Ok(Self::of_map(map, None))
     }
 
-    /// Error map of pictures of high dynamic range: the maximum error over exposures that show the
-    /// reference from its brightest pixel to its median.
+    /// Error map of pictures of high dynamic range: the maximum error over several exposures. The
+    /// darkest exposure fits the brightest pixel of the reference to the range of the display, the
+    /// brightest exposure fits the median.
     pub fn hdr(image: &RgbImage, reference: &RgbImage) -> Result<Self, SizeMismatch> {
         same_size(image, reference)?;
         let exposures = Exposures::of(reference);

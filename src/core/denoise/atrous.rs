@@ -43,7 +43,8 @@ const KERNEL: [f32; 3] = [6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
 const SIGMA_LIGHT: f32 = 3.0;
 /// Half width in pixels of the window for outliers and variances.
 const WINDOW: isize = 3;
-/// Distance of the outlier fence from the upper quartile, in interquartile ranges.
+/// Distance of the fence from the upper quartile, in interquartile ranges. Values above the fence
+/// are outliers.
 const FENCE: f32 = 1.5;
 /// Minimum number of other pixels in the window that show the same surface. A pixel with fewer such
 /// neighbours is on an edge.
@@ -54,8 +55,8 @@ const MAX_FACTOR: f32 = 2.0;
 const SIGMA_NORMAL: f32 = 0.3;
 /// Tolerance (sigma) for the length of the difference of two albedos.
 const SIGMA_ALBEDO: f32 = 0.15;
-/// Tolerance (sigma) for the distance of a pixel from another pixel's tangent plane, relative to
-/// the depth.
+/// Tolerance (sigma) for the difference between the inverse depth of a tap and that of the tangent
+/// plane, relative to the inverse depth of the filtered pixel.
 const SIGMA_DEPTH: f32 = 0.1;
 /// Minimum albedo as a divisor, because lamps and the background have albedo 0.
 const MIN_ALBEDO: f32 = 0.02;

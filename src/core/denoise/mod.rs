@@ -5,8 +5,8 @@
 //! denoised image, and `raw.R raw.G raw.B` the rendered image. If a denoiser fails, the raw image
 //! is still written. The version of the denoiser's library is checked before the render begins.
 //!
-//! All filters use the film's channels of each pixel, and return the same bits with any number of
-//! threads. docs/denoise.md compares them.
+//! All filters use channels that the film has for each pixel. Their results are bit-identical with
+//! any number of threads. docs/denoise.md compares them.
 
 mod atrous;
 mod bright;

@@ -226,7 +226,8 @@ mod tests {
         ] {
             fs::write(folder.join(name), name).unwrap();
         }
-        // Name, expected file, and true if the case differs. Systems that ignore case return false.
+        // Name, expected file, and true if the name differs from the file in letter case. On
+        // systems that ignore letter case, the last value is false.
         let cases = [
             ("a.mtl", Some("a.mtl"), false),
             ("./a.mtl", Some("a.mtl"), false),

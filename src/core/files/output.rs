@@ -215,7 +215,8 @@ impl Output {
         Self::prepare(&path)
     }
 
-    /// Creates a temporary file in the target's folder. The file is removed unless it is persisted.
+    /// Creates a temporary file in the target's folder. The file is removed when the result is
+    /// dropped, unless it was renamed or kept.
     fn temporary(&self) -> Result<NamedTempFile, FileError> {
         temporary(&self.target).map_err(|error| {
             let folder = folder_of(&self.target).display();

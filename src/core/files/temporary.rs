@@ -38,7 +38,8 @@ const MAX_DIGITS: u64 = 10;
 const LINK_REFUSED: i32 = rustix::io::Errno::LOOP.raw_os_error();
 #[cfg(not(unix))]
 const LINK_REFUSED: i32 = i32::MIN;
-/// Maximum number of attempts to create a file that another run removes before it is locked.
+/// Maximum number of attempts to create and lock a file, because another run may remove the file
+/// before it is locked.
 const MAX_TRIES: usize = 100;
 /// Suffix of the names of temporary files.
 const SUFFIX: &str = ".tmp";
@@ -52,15 +53,17 @@ fn prefix(target: &Path) -> String {
     format!(".embrasure-{digits}-")
 }
 
-/// Creates a temporary file in the folder of `target`. The file is removed unless it is persisted.
-/// It is locked while it is open, so that other runs do not remove it. It gets the owner, the group
-/// and the permissions of the file at `target`, or those of a new file if there is no such file.
+/// Creates a temporary file in the folder of `target`. The file is removed when the result is
+/// dropped, unless it was kept. It is locked while it is open, so that other runs do not remove it.
+/// It gets the owner, the group and the permissions of the file at `target`, or those of a new file
+/// if there is no such file.
 pub(super) fn temporary(target: &Path) -> io::Result<NamedTempFile> {
     let replaced = fs::symlink_metadata(target).ok().filter(Metadata::is_file);
     let prefix = prefix(target);
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix).suffix(SUFFIX);
-    // New files get the user's umask. Replacements are private until their permissions are set.
+    // A new file gets the permissions of the user's umask. A file that will replace another file is
+    // private until its permissions are set.
     #[cfg(unix)]
     builder.permissions(PermissionsExt::from_mode(if replaced.is_some() {
         0o600

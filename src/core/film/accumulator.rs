@@ -60,7 +60,7 @@ impl Block {
     }
 
     /// Adds one sample: its radiance, and the first surface if the camera ray hit one. Without a
-    /// surface, the radiance comes from the background and counts as emitted.
+    /// surface, the radiance comes from the background, and its luminance counts as emitted light.
     pub fn add(&mut self, radiance: Spectrum, surface: Option<&FirstSurface>) {
         for (c, value) in radiance.to_array().into_iter().enumerate() {
             let value = value as f64;

@@ -49,7 +49,7 @@ pub struct BackgroundSum {
     /// Exact sum of each channel.
     pub sum: [Fixed; 3],
     /// Sum of the squared differences between the mean luminances of full blocks and their common
-    /// mean. NaN if there are no blocks.
+    /// mean. NaN if samples were added outside of blocks.
     pub(super) block_spread: f64,
 }
 
@@ -108,8 +108,8 @@ impl BackgroundSum {
     pub fn squared_error(&self, samples: u32) -> f64 {
         let mean = luminance(self.mean(samples));
         let (count, spread) = if self.block_spread.is_nan() {
-            // Samples are independent. The variance of fractions in [0, 1] with this mean is at
-            // most mean × (1 − mean)
+            // Without blocks, treat samples as independent. The variance of fractions in [0, 1]
+            // with this mean is at most mean × (1 − mean)
             (f64::from(samples), f64::from(samples) * (mean * (1.0 - mean)).max(0.0))
         } else {
             (f64::from(samples / BLOCK), self.block_spread)

@@ -247,8 +247,8 @@ mod tests {
             let filter = Filter::new(kind, kind.usual_radius());
             let negative = draws(&filter).filter(|(_, weight)| *weight < 0.0).count();
             assert_eq!(negative > 0, kind.has_negative_lobes(), "{name}");
-            // Weights of non-negative functions hardly vary: the distribution of positions follows
-            // the function.
+            // The weights of a non-negative function hardly vary, because the distribution of
+            // positions follows the function.
             let spread = mean(draws(&filter).map(|(_, weight)| (weight - 1.0).powi(2)));
             assert!(kind == FilterKind::Mitchell || spread < 1e-3, "{name}: {spread}");
         }

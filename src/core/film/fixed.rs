@@ -11,7 +11,8 @@
 //! blocks, from which `--noise` estimates errors, stays in f64: one render updates the spread in
 //! order, and the spread of merged parts is equal up to rounding.
 
-/// An integer multiple of 2 to the -`$fraction` in `$integer`, which has `$words` words.
+/// Defines a fixed-point type: an integer of type `$integer`, in units of 2 to the power of
+/// -`$fraction`. The type has `$words` words of 32 bits.
 macro_rules! fixed_point {
     ($(#[$doc:meta])* $name:ident: $integer:ty, $fraction:literal, $words:literal) => {
         $(#[$doc])*

@@ -275,7 +275,8 @@ impl Mesh {
     }
 }
 
-/// Keeps the triangles for which `keeps` returns true, with their `parts` ([`Mesh::parts`]).
+/// Keeps the triangles for which `keeps` returns true, and their entries of `parts`
+/// ([`Mesh::parts`]).
 pub fn retain_triangles(triangles: &mut Vec<[u32; 3]>, parts: &mut Vec<u32>, mut keeps: impl FnMut(&[u32; 3]) -> bool) {
     if parts.len() < triangles.len() {
         triangles.retain(keeps);
@@ -443,8 +444,8 @@ impl SurfacePoint {
     }
 }
 
-/// Minimum sine of the angle between mirror directions and the facet: enough for the roundings of a
-/// few unit vectors.
+/// Minimum sine of the angle between a mirror direction and the facet. It is larger than the
+/// rounding errors of a few unit vectors.
 const MIN_HEIGHT: f32 = 1e-4;
 
 /// Corners at `time` of a triangle that moves linearly from `open` at time 0 to `close` at time 1.

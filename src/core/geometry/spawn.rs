@@ -103,7 +103,7 @@ pub fn ray_towards(s: &SurfacePoint, w: Vec3) -> Ray {
 
 /// Segment from the surface at `s` to the point `target`, which the segment does not reach.
 ///
-/// If `target` is a point of a surface, the caller must have moved it off that surface
+/// If `target` is on a surface, the caller must move `target` off that surface first
 /// ([`offset_origin`]).
 pub fn ray_between(s: &SurfacePoint, target: Vec3) -> Ray {
     segment(offset_origin(s, target - s.p), target).when(s.time)

@@ -150,8 +150,8 @@ impl Device {
         self.handle
     }
 
-    /// Returns this thread's first error since the last check, if any. `doing` names the operation
-    /// in the error.
+    /// Returns the first error of this thread since the last check, if any. `doing` is the name of
+    /// the operation in the error.
     pub(super) fn check(&self, doing: &'static str) -> Result<(), EmbreeError> {
         // SAFETY: the handle is a live device; the call reads and clears the error of this thread.
         let code = unsafe { rtcGetDeviceError(self.handle) };

@@ -5,9 +5,9 @@ use embree4_sys::*;
 
 /// Three 16-byte words that have the layout of an `RTCRay`.
 ///
-/// Embree loads a ray in 16-byte words. If the ray is stored in the same words, the CPU forwards
-/// them from the store buffer. If the ray is stored field by field, each query has to wait until
-/// the fields are in the cache.
+/// Embree loads a ray in 16-byte words. If the ray was stored in the same words, the CPU forwards
+/// the words from the store buffer. If the ray was stored field by field, each query has to wait
+/// until the fields are in the cache.
 #[repr(C, align(16))]
 struct RayWords {
     origin_tnear: Vec4,

@@ -49,8 +49,8 @@ pub struct ControlMesh<'a> {
     /// if no corner has any.
     pub uv_corners: &'a [u32],
     /// Crease angle in degrees. An edge stays sharp if the angle between the normals of its faces
-    /// is larger. A vertex keeps its position if the sharp curve through it turns by a larger
-    /// angle. If `None`, no edge is sharp because of its angle.
+    /// is larger. A vertex keeps its position if the sharp curve through this vertex turns by a
+    /// larger angle. If `None`, no edge is sharp because of its angle.
     pub crease_angle: Option<f32>,
 }
 

@@ -11,7 +11,7 @@ use crate::math::{UVec2, Vec2, Vec3};
 /// Field of view of a face in degrees.
 pub(super) const FACE_FOV: f32 = 90.0;
 
-/// Columns of faces in each layout: a row, a column, and two rows of three.
+/// Number of columns of faces in each layout: a row, a column, and two rows of three.
 const COLUMNS: [u32; 3] = [6, 1, 3];
 
 /// Names of the faces, in the order of the picture.

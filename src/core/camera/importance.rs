@@ -206,7 +206,7 @@ mod tests {
                 projection,
                 stereo: None,
             };
-            // A cube map has six squares
+            // The picture of a cube map must consist of six squares
             let resolution = match projection {
                 Projection::Cubemap => 2 * resolution.y / 3 * UVec2::new(3, 2),
                 _ => resolution,
@@ -333,7 +333,8 @@ mod tests {
                 for i in 0..N {
                     let [u, lens, ..] = numbers(i);
                     let lens = camera.lens_point(lens, time);
-                    // Sample a position beside the middle for parallel rays, else a direction
+                    // For parallel rays, sample a position around the ray `middle`. For other rays,
+                    // sample a direction
                     let (p, w, pdf) = if is_far {
                         let disk = radius * uniform_disk(u);
                         let frame = Frame::from_z(lens.normal);

@@ -231,7 +231,7 @@ fn hyab(p: [f32; 3], q: [f32; 3]) -> f32 {
 /// Colours that the eye perceives at the viewing distance. Each channel is filtered by the contrast
 /// sensitivity of the eye for this channel (2020, table 1).
 fn seen_colors([lightness, red_green, blue_yellow]: [Plane; 3]) -> Vec<[f32; 3]> {
-    // Gaussians a √(π / b) exp(−π² x² / b), x in degrees
+    // Gaussians a √(π / b) exp(−π² x² / b), where x is in degrees
     let [narrow, red, blue, wide] = [0.0047, 0.0053, 0.04, 0.025].map(sensitivity);
     let lightness = lightness.filtered(&narrow.kernel, &narrow.kernel);
     let red_green = red_green.filtered(&red.kernel, &red.kernel);

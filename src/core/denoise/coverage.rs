@@ -151,7 +151,8 @@ fn as_light(layers: &Layers, coverage: &[Vec3], samples: Option<&[f32]>) -> Laye
     let spread = spread(&color, layers.size);
     let variance = (0..coverage.len()).map(|i| match samples.map(|samples| samples[i]) {
         Some(n) if n < 2.0 => Vec3::INFINITY,
-        // The variance of a mean of n values in [0, 1] has this upper bound.
+        // The estimated variance of a mean of n values in [0, 1] is at most mean (1 − mean) / (n −
+        // 1).
         Some(n) => spread[i].min((coverage[i] * (1.0 - coverage[i])).max(Vec3::ZERO) / (n - 1.0)),
         None => spread[i],
     });

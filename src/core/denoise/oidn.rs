@@ -56,7 +56,7 @@ fn filtered(filter: impl FnOnce(&Device) -> Result<Vec<f32>, Error>) -> Result<V
     Ok(denoised.chunks_exact(3).map(Vec3::from_slice).collect())
 }
 
-/// Three numbers per pixel, as input of the library.
+/// Pixels as a flat list with three numbers per pixel, for the library.
 fn flat(values: &[Vec3]) -> Vec<f32> {
     values.iter().flat_map(|v| v.to_array()).collect()
 }

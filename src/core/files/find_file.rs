@@ -1,4 +1,4 @@
-//! Search for files by names from other systems.
+//! Search for files whose names were written on other operating systems.
 
 use super::input::decoded;
 use std::collections::HashMap;
@@ -47,7 +47,7 @@ pub struct FileFinder {
     folders: HashMap<PathBuf, Vec<PathBuf>>,
 }
 
-/// Maximum number of entries of a folder that are checked.
+/// Maximum number of entries of a folder that are read.
 const MAX_ENTRIES: usize = 10_000;
 /// Maximum number of subfolders of a folder of a single model. A folder with more subfolders is not
 /// searched.

@@ -67,7 +67,7 @@ impl Aov {
         !matches!(self, Self::Lights | Self::Strategies)
     }
 
-    /// Returns true if the channels name parts of objects.
+    /// Returns true if the channels contain ids of objects, parts and materials.
     pub fn names_parts(self) -> bool {
         matches!(self, Self::Ids | Self::Cryptomatte)
     }

@@ -1,4 +1,4 @@
-//! Fraction of a pixel's samples that see the background.
+//! Fraction of the background's light that a pixel receives.
 
 use super::accumulator::BLOCK;
 use super::{DARK, Fixed};

@@ -59,7 +59,7 @@ impl Axis {
         }
     }
 
-    /// Computes the new lines.
+    /// Resizes all lines of `values`. A line has `width` values.
     fn apply(&self, values: &[f32], width: usize) -> Vec<f32> {
         let line = |line: &[f32]| -> Vec<f32> { self.taps.iter().map(|taps| self.value(line, taps)).collect() };
         values.par_chunks(width.max(1)).flat_map_iter(line).collect()

@@ -23,7 +23,7 @@ const FLOATS: [&str; 3] = ["spread.R", "spread.G", "spread.B"];
 /// Names of counts.
 const COUNTS: [&str; 2] = ["surfaces", "samples"];
 
-// Index at which the words of each kind end
+// For each kind of words, the index after the last word
 const FIXED_END: usize = FIXED.len() * Fixed::WORDS;
 const NARROW_END: usize = FIXED_END + NARROW.len() * Narrow::WORDS;
 const FLOATS_END: usize = NARROW_END + FLOATS.len() * 2;

@@ -90,7 +90,7 @@ pub struct SurfacePoint {
     /// Height of the curved surface over the triangle, on the front and on the back. For rays whose
     /// direction is on different sides of `ng` and `ns`, this height is added to `ray_offset`.
     pub curvature_offset: [f32; 2],
-    /// Unit geometric normal, by the winding.
+    /// Unit geometric normal, on the side from which the corners run counter-clockwise.
     pub ng: Vec3,
     /// Unit shading normal, on the side of `ng`.
     pub ns: Vec3,
@@ -322,7 +322,7 @@ impl Facet {
         Self(triangle_normal(p0, p1, p2).extend(ray_offset))
     }
 
-    /// Unit geometric normal, by the winding.
+    /// Unit geometric normal, on the side from which the corners run counter-clockwise.
     #[inline(always)]
     pub fn normal(self) -> Vec3 {
         Vec3::from_vec4(self.0)

@@ -222,7 +222,7 @@ fn change_is_found_in_its_window() {
         pixels.for_each(|(at, pixel)| *pixel = f(at, *pixel));
         judge((&a, &image), 0.01)
     };
-    // Change the whole by 1 %, with a pixel error of 7.5 %
+    // Change the whole picture by 1 %, with an error of 7.5 % in each pixel
     let test = changed(&|_, p| p.map(|v| 1.01 * v));
     let worst = test.worst().unwrap();
     assert!(test.differs() && worst.scale == Scale::Whole, "{test:?}");

@@ -105,7 +105,7 @@ pub(super) fn loop_factor(edges: u32) -> f64 {
     }
 }
 
-/// Values at the vertices of [`Topology::refined`].
+/// Returns the values at the vertices of the mesh after a step ([`Topology::refined`]).
 pub(super) fn refined<V: VertexValue>(
     topology: &Topology,
     scheme: Scheme,

@@ -67,8 +67,8 @@ impl Ggx {
         2.0 * z / (z + self.stretched(w))
     }
 
-    /// `D G₂ / (4 cos θi cos θo)` for the half vector `h`, with the height-correlated `G₂ = 1 / (1
-    /// + Λ(wo) + Λ(wi))` (Heitz 2014, eq. 99).
+    /// `D G₂ / (4 cos θi cos θo)` for the half vector `h`. `G₂ = 1 / (1 + Λ(wo) + Λ(wi))` is the
+    /// height-correlated masking and shadowing (Heitz 2014, eq. 99).
     #[inline(always)]
     pub fn reflection(&self, wo: Vec3, wi: Vec3, h: Vec3) -> f32 {
         self.density(h) * self.shadowed_reflection(wo, wi, [self.stretched(wo), self.stretched(wi)])

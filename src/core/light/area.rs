@@ -62,8 +62,8 @@ impl From<AreaLight> for Light {
     }
 }
 
-/// Of a triangle of a mesh, only the kind is encoded. The mesh, its material and its placement
-/// determine the rest.
+/// For a triangle, only the kind of the light is encoded. The mesh of the triangle, with the
+/// material and the placement of the mesh, determines the rest. The scene encodes them elsewhere.
 impl Encode for AreaLight {
     fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
         match self {
@@ -118,7 +118,7 @@ impl AreaLight {
         }
     }
 
-    /// Density of a direction, like [`Light::pdf`].
+    /// Density per solid angle of the direction `wi` at `p`, like [`Light::pdf`].
     pub(super) fn pdf(&self, p: Vec3, q: Vec3, wi: Vec3, time: f32) -> f32 {
         match self {
             Self::Triangle(light) => light.pdf(p, q, wi),
@@ -148,7 +148,7 @@ impl AreaLight {
         }
     }
 
-    /// [`AreaLight::incident`] of any light.
+    /// Like [`AreaLight::incident`], for every kind of light.
     #[inline(never)]
     fn incident_otherwise(
         &self,

@@ -1,6 +1,6 @@
 use crate::math::{Bounds3, Vec3};
 
-/// Candidate resolutions: cells along the longest side of the grid, tried from the finest.
+/// Numbers of cells along the longest side of the grid. They are tried in this order.
 const RESOLUTIONS: [u32; 14] = [48, 40, 32, 28, 24, 20, 16, 13, 10, 8, 6, 4, 2, 1];
 /// Fraction of the points that the grid leaves out at each end of each axis. These points may be
 /// far away, and few paths reach them.
@@ -8,22 +8,22 @@ const OUTSIDE: f64 = 0.005;
 /// Number that marks a cell without surfaces.
 const EMPTY: u32 = u32::MAX;
 
-/// Regular grid over a box. Only cells that contain surfaces have numbers.
+/// Regular grid over a box. Only cells that contain surfaces are numbered, from 0.
 #[derive(Clone, Debug)]
 pub(super) struct CellGrid {
     min: Vec3,
     /// Cells per scene unit.
     scale: f32,
     counts: [u32; 3],
-    /// Number of each cell of the box; [`EMPTY`] if the cell contains no known surface.
+    /// Number (id) of each cell of the box; [`EMPTY`] if the cell contains no known surface.
     numbers: Vec<u32>,
     /// Grid coordinates of each numbered cell.
     places: Vec<[u32; 3]>,
 }
 
 impl CellGrid {
-    /// The finest grid around nearly all of `points` in which at most `max_cells` cells contain
-    /// points.
+    /// Grid around nearly all of `points`: the finest one in which at most `max_cells` cells
+    /// contain points.
     pub fn new(points: &[Vec3], max_cells: usize) -> Option<Self> {
         let bounds = bounds_of_most(points)?;
         RESOLUTIONS.into_iter().find_map(|resolution| {
@@ -62,7 +62,7 @@ impl CellGrid {
         }
     }
 
-    /// Index of the cell of `p`, if it is within the box.
+    /// Index in `numbers` of the cell that contains `p`. `None` if `p` is outside of the box.
     #[inline(always)]
     fn index(&self, p: Vec3) -> Option<usize> {
         let x = (p - self.min) * self.scale;
@@ -81,7 +81,7 @@ impl CellGrid {
         (number != EMPTY).then_some(number as usize)
     }
 
-    /// Number of cells with surfaces.
+    /// Count of cells with surfaces.
     pub fn len(&self) -> usize {
         self.places.len()
     }

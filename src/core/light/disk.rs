@@ -1,12 +1,13 @@
 //! Disks that emit on one side.
 //!
-//! For points nearer than the radius, directions are sampled uniformly over the solid angle of the
-//! square around the disk (`sampling/spherical_rectangle.rs`). Directions that miss the disk are
-//! rejected: a fraction of at most 1 − π/4 on the axis, and up to a half near the rim. For points
-//! farther away, the light is sampled uniformly by area, which has less variance there
-//! (docs/notebook/2026-11.md, "Disks"). Uniform sampling of the disk's own solid angle, a spherical
-//! ellipse, needs elliptic integrals or their inversion for each sample (Guillén et al. 2017,
-//! "Area-Preserving Parameterizations for Spherical Ellipses").
+//! If the receiving point is nearer to the centre than the radius, directions are sampled uniformly
+//! over the solid angle of the square around the disk (`sampling/spherical_rectangle.rs`).
+//! Directions that miss the disk are rejected. The rejected fraction is at most 1 − π/4 on the
+//! axis, and up to 1/2 near the rim. If the receiving point is farther away, points of the disk are
+//! sampled uniformly by area, which has less variance there (docs/notebook/2026-11.md, "Disks").
+//! Uniform sampling of the disk's own solid angle, a spherical ellipse, needs elliptic integrals or
+//! their inversion for each sample (Guillén et al. 2017, "Area-Preserving Parameterizations for
+//! Spherical Ellipses").
 //!
 //! The scene geometry contains the square around each disk. Rays that hit the square outside of the
 //! disk pass through it (`scene/lamp_hulls.rs`).
@@ -76,13 +77,13 @@ impl DiskLight {
         self.center + Frame::from_z(self.normal).to_world(place.into())
     }
 
-    /// Ray offset of points on the disk, scene units.
+    /// Distance of ray origins from the surface of the disk, scene units.
     fn ray_offset(&self) -> f32 {
         gamma(16) * (self.center.abs().max_element() + self.radius)
     }
 
-    /// Solid angle of the square around the disk at `p`; `None` if the disk is sampled by area at
-    /// `p`.
+    /// Solid angle that the square around the disk has at `p`. `None` if the disk is sampled by
+    /// area for the receiving point `p`.
     fn seen(&self, p: Vec3) -> Option<SphericalRectangle> {
         if p.distance_squared(self.center) > self.radius * self.radius {
             return None;
@@ -122,8 +123,8 @@ impl DiskLight {
         })
     }
 
-    /// Density per solid angle at `p` of sampling the point `q` of the disk, in direction `wi`; 0
-    /// behind the disk.
+    /// Density per solid angle with which the direction `wi` from `p` to the point `q` of the disk
+    /// is sampled. 0 if `p` is behind the disk.
     pub fn pdf(&self, p: Vec3, q: Vec3, wi: Vec3) -> f32 {
         match self.seen(p) {
             Some(seen) if wi.dot(self.normal) < 0.0 => 1.0 / seen.solid_angle(),

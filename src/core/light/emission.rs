@@ -12,7 +12,7 @@ pub struct Emission {
     /// Start point, world space. For lights at infinity, the point lies on a disk in front of the
     /// scene. The disk has the scene's radius and is perpendicular to `w`.
     pub p: Vec3,
-    /// Origin of the ray, off the light's own surface.
+    /// Origin of the ray, moved a little off the light's surface.
     pub origin: Vec3,
     /// Unit normal of the light at `p`. Zero for point and spot lights, `w` for lights at infinity.
     pub ng: Vec3,
@@ -37,9 +37,9 @@ pub struct Emission {
 }
 
 impl Emission {
-    /// Emission from the point `p` of a surface with unit normal `ng`, in a direction that is
-    /// sampled with `u`, with a density proportional to the cosine. Paths start `offset` off the
-    /// surface. `pdf_position` is the density of `p` per area.
+    /// Emission from the point `p` of a surface with unit normal `ng`. The direction is sampled
+    /// with the random numbers `u` and a density proportional to the cosine. The origin of the ray
+    /// is `offset` scene units off the surface. `pdf_position` is the density of `p` per area.
     pub(super) fn of_surface(
         (p, ng): (Vec3, Vec3),
         offset: f32,
@@ -79,8 +79,8 @@ impl Emission {
         }
     }
 
-    /// Emission from infinity in the direction `w` into `world`, through a point of the disk
-    /// sampled with `u`.
+    /// Emission from infinity in the direction `w` into `world`. The ray starts at a point of a
+    /// disk in front of `world`, which is sampled with `u`.
     pub(super) fn from_infinity(w: Vec3, radiance: Spectrum, pdf_direction: f32, u: Vec2, world: &Ball) -> Self {
         let p = world.before(w, uniform_disk(u));
         Self {

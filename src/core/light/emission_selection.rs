@@ -9,9 +9,9 @@ const STEPS: u32 = 1 << 24;
 ///
 /// Random numbers are multiples of 2⁻²⁴, called steps. Each emitting light has an interval of a
 /// whole number of steps, at least one, so that probabilities are exact for any number of lights.
-/// An alias table for a million lights would have bins of sixteen steps, and its probabilities
-/// would be wrong by some percent. If the number of lights is more than half the number of steps,
-/// lights with a power below one step are never chosen.
+/// An alias table would be less exact: for a million lights its bins have sixteen steps each, and
+/// probabilities would be wrong by some percent. If the number of lights is more than half the
+/// number of steps, lights with a power below one step are never chosen.
 #[derive(Clone, Debug)]
 pub struct EmissionSelection {
     /// Step at which the interval of each light ends, by [`LightId`]; empty if there is no

@@ -154,8 +154,8 @@ impl EnvironmentLight {
         [self.image.width, self.image.height]
     }
 
-    /// Unit direction at the image coordinates `s` and `t`, from 0 to 1 to the right and downwards,
-    /// and the radiance from there.
+    /// Unit direction at the image coordinates `s` (0 at the left, 1 at the right) and `t` (0 at
+    /// the top, 1 at the bottom), and the radiance from this direction.
     pub(super) fn at(&self, s: f64, t: f64) -> (Vec3, Spectrum) {
         let st = Vec2::new(s as f32, t as f32);
         (self.rotation * direction(st), self.image.interpolated(st) * self.scale)
@@ -197,15 +197,15 @@ impl EnvironmentLight {
         Some(Emission::from_infinity(-wi, radiance, pdf, u_position, world))
     }
 
-    /// Density per solid angle of the direction `wi`.
+    /// Density per solid angle with which the direction `wi` is sampled.
     pub fn pdf(&self, wi: Vec3) -> f32 {
         let w = self.rotation.inverse() * wi;
         let pdf = self.distribution.pdf(place(w)) * solid_angle_jacobian(w);
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
-    /// Power in watts through a sphere of the scene's radius: `4π · π r² L`, with the mean
-    /// radiance.
+    /// Power in watts through a sphere of the scene's radius: `4π · π r² L`. L is the mean radiance
+    /// over the sphere of directions.
     pub(super) fn power(&self, scene_radius: f32) -> f64 {
         let r = scene_radius as f64;
         4.0 * (std::f64::consts::PI * r).powi(2) * (self.mean * self.scale).luminance() as f64
@@ -256,8 +256,8 @@ impl LatLongImage {
         row(y) * (1.0 - f.y) + row(y + 1) * f.y
     }
 
-    /// Mean of the interpolated image over a texel. In both directions, the weights are 6/8 for the
-    /// texel and 1/8 for its neighbours.
+    /// Mean of the interpolated image over a texel. Along each axis, the weight is 6/8 for the
+    /// texel and 1/8 for each of its two neighbours.
     fn smoothed(&self, x: usize, y: usize) -> Spectrum {
         let (x, y) = (x as isize, y as isize);
         let row = |y| (self.texel(x - 1, y) + self.texel(x + 1, y)) * 0.125 + self.texel(x, y) * 0.75;

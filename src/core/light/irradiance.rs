@@ -35,7 +35,8 @@ impl Light {
     }
 }
 
-/// Number of quadrature points along each side of the square that is mapped to the sun's disc.
+/// Number of quadrature points along each side of the unit square, which is mapped to the sun's
+/// disc.
 const DISC_PLACES: usize = 256;
 
 /// `∫ L (w · n)⁺ dw` over the disc of a sun: in closed form if the whole disc is above the surface,
@@ -62,8 +63,9 @@ fn of_sun(light: &SunLight, n: Vec3) -> Spectrum {
 /// Minimum number of quadrature points along the longer side of an environment's image.
 const PLACES: usize = 1024;
 
-/// `∫ L(w) (w · n)⁺ dw` by the midpoint rule over the image. The image is linear between texel
-/// centres. With an even number of quadrature points per texel, no cell contains a kink.
+/// `∫ L(w) (w · n)⁺ dw` by the midpoint rule over the image. Radiance is linear between texel
+/// centres. The number of quadrature cells per texel is 1 or even, so with an even number the slope
+/// changes only at borders of cells.
 fn of_environment(light: &EnvironmentLight, n: Vec3) -> Spectrum {
     let [width, height] = light.size();
     let places = match width.max(height) {
@@ -112,7 +114,7 @@ pub(super) fn of_disk(light: &DiskLight, p: Vec3, n: Vec3) -> Spectrum {
 pub(super) fn of_polygon(corners: &[Vec3], front: Vec3, p: Vec3, n: Vec3) -> f32 {
     let (p, n) = (p.as_dvec3(), n.as_dvec3());
     let corners: Vec<DVec3> = corners.iter().map(|corner| corner.as_dvec3() - p).collect();
-    // The point must be in front of the light.
+    // The point must be in front of the light: a corner is then behind the plane through `p`.
     if corners[0].dot(front.as_dvec3()) >= 0.0 {
         return 0.0;
     }

@@ -1,5 +1,5 @@
-//! Lamps: groups of lights, such as the triangles of a mesh. If all lights are sampled at every
-//! vertex, each lamp is sampled as if it were one light.
+//! Lamps: groups of lights, such as the triangles of a mesh. In the mode that samples all lights at
+//! every vertex, each lamp is sampled as if it were one light.
 //!
 //! A lamp of a thousand triangles takes as many samples as a lamp of two: each sample chooses a
 //! triangle by power. A light that is not part of a mesh, such as a point light or a sky, is a lamp
@@ -8,7 +8,7 @@
 use super::{Light, LightId};
 use crate::sampling::AliasTable;
 
-/// The lamps of a scene, with their numbers of samples at a vertex.
+/// The lamps of a scene, and how many samples each lamp takes at a vertex.
 #[derive(Clone, Debug)]
 pub struct Lamps {
     lamps: Vec<Lamp>,
@@ -22,7 +22,7 @@ pub struct Lamps {
 #[derive(Clone, Debug)]
 struct Lamp {
     lights: Vec<LightId>,
-    /// Choice by power; `None` for a single light.
+    /// Table for the choice of a light by power; `None` if the lamp has a single light.
     table: Option<AliasTable>,
     samples: u32,
 }
@@ -157,8 +157,8 @@ mod tests {
 
     #[test]
     fn wide_lamps_take_more_samples() {
-        // The pair has 32 times the area of the small triangle, the point has no area, and the sky
-        // counts as the largest.
+        // The lamp of two triangles has 32 times the area of the small triangle. The point light
+        // has no area, and the sky counts as the largest lamp.
         for (samples, expected) in [(1, [1, 1, 1, 1]), (4, [4, 1, 1, 4]), (17, [17, 3, 1, 17])] {
             let lamps = lamps(samples);
             assert_eq!(lamps.len(), 4);

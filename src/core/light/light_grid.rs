@@ -2,14 +2,15 @@
 //!
 //! Each cell of the grid has a table for each of 26 representative normals, and a table for points
 //! without normal. A point uses the normal nearest to its own. A table contains the irradiance that
-//! each light would cause in the cell without occlusion. Larger grids surround the first grid, each
-//! twice as large as the one within it, so that a wide plain does not make the first grid coarser.
-//! A table depends on its cell only and is computed at the first request, so the order of threads
-//! changes no bit.
+//! each light would cause in the cell without occlusion. The first grid covers the lights. Larger
+//! grids surround it, each twice as large as the next smaller grid. So a wide plain around the
+//! lights does not make the cells of the first grid larger. A table is computed at the first
+//! request. It depends on its cell only, so results are bit-identical for any order of threads.
 //!
-//! A table has an entry for each of up to 64 clusters of lights: a cut of a hierarchy of the lights
-//! (`tree`; Walter et al. 2005). Within a cluster, a light is chosen by power. Traversing the
-//! hierarchy at each vertex would evaluate two boxes per level; a table needs one search.
+//! A table has an entry for each of up to 64 clusters of lights. The clusters are a cut of a
+//! hierarchy of the lights (`tree`; Walter et al. 2005). Within a cluster, a light is chosen by
+//! power. Without tables, the hierarchy would be traversed at each vertex, with two nodes evaluated
+//! per level. A table needs one binary search.
 //!
 //! 2 % of the choices are made by power, independent of the estimates, and each cluster has a
 //! probability of at least 2⁻²⁰. So every light can be sampled. docs/notebook/2026-11.md, "By
@@ -31,14 +32,14 @@ const MAX_CLUSTERS: usize = 64;
 pub(super) const NORMALS: usize = 27;
 /// Fraction of the choices that are made by power, in every cell.
 const BY_POWER: f64 = 0.02;
-/// Minimum probability of a cluster: 2⁻²⁰, 16 steps of a random number.
+/// Minimum probability of a cluster: 2⁻²⁰. This is 16 steps of a random number, a multiple of 2⁻²⁴.
 const MIN_PROBABILITY: f64 = 1.0 / (1u32 << 20) as f64;
 /// Minimum power that is assumed for a light, as a fraction of the total power, so that rounding
 /// does not remove the light from sums.
 const MIN_POWER: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// Choice of a light by the unoccluded irradiance at the lit point, which is estimated for clusters
-/// of lights from a cut of a [`LightTree`] (Walter et al. 2005).
+/// Choice of a light by its unoccluded irradiance at the lit point. The irradiance is estimated for
+/// clusters of lights, which are a cut of a [`LightTree`] (Walter et al. 2005).
 #[derive(Clone, Debug)]
 pub(super) struct LightGrid {
     tree: LightTree,
@@ -46,7 +47,8 @@ pub(super) struct LightGrid {
     order: Vec<LightId>,
     /// Position of each light in `order`.
     positions: Vec<Option<u32>>,
-    /// Power of all lights before each position, and then the total power.
+    /// For each position, the summed power of all lights before it. The last value is the total
+    /// power.
     power_before: Vec<f64>,
     scene_radius: f32,
     grids: Grids,
@@ -226,7 +228,8 @@ impl LightGrid {
             parts.push((position, 1, corrected(*id, irradiance)));
         }
 
-        // Mix irradiance with a little power, and apply the minimum probability
+        // Mix the probability by irradiance with a little probability by power, and apply the
+        // minimum
         let sum: f64 = parts.iter().map(|(.., e)| e).sum();
         let by_place = if sum > 0.0 && sum.is_finite() {
             1.0 - BY_POWER
@@ -267,8 +270,8 @@ impl LightGrid {
     }
 }
 
-/// Index of the representative normal nearest to `n`, below [`NORMALS`]; the middle index if `n` is
-/// zero.
+/// Index, below [`NORMALS`], of the representative normal nearest to `n`. Returns the middle index
+/// if `n` is zero.
 #[inline(always)]
 pub(super) fn normal_index(n: Vec3) -> usize {
     // sin 22.5°: the limit between an axis and a diagonal of a coordinate plane
@@ -363,7 +366,7 @@ impl Grids {
     }
 }
 
-/// Smallest k ≥ 0 for which 2ᵏ is larger than `x`.
+/// Smallest integer k ≥ 0 for which 2ᵏ is larger than `x`.
 #[inline(always)]
 fn level_of(x: f32) -> u32 {
     (x.to_bits() >> 23).saturating_sub(126)

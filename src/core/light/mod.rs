@@ -8,10 +8,11 @@
 //! If the scene has more than two lights, a light is chosen by place: by an estimate of its
 //! irradiance at the receiving point (`light_grid`). With fewer lights, the choice is by power. In
 //! a room with windows, directions of the sky are also chosen by place. For this, rays measure the
-//! visibility of the sky before the first sample (`visibility_grid`). The density then depends on
-//! the light sampling context, which `PrevVertex` stores for MIS. A context contains only data that
-//! light sampling and BSDF sampling both have: the point and its normal. If a surface transmits
-//! light by lobes other than delta lobes, the normal is zero.
+//! visibility of the sky before the first sample (`visibility_grid`). The density of a direction
+//! then depends on the receiving point and its normal ([`LightSampleContext`]). `PrevVertex` stores
+//! this context for MIS. A context contains only data that are known both when a light is sampled
+//! and when the BSDF is sampled. If a surface transmits light by lobes other than delta lobes, the
+//! normal is zero.
 //!
 //! A light with a surface is a variant of [`AreaLight`], and needs arms in `area.rs` alone. A round
 //! one also needs a hull (`scene/lamp_hulls.rs`). Another light needs a variant of [`Light`], and
@@ -23,8 +24,9 @@
 //! makes a [`LatLongImage`], and `scene/made_lights.rs` makes an [`EnvironmentLight`] with an
 //! [`EnvironmentKind`] from this image.
 //!
-//! Moving lights are placed at the time of each sample. An emitting triangle stores its normal and
-//! the largest ray offset of its points, so that the end of a shadow ray costs one product.
+//! Moving lights are moved to their position at the time of each sample. An emitting triangle
+//! stores its normal and the largest ray offset of its points, so the end of a shadow ray is
+//! computed with one multiplication.
 
 mod area;
 mod cell_grid;
@@ -111,13 +113,14 @@ pub struct LightSample {
     pub pdf: f32,
     /// True if BSDF sampling cannot find this light, so that MIS does not apply.
     pub is_delta: bool,
-    /// End point of the shadow ray, off the light; `None` if infinitely far away.
+    /// End point of the shadow ray, moved a little off the light. `None` if the light is infinitely
+    /// far away.
     pub target: Option<Vec3>,
 }
 
 impl LightSample {
-    /// The segment from the receiving point to the light, off the light's surface. The light is
-    /// visible if the segment is unoccluded.
+    /// The segment from `origin`, the receiving point, to a point near the light's surface. The
+    /// light is visible if the segment is unoccluded.
     #[inline(always)]
     pub fn shadow_ray(&self, origin: Vec3) -> Ray {
         match self.target {
@@ -248,8 +251,8 @@ impl Light {
     }
 
     /// Emitted power in watts, luminance-weighted. For lights at infinity, this is the power
-    /// through a disk with the radius `scene_radius`, perpendicular to the light, summed over all
-    /// directions of light.
+    /// through a disk with the radius `scene_radius` that is perpendicular to the light, integrated
+    /// over all directions from which light comes.
     pub fn power(&self, scene_radius: f32) -> f64 {
         match self {
             Self::Area(light) => light.power(),
@@ -313,9 +316,9 @@ impl Light {
     }
 }
 
-/// Density per solid angle with which the point `q` is sampled, as seen from `p` in the unit
-/// direction `wi`. Points are uniform over a flat light with the area `area` and the unit normal
-/// `normal`: `r² / (A cos θ)`. 0 behind the light.
+/// Density per solid angle at `p` if points are sampled uniformly over a flat light with the area
+/// `area` and the unit normal `normal`: `r² / (A cos θ)`. The point `q` of the light is seen from
+/// `p` in the unit direction `wi`. 0 if `p` is behind the light.
 fn area_pdf(p: Vec3, q: Vec3, wi: Vec3, normal: Vec3, area: f64) -> f32 {
     let cos = -wi.dot(normal);
     let pdf = p.distance_squared(q) / (cos * area as f32);

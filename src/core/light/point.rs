@@ -16,7 +16,7 @@ pub struct PointLight {
 encode_fields!(PointLight { position, intensity });
 
 impl PointLight {
-    /// Incident light at `p`, from the only direction to the light. `radiance` is the intensity
+    /// Incident light at `p`. There is only one direction to the light. `radiance` is the intensity
     /// divided by the squared distance.
     pub(super) fn sample(&self, p: Vec3) -> Option<LightSample> {
         let wi = (self.position - p).try_normalize()?;

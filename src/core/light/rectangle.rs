@@ -22,7 +22,7 @@ pub struct RectangleLight {
     /// Unit normal of the front.
     normal: Vec3,
     radiance: Spectrum,
-    /// Ray offset of points on the rectangle.
+    /// Distance of ray origins from the surface of the rectangle, scene units.
     ray_offset: f32,
 }
 
@@ -85,10 +85,10 @@ impl RectangleLight {
         }
     }
 
-    /// Solid angle of the rectangle at `p`; `None` if the rectangle is sampled by area at `p`. The
-    /// rectangle is sampled by solid angle only if the distance between `p` and the middle of the
-    /// rectangle is at most the length of the diagonal. Farther away, the lower error is not worth
-    /// the time (docs/notebook/2026-11.md, "Rectangles").
+    /// Solid angle that the rectangle has at `p`. `None` if the rectangle is sampled by area for
+    /// the receiving point `p`. The rectangle is sampled by solid angle only if the distance
+    /// between `p` and the middle of the rectangle is at most the length of the diagonal. Farther
+    /// away, the lower error is not worth the time (docs/notebook/2026-11.md, "Rectangles").
     #[inline(always)]
     fn seen(&self, p: Vec3) -> Option<SphericalRectangle> {
         let [width, height] = self.lengths;
@@ -146,8 +146,8 @@ impl RectangleLight {
         samples
     }
 
-    /// Density per solid angle at `p` of sampling the point `q` of the rectangle, in direction
-    /// `wi`; 0 behind the rectangle.
+    /// Density per solid angle with which the direction `wi` from `p` to the point `q` of the
+    /// rectangle is sampled. 0 if `p` is behind the rectangle.
     pub fn pdf(&self, p: Vec3, q: Vec3, wi: Vec3) -> f32 {
         if (p - self.corner).dot(self.normal) <= 0.0 {
             return 0.0;

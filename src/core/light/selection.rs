@@ -9,16 +9,16 @@ use crate::sampling::AliasTable;
 use crate::texture::Texture;
 use std::sync::OnceLock;
 
-/// [`SelectionMode::Auto`] chooses by power if the scene has at most this number of lights: both
-/// triangles of a rectangular lamp contribute about the same to almost every point
-/// (docs/notebook/2026-11.md).
+/// [`SelectionMode::Auto`] chooses by power if the scene has at most this number of lights. Two
+/// lights are often the two triangles of a rectangular lamp, which contribute about the same to
+/// almost every point (docs/notebook/2026-11.md).
 const FEW: usize = 2;
 
 /// Choice of lights in next-event estimation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SelectionMode {
-    /// With more than two lights by place, else by power. Directions of the sky by their learned
-    /// visibility, if a gain is expected.
+    /// If the scene has more than two lights, by place, else by power. Directions of the sky are
+    /// sampled by their learned visibility, if a gain is expected.
     #[default]
     Auto,
     /// All lights with the same probability.
@@ -27,7 +27,8 @@ pub enum SelectionMode {
     Power,
     /// By an estimate of the unoccluded irradiance at the receiving point.
     Place,
-    /// Like [`SelectionMode::Auto`], but visibility is learned even if no gain is expected.
+    /// Like [`SelectionMode::Auto`], but visibility is learned and used even if no gain is
+    /// expected.
     Visibility,
     /// No choice: all lamps are sampled at every vertex.
     All,
@@ -62,13 +63,13 @@ impl Default for LightChoice {
 /// chosen.
 #[derive(Clone, Debug)]
 pub struct LightSelection {
-    /// Choice by weight; `None` if there is no emission.
+    /// Choice by weight (by power, or with equal weights); `None` if there is no emission.
     table: Option<AliasTable>,
     /// All lamps, if all are sampled.
     all: Option<Lamps>,
     /// Choice by place; also present if only `visibility` uses it.
     grid: Option<LightGrid>,
-    /// True if a light is chosen by place at points without known visibility.
+    /// True if a light is chosen by place where visibility is unknown.
     is_by_place: bool,
     mode: SelectionMode,
     /// Visible directions of the sky by place; empty until they are learned. The inner value is
@@ -135,9 +136,9 @@ impl LightSelection {
     }
 
     /// A grid without visibility for the surface points `points`. The number of cells is limited so
-    /// that `max_rays` rays suffice for all targets. `None` if there is nothing to learn: if none
-    /// of `lights` shines from many directions and there is at most one lamp, or if there are no
-    /// points.
+    /// that `max_rays` rays suffice for all targets. Returns `None` if there are no points, or if
+    /// there is nothing to learn, because no light of `lights` shines from many directions and
+    /// there is at most one lamp.
     pub fn visibility_grid(&self, lights: &[Light], points: &[Vec3], max_rays: usize) -> Option<VisibilityGrid> {
         VisibilityGrid::new((lights, self.grid.as_ref()), points, max_rays)
     }
@@ -194,8 +195,8 @@ impl LightSelection {
         }
     }
 
-    /// Density of [`LightSelection::sample_light`] divided by the density of the light's own
-    /// sampling, for the infinitely distant light `id` of `lights` and the unit direction `wi`.
+    /// Density with which [`LightSelection::sample_light`] samples the unit direction `wi`, divided
+    /// by [`Light::pdf`]. `id` is an infinitely distant light of `lights`.
     #[inline]
     pub fn pdf_factor(&self, lights: &[Light], id: LightId, context: &LightSampleContext, wi: Vec3) -> f32 {
         match (&lights[id.0 as usize], self.visibility()) {

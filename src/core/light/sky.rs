@@ -8,10 +8,11 @@
 //! paper's simulations have turbidities 2 to 6 and a sun above the horizon; 6 to 10 is extrapolated
 //! with its formulas.
 //!
-//! Beyond the paper: with the sun below the horizon, the sky keeps the colours of sunset and
-//! darkens by a factor of ten every 2.9° (the illuminance of civil twilight falls from about 400 lx
-//! to 3.4 lx within 6°). Night begins 18° below. Directions below the horizon show a grey ground of
-//! albedo [`GROUND_ALBEDO`] under this sky and a sun of [`SUN_IRRADIANCE`].
+//! If the sun is below the horizon, which the paper does not treat, the sky keeps the colours of
+//! sunset and darkens by a factor of ten every 2.9°. This is the mean of civil twilight, in which
+//! the illuminance falls from about 400 lx to 3.4 lx within 6°. Night begins 18° below. Directions
+//! below the horizon show a grey ground of albedo [`GROUND_ALBEDO`] under this sky and a sun of
+//! [`SUN_IRRADIANCE`].
 
 use super::LatLongImage;
 use crate::color::Spectrum;
@@ -20,8 +21,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Luminance in kcd/m² that becomes radiance 1.
 pub const KCD_PER_UNIT: f64 = 20.0;
-/// Irradiance of this sky's sun on a surface that faces it, W·m⁻²: two thirds of the value of a
-/// clear day at a turbidity of 3 in these units.
+/// Irradiance by this sky's sun on a surface that faces the sun, W·m⁻². It is two thirds of the
+/// value on a clear day at a turbidity of 3.
 pub const SUN_IRRADIANCE: f32 = 3.0;
 /// Reflectance of the ground below the horizon.
 pub const GROUND_ALBEDO: f64 = 0.2;
@@ -43,8 +44,8 @@ pub struct Sky {
     /// Unit vector to the sun in the frame of the image. The sun is above the image's middle, which
     /// is −z.
     sun: [f64; 3],
-    /// Distributions of Y, x and y over the sky. `zenith` has the values of Y, x and y at the
-    /// zenith, each divided by the value of its distribution there.
+    /// Relative distributions over the sky of the luminance Y and the chromaticities x and y.
+    /// `zenith` has Y, x and y at the zenith, each divided by the value of its distribution there.
     perez: [Perez; 3],
     zenith: [f64; 3],
     /// Irradiance of the ground by the sun.
@@ -137,7 +138,7 @@ impl Sky {
     }
 }
 
-/// Distributions of Y, x and y at a turbidity (Preetham et al., appendix A.2).
+/// Distributions of Y, x and y at the turbidity `t` (Preetham et al., appendix A.2).
 fn distributions(t: f64) -> [Perez; 3] {
     let linear = |coefficients: [[f64; 2]; 5]| Perez(coefficients.map(|[slope, offset]| slope * t + offset));
     [

@@ -5,8 +5,8 @@ use std::f32::consts::FRAC_1_PI;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// Maximum number of rows of bins from the top to the bottom of the sphere of directions. Rows have
-/// equal solid angles. A small image has fewer rows.
+/// Maximum number of rows of bins, from the top to the bottom of the sphere of directions. All rows
+/// have the same solid angle. A small image has fewer rows.
 const ROWS: usize = 16;
 /// Maximum number of bins around the vertical axis. A small image has fewer bins.
 const COLUMNS: usize = 24;
@@ -39,8 +39,9 @@ struct TexelBins {
     row_of: Vec<u8>,
     /// Column of bins of each column of texels.
     column_of: Vec<u8>,
-    /// For each column of bins: the probability of the column's texels above each row of texels,
-    /// then the probability of all its texels.
+    /// For each column of bins and each row of texels: the summed probability of the column's
+    /// texels above this row. The last value of a column is the probability of all texels of the
+    /// column.
     above: Vec<Vec<f64>>,
 }
 
@@ -146,9 +147,10 @@ impl SkyBins {
         row * self.columns + column
     }
 
-    /// Samples a direction in the bin at `row` and `column`, by the own distribution of `light`,
-    /// the light of these bins. The density is the density of the light's own sampling over all
-    /// directions. `None` if the light never samples a direction in the bin.
+    /// Samples a direction in the bin at `row` and `column`. `light` is the light of these bins,
+    /// and its own sampling, restricted to the bin, samples the direction. The density in the
+    /// result is that of the light's own sampling over all directions, without the restriction.
+    /// `None` if the light never samples a direction in the bin.
     pub fn sample(&self, light: &Light, (row, column): (usize, usize), u: Vec2) -> Option<LightSample> {
         match (light, &self.texels) {
             (Light::Constant(ConstantLight { radiance }), None) => Some(LightSample {
@@ -196,7 +198,8 @@ impl TexelBins {
         above[rows.end] - above[rows.start]
     }
 
-    /// Samples a row of texels in a bin. Returns the row with the remainder of `u`, in [0, 1).
+    /// Samples a row of texels in a bin. Returns the row, and the remainder of `u` rescaled to [0,
+    /// 1).
     fn sample_row(&self, row: usize, column: usize, u: f32) -> Option<(usize, f32)> {
         let rows = self.rows(row);
         let above = &self.above[column][rows.start..=rows.end];
@@ -216,17 +219,18 @@ impl TexelBins {
     }
 }
 
-/// Direction at `u` in [0, 1)² of a constant light's bin, uniform in solid angle.
+/// Direction in a bin of a constant light. It is uniform in the bin's solid angle if `u` is uniform
+/// in [0, 1)².
 fn uniform_in(row: usize, column: usize, u: Vec2) -> Vec3 {
     let y = 1.0 - 2.0 * (row as f32 + u.y) / ROWS as f32;
-    // The azimuth from −z is half a turn less. The half turn flips the signs of sine and cosine.
+    // Column 0 begins half a turn from −z. The half turn flips the signs of sine and cosine.
     let (sin, cos) = sin_cos_turns((column as f32 + u.x) / COLUMNS as f32);
     let r = (1.0 - y * y).max(0.0).sqrt();
     Vec3::new(-r * sin, y, r * cos)
 }
 
-/// Start of each bin, as the index of its first texel, then `count`. The bins divide `count` texels
-/// at the fractions `shares`, from 0 to 1. Bins without texels are left out.
+/// Index of the first texel of each bin, then `count`. The bins divide a line of `count` texels at
+/// the fractions `shares`, which ascend from 0 to 1. Bins without texels are left out.
 fn starts(count: usize, shares: impl Iterator<Item = f64>) -> Vec<usize> {
     let mut starts: Vec<usize> = shares.map(|share| (share * count as f64).round() as usize).collect();
     starts.dedup();

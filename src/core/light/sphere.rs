@@ -1,8 +1,9 @@
 //! Spheres that emit.
 //!
 //! Directions are uniform in the cone of the sphere (PBR4 §6.2.4; Shirley and Wang 1991). The cone
-//! is given by its depth, 1 − cos of its half-angle. The depth is accurate for distant points,
-//! unlike the cosine, and for points next to the surface, whose cone is a half-space.
+//! is given by its depth, 1 − cos of its half-angle. The depth is accurate for distant points, for
+//! which the cosine is not. It is also accurate for points next to the surface, where the cone is a
+//! half-space.
 //!
 //! The scene geometry contains a polyhedron around each sphere. Rays that hit the polyhedron but
 //! miss the sphere pass through it (`scene/lamp_hulls.rs`).
@@ -67,8 +68,8 @@ impl SphereLight {
         }
     }
 
-    /// Depth of the cone of directions from `p` to the sphere, `1 − cos θ = sin² θ / (1 + cos θ)`;
-    /// `None` if `p` is not outside the sphere.
+    /// Depth of the cone of directions from `p` to the sphere, whose half-angle is θ: `1 − cos θ =
+    /// sin² θ / (1 + cos θ)`. `None` if `p` is not outside the sphere.
     fn depth(&self, p: Vec3) -> Option<f64> {
         let squared = (self.center.as_dvec3() - p.as_dvec3()).length_squared();
         let sin_squared = f64::from(self.radius).powi(2) / squared;
@@ -81,8 +82,8 @@ impl SphereLight {
         let depth = self.depth(p)?;
         let (p, to) = (p.as_dvec3(), self.center.as_dvec3() - p.as_dvec3());
         let distance = to.length();
-        // Project a point of the unit disk to the cap: the squared radius of the point is the
-        // fraction of the cap's depth.
+        // Project a point of the unit disk to the spherical cap of directions. The squared distance
+        // of the point from the disk's centre is the fraction of the cap's depth.
         let disk = uniform_disk(u);
         let fallen = depth * f64::from(disk.length_squared()).min(1.0);
         let scale = (depth * (2.0 - fallen)).sqrt();
@@ -111,9 +112,9 @@ impl SphereLight {
         self.depth(p).map_or(0.0, |depth| (0.5 / (PI * depth)) as f32)
     }
 
-    /// Offset from the sphere, scene units, for the ends of shadow rays and the starts of paths. It
-    /// bounds the rounding errors of both ends of the ray and of the direction between them. `size`
-    /// is the largest coordinate of the ray's other end.
+    /// Distance from the sphere, scene units, at which shadow rays end and paths start. It is a
+    /// bound of the rounding errors of both end points of the ray and of its direction. `size` is
+    /// the largest absolute coordinate of the ray's other end point.
     fn end_offset(&self, size: f32) -> f32 {
         gamma(16) * (self.center.abs().max_element() + self.radius + size)
     }
@@ -153,7 +154,7 @@ impl SphereLight {
         })
     }
 
-    /// Ray offset of points on the sphere, scene units.
+    /// Distance of ray origins from the surface of the sphere, scene units.
     pub fn ray_offset(&self) -> f32 {
         self.end_offset(0.0)
     }

@@ -29,7 +29,8 @@ encode_fields!(SpotLight {
 });
 
 impl SpotLight {
-    /// Incident light at `p`, from the only direction to the light; `None` outside of the cone.
+    /// Incident light at `p`. There is only one direction to the light. `None` if `p` is outside of
+    /// the cone.
     pub(super) fn sample(&self, p: Vec3) -> Option<LightSample> {
         let wi = (self.position - p).try_normalize()?;
         let falloff = self.falloff(-wi.dot(self.direction));
@@ -49,7 +50,7 @@ impl SpotLight {
         Emission::of_point(self.position, w, intensity, self.emission_pdf(w))
     }
 
-    /// Density per solid angle of the unit direction `w`.
+    /// Density per solid angle with which emission sampling samples the unit direction `w`.
     pub(super) fn emission_pdf(&self, w: Vec3) -> f32 {
         match w.dot(self.direction) >= self.cos_outer {
             true => uniform_cone_pdf(self.cos_outer),
@@ -57,8 +58,8 @@ impl SpotLight {
         }
     }
 
-    /// Fraction of the intensity at the angle with the cosine `cos` to the axis: a smooth step in
-    /// the cosine.
+    /// Fraction of `intensity` in a direction whose angle to the axis has the cosine `cos`. It is a
+    /// smoothstep function of the cosine.
     fn falloff(&self, cos: f32) -> f32 {
         if cos >= self.cos_inner {
             return 1.0;
@@ -72,17 +73,17 @@ impl SpotLight {
         LightBounds::isotropic(self.position, (self.power() / (4.0 * PI)) as f32)
     }
 
-    /// Estimate of the mean irradiance at `region`. A part of the region may be in the cone even if
-    /// the middle of the region is not.
+    /// Estimate of the mean irradiance in `region`. It includes light from the cone even if only a
+    /// part of the region, and not its middle, is in the cone.
     pub(super) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         region.irradiance_by(self.position, 0.0, |wi, spread| {
             self.intensity.luminance() * self.falloff((spread - wi.dot(self.direction)).min(1.0))
         })
     }
 
-    /// Power in watts. The integral of the falloff over directions is the solid angle of the inner
-    /// cone plus half of the solid angle between the cones, because the smooth step is
-    /// antisymmetric about its middle.
+    /// Power in watts. The smoothstep is antisymmetric about its middle, so its mean between the
+    /// cones is 1/2. The integral of the falloff over all directions is therefore the solid angle
+    /// of the inner cone plus half of the solid angle between the cones.
     pub(super) fn power(&self) -> f64 {
         let solid_angle = 2.0 * PI * (1.0 - 0.5 * (self.cos_inner as f64 + self.cos_outer as f64));
         solid_angle * self.intensity.luminance() as f64

@@ -2,12 +2,13 @@
 //! a dim wall.
 //!
 //! A large key lamp is high to the left of the camera. A wider and weaker fill lamp is low to the
-//! right. A tall narrow rim lamp is high behind the subject, on the side of the fill, so that the
-//! edge of the shadow side is lit. Each lamp is a rounded rectangle with a soft border, in the
-//! plane that touches the sphere of directions at the lamp's middle. A surface that faces the
-//! middle of a lamp receives the irradiance [`STUDIO_IRRADIANCE`] from this lamp. The wall becomes
-//! brighter upwards. A grey Lambertian subject of albedo 0.5 has a radiance of about 0.5 where it
-//! faces the key lamp, and of 0.05 to 0.15 in its shadow. So no exposure is needed.
+//! right. A tall narrow rim lamp is high behind the subject, on the side of the fill lamp. It
+//! lights the edge of the subject's shadow side. Each lamp is a rounded rectangle with a soft
+//! border. It lies in the plane that touches the unit sphere of directions at the lamp's middle. A
+//! surface that faces the middle of a lamp receives the irradiance [`STUDIO_IRRADIANCE`] from this
+//! lamp. The wall becomes brighter upwards. A grey Lambertian subject of albedo 0.5 has a radiance
+//! of about 0.5 where it faces the key lamp, and of 0.05 to 0.15 in its shadow. So no exposure is
+//! needed.
 
 use super::LatLongImage;
 use crate::color::Spectrum;
@@ -16,7 +17,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Columns and rows of the image.
 pub const STUDIO_SIZE: [usize; 2] = [256, 128];
-/// Irradiance by the key, the fill and the rim lamp, each on a surface that faces the lamp, W·m⁻².
+/// Irradiance by the key, the fill and the rim lamp, W·m⁻², each on a surface that faces this lamp.
 /// The rim lamp is the brightest, because the camera sees only surfaces that this lamp lights at
 /// grazing angles.
 pub const STUDIO_IRRADIANCE: [f64; 3] = [3.2, 0.3, 4.0];
@@ -25,7 +26,7 @@ pub const STUDIO_IRRADIANCE: [f64; 3] = [3.2, 0.3, 4.0];
 const WALL: [f64; 3] = [0.02, 0.05, 0.10];
 
 /// A lamp: azimuth in degrees from the camera's azimuth, elevation in degrees above the horizon,
-/// and half of its width and height at distance 1.
+/// and half of the lamp's width and height at distance 1 from the subject.
 struct Lamp {
     azimuth: f32,
     elevation: f32,
@@ -50,7 +51,7 @@ const LAMPS: [Lamp; 3] = [
     },
 ];
 
-/// Width of a lamp's soft border, as a fraction of half its width and height.
+/// Width of the soft border of a lamp, as a fraction of `half`.
 const BORDER: f64 = 0.3;
 
 impl Lamp {
@@ -154,7 +155,7 @@ mod tests {
         for (lamp, stated) in LAMPS.iter().zip(STUDIO_IRRADIANCE) {
             let n = horizon.direction(lamp.azimuth, lamp.elevation);
             let all = irradiance(&image, n);
-            // The wall has an irradiance of 0.2 to 0.45.
+            // The wall adds an irradiance of 0.2 to 0.45.
             assert!(all > stated + 0.15 && all < stated + 1.1, "{}: {all}", lamp.azimuth);
         }
         let [key, fill, rim] = STUDIO_IRRADIANCE;

@@ -47,7 +47,7 @@ impl SunLight {
         }
     }
 
-    /// Density per solid angle of the direction `wi`.
+    /// Density per solid angle with which the direction `wi` is sampled; 0 outside of the disc.
     pub fn pdf(&self, wi: Vec3) -> f32 {
         match self.covers(wi) {
             true => uniform_cap_pdf(self.depth),
@@ -78,8 +78,9 @@ impl SunLight {
         Emission::from_infinity(-wi, radiance, pdf, u_position, world)
     }
 
-    /// Power in watts through disks of the scene's radius, each perpendicular to its light: `π r² ·
-    /// 2π (1 − cos α) L`.
+    /// Power in watts: `π r² · 2π (1 − cos α) L`. It is the flux through a disk with the scene's
+    /// radius r that is perpendicular to the direction of light, integrated over all directions of
+    /// the cone.
     pub(super) fn power(&self, scene_radius: f32) -> f64 {
         2.0 * (PI * f64::from(scene_radius)).powi(2) * f64::from(self.depth) * f64::from(self.radiance.luminance())
     }
@@ -115,7 +116,7 @@ mod tests {
             }
             let irradiance = sum / f64::from(n * n);
             assert!((irradiance / 3.0 - 1.0).abs() < 1e-4, "{angle}: {irradiance}");
-            // Rounding of directions puts hardly any sample beside the disc.
+            // Rounding errors put hardly any sampled direction outside of the disc.
             assert!(f64::from(inside) > 0.995 * f64::from(n * n), "{angle}: {inside}");
         }
     }
@@ -127,7 +128,8 @@ mod tests {
         let expected = 1.0 / (PI * 5f64.to_radians().sin().powi(2));
         assert!((f64::from(at(4.99).max_component()) / expected - 1.0).abs() < 1e-5);
         assert!(at(5.01).is_black() && at(180.0).is_black());
-        // The power is the power of parallel light, except for the mean cosine of the cone.
+        // The power is the power of parallel light with the same irradiance, divided by the mean
+        // cosine of the cone.
         let parallel = super::super::DirectionalLight {
             direction: Vec3::NEG_Y,
             irradiance: Spectrum::ONE,

@@ -3,8 +3,8 @@
 //! A point is sampled as on a triangle with constant emission. The emission at the point is looked
 //! up in the finest level of the texture, as at a ray hit. In the choice of a light, the weight of
 //! the triangle is the mean of the texture over the triangle. A coarse level of the texture may be
-//! 0 around a texel that emits. Light sampling alone would miss the light of this texel, so such
-//! triangles keep a small minimum weight. Triangles without emission are never chosen.
+//! 0 around a texel that emits. A triangle of weight 0 is never chosen, and light sampling would
+//! miss the light of this texel. Triangles that may emit therefore have a small minimum weight.
 //!
 //! A surface of opacity α emits α Le on average. A ray stops there with probability α and finds Le
 //! (`TexturedTriangle::color`). A sampled point has α Le (`TexturedTriangle::mean_color`). Both
@@ -41,14 +41,15 @@ pub struct Variation {
 /// A triangle whose emission varies with textures or opacity. Each point emits the same radiance in
 /// every direction of the front side.
 ///
-/// Every lookup uses the finest level, so that sampled light and hit light are the same.
+/// Every lookup uses the finest level, so a light sample and a ray hit at the same point have the
+/// same radiance.
 #[derive(Clone, Debug)]
 pub struct TexturedTriangle {
     /// Triangle with constant emission. The textures multiply its radiance.
     even: UniformTriangle,
     variation: Variation,
-    /// Mean factor of the radiance, including opacity. In the choice of a light, the weight of this
-    /// light is proportional to the mean.
+    /// Mean over the triangle of the factor that multiplies the radiance of `even`. It includes
+    /// opacity. In the choice of a light, the weight of this light is proportional to the mean.
     mean: Spectrum,
 }
 
@@ -87,21 +88,22 @@ impl TexturedTriangle {
         matches!(self.even, UniformTriangle::Moving(_))
     }
 
-    /// Factor of the radiance of [`TexturedTriangle::at`] for a ray that stops at the barycentric
-    /// coordinates `b1`, `b2` of the mesh's second and third corner.
+    /// Number by which the radiance of the triangle [`TexturedTriangle::at`] is multiplied at the
+    /// point with the barycentric coordinates `b1`, `b2` of the mesh's second and third corner.
+    /// Opacity is not included.
     pub fn color(&self, b1: f32, b2: f32, textures: &[Texture]) -> Spectrum {
         self.color_at(b1, b2, 0.0, textures)
     }
 
-    /// [`TexturedTriangle::color`] times the opacity at the point: the mean over rays that stop at
-    /// the surface and rays that pass through it. Also returns the opacity.
+    /// [`TexturedTriangle::color`] times the opacity at the point, and the opacity. The product is
+    /// the mean over rays that stop at the surface and rays that pass through the surface.
     pub fn mean_color(&self, b1: f32, b2: f32, textures: &[Texture]) -> (Spectrum, f32) {
         let opacity = self.opacity_at(b1, b2, 0.0, textures);
         (self.color(b1, b2, textures) * opacity, opacity)
     }
 
-    /// The triangle at `time` if its emission is constant over the triangle. The radiance is
-    /// multiplied by the opacity.
+    /// The triangle at `time`, with a radiance that is multiplied by the opacity. `None` if the
+    /// emission is not constant over the triangle.
     pub(super) fn without_textures(&self, time: f32) -> Option<TriangleLight> {
         let Variation {
             emission,
@@ -195,13 +197,13 @@ impl TexturedTriangle {
         (self.variation.opacity * share * alpha).clamp(0.0, 1.0)
     }
 
-    /// Mean factor of the radiance over the triangle, including opacity. The triangle is divided
-    /// into parts of the size of a texel, but at most 64 parts. Each part has one lookup at its
-    /// middle.
+    /// Mean over the triangle of the factor that multiplies the radiance. It includes opacity. The
+    /// triangle is divided into at most 64 parts, if possible of the size of a texel. Each part has
+    /// one lookup at its middle.
     ///
     /// The mean is 0 only if no point of the triangle emits. If all lookups are 0, the texels
-    /// around the triangle are searched, unless there are too many. If a texel emits or may emit,
-    /// the mean is a small fraction of the brightest texel.
+    /// around the triangle are searched, unless there are too many. If one of these texels emits or
+    /// may emit, the mean is a small fraction of the brightest texel.
     fn mean_factor(&self, textures: &[Texture]) -> Spectrum {
         let [t0, t1, t2] = self.variation.uvs;
         let area = 0.5 * (t1 - t0).perp_dot(t2 - t0).abs();
@@ -211,7 +213,7 @@ impl TexturedTriangle {
             area * (mapping.scale.x * mapping.scale.y).abs() * width as f32 * height as f32
         });
         let texels = texels.fold(1.0, f32::max);
-        // Unlike `clamp`, `min` returns a number for NaN.
+        // Use `min`, because `clamp` would return NaN for NaN.
         let alphas = self.variation.alphas;
         let n = if alphas != [alphas[0]; 3] {
             PARTS
@@ -285,7 +287,8 @@ mod tests {
 
     #[test]
     fn power_is_proportional_to_the_mean_texel() {
-        // A ramp in u: its mean over the lower left half is a third.
+        // The texture is a ramp from 0 to 1 in u. Its mean over the lower left half of the square
+        // is 1/3.
         let ramp = (0..64 * 64).map(|i| (i % 64) as f32 / 63.0).collect();
         let texture = Texture::new(64, 64, 1, Texels::Floats(ramp), Wrap::Clamp).unwrap();
         let power = light(LOWER, Mapping::default(), texture).power(1.0);
@@ -331,16 +334,15 @@ mod tests {
     #[test]
     fn power_is_zero_only_without_emission() {
         let plain = Mapping::default();
-        // The texel is too small a part of the texture to appear in the coarse level of the
-        // lookups.
+        // The lookups use a coarse level, in which a single texel is too small to appear.
         for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror] {
             assert!(
                 light(LOWER, plain, lone_texel(40, 200, wrap)).power(1.0) > 0.0,
                 "{wrap:?}"
             );
         }
-        // Test triangles of a few texels around the emitting texel, at u = 40.5/256 and v =
-        // 55.5/256, or away from it
+        // Test small triangles near the emitting texel, which is at u = 40.5/256 and v = 55.5/256,
+        // and triangles away from this texel
         let at =
             |x: f32, y: f32, size: f32| [[x, y], [x + size, y], [x, y + size]].map(|[x, y]| [x / 256.0, y / 256.0]);
         for (shift, emits) in [(0.0, true), (-0.9, true), (0.9, true), (6.0, false), (-30.0, false)] {

@@ -4,7 +4,7 @@
 use super::Light;
 use crate::math::{Bounds3, Vec3};
 
-/// One finite light, or several finite lights treated as one: position, size and emission.
+/// Position, size and emission of one finite light, or of several finite lights treated as one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightBounds {
     /// Middle of the bounding sphere, world space.
@@ -21,7 +21,8 @@ pub(super) struct LightBounds {
 }
 
 impl LightBounds {
-    /// A light with equal emission in all directions: its [`soft_cosine`] is 1.
+    /// A light with equal emission in all directions. With its `axis` and `spread`, [`soft_cosine`]
+    /// is 1 for every direction.
     pub fn isotropic(center: Vec3, intensity: f32) -> Self {
         Self {
             center,
@@ -44,8 +45,8 @@ impl LightBounds {
         let center = mean(self.center, other.center);
         let reach = |s: &Self| s.center.distance(center) + s.radius;
         let axis = mean(self.axis, other.axis);
-        // Different directions make the mean shorter. The cosine with one of the directions may be
-        // wrong by the distance of this direction from the mean.
+        // If the axis of one source is replaced by the mean axis, the error of a cosine is at most
+        // the distance between both vectors.
         let spread = |s: &Self| s.spread + s.axis.distance(axis);
         Self {
             center,
@@ -72,9 +73,9 @@ pub(super) struct ReceiverRegion {
 const NORMAL_SPREAD: f32 = 0.25;
 
 impl ReceiverRegion {
-    /// Mean of max(cos θ, 0), with θ between `wi` and the normals of the points. The positions of
-    /// points and light change cos θ by up to `spread`. The mean is 1/2 if both sides receive
-    /// light.
+    /// Mean of max(cos θ, 0). θ is the angle between `wi` and the normal of a point of the region.
+    /// Different positions of points and light change cos θ by up to `spread`. Returns 1/2 if both
+    /// sides receive light.
     pub fn cosine(&self, wi: Vec3, spread: f32) -> f32 {
         if self.normal == Vec3::ZERO {
             return 0.5;
@@ -89,13 +90,13 @@ impl ReceiverRegion {
         })
     }
 
-    /// Estimate of the mean irradiance from a spherical source. `intensity` takes the direction to
-    /// the source, and a bound on the change of cosines with this direction. It returns the
-    /// intensity towards the region.
+    /// Estimate of the mean irradiance from a spherical source with the given `center` and
+    /// `radius`. The function `intensity` returns the intensity towards the region. It takes the
+    /// direction to the source, and a bound on the error of a cosine with this direction.
     pub fn irradiance_by(&self, center: Vec3, radius: f32, intensity: impl FnOnce(Vec3, f32) -> f32) -> f32 {
         // The mean squared distance between points of two balls is larger than the squared distance
-        // of their centres. The direction is divided by the square root of this mean, so its length
-        // is less than 1, and near 0 if the centres are close.
+        // of their centres. `d` is divided by the square root of this mean. So `wi` is shorter than
+        // 1, and near 0 if the centres are close.
         let d = center - self.center;
         let squared = d.length_squared() + 0.5 * (self.radius * self.radius + radius * radius);
         let inverse = 1.0 / squared.sqrt();
@@ -159,8 +160,8 @@ struct Node {
 }
 
 impl LightTree {
-    /// Tree over `sources`; each source has the index of its light. The numbers of lights of both
-    /// children of a node differ by at most one, so the depth is log₂ n.
+    /// Tree over `sources`, pairs of the index of a light and its bounds. The two children of a
+    /// node have equal numbers of lights, or numbers that differ by one. So the depth is log₂ n.
     pub fn new(mut sources: Vec<(usize, LightBounds)>) -> Self {
         let mut nodes = Vec::with_capacity(2 * sources.len());
         if !sources.is_empty() {

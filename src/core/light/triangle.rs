@@ -1,8 +1,8 @@
 //! Emitting triangles.
 //!
-//! Points are sampled by area. Sampling by solid angle needs arcs in f64. On the benchmark scenes,
-//! it costs more time than its lower error saves (docs/notebook/2026-11.md, "Sampling emitting
-//! triangles and choosing lights").
+//! Points are sampled by area. Sampling by solid angle needs arc functions in f64. On the benchmark
+//! scenes, these cost more time than the lower error saves (docs/notebook/2026-11.md, "Sampling
+//! emitting triangles and choosing lights").
 
 use super::tree::{LightBounds, ReceiverRegion};
 use super::{Emission, LightSample};
@@ -16,10 +16,10 @@ use std::f64::consts::PI;
 /// Sampling of points on an emitting triangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TriangleSampling {
-    /// Uniform over the area. It costs less time.
+    /// Uniform over the area. This takes less time.
     #[default]
     Area,
-    /// Uniform over the solid angle, if the solid angle is large enough. It has less noise near
+    /// Uniform over the solid angle, if the solid angle is large enough. This has less noise near
     /// large lights.
     SolidAngle,
 }
@@ -34,8 +34,9 @@ const SOLID_ANGLES: std::ops::Range<f64> = 3e-4..6.2;
 pub struct TriangleLight {
     corners: [Vec3; 3],
     normal: Vec3,
-    /// Maximum ray offset of points on the triangle. It is the offset of a corner, because ray
-    /// offsets grow with the coordinates of a point.
+    /// Maximum, over the points of the triangle, of the distance at which rays start off the
+    /// surface, scene units. It is the offset of a corner, because ray offsets grow with the
+    /// coordinates of a point.
     ray_offset: f32,
     area: f32,
     radiance: Spectrum,
@@ -174,8 +175,8 @@ impl TriangleLight {
         })
     }
 
-    /// Density per solid angle at `p` of sampling the point `q` of the triangle, in direction `wi`;
-    /// 0 behind the triangle.
+    /// Density per solid angle with which the direction `wi` from `p` to the point `q` of the
+    /// triangle is sampled. 0 if `p` is behind the triangle.
     ///
     /// For a point sampled by area, the density is the density per area, `1 / A`, times `r² / cos
     /// θ`.
@@ -193,14 +194,15 @@ impl TriangleLight {
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 
-    /// Density per solid angle of a point sampled by area, `r² / (A cos θ)`, at the squared
-    /// distance `squared`.
+    /// Density per solid angle of a point that is sampled by area: `r² / (A cos θ)`, where r² is
+    /// `squared`, the squared distance.
     #[inline(always)]
     fn pdf_by_area(&self, squared: f32, cos_light: f32) -> f32 {
         squared / (cos_light * self.area)
     }
 
-    /// Solid angle of the triangle at `p`; `None` if the triangle is sampled by area at `p`.
+    /// Solid angle that the triangle has at `p`. `None` if the triangle is sampled by area for the
+    /// receiving point `p`.
     fn seen(&self, p: Vec3) -> Option<SphericalTriangle> {
         if self.sampling == TriangleSampling::Area {
             return None;
@@ -208,8 +210,8 @@ impl TriangleLight {
         SphericalTriangle::new(self.corners, p).filter(|seen| SOLID_ANGLES.contains(&seen.solid_angle()))
     }
 
-    /// Barycentric coordinates of a point sampled uniformly over the solid angle at `p`; sampled by
-    /// area if [`TriangleLight::seen`] returns `None`.
+    /// Barycentric coordinates of a point that is sampled uniformly over the solid angle at `p`. If
+    /// [`TriangleLight::seen`] returns `None`, the point is sampled by area.
     #[inline(never)]
     fn barycentrics_by_solid_angle(&self, p: Vec3, u: Vec2) -> (f32, f32) {
         let hit = self
@@ -284,8 +286,8 @@ impl TriangleLight {
     }
 }
 
-/// Times at which a moving triangle is evaluated. The mean of the values approximates the mean over
-/// the shutter interval.
+/// Times at which a moving triangle is evaluated. The mean of the results approximates the mean
+/// over the shutter interval.
 const TIMES: [f32; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
 /// A moving triangle that emits.
@@ -336,7 +338,7 @@ impl MovingTriangle {
         TIMES.iter().map(|&time| self.at(time).irradiance(region)).sum::<f32>() / TIMES.len() as f32
     }
 
-    /// Power in watts: mean of `π A L` over a few times. So a triangle has power even if its area
+    /// Power in watts: the mean of `π A L` over [`TIMES`]. So a triangle has power even if its area
     /// is 0 at some of these times.
     pub(super) fn power(&self) -> f64 {
         TIMES.iter().map(|&time| self.at(time).power()).sum::<f64>() / TIMES.len() as f64

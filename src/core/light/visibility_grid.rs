@@ -5,24 +5,25 @@
 //! This grid stores, for each cell, the visible fraction of every bin of sky directions
 //! (`sky_bins`) and of clusters of other lights. Rays measure the fractions before the first sample
 //! (`integrator/visibility.rs`); this module only stores and uses the result. With this grid, users
-//! need not place portals by hand.
+//! need not define portals at the windows.
 //!
 //! Each cell has a table for each of 27 normals; the normal nearest to the receiver's normal is
 //! used (`light_grid`). In a table, the probability of a bin is proportional to its radiance, the
-//! cosine with the normal and the square root of its visible fraction. The square root minimises
-//! the variance if a bin is visible from a part of the cell. The second moment of the bin's light
-//! is proportional to the visible fraction, and the optimal probability is proportional to the
-//! square root of the second moment. A tenth of all directions is sampled by the light's own
-//! distribution, so that every direction can be sampled. Within a bin, directions follow the
-//! light's own distribution, so the density is the light's own density times one factor.
+//! cosine with the normal and the square root of its visible fraction. The reason for the square
+//! root: the second moment of the light from a bin is proportional to the visible fraction, and the
+//! variance is minimal if the probability of a bin is proportional to the square root of the second
+//! moment. A tenth of all directions is sampled by the light's own distribution, so that every
+//! direction can be sampled. Within a bin, directions are also sampled by the light's own
+//! distribution. So the density is the light's own density, multiplied by a factor that is constant
+//! in the bin.
 //!
-//! Lights are chosen as in `light_grid`, with the irradiance of each light multiplied by a function
-//! of its visibility. If the sky is the only light, it is sampled less often in cells from which
-//! little of the sky is visible.
+//! Lights are chosen as in `light_grid`, but the irradiance of each light is multiplied by a
+//! function of the light's visible fraction. If the sky is the only light, it is sampled less often
+//! in cells from which little of the sky is visible.
 //!
-//! A table depends on its cell only and is computed at the first request, so the order of threads
-//! changes no bit. Probabilities of bins are multiples of 2⁻¹⁶. docs/notebook/2026-11.md, "Sky
-//! through windows", has the gain.
+//! A table is computed at the first request. It depends on its cell only, so results are
+//! bit-identical for any order of threads. Probabilities of bins are multiples of 2⁻¹⁶.
+//! docs/notebook/2026-11.md, "Sky through windows", has the gain.
 
 use super::cell_grid::CellGrid;
 use super::light_grid::{Entry, LightGrid, NORMALS, normal_direction, normal_index};
@@ -39,14 +40,14 @@ const MAX_CELLS: usize = 4096;
 const MAX_CLUSTERS: usize = 48;
 /// Maximum number of lights at infinity. With more lights, visibility is learned for the sky only.
 const MAX_INFINITE: usize = 16;
-/// Approximate fraction of the sky's bins to which a cell traces rays.
+/// Approximate fraction of the sky's bins to which rays are traced from a cell.
 const TRACED_BINS: f64 = 0.33;
 /// Number of rays from a cell to each cluster of lights.
 pub const RAYS_A_CLUSTER: u32 = 2;
 /// Fraction of sky directions that are sampled by the light's own distribution, independent of
 /// visibility.
 const BY_RADIANCE: f64 = 0.1;
-/// Bound on the error of the cosine if the representative direction replaces the true normal.
+/// Bound on the error of the cosine if a representative normal replaces the true normal.
 const NORMAL_SPREAD: f32 = 0.35;
 /// Minimum visible fraction that is assumed for every light, because few rays are traced.
 const MIN_SHARE: f64 = 0.01;
@@ -87,8 +88,8 @@ struct SkyTable {
 /// Probabilities of sky bins and of lights in a cell, for normals near one direction.
 #[derive(Clone, Debug)]
 struct Table {
-    /// Starts of intervals in units of 1 / [`UNITS`]: of the rows of bins, then of the bins in each
-    /// row.
+    /// Starts of intervals, in units of 1 / [`UNITS`]: first the intervals of the rows of bins,
+    /// then the intervals of the bins in each row.
     starts: Box<[u16]>,
     /// Distribution over the lights; empty if the sky is the only light.
     entries: Box<[Entry]>,
@@ -344,8 +345,8 @@ impl VisibilityGrid {
         factor().unwrap_or(1.0)
     }
 
-    /// Table for `context`; the first request computes it. `None` if there are no data at its
-    /// position.
+    /// Table for `context`. The first request computes the table. `None` if the position of
+    /// `context` has no data in this grid.
     #[inline]
     fn table(&self, lights: (&[Light], Option<&LightGrid>), context: &LightSampleContext) -> Option<&Table> {
         let cell = self.cells.number(context.p)?;
@@ -369,7 +370,8 @@ impl VisibilityGrid {
         let region = ReceiverRegion { center, radius, normal };
         let corrected = |id: LightId, irradiance: f64| {
             if self.sky.as_ref().is_some_and(|sky| sky.id == id) {
-                // Without occlusion `share` is about 1/4: the mean of max(cos θ, 0) on a sphere.
+                // Without occlusion `share` is about 1/4, the mean of max(cos θ, 0) over the
+                // sphere.
                 return irradiance * (4.0 * share).max(MIN_SHARE);
             }
             let cluster = self.cluster_of.get(id.0 as usize).copied().flatten();
@@ -382,8 +384,8 @@ impl VisibilityGrid {
         let entries = grid.map(|grid| grid.distribution(lights, &region, &corrected));
         let mean = self.sky.as_ref().map_or(0.0, |sky| sky.mean_share);
         let rate = match mean > 0.0 {
-            // The mean cosine of the arriving light is about 1/2, so twice `share` is about the
-            // visible fraction without the cosine.
+            // `share` includes the cosine with the normal, whose mean is about 1/2. So twice
+            // `share` is about the visible fraction.
             true => 2.0 * share / mean,
             false => 0.0,
         };
@@ -481,7 +483,8 @@ fn units(starts: &[u16], i: usize) -> u32 {
 fn draw(starts: &[u16], u: f32) -> (usize, f32, u32) {
     let x = u * UNITS as f32;
     let unit = (x as u32).min(UNITS - 1) as u16;
-    // Counting all starts is faster than a search, whose branches are unpredictable.
+    // Count the starts up to `unit`. This is faster than a binary search, whose branches are
+    // unpredictable.
     let i = starts.iter().map(|&start| u16::from(start <= unit)).sum::<u16>().max(1) as usize - 1;
     let units = units(starts, i);
     let within = (x - f32::from(starts[i])) / units as f32;

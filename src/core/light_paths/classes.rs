@@ -1,5 +1,5 @@
-//! Classes of paths: the states of one deterministic automaton for all expressions, made by the
-//! subset construction and minimised by Moore's algorithm.
+//! Classes of paths: the states of one deterministic automaton for all expressions. The automaton
+//! is made by the subset construction and minimised by Moore's algorithm.
 
 use super::MAX_CLASSES;
 use super::error::LightPathError;
@@ -15,8 +15,8 @@ const LIGHTS: [u16; 3] = [BACKGROUND, SURFACE, POINT];
 /// Maximum number of states before minimisation.
 const MAX_STATES: usize = 1 << 12;
 
-/// For each class: the next class by kind of scattering event, and the bit set of the class's
-/// parts.
+/// For each class, the next class for each kind of scattering event. Then for each class, the bit
+/// set of the parts to which light of this class belongs.
 pub(super) type Classes = (Vec<[u8; KINDS]>, Vec<u64>);
 
 /// Computes the classes of paths that `expressions` distinguish.
@@ -51,8 +51,8 @@ struct States {
 impl States {
     /// Builds the states. `None` if there are more than [`MAX_STATES`] states.
     fn new(expressions: &[Positions]) -> Option<Self> {
-        // Make a start state for each kind of light, even if two start states are equal, because
-        // `LightPaths::class_of` returns the class of a light without the automaton.
+        // Make one start state for each kind of light, even if two start states are equal. Class i
+        // is then the class of light kind i, as `LightPaths::class_of` assumes.
         let start = |&light: &u16| -> Vec<Set> { expressions.iter().map(|e| e.matching(e.first, light)).collect() };
         let mut sets: Vec<Vec<Set>> = LIGHTS.iter().map(start).collect();
         let mut known: HashMap<Vec<Set>, usize> = sets.iter().cloned().zip(0..).collect();

@@ -8,9 +8,9 @@
 //!
 //! The automaton reads a path from the light to the camera, even if the expression is written from
 //! the camera to the light. Light that arrives at a vertex then has the same class for all pixels
-//! that use the vertex. The reuse of paths between pixels needs this. A scattering event with
-//! several kinds of lobes divides the light of a class: each kind of lobe leads to a next class,
-//! which gets the light that these lobes scatter.
+//! that use the vertex. The reuse of paths between pixels needs this. A material with several kinds
+//! of lobes divides the light of a class at a scattering event: each kind of lobe leads to its own
+//! next class, which gets the light that lobes of this kind scatter.
 //!
 //! Classes do not overlap, and the sum over all classes is exactly the image
 //! (`film/path_terms.rs`). The light of a part is a sum over classes.
@@ -81,7 +81,7 @@ impl LightPaths {
         self.next.len()
     }
 
-    /// Name of the image layer of each part.
+    /// Name of the image layer (group of channels) of each part.
     pub fn layers(&self) -> &[String] {
         &self.layers
     }

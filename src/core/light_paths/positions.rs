@@ -40,8 +40,9 @@ impl Positions {
                 "write C…L as in C<RD>L, or L…E as in LS+DE",
             ));
         }
-        // Positions before position `i`. If the expression starts at the camera, these become the
-        // next positions, because the automaton reads paths from the light.
+        // Positions that precede position `i`. The automaton reads paths from the light. If the
+        // expression starts at the camera, the preceding positions are therefore the next positions
+        // of the automaton.
         let before = |i: usize| {
             let precedes = |&j: &usize| follow[j] >> i & 1 == 1;
             (0..symbols.len()).filter(precedes).fold(0, |set, j| set | 1 << j)

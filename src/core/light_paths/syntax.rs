@@ -34,7 +34,7 @@ const KNOWN: &str = "symbols are C or E (camera), L, O, B (lights), D, G, S (sca
 pub(super) enum Node {
     /// Matches any symbol of the set.
     Symbol(Symbols),
-    /// Matches all nodes, one after another.
+    /// Matches a sequence: each node matches after the node before.
     Sequence(Vec<Node>),
     /// Matches any one of the nodes.
     Either(Vec<Node>),
@@ -90,7 +90,8 @@ impl Parser<'_> {
         is_next
     }
 
-    /// Error: the next character is unexpected. `help` is a hint on how to correct it.
+    /// Returns the error that the next character is unexpected. `help` is a hint on how to correct
+    /// the expression.
     fn unexpected(&self, help: impl Into<String>) -> LightPathError {
         let message = match self.rest.first() {
             Some(&(place, c)) => format!("unexpected `{}` at character {}", c.escape_default(), place + 1),

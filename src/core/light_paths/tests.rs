@@ -13,8 +13,8 @@ impl Dice {
     }
 }
 
-/// Ends of all matches of `node` in `word` that begin at `start`, computed from the definition of
-/// each kind of node.
+/// End positions of all matches of `node` in `word` that begin at `start`. They are computed
+/// directly from the definition of each kind of node.
 fn ends(node: &Node, word: &[Symbols], start: usize) -> BTreeSet<usize> {
     match node {
         Node::Symbol(symbols) => {
@@ -96,8 +96,8 @@ fn named(names: &[&str]) -> Vec<PathPart> {
     parts
 }
 
-/// Checks that the automaton of `expressions` accepts the same paths as the definition of the
-/// expressions, for all paths with 0 to 4 events.
+/// Checks the automaton of `expressions` for all paths with 0 to 4 events: it must accept the same
+/// paths as [`ends`], the direct evaluation of the expressions.
 fn check(expressions: &[String]) {
     let parts: Vec<PathPart> = expressions.iter().flat_map(|e| own(e).unwrap()).collect();
     let paths = LightPaths::new(&parts).unwrap();

@@ -8,14 +8,14 @@ use crate::math::{Ray, Vec3};
 use crate::scene::Scene;
 use std::collections::BTreeMap;
 
-/// Maximum distance in front of a lamp that faces the wrong way, as a fraction of the distance
-/// behind it.
+/// A lamp may face the wrong way if the distance to the surface in front of the lamp is at most
+/// this fraction of the distance to the surface behind the lamp.
 const NEAR: f32 = 0.02;
-/// Minimum fraction of the area of a lamp that faces the wrong way.
+/// A lamp is reported if at least this fraction of its area faces the wrong way.
 const MIN_AREA: f64 = 0.9;
-/// Maximum number of triangles of a mesh that are checked.
+/// Maximum number of triangles that are checked in each mesh.
 const MAX_TRIANGLES: usize = 256;
-/// Distance of a ray's origin from the triangle, in radii of the scene.
+/// Distance of a ray's origin from the triangle, as a fraction of the scene's radius.
 const OFFSET: f32 = 1e-4;
 
 /// A part of an emitting mesh.
@@ -46,8 +46,8 @@ pub fn inspect_lamps(accel: &dyn Accel, scene: &Scene, whole: SceneErrorMaker) -
             let normal = 0.5 * (b - a).cross(c - a);
             let Some(n) = normal.try_normalize() else { continue };
             let middle = (a + b + c) / 3.0;
-            // Distance of the first surface, if it belongs to another mesh. A panel under the open
-            // sky has nothing behind it, and is right.
+            // Distance to the first surface, if the surface belongs to another mesh. `None` if
+            // there is no surface: a panel under the open sky faces the right way.
             let free = |w: Vec3| {
                 let hit = accel.intersect(&Ray::new(middle + offset * w, w))?;
                 (hit.geom != geom || hit.inst != InstanceId::NONE).then_some(hit.t)

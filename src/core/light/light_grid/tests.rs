@@ -129,8 +129,9 @@ fn draws_have_their_probabilities() {
                 counts[id.0 as usize] += 1;
                 assert_eq!(p, pmf(id.0 as usize), "{name}");
             }
-            // The interval of a light holds a number of grid points proportional to its length,
-            // except at its ends.
+            // The numbers (k + ½) / N are evenly spaced, and the interval of a light has the length
+            // `pmf`. The interval contains `pmf` · N of these numbers, up to one number at each
+            // end.
             for (i, &count) in counts.iter().enumerate() {
                 let expected = pmf(i) * N as f32;
                 assert!((count as f32 - expected).abs() < 2.1, "{name} {i}: {count} {expected}");

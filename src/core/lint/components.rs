@@ -1,7 +1,8 @@
 //! Checks that connected components of faces that refract or emit are closed and face outwards.
 //!
-//! Other faces are not checked, because closedness matters only if surfaces refract or emit. Edges
-//! are found by sorting, and take 16 bytes each. Volumes are computed by the divergence theorem.
+//! Other faces are not checked, because it matters only for surfaces that refract or emit if they
+//! are closed. Faces with a common edge are found by sorting all edges, which take 16 bytes each.
+//! Volumes are computed by the divergence theorem.
 
 use super::Use;
 use super::tally::{Tally, counted};
@@ -12,8 +13,9 @@ use std::path::Path;
 
 /// Checks the connected components of faces that refract, and of faces that emit. Faces with a
 /// common point belong to one component. `points` has, for each position, the index of the first
-/// equal position. A component around the whole file can face inwards without a finding, if other
-/// faces are inside, or if `is_around` is true, which means that the camera is inside.
+/// equal position. A component that encloses everything in the file may face inwards without a
+/// finding, if it encloses other faces or the camera. `is_around` is true if the camera is inside
+/// the scene.
 pub(super) fn inspect(path: &Path, faces: &ObjFaces, uses: &[Use], points: &[u32], is_around: bool) -> Vec<Finding> {
     let mut findings = Vec::new();
     if uses.iter().any(|u| u.refracts) {
@@ -33,14 +35,14 @@ struct Component {
     line: usize,
     faces: u64,
     bounds: Bounds3,
-    /// Six times the enclosed volume, negative if the faces point inwards.
+    /// Six times the enclosed volume, negative if the faces face inwards.
     volume: f64,
-    /// Line of a face with an edge that no other face has, if any.
+    /// Line of a face with an edge that no other face has. `None` if there is no such face.
     open: Option<usize>,
-    /// Line of a face with an edge that more than two faces have, if any.
+    /// Line of a face with an edge that more than two faces share. `None` if there is no such face.
     crowded: Option<usize>,
-    /// Line of a face with an edge that two faces traverse in the same direction, if any: one of
-    /// the two faces is turned over.
+    /// Line of a face with an edge that two faces traverse in the same direction, so one of the two
+    /// faces is turned over. `None` if there is no such face.
     turned: Option<usize>,
 }
 
@@ -50,7 +52,7 @@ struct Components {
     whole: (Bounds3, u64),
 }
 
-/// Maximum number of components, the largest first, that are tested for a cavity inside.
+/// Maximum number of components that are tested for a cavity inside. The largest are tested.
 const MAX_BODIES: usize = 64;
 
 /// An edge of a face: the smaller and the larger index of its points, true if the face traverses
@@ -63,7 +65,7 @@ impl Components {
         let ring = |face: &Face<'_>| -> Vec<u32> {
             let found = face.positions.iter().filter_map(|&i| points.get(i as usize));
             let mut ring: Vec<u32> = found.copied().collect();
-            // Equal consecutive corners make no edge.
+            // Remove equal consecutive corners, because there is no edge between them.
             ring.dedup();
             while ring.len() > 1 && ring.first() == ring.last() {
                 ring.pop();
@@ -81,9 +83,10 @@ impl Components {
             }
         }
 
-        // All points of a component have the same root in `sets`, which identifies the component.
-        // The volume of a component is the sum of the pyramids from the component's first point to
-        // the faces (the divergence theorem).
+        // All points of a component have the same representative (root) in `sets`, which identifies
+        // the component. By the divergence theorem, the volume of a component is the sum of the
+        // volumes of pyramids whose bases are the faces and whose apex is the component's first
+        // point.
         let mut index_of: BTreeMap<u32, usize> = BTreeMap::new();
         let mut components: Vec<Component> = Vec::new();
         let mut apexes: Vec<DVec3> = Vec::new();
@@ -144,8 +147,8 @@ impl Components {
         tally
     }
 
-    /// Number and lines of the components that are closed but inside out. A cavity inside another
-    /// component is not counted, nor is a component around everything else.
+    /// Number and lines of the components that are closed but inside out. Two kinds are not
+    /// counted: a cavity inside another component, and a component around everything else.
     fn inside_out(&self, is_around: bool) -> Tally {
         let contains = |a: &Bounds3, b: &Bounds3| a.min.cmple(b.min).all() && a.max.cmpge(b.max).all();
         let mut bodies: Vec<&Component> = self
@@ -189,8 +192,8 @@ impl Components {
         [open, crowded, turned, inside_out].into_iter().flatten().collect()
     }
 
-    /// Findings for components that emit. Open components are no fault, because lamps are often
-    /// single faces.
+    /// Findings for components that emit. An open component is not reported, because lamps are
+    /// often single faces.
     fn emitting(&self, path: &Path, is_around: bool) -> Vec<Finding> {
         let warning = |code| (Severity::Warning, code);
         let lamps = |n| counted(n, "emitting part");

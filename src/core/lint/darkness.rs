@@ -14,7 +14,7 @@ use crate::scene::Scene;
 const MIN_SHARE: f32 = 0.9;
 /// Maximum number of triangles of a lamp that are checked.
 const MAX_TRIANGLES: usize = 256;
-/// Distance of a ray's origin from the triangle, in radii of the scene.
+/// Distance of a ray's origin from the triangle, as a fraction of the scene's radius.
 const OFFSET: f32 = 1e-4;
 
 /// Reason, as text for a message, why a picture of `scene` from `camera` has no light.
@@ -36,7 +36,8 @@ pub fn reason_for_darkness(
     of_lamps.unwrap_or("no light reaches what the camera sees").into()
 }
 
-/// Fault of the lamps of `scene`, as text for a message. `None` if no fault is found.
+/// Text for a message that says what is wrong with the lamps of `scene`. `None` if no fault is
+/// found.
 pub fn dark_lamps(accel: &dyn Accel, scene: &Scene, camera: &Camera, resolution: UVec2) -> Option<&'static str> {
     if face_inwards(accel, scene) {
         return Some("the lamps face inwards: they light nothing but themselves");

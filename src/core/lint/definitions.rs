@@ -8,7 +8,8 @@ use std::path::Path;
 pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut unused: BTreeMap<&Path, Vec<(&str, usize)>> = BTreeMap::new();
-    // Faces may name a material in other letter case, or with other separators.
+    // Compare places of definitions and not names, because faces may name a material in other
+    // letter case or with other separators.
     let used: HashSet<(&Path, usize)> = inspection
         .materials
         .iter()
@@ -17,7 +18,8 @@ pub(super) fn inspect(inspection: &Inspection) -> Vec<Finding> {
             place.map(|(file, at)| (file.as_path(), at.line))
         })
         .collect();
-    // Materials of the scene file replace materials of libraries for faces that name them.
+    // If the scene file and a library define the same name, faces use the material of the scene
+    // file.
     let replaced: HashSet<&str> = inspection
         .materials
         .iter()

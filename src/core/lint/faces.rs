@@ -4,8 +4,8 @@ use crate::io::{Face, FileError, Finding, MAX_PLACES, ObjFaces, Position, Severi
 use crate::math::{Vec3, hash::mix};
 use std::path::Path;
 
-/// Fraction of the faces with normals whose normals point against the winding. Above this fraction,
-/// the finding is a warning instead of a note.
+/// Fraction of the faces with vertex normals whose normals point to the other side than the
+/// winding. Above this fraction, the finding is a warning instead of a note.
 const FLIPPED_SHARE: f64 = 0.01;
 
 /// Checks the faces of an OBJ file one by one.
@@ -19,11 +19,11 @@ pub(super) struct FaceLint<'a> {
 
 /// A face with keys to compare it with the other faces.
 struct PlacedFace {
-    /// Key of the points, equal for all orders of the points.
+    /// Key of the set of points, independent of their order.
     key: [u32; 4],
     line: usize,
     material: usize,
-    /// Hashes of the points in forward and in reverse order.
+    /// Hashes of the sequence of points, in forward and in reverse order.
     turns: [u64; 2],
 }
 
@@ -151,7 +151,7 @@ impl<'a> FaceLint<'a> {
         let place = |face: Face| {
             count += 1;
             self.sorted_points(&face, &mut points);
-            // Faces without area are reported by another finding.
+            // Leave out faces that contain a point twice, which another finding reports.
             let is_whole = points.windows(2).all(|pair| pair[0] != pair[1]);
             is_whole.then(|| PlacedFace {
                 key: key_of(&points),
@@ -217,8 +217,8 @@ impl<'a> FaceLint<'a> {
         ]
     }
 
-    /// Hashes of the points in forward and in reverse order of the corners, from the point with the
-    /// smallest index.
+    /// Hashes of the sequence of points, in forward and in reverse order of the corners. Both
+    /// sequences start at the point with the smallest index.
     fn turns(&self, face: &Face) -> [u64; 2] {
         let points: Vec<u32> = face
             .positions
@@ -260,8 +260,8 @@ impl<'a> FaceLint<'a> {
     }
 }
 
-/// Key that is equal for faces with the same points. Up to four sorted points are the key. If there
-/// are more points, the key is 128 bits of hashes.
+/// Key that is equal for faces with the same points. The key is the list of the sorted points if
+/// there are at most four. If there are more points, the key is a hash of 128 bits.
 fn key_of(points: &[u32]) -> [u32; 4] {
     let mut key = [u32::MAX; 4];
     if points.len() <= key.len() {

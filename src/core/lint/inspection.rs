@@ -16,13 +16,13 @@ pub struct Inspection {
     pub scene: Option<Scene>,
     /// Errors, missing parts, repairs and assumptions, in the order of their discovery.
     pub findings: Findings,
-    /// Materials of the scene, indexed by their id.
+    /// Origins of the materials of the scene, indexed by the id of the material.
     pub materials: Vec<MaterialSource>,
     /// The OBJ files that were read without an error.
     pub objs: Vec<ObjSource>,
     /// Filter that selected which parts of the OBJ files were read.
     pub parts: PartFilter,
-    /// Files of the scene's textures, indexed by their id.
+    /// Files of the scene's textures, indexed by the id of the texture.
     pub textures: Vec<PathBuf>,
     /// All files that were read. Outputs must not overwrite them.
     pub files: Vec<PathBuf>,

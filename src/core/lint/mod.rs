@@ -2,10 +2,11 @@
 //! refract (`components`), lamps that face the wrong way (`backward_lamps`), the view of the camera
 //! (`view`), and the scattering of a material (`preview`, `profile`).
 //!
-//! The readers of files report findings, too, which are not repeated here. `lint` reads OBJ files
-//! once more as `ObjFaces`: polygons before triangulation, each with its line, which a render does
-//! not keep. Faces are compared and joined by position and not by index, because exporters split
-//! vertices. All faults of one kind in a file are one finding, with the lines of the first faults.
+//! Readers of files also report findings, which are not repeated here. `lint` reads OBJ files once
+//! more as `ObjFaces`: the polygons before triangulation, each with its line number. A render does
+//! not store this. Faces are compared and joined by position and not by index, because exporters
+//! split vertices. All faults of one kind in a file are one finding, with the lines of the first
+//! faults.
 
 mod backward_lamps;
 mod components;
@@ -33,7 +34,7 @@ use faces::FaceLint;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Makes an error from a message about the scene as a whole.
+/// Function that makes an error from a message about the scene as a whole.
 pub type SceneErrorMaker<'a> = &'a dyn Fn(String) -> FileError;
 
 /// Finds likely mistakes in the materials and meshes of a scene. OBJ files are read once more, one
@@ -42,7 +43,7 @@ pub type SceneErrorMaker<'a> = &'a dyn Fn(String) -> FileError;
 pub fn inspect(inspection: &Inspection, eye: Option<Vec3>, whole: SceneErrorMaker) -> Vec<Finding> {
     let mut findings = definitions::inspect(inspection);
     findings.extend(inspection.scene.iter().flat_map(|scene| inspect_extent(scene, whole)));
-    // If the camera is inside a component, the component is allowed to emit inwards.
+    // A component around the camera may face inwards, such as the walls of a room that emit.
     let contains = |scene: &Scene, p: Vec3| scene.bounds().min.cmple(p).all() && scene.bounds().max.cmpge(p).all();
     let is_inside = eye
         .zip(inspection.scene.as_ref())

@@ -15,7 +15,8 @@ use crate::texture::{Texture, TextureId};
 use std::array;
 use std::f32::consts::{PI, TAU};
 
-/// Number of sample points of an albedo integral. It gives three correct digits.
+/// Number of sample points of an albedo integral. With this number, albedos have three correct
+/// digits.
 const POINTS: u32 = 1 << 14;
 /// Columns and rows of the mesh of the sphere.
 const GRID: [usize; 2] = [256, 128];
@@ -53,8 +54,8 @@ pub fn albedos(bsdf: &Bsdf) -> Vec<LobeAlbedo> {
     bsdf.places().enumerate().map(lobe).collect()
 }
 
-/// Directional albedo: fraction of the flux from all directions that `bsdf`, including its layers,
-/// scatters to `wo`.
+/// Directional albedo of `bsdf`, including its layers: the fraction of the flux from `wo` that is
+/// scattered into any direction.
 pub fn directional_albedo(bsdf: &Bsdf, wo: Vec3) -> Spectrum {
     integrate(|[u_lobe, u, v, ..]| {
         // `Importance` samples carry flux; refraction would scale radiance.
@@ -63,8 +64,9 @@ pub fn directional_albedo(bsdf: &Bsdf, wo: Vec3) -> Spectrum {
     })
 }
 
-/// Estimate of the fraction of the flux that the lobe at `place` of `bsdf` scatters to or from
-/// `wo`. Absorption by the layers above is included.
+/// One sample of the directional albedo of `lobe` for the direction `wo`: the fraction of the flux
+/// from `wo` that the lobe scatters. The layers of `bsdf` above the lobe absorb a part, which is
+/// included. `place` is the index of the lobe among the lobes of `bsdf`.
 fn scattered(bsdf: &Bsdf, (place, lobe): (usize, &Lobe), wo: Vec3, [u_lobe, u, v, ..]: [f32; 5]) -> Spectrum {
     // `Importance` samples carry flux; refraction would scale radiance.
     let mode = TransportMode::Importance;
@@ -77,9 +79,9 @@ fn scattered(bsdf: &Bsdf, (place, lobe): (usize, &Lobe), wo: Vec3, [u_lobe, u, v
     sample.map_or(Spectrum::ZERO, |s| bsdf.below_layers(place, lobe, wo, s).weight)
 }
 
-/// Mean of `f` over the unit cube, by an additive recurrence of five dimensions (Roberts 2018, "The
-/// Unreasonable Effectiveness of Quasirandom Sequences": the steps are powers of 1 / x, where x is
-/// the positive solution of x⁶ = x + 1).
+/// Mean of `f` over the unit cube of five dimensions. The points are an additive recurrence
+/// (Roberts 2018, "The Unreasonable Effectiveness of Quasirandom Sequences"): the steps are powers
+/// of 1 / x, where x is the positive solution of x⁶ = x + 1.
 fn integrate(f: impl Fn([f32; 5]) -> Spectrum) -> Spectrum {
     const ROOT: f64 = 1.134_724_138_401_519_4;
     let point = |i: u32| array::from_fn(|k| (0.5 + i as f64 * ROOT.powi(-1 - k as i32)).fract() as f32);
@@ -127,8 +129,8 @@ pub const PREVIEW_CAMERA: CameraParameters = CameraParameters {
     focus_distance: 5.0,
 };
 
-/// The unit sphere by longitude and latitude; u goes around +y, v from the lowest to the highest
-/// point.
+/// The unit sphere as a mesh of longitude and latitude. The texture coordinate u goes around +y,
+/// and v from the lowest to the highest point.
 fn sphere() -> Mesh {
     let [columns, rows] = GRID;
     let mut mesh = Mesh::default();

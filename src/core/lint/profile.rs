@@ -27,13 +27,14 @@ pub struct LobeProfile {
     pub name: &'static str,
     /// `f |cos θi|` at each angle, sr⁻¹. 0 for delta lobes.
     pub value: Vec<Spectrum>,
-    /// Sampling density of the direction, per solid angle, times the probability of the lobe.
+    /// Density per solid angle with which the lobe samples the direction, times the probability of
+    /// the lobe.
     pub pdf: Vec<f32>,
     /// Directions of delta lobes.
     pub deltas: Vec<DeltaDirection>,
 }
 
-/// A direction into which a delta lobe scatters.
+/// A direction from which a delta lobe scatters light to the viewer.
 #[derive(Clone, Copy, Debug)]
 pub struct DeltaDirection {
     /// Angle in degrees from the normal.
@@ -94,7 +95,7 @@ impl Profile {
     }
 }
 
-/// Converts a `sample` of a delta lobe to a direction of the plane.
+/// Converts a `sample` of a delta lobe to its angle in the plane of incidence.
 fn delta(sample: BsdfSample) -> DeltaDirection {
     DeltaDirection {
         angle: sample.wi.x.atan2(sample.wi.z).to_degrees(),

@@ -1,7 +1,7 @@
 use crate::io::{FileError, Finding, MAX_PLACES, Position, Severity};
 use std::path::Path;
 
-/// Number of findings of one kind in a file, and the lines of the first findings.
+/// Number of faults of one kind in a file, and the lines of the first faults.
 #[derive(Default)]
 pub(super) struct Tally {
     pub count: u64,
@@ -16,8 +16,8 @@ impl Tally {
         }
     }
 
-    /// Returns one finding for all lines. `None` if there are no lines. `words` returns message and
-    /// help for the number of findings.
+    /// Returns one finding for all counted faults. `None` if there are none. `words` takes the
+    /// number of faults and returns the message and the help.
     pub fn finding(
         &self,
         (severity, code): (Severity, &'static str),

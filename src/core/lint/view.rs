@@ -10,13 +10,15 @@ use std::ops::Range;
 
 /// Number of camera rays along a side of the image.
 const RAYS: u32 = 16;
-/// Minimum ratio of scene size to coordinate spacing; f32 positions are rounded to a part in 2²⁴.
+/// Minimum number of f32 steps across the scene: its size divided by the distance between
+/// neighbouring f32 numbers at its largest coordinate. With fewer steps, shapes are visibly
+/// rounded.
 const MIN_STEPS: f32 = 1e5;
-/// Maximum ratio of the rounding error to the size of an instance. Above, the instance is too far
-/// away.
+/// Maximum rounding error of an instance, as a fraction of its size. With a larger error, the
+/// instance is too far from the origin.
 const MAX_ROUNDING: f32 = 0.01;
-/// Maximum distance, relative to the scene's radius, of the surfaces around a camera that is inside
-/// a wall. A camera with more distant surfaces around is in a room.
+/// A camera counts as inside a wall only if all surfaces around it are nearer than this fraction of
+/// the scene's radius. If they are farther away, the camera is in a room.
 const WALL_SHARE: f32 = 0.05;
 
 /// Finds coordinates that are too large for f32.
@@ -52,8 +54,8 @@ fn inspect_instances(scene: &Scene, whole: SceneErrorMaker) -> Option<Finding> {
     let extents: Vec<Bounds3> = scene.prototypes().iter().map(|p| bounds_of(scene, p.clone())).collect();
     let share = |instance: &Instance| {
         let bounds = extents[instance.prototype as usize];
-        // Each step of a motion is measured separately, because the path of a moving object can be
-        // long.
+        // Measure each step of a motion separately. The box of all steps would be too large if the
+        // object moves far.
         let shares = instance.placement.steps().iter().map(|&step| {
             let placed = Placement::Still(step).bounds(bounds);
             let corner = placed.min.abs().max(placed.max.abs());
@@ -149,14 +151,15 @@ pub fn inspect_view(
     None
 }
 
-/// Minimum fraction of the visible surfaces that show their backs, for a warning that the camera is
-/// behind surfaces.
+/// If at least this fraction of the visible surfaces show their backs, a warning says that the
+/// camera is behind surfaces.
 const BEHIND: f32 = 0.8;
 /// Number of camera rays along a side of the image, to find small things.
 const FINE_RAYS: u32 = 96;
-/// Maximum distance of a point from the plane of a flat surface, in radii of the scene.
+/// Maximum distance of a point from the plane of a flat surface, as a fraction of the scene's
+/// radius.
 const ON_PLANE: f32 = 1e-4;
-/// Minimum cosine between normals of one flat surface.
+/// Minimum cosine of the angle between normals of one flat surface.
 const SAME_WAY: f32 = 0.9999;
 
 /// Warns of a camera that is behind surfaces or nearer to a surface than `near`. Also warns if the

@@ -21,8 +21,8 @@ impl Scene {
         self.has_absorption
     }
 
-    /// Number of the body behind the surface at `hit`, as stored in [`Ray::body`]; 0 if the body
-    /// does not absorb light.
+    /// Id of the body behind the surface at `hit`, as stored in [`Ray::body`]. 0 if the body does
+    /// not absorb light.
     #[inline(always)]
     pub fn body_behind(&self, hit: &Hit) -> u32 {
         match self.has_absorption {
@@ -58,8 +58,8 @@ impl Scene {
         }
     }
 
-    /// Transmittance of a segment of the length `length`, scene units. `ends` are the numbers of
-    /// the bodies at both ends.
+    /// Transmittance of a segment of the length `length`, scene units. `ends` are the ids of the
+    /// bodies at both ends, 0 for none.
     fn transmittance_within(&self, ends: [u32; 2], length: f32) -> Spectrum {
         let known = || ends.into_iter().filter(|&body| body > 0);
         let sum = known().fold(Spectrum::ZERO, |sum, body| sum + self.absorptions[body as usize - 1]);

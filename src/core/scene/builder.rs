@@ -30,8 +30,8 @@ pub struct SceneReport {
     pub repeated_instances: u64,
     /// Emitting triangles that coincide with other emitting triangles.
     pub coincident_emitters: CoincidentEmitters,
-    /// Largest number of coincident triangles of different meshes; 0 if the number is below
-    /// [`MANY_COINCIDENT`](super::MANY_COINCIDENT).
+    /// Largest number of triangles of different meshes that coincide at one place. 0 if this number
+    /// is below [`MANY_COINCIDENT`](super::MANY_COINCIDENT).
     pub coincident_triangles: u64,
     /// Number of triangles without area whose material emits. They are left out.
     pub degenerate_emitters: u64,
@@ -39,7 +39,7 @@ pub struct SceneReport {
     pub is_dark: bool,
     /// Number of panes of glass that became thin dielectrics. Panes of a prototype count once.
     pub panes: u64,
-    /// Number of rectangles among emitting triangles that became one light each.
+    /// Number of rectangles of two emitting triangles that became one light each.
     pub rectangles: u64,
 }
 
@@ -70,7 +70,8 @@ pub struct SceneBuilder {
     pub(super) texture_filter: TextureFilter,
     /// Lights, each with its group if it has one.
     pub(super) lights: Vec<(Light, Option<LightGroupId>)>,
-    /// Environment light of each sky. The key is the sun's elevation and the turbidity, as bits.
+    /// Environment light of each sky. The key has the bits of two f32 numbers: the sun's elevation
+    /// and the turbidity.
     pub(super) skies: HashMap<[u32; 2], EnvironmentLight>,
     /// Names of light groups.
     pub(super) light_groups: Vec<String>,
@@ -133,7 +134,7 @@ impl SceneBuilder {
         if !varies {
             material.scale_to_one();
         }
-        // A sum that is above 1 only by rounding is not reported
+        // Do not report a sum that is above 1 only because of rounding
         if scattered > 1.0 + 4.0 * f32::EPSILON && !varies {
             self.report.scaled_materials.push((material.name.clone(), scattered));
         }
@@ -178,8 +179,9 @@ impl SceneBuilder {
         self.objects.push(unique);
     }
 
-    /// Adds names of parts to the scene. The parts of `meshes` are indices into `names`, and become
-    /// indices into the names of the scene. Equal names become the same part.
+    /// Adds names of parts to the scene. Before the call, the part of each triangle of `meshes` is
+    /// an index into `names`. The call replaces it by an index into the names of the scene. Equal
+    /// names become the same part.
     pub fn add_parts<'m>(&mut self, names: PartNames, meshes: impl Iterator<Item = &'m mut Mesh>) {
         if self.parts.is_empty() {
             self.parts = names;
@@ -309,8 +311,8 @@ impl SceneBuilder {
         }
     }
 
-    /// Exchanges the textures of a material's bump map and normal map, for files that confuse both.
-    /// Each texture keeps its mapping.
+    /// Exchanges the bump map and the normal map of a material, for files that confuse both kinds
+    /// of map. Each map keeps its mapping of texture coordinates.
     pub fn exchange_bumps(&mut self, id: MaterialId) {
         for id in [Some(id), self.hidden.get(&id).copied()].into_iter().flatten() {
             if let Some(material) = self.materials.get_mut(id.0 as usize) {

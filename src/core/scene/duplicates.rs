@@ -1,17 +1,18 @@
-//! Repeated triangles and instances: their corners or placements are bit-identical.
+//! Repeated triangles and instances: triangles with bit-identical corners, and instances with
+//! bit-identical placements.
 //!
 //! A ray that hits one of n equal triangles is tested with all of them, so n rays need n² tests.
-//! Light sampling samples each of n equal emitters, but a ray hits only one of them. So the builder
-//! keeps only the first of several equal triangles of a mesh, with its texture coordinates and
-//! normals, and only the first of several equal instances. Triangles that differ in winding are
-//! different.
+//! Light sampling would add the light of each of n equal emitters, but a ray that BSDF sampling
+//! traces hits only one of them. So the builder keeps only the first of several equal triangles of
+//! a mesh, with its texture coordinates and normals, and only the first of several equal instances.
+//! Triangles that differ in winding are different.
 //!
-//! To save memory, each hash first sets a bit in a bit set of 2 to 4 bytes per item. Only items
-//! whose bit was already set are compared.
+//! To save memory, the hash of each item first sets a bit in a bit set, which takes 2 to 4 bytes
+//! per item. Only if the bit was already set, items with this hash are compared.
 //!
 //! Equal triangles of different meshes are kept, because their materials differ. They are reported
 //! if many of them coincide. To find them, the hash of every eighth triangle is stored
-//! ([`TriangleSamples`]). Triangles are counted only if several of these hashes are equal.
+//! ([`TriangleSamples`]). Only triangles with such a hash that occurs several times are counted.
 
 use super::{LightNumbering, Scene};
 use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, retain_triangles};
@@ -24,8 +25,8 @@ use std::collections::{HashMap, HashSet};
 /// first.
 type TriangleKey = [[u32; 9]; 2];
 
-/// Minimum number of coincident triangles of different meshes that is reported. A ray that hits one
-/// of them is tested with all of them.
+/// Coincident triangles of different meshes are reported if there are at least this many. A ray
+/// that hits one of them is tested with all of them.
 pub const MANY_COINCIDENT: u64 = 32;
 
 /// Hashes of every [`TriangleSamples::STRIDE`]th triangle of all meshes.
@@ -38,9 +39,9 @@ pub(super) struct TriangleSamples {
 
 impl TriangleSamples {
     const STRIDE: usize = 8;
-    /// Minimum number of equal stored hashes. Triangles with fewer equal hashes are not counted. If
-    /// [`MANY_COINCIDENT`] equal meshes are added in succession, at least one hash occurs this
-    /// number of times.
+    /// Minimum number of times that a stored hash occurs. Triangles with a less frequent hash are
+    /// not counted. If [`MANY_COINCIDENT`] equal meshes are added one after another, at least one
+    /// hash occurs this number of times.
     const MIN: usize = MANY_COINCIDENT as usize / Self::STRIDE;
 
     fn add(&mut self, hash: u64) {
@@ -58,8 +59,8 @@ impl TriangleSamples {
         runs.filter(|run| run.len() >= Self::MIN).map(|run| run[0]).collect()
     }
 
-    /// Maximum number of equal triangles, over all triangles; 0 if it is below [`MANY_COINCIDENT`].
-    /// Triangles are compared within each of the `groups` of meshes, but not between groups.
+    /// Size of the largest set of equal triangles; 0 if it is below [`MANY_COINCIDENT`]. Triangles
+    /// are compared within each of the `groups` of meshes, but not between groups.
     pub fn largest_coincidence<'m>(&self, groups: impl Iterator<Item = &'m [(Mesh, MaterialId)]>) -> u64 {
         let frequent = self.frequent();
         if frequent.is_empty() {
@@ -239,8 +240,8 @@ fn hash_of(words: &[u32]) -> u64 {
     })
 }
 
-/// Hashes that occur more than once, and a few hashes that occur once but set the same bit as
-/// another hash. `count` is the number of all hashes.
+/// Hashes that occur more than once. The set also contains a few hashes that occur once, because
+/// another hash had set the same bit. `count` is the number of all hashes.
 fn repeated(hashes: impl Iterator<Item = u64>, count: usize) -> HashSet<u64> {
     let mut repeated = HashSet::new();
     let bits = (16 * count as u64).next_power_of_two();

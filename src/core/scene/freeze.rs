@@ -51,8 +51,8 @@ impl SceneBuilder {
         let objects = &mut self.instance_objects;
         self.report.repeated_instances =
             remove_repeated_instances(&mut self.instances, objects, |prototype| prototype.0);
-        // Compare triangles within each prototype, and within all other meshes, but not across
-        // instances
+        // Compare the triangles of each prototype with each other, and the triangles of all other
+        // meshes with each other. Placed instances are not compared
         let groups = self.prototypes.iter().chain([&self.meshes]);
         self.report.coincident_triangles = self.samples.largest_coincidence(groups.map(Vec::as_slice));
         self.widen_hulls();
@@ -215,7 +215,8 @@ impl SceneBuilder {
                 self.mesh_objects.push(object);
             }
         }
-        // Find the largest scale of each prototype, which decides if its slabs are thin enough
+        // Find the largest scale factor over the instances of each prototype. With it, decide if
+        // slabs of glass in the prototype are thin enough to be panes
         let mut scales = vec![0.0f64; self.prototypes.len()];
         for (prototype, placement) in &self.instances {
             let lengths = placement.steps().iter().flat_map(|step| {
@@ -234,7 +235,8 @@ impl SceneBuilder {
     }
 
     /// Approximate number of bytes that [`SceneBuilder::build`] needs: for facets of meshes that
-    /// are not part of a prototype, and for emitting triangles with their selection.
+    /// are not part of a prototype, and for emitting triangles, including their entries in the
+    /// light selection.
     pub fn building_bytes(&self) -> u64 {
         let emits = |material: MaterialId| {
             let material = self.materials.get(material.0 as usize);
@@ -281,9 +283,9 @@ impl SceneBuilder {
 }
 
 impl Scene {
-    /// Adds a mesh as part of `object`, or of a prototype if `object` is `None`. Adds the number of
-    /// the mesh's lights to `emitting`: one light per emitting triangle or rectangle, or one light
-    /// for the whole mesh if its material is in `lamps`.
+    /// Adds a mesh to `object`, or to a prototype if `object` is `None`. Also adds the number of
+    /// lights of the mesh to `emitting`. A mesh whose material is in `lamps` is one light; in other
+    /// meshes, each emitting triangle or rectangle is a light.
     fn add_shape(
         &mut self,
         mesh: Mesh,
@@ -296,7 +298,7 @@ impl Scene {
         let varies = surface.maps.varies_bsdf() || surface.maps.has_bumps() || surface.is_anisotropic();
         let is_uniform = mesh.normals.is_empty() && !varies;
         let lamp = lamps.get(&material);
-        // A light whose surface is a whole mesh has a light number even without emission
+        // A light whose surface is a whole mesh has an id even if it does not emit
         let emits = lamp.is_some() || !surface.emission_factor().is_black();
         let first_light = emits.then_some(LightId(*emitting as u32));
         let (light_count, numbering) = match (emits, lamp) {
@@ -305,8 +307,8 @@ impl Scene {
             (true, None) => self.number_lights(&mesh, keeps_place && !varies_emission(surface), sampling),
         };
         *emitting += u64::from(light_count);
-        // Store facets only for meshes in world space that do not deform. Other facets change with
-        // the placement and with time
+        // Store facets only for meshes in world space that do not deform. The facets of other
+        // meshes change with the placement or with time
         let prims = 0..mesh.triangles.len() as u32;
         self.facets.push(match keeps_place {
             true => prims.map(|prim| mesh.facet(PrimId(prim))).collect(),
@@ -343,8 +345,8 @@ impl Scene {
         (count, LightNumbering::Triangles)
     }
 
-    /// Makes one light for each emitting triangle or rectangle, or one light for a whole mesh such
-    /// as a sphere, in the order of the light ids.
+    /// Makes the lights of all emitting meshes, in the order of the light ids: one light for each
+    /// triangle or rectangle, or one light for a whole mesh such as the hull of a sphere light.
     fn add_lights_of_meshes(&mut self, sampling: TriangleSampling, of_materials: LightsOfMaterials) {
         for geom in self.world_meshes() {
             self.add_lights_of(GeomId(geom), InstanceId::NONE, sampling, of_materials);

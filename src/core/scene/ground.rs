@@ -8,21 +8,21 @@
 //!
 //! - The path tracer accumulates the missing direct light, `E − E₀`, instead of the arriving light.
 //!   If no object is near a point, the missing light there is 0, so that the background has no
-//!   noise. Samples can be negative, but their mean is negative only by noise. If the scene has
-//!   lamps of finite size, the path tracer accumulates the arriving light: if a ray hits a surface,
-//!   the light of a lamp behind this surface is unknown.
+//!   noise. Samples are negative where light is missing. If the scene has lamps of finite size, the
+//!   path tracer accumulates the arriving light instead. The reason: if a ray hits a surface, it is
+//!   unknown how much light of a lamp behind this surface is missing.
 //! - E₀ cannot include finite lights if one of them has an emission texture, or if there are too
 //!   many to be summed at each point. If there are lights at infinity, E₀ then includes only these,
-//!   and the ground around finite lights is brighter than the background. Otherwise this is an
-//!   error.
+//!   and the ground around finite lights is brighter than the background. If there are no lights at
+//!   infinity, building the scene fails.
 //! - E₀ of infinitely distant lights is the same everywhere and is computed once. E₀ of finite
-//!   lights is computed for each point, without visibility: a lamp in the scene lights the ground
-//!   near the lamp, and does not darken the ground far away. Both are computed without noise
-//!   (`light/irradiance.rs`).
+//!   lights is computed for each point, without visibility. So the ground is not darker where a
+//!   lamp is far away. Both parts of E₀ are computed without noise (`light/irradiance.rs`).
 //! - Towards the rim of the ground the fraction approaches 1, so that no edge is visible.
 //! - For all other rays the ground is a diffuse surface: it stops light from below, and lights the
 //!   undersides of objects on it. Without the ground, the environment would light an object from
-//!   below, and the object would seem to float. The albedo lies between asphalt and paper.
+//!   below, and the object would seem to float. The default albedo, 0.5, lies between asphalt and
+//!   paper.
 //! - Camera rays from below pass through the ground.
 //! - The scene's bounds do not include the ground, because the bounds are used to frame the image,
 //!   and to aim light paths from distant lights.
@@ -41,10 +41,11 @@ const DEFAULT_RADIUS: f32 = 50.0;
 /// Default distance of the ground below the scene's lowest point, as a fraction of the scene's
 /// radius. It keeps the ground from coinciding with surfaces at the bottom of the scene.
 const GAP: f32 = 1e-4;
-/// Distance from the middle at which shadows begin to fade, as a fraction of the ground's radius.
+/// Distance from the middle of the ground at which shadows begin to fade, as a fraction of the
+/// ground's radius.
 const FADE: f32 = 0.5;
-/// Minimum albedo of the ground. The fraction of arriving light is estimated as the reflected light
-/// divided by the albedo.
+/// Minimum albedo of the ground. It is not 0, because the arriving light is estimated as the
+/// reflected light divided by the albedo.
 const MIN_ALBEDO: f32 = 0.01;
 /// Minimum radius of the ground: the extent of the smallest valid scene.
 const MIN_RADIUS: f32 = 1e-9;
@@ -150,7 +151,8 @@ impl GroundPlane {
         let up = self.up.normalize_or(Vec3::Y);
         let size = size_of(bounds);
         let point = self.point.unwrap_or_else(|| point_below(bounds, up));
-        // Limit the radius to coordinates that backends can trace, if the scene is almost as large
+        // If the scene is almost as large as the coordinates that backends can trace, limit the
+        // radius to these coordinates
         let room = 0.7 * (MAX_COORDINATE - point.abs().max_element()).max(0.0);
         let plane = PlacedPlane {
             point,
@@ -257,8 +259,8 @@ impl Ground {
         if is_known && count <= MAX_FINITE_LIGHTS {
             return Ok(ground);
         }
-        // If infinitely distant lights illuminate the ground, leave out all finite lights, which
-        // then brighten the ground
+        // If infinitely distant lights illuminate the ground, leave all finite lights out of E₀.
+        // The finite lights then brighten the ground
         if !ground.irradiance.is_black() {
             ground.finite.clear();
             return Ok(ground);
@@ -298,9 +300,9 @@ impl Ground {
         self.plane.radius
     }
 
-    /// Returns true if the direct light that a surface blocks is known when a ray hits this
-    /// surface. False if there are lamps of finite size, because the light of a lamp behind the
-    /// surface is unknown.
+    /// Returns true if it is known how much direct light a surface blocks when a ray from the
+    /// ground hits the surface. False if there are lamps of finite size, because a ray that hits a
+    /// surface does not find the light of a lamp behind the surface.
     pub fn has_missing_light(&self) -> bool {
         self.has_missing_light
     }

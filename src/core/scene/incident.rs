@@ -29,8 +29,8 @@ impl Scene {
         }
     }
 
-    /// Light that the point `q` of the surface at `hit` sends to `context` along −`wi`; `None` if
-    /// the surface is not a light. The unit direction `wi` points from the context to `q`. All
+    /// Light that arrives at the point `context` from the point `q` of the surface at `hit`. `None`
+    /// if the surface is not a light. The unit direction `wi` points from `context` to `q`. All
     /// positions are at `time`. The density includes the probability that `selection` chooses the
     /// light.
     pub fn emitted(

@@ -2,13 +2,15 @@
 //!
 //! Backends support only triangles. The hull of a sphere is a polyhedron around it, and the hull of
 //! a disk is a square around it. If a ray hits a hull and misses the light, the ray continues, as
-//! at a surface of opacity 0 (`integrator/opacity.rs`). A hit on the hull of a sphere is moved to
-//! the sphere, in f64. Surfaces between the hull and the sphere are nearer than the moved hit, so
-//! the search continues up to this hit (`World::first_opaque`).
+//! at a surface of opacity 0 (`integrator/opacity.rs`). If a ray hits the hull of a sphere, the hit
+//! is moved to the sphere; this is computed in f64. A surface between the hull and the sphere is
+//! nearer than the moved hit, so the search for the nearest hit continues up to the moved hit
+//! (`World::first_opaque`).
 //!
-//! Hulls are wider than their lights by bounds on rounding errors, so that the hull of every light
-//! has an area, for any size and position. The margin depends on the unit roundoff u, the largest
-//! coordinate c of the light, and the largest coordinate s of the scene ([`margin`]):
+//! Hulls are wider than their lights by a margin that bounds rounding errors. So hulls have an area
+//! for lights of any size and position. The margin is the sum of two terms. They depend on the unit
+//! roundoff u, the largest coordinate c of the light, and the largest coordinate s of the scene
+//! ([`margin`]):
 //!
 //! - γ₃₂ (c + s): an intersector subtracts the origin of the ray, and then rounds the result
 //!   several times. These errors displace the edges of a hull by at most γ₁₆ (c + s). Vertices have
@@ -17,11 +19,12 @@
 //! - 2⁻¹³ c for disks: rounding of the corners tilts a square by at most 10⁻³. Rays that hit the
 //!   disk at a larger angle to its plane hit the square.
 //!
-//! For a camera far outside the scene the errors are larger. They matter only if the light covers
-//! an angle so small that ray directions in f32 cannot resolve it.
+//! For a camera far outside the scene the errors are larger than the margin. This matters only if
+//! the light covers an angle so small that ray directions in f32 cannot resolve the angle.
 //!
-//! Rays that start between the hull and a sphere hit the hull behind the sphere. A surface in this
-//! gap therefore hides the sphere. The gap is 2 % of the radius, plus the margin.
+//! Limitation: a ray that starts in the gap between a sphere and its hull does not hit the near
+//! side of the hull, but the hull behind the sphere. Points of a surface in this gap therefore do
+//! not see the sphere. The gap is 2 % of the radius, plus the margin.
 
 use super::builder::SceneBuilder;
 use super::{LightNumbering, Scene};
@@ -31,11 +34,11 @@ use crate::math::float::gamma;
 use crate::math::{DVec3, Frame, Ray, Vec3};
 use std::collections::HashMap;
 
-/// Margin of a disk's square, as a fraction of the disk's largest coordinate.
+/// Second term of the margin of a disk's square, as a fraction of the disk's largest coordinate.
 const TILT_MARGIN: f64 = 1.0 / 8192.0;
 
-/// Margin between a light and its hull, scene units. `size` is the largest coordinate of the light,
-/// and `reach` the largest coordinate of the scene.
+/// First term of the margin between a light and its hull, scene units. `size` is the largest
+/// absolute coordinate of the light, and `reach` the largest absolute coordinate of the scene.
 fn margin(size: f64, reach: f32) -> f64 {
     f64::from(gamma(32)) * (size + f64::from(reach))
 }
@@ -58,7 +61,7 @@ impl SceneBuilder {
     }
 }
 
-/// Result of testing if a hit is on a hull.
+/// Result of the test if a hit is on a hull, and if the ray hits the light in the hull.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum HullHit {
     /// The surface is not the hull of a light.
@@ -128,8 +131,8 @@ impl Scene {
     }
 }
 
-/// Polyhedron of 320 faces around a sphere light: an icosahedron whose faces are twice divided into
-/// four. `reach` is the largest coordinate of the scene.
+/// Polyhedron of 320 faces around a sphere light: an icosahedron whose faces are divided into four,
+/// twice. `reach` is the largest coordinate of the scene.
 pub(super) fn around_sphere(light: &SphereLight, reach: f32) -> Mesh {
     let (center, radius) = (light.center().as_dvec3(), f64::from(light.radius()));
     let golden = 0.5 * (1.0 + 5f64.sqrt());

@@ -52,8 +52,9 @@ pub(super) fn check_number(light: &'static str, key: &'static str, value: f32) -
     }
 }
 
-/// Checks the angular diameter of a directional light's disc, in degrees. Directions are rounded to
-/// about 10⁻⁵ degrees, which would be visible for narrower discs.
+/// Checks the angular diameter of a directional light's disc, in degrees. The minimum is 0.01
+/// degrees: f32 directions are rounded to about 10⁻⁵ degrees, and the rounding would be visible in
+/// the samples of a narrower disc.
 pub(super) fn check_angle(angle: f32) -> Result<(), BuildError> {
     if angle == 0.0 || (MIN_ANGLE..=180.0).contains(&angle) {
         return Ok(());

@@ -158,8 +158,8 @@ impl SceneBuilder {
         Ok(())
     }
 
-    /// Adds a rectangle that emits on one side, to the current light group. The rectangle is a
-    /// separate object of a black material.
+    /// Adds a rectangle light to the current light group. The rectangle emits on one side. It is a
+    /// separate object, whose material reflects nothing.
     pub fn add_rectangle(&mut self, rectangle: &RectangleParameters) -> Result<(), BuildError> {
         const NAME: &str = "rectangle";
         let direction = unit(NAME, rectangle.direction)?;
@@ -211,8 +211,8 @@ impl SceneBuilder {
         self.add_lamp(RECTANGLE_NAME, light, rectangle.radiance, mesh)
     }
 
-    /// Adds a sphere that emits from its outer side, to the current light group. The sphere is a
-    /// separate object of a black material.
+    /// Adds a sphere light to the current light group. The sphere emits from its outer side. It is
+    /// a separate object, whose material reflects nothing.
     pub fn add_sphere(&mut self, sphere: &SphereParameters) -> Result<(), BuildError> {
         const NAME: &str = "sphere";
         check_radius(NAME, sphere.radius)?;
@@ -223,8 +223,8 @@ impl SceneBuilder {
         self.add_lamp(SPHERE_NAME, light, sphere.radiance, hull)
     }
 
-    /// Adds a disk that emits on one side, to the current light group. The disk is a separate
-    /// object of a black material.
+    /// Adds a disk light to the current light group. The disk emits on one side. It is a separate
+    /// object, whose material reflects nothing.
     pub fn add_disk(&mut self, disk: &DiskParameters) -> Result<(), BuildError> {
         const NAME: &str = "disk";
         let normal = unit(NAME, disk.direction)?;
@@ -236,8 +236,8 @@ impl SceneBuilder {
         self.add_lamp(DISK_NAME, light, disk.radiance, hull)
     }
 
-    /// Adds a light whose surface is `mesh`, with a separate object and material, both called
-    /// `name`, in the current light group.
+    /// Adds a light to the current light group. The surface of the light is `mesh`, in a new object
+    /// with a new material, both called `name`.
     fn add_lamp(
         &mut self,
         name: &str,

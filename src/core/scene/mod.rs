@@ -64,8 +64,8 @@ pub struct Shape {
     pub is_plain: bool,
     /// Index of the mesh's object in [`Scene::objects`], if the mesh is not part of a prototype.
     pub object: u32,
-    /// First light of the mesh, if the mesh emits. The other lights of the mesh have the ids after
-    /// this one. In a prototype, the id is relative to [`Instance::first_light`].
+    /// First light of the mesh, if the mesh emits. The other lights of the mesh have the next
+    /// higher ids. In a prototype, the id is relative to [`Instance::first_light`].
     pub first_light: Option<LightId>,
     /// Number of lights of the mesh.
     pub light_count: u32,
@@ -115,8 +115,8 @@ pub struct Scene {
     /// Names of the parts of all meshes.
     parts: PartNames,
     materials: Vec<Material>,
-    /// BSDF of each material without its textures, for rays that do not pass through the surface in
-    /// a straight line.
+    /// BSDF of each material without its textures. It does not include rays that pass through the
+    /// surface in a straight line.
     bsdfs: Vec<Bsdf>,
     /// Thin surface of each material that has one. Some rays pass through a thin surface in a
     /// straight line, without scattering.
@@ -161,8 +161,8 @@ impl Scene {
         Arc::clone(&self.meshes)
     }
 
-    /// If both scenes have equal meshes and placements, frees the meshes of this scene and uses
-    /// those of `other`. Returns true if the meshes are shared now.
+    /// If both scenes have equal meshes and placements, frees the meshes of this scene, which then
+    /// shares the meshes of `other`. Returns true if the meshes are shared now.
     pub fn share_meshes(&mut self, other: &Self) -> bool {
         let places = |scene: &Self| -> Vec<(u32, Placement)> {
             let instances = scene.instances.iter();
@@ -238,8 +238,8 @@ impl Scene {
         Ball::around(self.bounds)
     }
 
-    /// Converts the scene to a compact scene, which needs less memory. Derived data of triangles is
-    /// then computed at each hit, also by acceleration structures.
+    /// Converts the scene to a compact scene, which needs less memory. Facets of triangles are then
+    /// computed at each hit, also by acceleration structures.
     pub fn into_compact(mut self) -> Self {
         self.facets.iter_mut().for_each(|facets| *facets = Vec::new());
         self.is_compact = true;
@@ -463,7 +463,7 @@ impl Scene {
         self.materials[material].dispersed(&self.bsdfs[material], nanometers)
     }
 
-    /// BSDF at a hit, by value if a texture changes the BSDF.
+    /// BSDF at a hit. The result is owned if a texture varies the BSDF, else borrowed.
     pub fn bsdf_at(&self, hit: &Hit, time: f32, footprint: f32) -> Cow<'_, Bsdf> {
         let material = self.material(hit);
         match material.maps.varies_bsdf() {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 /// Size of a part of the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PartSize {
-    /// Number of the part in [`Scene::part_names`]; [`UNNAMED`] for triangles without a name.
+    /// Id of the part in [`Scene::part_names`]; [`UNNAMED`] for triangles without a part name.
     pub part: u32,
     /// Number of triangles.
     pub triangles: u64,
@@ -50,7 +50,7 @@ impl Scene {
     }
 }
 
-/// Sizes of the parts in a mesh, one for each run of triangles of a part.
+/// Sizes of the parts in a mesh: one entry for each run of consecutive triangles of the same part.
 fn sizes_in(mesh: &Mesh) -> Vec<PartSize> {
     let mut sizes: Vec<PartSize> = Vec::new();
     for prim in (0..mesh.triangles.len() as u32).map(PrimId) {

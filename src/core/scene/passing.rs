@@ -8,9 +8,9 @@ use crate::material::ThinSurface;
 use crate::math::Ray;
 
 impl Scene {
-    /// Returns true if rays can pass through any surface without a change of direction: because of
-    /// its opacity, because it is thin glass, because it is the hull of a light that the ray
-    /// misses, or because only camera rays hit it.
+    /// Returns true if the scene has a surface through which rays can pass without a change of
+    /// direction: a surface with an opacity below 1, thin glass, the hull of a light, or a surface
+    /// that only camera rays hit.
     #[inline(always)]
     pub fn lets_light_pass(&self) -> bool {
         self.has_alpha || self.has_thin_surfaces || self.has_lamp_hulls || self.hides_from_light
@@ -53,7 +53,8 @@ impl Scene {
     }
 
     /// Probability that `ray` passes through the thin glass at `hit` without a change of direction,
-    /// and factor by which this light is multiplied; `None` if the surface is not thin glass.
+    /// and the factor by which light that passes is multiplied. `None` if the surface is not thin
+    /// glass.
     pub fn thin_surface_along(&self, hit: &Hit, ray: &Ray) -> Option<(f32, Spectrum)> {
         if !self.has_thin_surfaces {
             return None;
@@ -64,8 +65,8 @@ impl Scene {
         Some((surface.pass_probability(cos), surface.tint))
     }
 
-    /// Probability with which the surface at `hit` stops rays. The mirror reflection is not
-    /// included, because it depends on the direction.
+    /// Probability with which the surface at `hit` stops a ray. The mirror reflection of thin glass
+    /// is not included, because its probability depends on the direction.
     pub fn stopping_share(&self, hit: &Hit) -> f32 {
         let surface = self.thin_surfaces[self.shape(hit.geom).material.0 as usize].as_ref();
         self.opacity(hit) * surface.map_or(1.0, ThinSurface::scattered_share)

@@ -5,8 +5,8 @@ use super::{Scene, SceneBuilder};
 use crate::material::MaterialId;
 use std::sync::Arc;
 
-/// State of a builder before lights were added, without triangles and textures, which the built
-/// scene contains.
+/// State of a builder before lights were added. Triangles and textures are left out, because the
+/// built scene contains them.
 #[derive(Debug)]
 pub struct UnlitBuilder {
     builder: SceneBuilder,
@@ -18,8 +18,8 @@ pub struct UnlitBuilder {
 }
 
 impl UnlitBuilder {
-    /// Copies materials and texture filter from `lit`: the same builder after its lights and
-    /// textures were added.
+    /// Copies materials, texture filter and treatment of panes from `lit`, which is the same
+    /// builder after its lights and textures were added.
     pub fn complete(&mut self, lit: &SceneBuilder) {
         let count = self.builder.materials.len();
         self.builder.materials = lit.materials.iter().take(count).cloned().collect();

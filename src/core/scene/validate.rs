@@ -1,10 +1,10 @@
 //! Checks of the parts of a scene, and the range of coordinates that backends can trace.
 //!
-//! Coordinates beyond 10¹⁰ are errors. Scenes less than 10⁻⁹ wide are also errors. Both rules apply
-//! to world space and to the space of each instanced object. Embree computes distances as volumes
-//! (products of three lengths) divided by areas, in f32. The volumes underflow in small scenes and
-//! overflow in large ones. The limits keep a margin to the scales at which images were wrong
-//! (docs/notebook/2026-11.md, "Range of scales").
+//! Coordinates beyond 10¹⁰ are errors. Scenes less than 10⁻⁹ units wide are also errors. Both rules
+//! apply to world space and to the space of each instanced object. The reason: Embree computes
+//! distances as volumes (products of three lengths) divided by areas, in f32. The volumes underflow
+//! in small scenes and overflow in large scenes. The limits keep a margin to the scales at which
+//! images were wrong (docs/notebook/2026-11.md, "Range of scales").
 
 use crate::geometry::{Mesh, Placement, retain_triangles, triangle_area};
 use crate::light::LightGroups;
@@ -13,21 +13,21 @@ use crate::math::{Affine3A, Bounds3, Vec3, excerpt, excerpt_of_name};
 use half::f16;
 use thiserror::Error;
 
-/// Maximum length of a light group's name in bytes. Its channels, such as `light_NAME.R`, then have
-/// 31 bytes or less, which all EXR readers support.
+/// Maximum length of a light group's name in bytes. The names of its channels, such as
+/// `light_NAME.R`, then have at most 31 bytes, which all EXR readers support.
 const MAX_GROUP_NAME: usize = 23;
 
-/// Largest valid coordinate. Embree computes distances as volumes of three lengths divided by
-/// areas, in f32. The results are wrong in scenes larger than some 5·10¹² units.
+/// Largest valid coordinate. Embree computes distances as volumes divided by areas, in f32. The
+/// results are wrong in scenes larger than about 5·10¹² units.
 pub(super) const MAX_COORDINATE: f32 = 1e10;
 
-/// Minimum extent of a scene or an instanced object. If triangles are a thousandth as long,
-/// products of three of their lengths, 10⁻³⁶, are still larger than the smallest normal f32,
-/// 1.2·10⁻³⁸.
+/// Minimum extent of a scene or an instanced object. Triangles with edges of a thousandth of this
+/// extent still work: the product of three such lengths, 10⁻³⁶, is larger than the smallest normal
+/// f32, 1.2·10⁻³⁸.
 const MIN_EXTENT: f32 = 1e-9;
 
-/// Maximum distance of lights from the origin. Also the maximum distance of the scene from an
-/// instance, in units of the instanced object.
+/// Maximum coordinate of the position of a light. Also the maximum coordinate of the scene in the
+/// space of an instanced object.
 pub(super) const MAX_REACH: f32 = 1e15;
 
 /// Errors of building a scene.
@@ -54,7 +54,7 @@ pub enum BuildError {
     /// The extent of the scene or of an object is too small for backends.
     #[error("{what} is {extent:e} units wide, but needs at least {MIN_EXTENT:e} for ray tracing with 32-bit floats")]
     TooSmall {
-        /// Part of the description that is too small: the scene, or an object.
+        /// Name of what is too small: the scene, or an object.
         what: &'static str,
         /// Extent along the widest axis.
         extent: f32,

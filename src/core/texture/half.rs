@@ -1,15 +1,17 @@
-//! Finite, non-negative numbers of 16 bits (IEEE 754-2019, binary16).
+//! Conversions between f32 and 16-bit floats (IEEE 754-2019, binary16), for numbers that are finite
+//! and not negative.
 
 use half::f16;
 
-/// Spacing of the smallest numbers, 2⁻²⁴.
+/// Spacing of the subnormal numbers, 2⁻²⁴.
 const STEP: f32 = 1.0 / 16_777_216.0;
 /// Difference between the exponent biases, 127 and 15, shifted to the exponent bits of an `f32`.
 const BIAS: u32 = (127 - 15) << 23;
 
 /// Exact value of `bits`. Texture lookups call this function. It takes 1.3 ns, because it handles
-/// only finite numbers that are not negative. The conversions of `f16` take 2.2 ns (`to_f32_const`)
-/// and 6.4 ns (`to_f32`, which checks the processor's instructions in each call).
+/// only finite numbers that are not negative. The conversions of the type `f16` take longer: 2.2 ns
+/// (`to_f32_const`) and 6.4 ns (`to_f32`, which tests in each call which instructions the processor
+/// has).
 pub(super) fn decode(bits: u16) -> f32 {
     if bits < 1 << 10 {
         bits as f32 * STEP
@@ -18,7 +20,7 @@ pub(super) fn decode(bits: u16) -> f32 {
     }
 }
 
-/// Bits of the number nearest to `value`, which is not negative. A tie rounds to even.
+/// Bits of the 16-bit float nearest to `value`, which is not negative. A tie rounds to even.
 pub(super) fn encode(value: f32) -> u16 {
     f16::from_f32(value.min(f16::MAX.to_f32())).to_bits()
 }

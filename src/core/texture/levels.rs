@@ -1,9 +1,10 @@
 //! The coarser levels of a texture (MIP map). Each level is half as wide and high as the level
 //! before, down to a single texel.
 //!
-//! Levels are means of linear values, computed from unrounded means. If a size is odd, boxes of
-//! three texels overlap (Guthe and Heckbert 2005). Colours are weighted by alpha. Without these
-//! weights, the black texels around a cut-out leaf would darken the leaf in coarse levels.
+//! A level has means of linear values of the level before, which is not rounded to 8 or 16 bits for
+//! this. If a size is odd, each texel is a mean of three texels, and neighbouring means overlap
+//! (Guthe and Heckbert 2005). Colours are weighted by alpha. Without these weights, the black
+//! texels around a cut-out leaf would darken the leaf in coarse levels.
 
 /// Position and size of one level in the array of all samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,7 +87,7 @@ fn weigh(texel: &mut [f32]) {
     }
 }
 
-/// Channel `c` of a weighted texel, divided by the weight again.
+/// Channel `c` of a texel after [`weigh`] is undone: a colour divided by the weight, or alpha.
 fn unweighed(texel: &[f32], c: usize) -> f32 {
     match texel.last() {
         Some(&weight) if texel.len() % 2 == 0 && c + 1 == texel.len() => (weight - MIN_WEIGHT).max(0.0),
@@ -120,7 +121,8 @@ fn halved(size: (usize, usize), channels: usize, read: impl Fn(usize, &mut [f32]
     plane
 }
 
-/// Texels of a row of `n` texels that texel `i` of the next level covers, each with its weight.
+/// The texels of a row of `n` texels that are covered by texel `i` of the next level, each with its
+/// weight.
 ///
 /// For odd `n` each coarse texel is 2 + 1/m fine texels wide and overlaps three of them (Guthe and
 /// Heckbert 2005, "Non-Power-of-Two Mipmap Creation"). Over all coarse texels, the weights of each
@@ -213,7 +215,7 @@ mod tests {
     fn levels_take_a_third_of_the_picture() {
         for size in SIZES {
             let (samples, _) = floats(&vec![0.0; size.0 * size.1], size, 1);
-            // If one side is a single texel, only the other side still shrinks.
+            // If one side is a single texel, only the other side is still halved.
             let (long, short) = (size.0.max(size.1), size.0.min(size.1));
             let max = size.0 * size.1 * 4 / 3 + 2 * long / short;
             assert!(samples.len() <= max, "{size:?}: {} of {max}", samples.len());

@@ -9,7 +9,7 @@ use std::array;
 
 /// Maximum number of texels that [`Texture::is_black_within`] reads.
 const MAX_TEXELS: f32 = 4096.0;
-/// Distance from the origin, in texels, below which an `f32` represents the centres of texels
+/// Maximum distance from the origin, in texels, at which an `f32` represents the centres of texels
 /// exactly.
 const FARTHEST_TEXEL: f32 = 4_194_304.0;
 /// Maximum number of texels along a side.
@@ -20,11 +20,12 @@ const LONGEST: usize = 1 << 28;
 ///
 /// u points to the right and v upwards. The picture fills the unit square. The first row of a file
 /// is its top, at v = 1. Texel centres lie at (i + ½) / n. Values are interpolated linearly in u,
-/// in v and, between levels, in the footprint: the width of a ray's cone at the surface, in units
-/// of uv. If a texel is not square, its longer side selects the level. A level that is too fine
-/// causes noise, which more samples remove; a level that is too coarse causes blur, which stays.
-/// Footprints of at most one texel, and NaN, use the finest level. Coarser levels are means of
-/// linear values, with colours weighted by alpha.
+/// in v and, between levels, in the footprint. The footprint is the width of a ray's cone at the
+/// surface, in units of uv. If a texel is not square in units of uv, its longer side selects the
+/// level. This level may be too fine along the other side, which causes noise that more samples
+/// remove. A level that is too coarse would cause blur, which stays. Footprints of at most one
+/// texel, and NaN, use the finest level. Coarser levels are means of linear values, with colours
+/// weighted by alpha.
 ///
 /// Lookups return finite numbers for any uv and footprint. If `uv` is not finite, the position of
 /// the lookup is arbitrary.
@@ -37,7 +38,7 @@ pub struct Texture {
     wrap: Wrap,
     /// Columns and rows of the picture.
     size: Vec2,
-    /// Minimum of the numbers of columns and rows.
+    /// Number of columns or of rows, whichever is smaller.
     short_side: f32,
     max_value: f32,
     replaced: usize,
@@ -141,7 +142,7 @@ impl Texture {
         let step = 0.5 / texels;
         let difference = |d: Vec2| self.value_between(uv + d, blend) - self.value_between(uv - d, blend);
         let gradient = Vec2::new(difference(step.with_y(0.0)), difference(step.with_x(0.0))) * texels;
-        // The slope between very large values of a small texel can overflow.
+        // Very large values and small texels can make the slope overflow.
         gradient.clamp(Vec2::splat(f32::MIN), Vec2::splat(f32::MAX))
     }
 
@@ -162,9 +163,9 @@ impl Texture {
         self.max_value <= 1.0
     }
 
-    /// Returns true if all texels that lookups in the finest level between `low` and `high` may use
-    /// are black. Returns false if there are more than 4096 such texels, or if they are too far
-    /// from the origin for `f32`.
+    /// Returns true if lookups in the finest level at all coordinates between `low` and `high` use
+    /// only black texels. Returns false if there are more than 4096 texels to test, or if the
+    /// coordinates are too far from the origin for the precision of `f32`.
     pub fn is_black_within(&self, low: Vec2, high: Vec2) -> bool {
         if self.max_value == 0.0 {
             return true;
@@ -182,7 +183,8 @@ impl Texture {
         texels.all(|texel| self.color((first + texel + 0.5) / self.size, 0.0).is_black())
     }
 
-    /// Number of texels with a sample that was NaN, infinite or negative and is now 0.
+    /// Number of texels with a sample that was NaN, infinite (or nearly so) or negative. These
+    /// samples are now 0.
     pub fn replaced_texels(&self) -> usize {
         self.replaced
     }

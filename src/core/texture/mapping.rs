@@ -33,7 +33,7 @@ encode_variants!(Channel {
 });
 
 impl Channel {
-    /// Names that users type after `-imfchan`.
+    /// Names of the channels after the option `-imfchan` of MTL files.
     pub const NAMES: &[(&str, Self)] = &[
         ("r", Self::Red),
         ("g", Self::Green),
@@ -102,8 +102,9 @@ impl Mapping {
     }
 
     /// Width, in the picture, of a `footprint` in texture coordinates. The axis with the smaller
-    /// scale determines the width. A level that is too fine causes noise, which more samples
-    /// remove; a level that is too coarse causes blur, which stays.
+    /// scale determines the width, so the level of the texture may be too fine along the other
+    /// axis. This causes noise, which more samples remove. A level that is too coarse would cause
+    /// blur, which stays.
     pub fn footprint(&self, footprint: f32) -> f32 {
         footprint * self.scale.abs().min_element()
     }

@@ -5,10 +5,12 @@
 //! the texture needs. Samples stay as compact as in the file and are decoded at each lookup: 8 bits
 //! by a table, floats as halves if that is lossless.
 //!
-//! Between two levels, a lookup is linear in the width of the cone, not in the logarithm of the
-//! width. The exponent of the width is then the level, and its fraction is the position between the
-//! levels. Each choice of channels and wrap mode (`-imfchan`, `-clamp`) makes a separate texture.
-//! Scale, offset and range belong to the lookup (`Mapping`).
+//! Between two levels, a lookup is linear in the width of the ray's cone, not in the logarithm of
+//! the width. This is fast: the exponent bits of the width in texels are the level, and its
+//! fraction bits are the position between the levels.
+//!
+//! Each choice of channels and wrap mode (`-imfchan`, `-clamp`) makes a separate texture. Scale,
+//! offset and range are applied by the lookup (`Mapping`).
 
 mod half;
 mod levels;

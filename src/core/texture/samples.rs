@@ -32,7 +32,8 @@ pub(super) enum Samples {
     Bytes(Vec<u8>, &'static Codes),
     /// Equal steps from 0 to 1.
     Shorts(Vec<u16>),
-    /// sRGB-encoded, except alpha. Linear shorts would lose eleven of twelve dark codes.
+    /// sRGB-encoded, except alpha. If they were stored as linear shorts, eleven of twelve codes of
+    /// dark colours would be lost.
     EncodedShorts(Vec<u16>, &'static ShortCodes),
     /// Floats that 16-bit floats represent exactly.
     Halves(Vec<u16>),
@@ -63,7 +64,7 @@ static SRGB_SHORTS: LazyLock<Box<ShortCodes>> = LazyLock::new(|| {
     codes
 });
 
-/// Floats above this are treated as infinite, so that a mean of floats is always finite.
+/// Floats above this number are treated as infinite, so that a mean of floats is always finite.
 pub(super) const LARGEST: f32 = f32::MAX / 4.0;
 /// A picture with its levels, as stored.
 pub(super) struct StoredPicture {
@@ -71,7 +72,7 @@ pub(super) struct StoredPicture {
     pub levels: Vec<Level>,
     /// Maximum of all samples except alpha.
     pub max_value: f32,
-    /// Number of texels with a sample that is NaN, infinite or negative.
+    /// Number of texels with a sample that was negative, NaN or larger than [`LARGEST`].
     pub replaced: usize,
 }
 
@@ -135,7 +136,7 @@ impl Texels {
                     levels = levels::append(&mut halves, size, channels, decode, |_, value| half::encode(value));
                     samples = Samples::Halves(halves);
                 } else {
-                    // Rounding must not make a mean larger than the largest sample.
+                    // Clamp the means, which rounding could make larger than the largest sample.
                     let max = |c| if is_alpha(c) { 1.0 } else { max_value };
                     levels = levels::append(&mut values, size, channels, |_, v| v, |c, v: f32| v.min(max(c)));
                     samples = Samples::Floats(values);
@@ -213,8 +214,8 @@ fn largest<T: Copy + Default + PartialOrd>(samples: &[T], channels: usize) -> T 
     samples.fold(T::default(), |max, &sample| if sample > max { sample } else { max })
 }
 
-/// Replaces values that are negative or not finite by 0, and clamps alpha to 1. Returns the number
-/// of texels with a replaced value.
+/// Replaces values that are negative, NaN or larger than [`LARGEST`] by 0, and clamps alpha to 1.
+/// Returns the number of texels with a replaced value.
 fn repair(values: &mut [f32], channels: usize) -> usize {
     let mut replaced = 0;
     for texel in values.chunks_exact_mut(channels) {

@@ -32,17 +32,17 @@ impl Wrap {
         }
     }
 
-    /// Indices of the two of `n` texels whose centres, at (i + ½) / n, lie on both sides of the
-    /// folded coordinate `s`. The third value is the position of `s` between these centres, in [0,
-    /// 1).
+    /// Returns the indices of the two texels whose centres are the neighbours of the folded
+    /// coordinate `s`, in a row of `n` texels with centres at (i + ½) / n. The third value is the
+    /// position of `s` between both centres, in [0, 1).
     pub(super) fn neighbors(self, s: f32, n: u32) -> (usize, usize, f32) {
-        // Measured from the centre of the texel before the first texel, all positions are positive,
-        // so truncation equals the floor.
+        // Measure the position from the centre of the texel before the first texel. All positions
+        // are then positive, so truncation equals the floor.
         let p = s * n as f32 + 0.5;
         let (high, last) = (p as i32, n as i32 - 1);
         let f = p - high as f32;
-        // The neighbour beyond an edge of the picture is the texel at the opposite edge (`Repeat`)
-        // or the edge texel itself.
+        // Beyond an edge of the picture, the neighbour is the texel at the opposite edge
+        // (`Repeat`), or else the texel at the same edge.
         let (left, right) = if self == Self::Repeat { (last, 0) } else { (0, last) };
         let low = if high == 0 { left } else { last.min(high - 1) };
         let high = if high > last { right } else { high };
@@ -53,7 +53,7 @@ impl Wrap {
 /// `x` minus its floor, in [0, 1]; 0 if `x` is too large to have a fraction, or not finite.
 fn fraction(x: f32) -> f32 {
     if x.abs() < WHOLE {
-        // The standard library's floor is a function call unless the target has SSE4.1.
+        // Do not use `f32::floor`, which is a function call unless the target has SSE4.1.
         let rest = x - x as i32 as f32;
         if rest < 0.0 { rest + 1.0 } else { rest }
     } else {

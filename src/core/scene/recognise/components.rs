@@ -16,8 +16,8 @@ pub(in crate::scene) fn welded(mesh: &Mesh) -> Vec<u32> {
     first.collect()
 }
 
-/// Triangles of each connected component. Components are ordered by their first triangles.
-/// `parents` is the result of [`welded`].
+/// Indices of the triangles of each connected component. Components are ordered by their first
+/// triangles. `parents` is the result of [`welded`].
 pub(in crate::scene) fn components(mesh: &Mesh, mut parents: Vec<u32>) -> Vec<Vec<u32>> {
     // Find the root with path halving (Tarjan 1975)
     fn root(parents: &mut [u32], mut i: u32) -> u32 {
@@ -32,7 +32,7 @@ pub(in crate::scene) fn components(mesh: &Mesh, mut parents: Vec<u32>) -> Vec<Ve
         let [a, b, c] = triangle.map(|vertex| root(&mut parents, vertex));
         let min = a.min(b).min(c);
         for other in [a, b, c] {
-            // The root may have changed in this loop: find it again.
+            // Find the root again, because it may have changed in this loop.
             let other = root(&mut parents, other);
             parents[other as usize] = min;
         }

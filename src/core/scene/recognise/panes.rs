@@ -1,22 +1,22 @@
 //! Panes: flat slabs of clear glass, which become thin dielectrics when the scene is frozen.
 //!
 //! Files model a window pane as a slab: two parallel faces and a narrow rim. Light is refracted at
-//! both faces and continues in its old direction, but a shadow ray cannot find this path. A thin
-//! dielectric in the middle of the slab, with the same index of refraction, has the same Fresnel
-//! transmittance with all reflections between the faces. Light passes through the thin dielectric
-//! without a change of direction (`material/thin_surface.rs`). This neglects the sideways shift of
-//! light in the slab (`d sin θ (1 − cos θ / √(n² − sin² θ))` for a thickness d). The rim is left
-//! out.
+//! both faces and leaves the slab in its original direction, but a straight shadow ray cannot
+//! follow this path. The slab is replaced by a thin dielectric in its middle, with the same index
+//! of refraction. The thin dielectric has the transmittance of both faces, including all
+//! reflections between the faces. Light passes through it without a change of direction
+//! (`material/thin_surface.rs`). The sideways shift of light in the slab is neglected: `d sin θ (1
+//! − cos θ / √(n² − sin² θ))` for a thickness d. The rim is left out.
 //!
-//! A slab must fulfil all of these conditions, so that bottles, lenses, bowls and thick tables do
-//! not change:
+//! Only slabs that fulfil all of these conditions are replaced, so that bottles, lenses, bowls and
+//! thick tables do not change:
 //!
 //! - The material only refracts: smooth, without textures, alpha, emission or other lobes.
-//! - The connected component is closed, its faces point outwards, and almost all of its area lies
-//!   in two parallel planes, with equal areas and nothing beyond them. Vertices at the same
-//!   position count as one vertex.
+//! - The connected component is closed and its faces point outwards. Almost all of its area lies in
+//!   two parallel planes, half of it in each plane, and all points lie between the planes. Vertices
+//!   at the same position count as one vertex.
 //! - Vertex normals, if any, are the normals of the planes.
-//! - The thickness is at most a twentieth of the width and a hundredth of the scene's radius.
+//! - The thickness is at most 1/20 of the width, and at most 1/100 of the scene's radius.
 //!
 //! Two separate faces with the same outline that point away from each other are also a pane: a slab
 //! without its rim. A single face of refracting glass is not a pane, because it may be the surface
@@ -42,7 +42,7 @@ pub enum Panes {
 }
 
 impl Panes {
-    /// Names of the treatments on the command line and in scene files.
+    /// Names of the variants on the command line and in scene files.
     pub const NAMES: &[(&str, Self)] = &[("straight", Self::Straight), ("refract", Self::Refract)];
 }
 
@@ -56,7 +56,7 @@ const MAX_SINE: f64 = 0.01;
 const MIN_NORMAL_COS: f64 = 0.996;
 /// Maximum distance of a point from the plane of its face, as a fraction of the thickness.
 const MAX_UNEVENNESS: f64 = 0.02;
-/// Maximum area of a rim as seen along the normal of the pane, as a fraction of the area of the
+/// Maximum area of a rim, projected along the normal of the pane, as a fraction of the area of the
 /// pane.
 const MAX_RIM: f64 = 0.05;
 /// Maximum relative difference of the areas of two faces. Also the maximum difference of their
@@ -103,7 +103,7 @@ pub(in crate::scene) fn max_thickness(bounds: Bounds3) -> f64 {
 /// Replaces panes by thin dielectrics, and stores their materials.
 #[derive(Default)]
 pub(in crate::scene) struct FlatPanes {
-    /// True for each material that is clear glass.
+    /// For each material seen so far, true if it is clear glass.
     is_clear: HashMap<MaterialId, bool>,
     /// Thin dielectric of panes. The key is the material of the glass body.
     thin: HashMap<MaterialId, MaterialId>,
@@ -245,7 +245,7 @@ fn component(mesh: &Mesh, (triangles, welded): (&[u32], &[u32]), max_thickness: 
     else {
         return Component::Other;
     };
-    // Points may lie beyond the two planes only by this distance
+    // Maximum distance of a point outside of the two planes
     let slack = MAX_UNEVENNESS * thickness;
     let [low, high] = [-back.offsets[0] - slack, front.offsets[1] + slack];
     let is_between = corners(mesh, triangles).all(|p| (low..=high).contains(&p.dot(n)));
@@ -266,9 +266,9 @@ fn component(mesh: &Mesh, (triangles, welded): (&[u32], &[u32]), max_thickness: 
 
 /// Pairs of faces that are the two sides of a slab without a rim.
 fn pairs(mut faces: Vec<Face>, max_thickness: f64) -> Vec<Pane> {
-    // Sort the faces by centroid along the axis with the largest spread, so that few faces have
-    // similar coordinates. On any axis, the centroids of both faces of a pane are at most about a
-    // thickness apart.
+    // Sort the faces by the coordinate of their centroids along the axis with the largest spread,
+    // so that few faces have similar coordinates. The centroids of both faces of a pane differ by
+    // little more than the thickness on any axis.
     let spread: Bounds3 = faces.iter().map(|face| face.centroid.as_vec3a()).collect();
     let axis = (spread.max - spread.min).max_position();
     faces.sort_by(|a, b| a.centroid[axis].total_cmp(&b.centroid[axis]));
@@ -340,7 +340,7 @@ fn is_closed(mesh: &Mesh, triangles: &[u32], welded: &[u32]) -> bool {
 }
 
 impl Face {
-    /// The face of the triangles `triangles`, whose normals are near `n`.
+    /// The face that consists of `triangles`, whose normals are near `n`.
     fn new(mesh: &Mesh, triangles: Vec<u32>, n: DVec3) -> Self {
         let (mut area, mut centroid) = (0.0, DVec3::ZERO);
         for (&triangle, of) in triangles.iter().zip(triangles.chunks(1)) {

@@ -1,16 +1,17 @@
 //! Rectangles among emitting triangles. Each rectangle becomes a single light instead of two
 //! triangles.
 //!
-//! Points sampled on a single light are stratified over the whole rectangle. For points near the
-//! rectangle, directions are sampled uniformly over its solid angle. The tables for the selection
-//! of lights have half as many entries (docs/notebook/2026-11.md, "Rectangles"). A quad of an OBJ
-//! file becomes two consecutive triangles, and only consecutive triangles are checked.
+//! This has three advantages (docs/notebook/2026-11.md, "Rectangles"). Points sampled on the light
+//! are stratified over the whole rectangle. For receiving points near the rectangle, directions are
+//! sampled uniformly over the rectangle's solid angle. The tables for the selection of lights have
+//! half as many entries. A quad of an OBJ file becomes two consecutive triangles, and only
+//! consecutive triangles are checked.
 
 use crate::geometry::{Mesh, PrimId};
 use crate::math::{Vec3, float::gamma};
 
-/// Maximum cosine of the angle between two edges that counts as a right angle. It allows for the
-/// rounding error of six digits in an OBJ file.
+/// The angle between two edges counts as a right angle if its cosine is at most this number. The
+/// tolerance covers the rounding error of six digits in an OBJ file.
 const RIGHT: f32 = 1e-5;
 
 /// A light of an emitting mesh.
@@ -60,8 +61,8 @@ fn rectangle(one: [Vec3; 3], other: [Vec3; 3]) -> Option<(Vec3, [Vec3; 2])> {
             continue;
         }
         let edges = [a - p, b - p];
-        // Accept an error of the fourth corner that is smaller than the ray offset of sampled
-        // points
+        // Accept a fourth corner that is displaced by less than the distance at which rays start
+        // off the surface
         let largest = one
             .iter()
             .chain(&other)
@@ -88,8 +89,8 @@ mod tests {
 
     const SQUARE: [[f32; 3]; 4] = [[1.0, 1.0, 0.0], [4.0, 1.0, 0.0], [4.0, 3.0, 0.0], [1.0, 3.0, 0.0]];
 
-    /// The rectangle has the corners and the normal of its triangles, for any first corners of the
-    /// triangles.
+    /// The rectangle has the corners and the normal of its triangles, whichever corner of a
+    /// triangle comes first.
     #[test]
     fn two_triangles_are_a_rectangle() {
         for (first, second) in (0..9).map(|k| (k / 3, k % 3)) {

@@ -7,8 +7,8 @@ use crate::math::Vec3;
 use half::f16;
 use std::collections::HashMap;
 
-/// Edge along which a plane cuts a triangle. If the plane's normal points to the viewer, the inside
-/// of the solid is on the left of the edge.
+/// Edge along which a plane cuts a triangle. Seen with the plane's normal pointing to the viewer,
+/// the inside of the solid is on the left of the edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CutEdge {
     pub from: Vec3,
@@ -48,7 +48,8 @@ pub(super) fn clip(mesh: &Mesh, plane: &SectionPlane) -> Halves {
         parts: Vec::new(),
         ..mesh.clone()
     };
-    // New vertices in the plane. The key has the two ends of the edge that is cut.
+    // Indices of new vertices in the plane. The key has the two end vertices of the edge that is
+    // cut: the kept one, then the removed one.
     let mut cuts: HashMap<[u32; 2], u32> = HashMap::new();
     let mut cut = |all: &mut Mesh, a: u32, b: u32| {
         let [kept, removed] = if is_kept(a) { [a, b] } else { [b, a] };
@@ -105,8 +106,8 @@ pub(super) fn clip(mesh: &Mesh, plane: &SectionPlane) -> Halves {
     }
 }
 
-/// Adds a vertex at the position `p`, with the attributes at the fraction `share` of the way
-/// between the vertices `ends`.
+/// Adds a vertex at the position `p`. Its attributes are interpolated between the two vertices
+/// `ends`: `share` is 0 for the first and 1 for the second.
 fn push_between(mesh: &mut Mesh, ends: [u32; 2], share: f32, p: Vec3) -> u32 {
     let [a, b] = ends.map(|i| i as usize);
     let index = mesh.positions.len() as u32;

@@ -1,10 +1,10 @@
-//! Triangulation of the inside of outlines, by a sweep over horizontal slabs. Edges do not cross
-//! within a slab.
+//! Triangulation of the inside of outlines, by a sweep over horizontal slabs. Slabs are divided
+//! such that edges do not cross within a slab.
 //!
 //! A point is inside if the winding number of the oriented outlines around it is positive, or if it
 //! is inside an unoriented outline. Overlapping solids are therefore filled as their union, and
-//! hollows stay empty. If the same two edges bound the inside in successive slabs, one trapezoid is
-//! made for all these slabs.
+//! hollows stay empty. If the same two edges bound a part of the inside in successive slabs, one
+//! trapezoid is made for all these slabs.
 
 use super::outline::OutlineEdge;
 use crate::math::DVec2;
@@ -48,8 +48,8 @@ pub(super) fn fill(outline: &[OutlineEdge]) -> Vec<[DVec2; 3]> {
     ys.sort_by(f64::total_cmp);
     ys.dedup();
     let (mut active, mut next): (Vec<usize>, usize) = (Vec::new(), 0);
-    // Spans of the last slab. The key has the two sides, and the value is the height at which the
-    // span began.
+    // Spans (parts of the inside between two sides) of the last slab. The key has the indices of
+    // the two sides, and the value is the height at which the span began.
     let mut open: BTreeMap<[usize; 2], f64> = BTreeMap::new();
     let mut triangles = Vec::new();
     for slab in ys.windows(2) {
@@ -84,8 +84,8 @@ fn sort_at(sides: &[Side], active: &mut [usize], y: f64) {
     active.sort_by(|&a, &b| sides[a].x(y).total_cmp(&sides[b].x(y)));
 }
 
-/// Heights that divide a slab into slabs within which active sides do not cross, from the lower to
-/// the upper end of the slab.
+/// Ascending heights that divide the slab from `low` to `high` into thinner slabs, within which the
+/// active sides do not cross. The first height is `low`, and the last is `high`.
 fn crossings(sides: &[Side], active: &mut [usize], [low, high]: [f64; 2]) -> Vec<f64> {
     sort_at(sides, active, 0.5 * (low + high));
     let gap = |a: usize, b: usize, y: f64| sides[b].x(y) - sides[a].x(y);

@@ -1,9 +1,9 @@
-//! Sections: planes that cut the scene when it is loaded. Backends and methods get the cut scene,
-//! as if it had been modelled with the cut.
+//! Sections: planes that cut the scene when it is loaded. Backends and integrators get the cut
+//! scene, as if it had been modelled with the cut.
 //!
-//! Triangles are clipped (`clip`), and the edges that the plane cuts out of the surfaces of an
-//! object (`outline`) are filled with caps (`fill`). Instances that a plane crosses become meshes
-//! that are not part of a prototype. Other instances do not change.
+//! Triangles are clipped (`clip`). The edges along which the plane cuts the surfaces of an object
+//! form outlines (`outline`), which are filled with caps (`fill`). Instances that a plane crosses
+//! become meshes that are not part of a prototype. Other instances do not change.
 //!
 //! Optionally, light interacts with the whole scene ([`CutLight::Whole`]): the removed parts are
 //! then hidden from the camera, and only camera rays hit the caps (`integrator/opacity.rs`).
@@ -28,7 +28,7 @@ use fill::fill;
 use outline::outlines;
 use std::collections::HashMap;
 
-/// Scene with which light interacts if sections cut the scene.
+/// Part of the scene with which light interacts if sections cut the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CutLight {
     /// Light interacts with the remaining scene.
@@ -48,8 +48,8 @@ impl CutLight {
 pub struct SectionReport {
     /// Open surfaces that the plane cuts. They get no cap.
     pub open: Vec<OpenShell>,
-    /// Number of closed surfaces that the plane cuts, that face inwards, and that do not lie in a
-    /// solid. They get no cap.
+    /// Number of closed surfaces that face inwards and are not hollows of a solid, such as rooms
+    /// whose walls have no thickness. The plane cuts these surfaces, but they get no cap.
     pub inward: u64,
     /// True if the plane removes the whole scene.
     pub removes_all: bool,
@@ -116,7 +116,7 @@ impl RemainingMeshes {
     }
 }
 
-/// Edges that a plane cuts out of one object or one instance.
+/// Edges along which a plane cuts one object or one instance.
 struct CutObject {
     object: u32,
     edges: Vec<CutEdge>,
@@ -127,7 +127,7 @@ struct CutObject {
 struct Treatment {
     /// True if light still hits the removed parts.
     keeps_removed: bool,
-    /// True if the section does not change the mesh.
+    /// True if the section does not cut meshes of this material.
     is_exempt: bool,
     /// True if the cuts are closed by caps.
     has_caps: bool,
@@ -147,8 +147,8 @@ impl SceneBuilder {
         cap: Option<MaterialId>,
         light: CutLight,
     ) -> Result<SectionReport, BuildError> {
-        // Replace panes before the cut, because a slab of glass that is cut would not be recognised
-        // as a pane
+        // Replace panes of glass before the cut, because half a pane would not be recognised as a
+        // pane
         if self.panes == Panes::Straight {
             self.flatten_panes(self.bounds());
         }
@@ -258,8 +258,8 @@ impl SceneBuilder {
         Treatment {
             keeps_removed: is_whole && material.light_visible,
             is_exempt: is_whole && !material.camera_visible,
-            // Thin glass is a sheet, so its cuts have no caps. Edges of earlier caps are part of
-            // the outline, because these caps close the remaining part.
+            // Thin glass has no thickness, so its cuts have no caps. Caps of earlier sections are
+            // surfaces of the solid, so their cut edges are part of the outline.
             has_caps: material.camera_visible && !material.thin,
         }
     }
@@ -287,7 +287,8 @@ impl SceneBuilder {
         }
     }
 
-    /// Copy of the prototype whose materials are hidden from the camera.
+    /// Adds a copy of the prototype with materials that are hidden from the camera. Returns the
+    /// copy.
     fn hidden_prototype(&mut self, prototype: PrototypeId) -> PrototypeId {
         let mut meshes = self.prototypes[prototype.0 as usize].clone();
         for (_, material) in &mut meshes {
@@ -297,8 +298,8 @@ impl SceneBuilder {
         PrototypeId(self.prototypes.len() as u32 - 1)
     }
 
-    /// Material for caps that only camera rays hit. The material is black, because light interacts
-    /// with the whole solid, so no light reaches the inside.
+    /// Black material for caps that only camera rays hit. Light interacts with the whole solid, so
+    /// no light reaches the cap inside the solid.
     fn black_cap(&mut self, cap: MaterialId) -> MaterialId {
         let name = self.materials[cap.0 as usize].name.clone();
         let is_cap = |material: &Material| !material.light_visible && material.name == name;
@@ -327,7 +328,7 @@ impl SectionReport {
         self.removes_all &= place == Place::Removed;
     }
 
-    /// Adds the open surfaces of `object` that the plane cuts to the report, one entry per part.
+    /// Reports the open surfaces of `object` that the plane cuts, one entry per part.
     fn add_open(&mut self, object: &str, names: &PartNames, edges: &[CutEdge]) {
         let mut parts: Vec<u32> = Vec::new();
         for edge in edges {

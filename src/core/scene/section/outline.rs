@@ -1,21 +1,22 @@
-//! Outlines of caps: the edges that a plane cuts out of closed surfaces, and the cut edges of open
-//! surfaces.
+//! Outlines of caps: the edges along which a plane cuts closed surfaces. The cut edges of open
+//! surfaces are separated.
 //!
-//! The front of a triangle is outside of the solid. An outline that faces inwards bounds a hollow
-//! if it is within a solid. Otherwise it is the outline of a room whose walls have no thickness.
-//! Such a room gets no cap.
+//! The front of a triangle is outside of the solid. An outline whose triangles face inwards bounds
+//! a hollow if it is within a solid. Otherwise it is the outline of a room whose walls have no
+//! thickness. Such a room gets no cap.
 //!
-//! Ends of edges that differ only by rounding are merged into one vertex. An outline without free
-//! ends has an even number of edges at each vertex. Edges that lead to a free end, and outlines
-//! with an odd number of edges at any vertex, belong to open surfaces.
+//! End points of edges that differ only by rounding are merged into one vertex. A closed outline
+//! has an even number of edges at each vertex. Two kinds of edges belong to open surfaces: edges
+//! that lead to a vertex without another edge (a free end), and edges of an outline that has an odd
+//! number of edges at any vertex.
 
 use super::clip::CutEdge;
 use super::plane::SectionPlane;
 use crate::math::{DVec2, Vec3};
 use std::collections::HashMap;
 
-/// Distance within which ends of edges are merged, as a fraction of the largest coordinate. It
-/// covers the rounding errors of the transforms and cuts that computed the ends.
+/// Distance within which end points of edges are merged, as a fraction of the largest coordinate.
+/// It covers the rounding errors of the transforms and cuts that computed the end points.
 const WELDING: f64 = 4e-6;
 
 /// An edge of an outline. The inside is on the left of the edge.
@@ -23,8 +24,8 @@ const WELDING: f64 = 4e-6;
 pub(super) struct OutlineEdge {
     pub from: DVec2,
     pub to: DVec2,
-    /// Number of the outline, if the windings of its triangles disagree. The inside is then
-    /// determined by the even-odd rule. `None` if the windings agree.
+    /// Id of the outline, if the windings of the cut triangles do not agree. The inside of this
+    /// outline is determined by the even-odd rule. `None` if the windings agree.
     pub unoriented: Option<u32>,
 }
 
@@ -66,7 +67,7 @@ impl Welder {
     }
 }
 
-/// Outlines made of the edges that a plane cuts out of one object.
+/// Outlines made of the edges along which a plane cuts one object.
 pub(super) fn outlines(edges: &[CutEdge], plane: &SectionPlane) -> Outlines {
     let largest = |p: Vec3| f64::from(p.abs().max_element());
     let scale = edges.iter().flat_map(|edge| [largest(edge.from), largest(edge.to)]);

@@ -21,8 +21,8 @@ impl SectionPlane {
         let normal = normal.try_normalize()?;
         let offset = normal.dot(point);
         let units = [DVec3::X, DVec3::Y, DVec3::Z];
-        // Use axes of the world if the normal is along one of them: coordinates then have no
-        // rounding errors.
+        // If the normal is along an axis of the world, use the other two axes. Coordinates in the
+        // plane then have no rounding errors.
         let aligned = units.iter().position(|unit| normal.dot(*unit).abs() == 1.0);
         let axes = match aligned {
             Some(axis) => [units[(axis + 1) % 3], units[(axis + 2) % 3] * normal[axis].signum()],
@@ -34,7 +34,7 @@ impl SectionPlane {
         (offset.is_finite()).then_some(Self { normal, offset, axes })
     }
 
-    /// Signed distance of a point: negative on the kept side.
+    /// Signed distance of `p` from the plane: negative on the kept side.
     pub(super) fn distance(&self, p: Vec3) -> f64 {
         self.normal.dot(p.as_dvec3()) - self.offset
     }

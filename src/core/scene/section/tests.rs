@@ -82,7 +82,7 @@ fn cut(meshes: Vec<Mesh>, plane: &SectionPlane) -> (Scene, SectionReport) {
     (builder.build().unwrap().0, report)
 }
 
-/// Volume that all triangles enclose, and area of the triangles of material 1.
+/// Volume that all triangles enclose, and area of the triangles of material 1, the caps.
 fn measures(scene: &Scene) -> (f64, f64) {
     let (mut volume, mut area) = (0.0, 0.0);
     for geom in scene.geom_ids() {
@@ -104,8 +104,8 @@ fn sphere_caps_are_circles_and_halves_sum_to_the_whole() {
     let (whole, _) = cut(vec![sphere(center, 2.0)], &plane([0.0, 0.0, 1.0], 100.0));
     let (volume, no_cap) = measures(&whole);
     assert_eq!(no_cap, 0.0);
-    // A section of the mesh is a polygon inscribed in the circle, with the fraction sin(2π/n) /
-    // (2π/n) of the circle's area.
+    // The section of the mesh is a polygon of n corners on a circle. The polygon has the fraction
+    // sin(2π/n) / (2π/n) of the circle's area.
     for (normal, h) in [([0.0, 0.0, 1.0], 0.5), ([0.0, 1.0, 0.0], 1.1), ([1.0, 2.0, -0.5], -0.8)] {
         let through = DVec3::from(normal).normalize().dot(center.as_dvec3());
         let [below, above] = [1.0, -1.0].map(|side| {

@@ -56,8 +56,8 @@ fn lookups_of_a_ramp_are_linear() {
             assert!(gradient.distance(Vec2::new(1.0, -2.0)) < 1e-4, "{uv}: {gradient}");
         }
     }
-    // At this distance from the border, coarser levels have the same ramp. The cone is between 1
-    // and 2 texels wide.
+    // At this distance from the border, coarser levels have the same ramp. These footprints are
+    // between 1 and 2 texels wide.
     let uv = Vec2::new(0.4, 0.55);
     for footprint in [0.13, 0.2, 0.249] {
         assert!((texture.value(uv, footprint) - 1.3).abs() < 1e-5, "{footprint}");
@@ -176,7 +176,7 @@ fn the_top_row_of_a_picture_is_at_v_1() {
         assert!((got - code).abs() < 1e-3, "{uv}: {got}, not {code}");
     }
     // From texel to texel, codes rise by 10 to the right and fall by 30 upwards. The gradient is
-    // the difference of both neighbours.
+    // computed from the values at both sides of the point.
     let gradient = texture.gradient(Vec2::new(0.5, 0.5), 0.0) * 255.0;
     assert!(gradient.distance(Vec2::new(30.0, -60.0)) < 1e-2, "{gradient}");
 }

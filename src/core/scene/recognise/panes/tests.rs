@@ -90,8 +90,8 @@ fn inside_out(mut mesh: Mesh) -> Mesh {
     mesh
 }
 
-/// The scene of a room of 10 by 10 by 10 units that contains `mesh` of `material`, and the number
-/// of panes in the scene.
+/// Builds the scene of a room of 10 by 10 by 10 units that contains `mesh`, made of `material`.
+/// Returns the scene and its number of panes.
 fn frozen(mesh: Mesh, material: Material, panes: Panes) -> (Scene, u64) {
     let mut b = SceneBuilder::new();
     b.panes(panes);

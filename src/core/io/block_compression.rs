@@ -1,5 +1,5 @@
-//! Block formats BC1 to BC5 without sign: blocks of 4 × 4 texels with two end values and an index
-//! per texel.
+//! The unsigned block formats BC1 to BC5. A block has 4 × 4 texels, two end values, and an index
+//! per texel that selects a value between both ends.
 //!
 //! The rounding of values between both ends is not specified for these formats, and graphics
 //! processors round differently (Giesen 2021, "GPU BCn decoding"). This decoder rounds as
@@ -10,7 +10,7 @@
 /// A block format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BlockFormat {
-    /// Colours, and texels that are black and transparent.
+    /// Colours. A texel may also be black and transparent.
     Bc1,
     /// Colours, and alpha of 4 bits.
     Bc2,
@@ -80,12 +80,12 @@ impl BlockFormat {
     }
 }
 
-/// Colours of a block: two end colours of 5, 6 and 5 bits, and indices of 2 bits. If `has_holes`
-/// and the first end is not the larger number, only one colour lies between the ends, and the last
-/// index is a transparent texel.
+/// Colours of a block: two end colours of 5, 6 and 5 bits, and indices of 2 bits. Usually two
+/// colours lie between the ends. If `has_holes` is true and the first end is not the larger number,
+/// one colour lies between the ends, and the last index means a transparent texel.
 fn colors(block: u64, has_holes: bool) -> [Texel; 16] {
     let ends = [block & 0xffff, block >> 16 & 0xffff];
-    // Scale to 8 bits, to the nearest
+    // Scale each channel to 8 bits, rounded to nearest
     let [a, b] = ends.map(|end| {
         let five = |bits: u64| ((bits & 31) * 527 + 23) >> 6;
         [five(end >> 11), ((end >> 5 & 63) * 259 + 33) >> 6, five(end)]
@@ -103,8 +103,8 @@ fn colors(block: u64, has_holes: bool) -> [Texel; 16] {
     std::array::from_fn(|i| palette[(block >> (32 + 2 * i) & 3) as usize])
 }
 
-/// Values of a block of one channel: two ends of 8 bits, and indices of 3 bits. If the first end is
-/// not larger than the second end, the last two indices mean 0 and 255.
+/// Values of a block of one channel: two end values of 8 bits, and indices of 3 bits. If the first
+/// end value is not larger than the second, the last two indices mean 0 and 255.
 fn values(block: u64) -> [u8; 16] {
     let [a, b] = [block & 0xff, block >> 8 & 0xff];
     let last = if a > b { 7 } else { 5 };
@@ -168,7 +168,7 @@ mod tests {
         let data = counting([210, 0]).repeat(4);
         let picture = BlockFormat::Bc4.decode(&data, 5, 6).unwrap();
         assert_eq!(picture.len(), 4 * 5 * 6);
-        // The fifth column is the first one of the second block.
+        // The fifth column is the first column of the second block.
         assert_eq!((picture[4 * 4], picture[4 * (4 * 5)]), (210, 210));
         assert_eq!(BlockFormat::Bc4.decode(&data[..31], 5, 6), None);
         assert_eq!(BlockFormat::Bc1.decode(&data, usize::MAX, usize::MAX), None);

@@ -1,9 +1,9 @@
 //! Checkpoints: the complete state of a film in an EXR file, from which a render resumes.
 //!
 //! The state is a list of 32-bit words per pixel (`film/state.rs`). Each word is an integer
-//! channel, written row by row without a copy of the film. The header has a digest of all data.
-//! Nothing is compressed, because a checkpoint is written often and half of the words are noise.
-//! `files/output.rs` replaces the file atomically.
+//! channel. Channels are written row by row, without a copy of the film. The header has a digest of
+//! all data. Nothing is compressed: a checkpoint is written often, and half of the words are too
+//! random to be compressed. `files/output.rs` replaces the file atomically.
 //!
 //! A picture without the sums of its pixels cannot be resumed. `Renderer::resume` compares the
 //! metadata of a checkpoint with the render.
@@ -36,8 +36,8 @@ const DIGEST: &str = "embrasure.stateDigest";
 /// Name of the attribute with the statistics.
 const STATISTICS: &str = "embrasure.statistics";
 
-/// Complete state of a render, written with its picture. The render can be resumed from the state,
-/// or merged with other parts of the picture.
+/// Complete state of a render, written with the picture. A render can resume from the state. States
+/// of several parts of a picture can be merged.
 #[derive(Clone, Copy, Debug)]
 pub struct State<'a> {
     /// Sums of the pixels.
@@ -145,8 +145,8 @@ fn words_of_row(film: &Film, layout: &StateLayout, row: usize) -> Vec<u32> {
     words
 }
 
-/// Words of a film by row. The EXR writer requests the same row for one channel after the other.
-/// The words of the last row are kept, so they are computed only once.
+/// Words of a film by row. The EXR writer requests the same row once for each channel. The words of
+/// the last row are kept, so they are computed only once.
 struct Rows<'a> {
     film: &'a Film,
     layout: StateLayout,
@@ -232,8 +232,8 @@ struct OpenCheckpoint {
     resolution: UVec2,
     crop: Rect,
     layout: StateLayout,
-    /// For each channel of the file, the index of the film's word that the channel holds. `None` if
-    /// the channel holds no word.
+    /// For each channel of the file, the index of the word that the channel holds. `None` if the
+    /// channel does not belong to the state.
     places: Vec<Option<usize>>,
     metadata: Metadata,
     statistics: String,
@@ -263,7 +263,7 @@ impl OpenCheckpoint {
         let statistics = text_attribute(attributes, STATISTICS).ok_or_else(stateless)?;
         let metadata = Metadata::of_attributes(attributes).ok_or_else(stateless)?;
 
-        // Find the crop of the picture, and the film's word in each channel
+        // Find the crop of the picture, and the word that each channel holds
         let (resolution, crop) = windows(header).ok_or_else(|| damaged(path, &"its windows are invalid"))?;
         let min = match header.compression {
             exr::Compression::Uncompressed => crop.area() * Accumulator::WORDS as u64,

@@ -21,14 +21,16 @@ pub struct Panel {
     pub image: RgbImage,
 }
 
-/// Maximum edge of a picture on the sheet in pixels. Larger pictures are averaged down.
+/// Maximum length in pixels of the longer edge of a picture on the sheet. Larger pictures are
+/// scaled down by averaging.
 const LARGEST: usize = 320;
 const MARGIN: usize = 12;
 const LINE: usize = 15;
 const BACKGROUND: Rgb888 = Rgb888::new(24, 24, 26);
 const TEXT: Rgb888 = Rgb888::new(225, 225, 220);
 const MARK: Rgb888 = Rgb888::new(200, 50, 30);
-/// Length of the wedge of a mark, and diameter of the disk of a mark, in pixels.
+/// Sizes of a mark in pixels: length of its wedge, which shows the direction, and diameter of its
+/// disk.
 const WEDGE: f32 = 26.0;
 const DISK: u32 = 19;
 
@@ -48,8 +50,8 @@ pub fn write_sheet_with_plan(
     Sheet::with_plan(plan, &below).write(output)
 }
 
-/// Edge, in pixels, of the plan that [`write_sheet_with_plan`] draws above `columns` columns of
-/// panels. The panels are `width` pixels wide.
+/// Edge length, in pixels, of the plan that [`write_sheet_with_plan`] draws above `columns` columns
+/// of panels. The panels are `width` pixels wide.
 pub fn edge_of_plan(width: usize, columns: usize) -> usize {
     (columns.min(2) * (cell_width(width) + MARGIN)).saturating_sub(MARGIN)
 }
@@ -61,7 +63,7 @@ pub struct Mark {
     pub number: usize,
     /// Position in pixels from the left and from the top.
     pub at: [f32; 2],
-    /// Direction of the mark: x to the right, y down, and a length of at most 1.
+    /// Direction of the mark in the picture: x to the right, y down. The length is at most 1.
     pub direction: [f32; 2],
 }
 
@@ -251,7 +253,7 @@ mod tests {
         let at = |x: usize, y: usize| &sheet.bytes[3 * (y * sheet.width + x)..][..3];
         assert_eq!(at(MARGIN, MARGIN), [255, 0, 0]);
         assert_eq!(at(0, 0), [24, 24, 26]);
-        // The first picture has text below it; the empty fourth cell has no text.
+        // There is text below the first picture. The fourth cell is empty and has no text.
         let lit = |x: usize, y: usize| (x..x + 320).any(|x| (y..y + 15).any(|y| at(x, y) == [225, 225, 220]));
         assert!(lit(MARGIN, MARGIN + 164) && !lit(2 * MARGIN + 320, 2 * MARGIN + 209 + 164));
     }

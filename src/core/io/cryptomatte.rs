@@ -51,9 +51,9 @@ fn layers(names: &FeatureNames) -> Vec<Layer<'_>> {
     [Some(objects), parts, Some(materials)].into_iter().flatten().collect()
 }
 
-/// Channels of all mattes. Names are ranked by their coverage of a pixel, the largest first. Each
-/// rank has two channels: the hash of the name as a float, and the fraction of the pixel's samples
-/// that belong to the name.
+/// Channels of all mattes. In each pixel, names are ranked by their coverage, the largest first.
+/// Each rank has two channels: the hash of the name as a float, and the fraction of the pixel's
+/// samples that belong to the name.
 pub fn cryptomattes(film: &Film, names: &FeatureNames) -> Vec<Channel> {
     layers(names).iter().flat_map(|layer| layer.channels(film)).collect()
 }
@@ -61,8 +61,8 @@ pub fn cryptomattes(film: &Film, names: &FeatureNames) -> Vec<Channel> {
 impl Layer<'_> {
     fn channels(&self, film: &Film) -> Vec<Channel> {
         let hashes: Vec<f32> = self.names.iter().map(|name| id_of(name)).collect();
-        // Coverage of equal names is summed: several materials may have the same name, and a part
-        // may have the name of an object.
+        // Sum the coverage of equal names. Several materials may have the same name, and a part may
+        // have the name of an object.
         let mut first: HashMap<&str, u32> = HashMap::new();
         let ids = (0..).zip(&self.names);
         let first_of: Vec<u32> = ids.map(|(id, name)| *first.entry(name).or_insert(id)).collect();

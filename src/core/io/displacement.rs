@@ -15,7 +15,7 @@ pub const BYTES_OF_VERTEX: u64 = 160;
 /// Texture that displaces the vertices of a mesh.
 #[derive(Clone, Copy, Debug)]
 pub struct HeightMap<'a> {
-    /// Texture of the heights.
+    /// Texture with the heights.
     pub texture: &'a Texture,
     /// Mapping of the texture. The displacement is `mapping.bump` times the mapped value, in units
     /// of the mesh.
@@ -112,8 +112,8 @@ impl<'a> Shape<'a> {
     }
 }
 
-/// Calls `add` for each corner of a triangle with the triangle's normal, weighted by the triangle's
-/// angle at the corner (Thürmer and Wüthrich 1998).
+/// Calls `add` for each corner of a triangle, with the triangle's normal multiplied by the
+/// triangle's angle at the corner (Thürmer and Wüthrich 1998).
 fn add_normals(corners: [Vec3; 3], mut add: impl FnMut(usize, DVec3)) {
     let [a, b, c] = corners;
     let normal = triangle_normal(a, b, c).as_dvec3();
@@ -129,7 +129,7 @@ fn add_normals(corners: [Vec3; 3], mut add: impl FnMut(usize, DVec3)) {
 /// normals. A mesh with an empty list of heights moves only at the positions that it shares with
 /// another mesh.
 fn displaced(shapes: &[Shape], heights: &[Vec<f32>]) -> Vec<(Vec<Vec3>, Vec<Vec3>)> {
-    // Number the distinct positions of all meshes; adding 0 turns -0 into 0
+    // Number the distinct positions of all meshes. Adding 0 turns -0 into 0
     let mut index_of: HashMap<[u32; 3], u32> = HashMap::new();
     let places: Vec<Vec<u32>> = (shapes.iter())
         .map(|shape| {
@@ -184,9 +184,9 @@ fn displaced(shapes: &[Shape], heights: &[Vec<f32>]) -> Vec<(Vec<Vec3>, Vec<Vec3
     positions.into_iter().zip(normals).collect()
 }
 
-/// Normals of the meshes at their new positions. Vertices that had a common position and normal
-/// before also have a common new normal, which is the mean over the faces around them. A normal
-/// does not change if no face around it has moved.
+/// Normals of the meshes at their new positions. Vertices that had the same position and normal
+/// before also get the same new normal, which is the mean over the faces around them. The normal of
+/// a vertex does not change if no face around the vertex has moved.
 fn new_normals(shapes: &[Shape], places: &[Vec<u32>], positions: &[Vec<Vec3>], moves: &[DVec3]) -> Vec<Vec<Vec3>> {
     let mut index_of: HashMap<(u32, [u32; 3]), u32> = HashMap::new();
     let of_vertices: Vec<Vec<u32>> = (shapes.iter().zip(places))
@@ -206,7 +206,7 @@ fn new_normals(shapes: &[Shape], places: &[Vec<u32>], positions: &[Vec<Vec3>], m
         for &triangle in shape.triangles {
             let vertices = triangle.map(|vertex| vertex as usize);
             let is_moved = vertices.iter().any(|&v| moves[places[i][v] as usize] != DVec3::ZERO);
-            // Normals of a mesh may point against the winding of its triangles
+            // The normals of a mesh may point to the other side than the winding of its triangles
             let facet = shape.corners(triangle);
             let facet = triangle_normal(facet[0], facet[1], facet[2]);
             add_normals(vertices.map(|v| positions[i][v]), |corner, normal| {
@@ -294,8 +294,8 @@ mod tests {
         }
     }
 
-    /// Heights differ on the two sides of the seam and at the poles. The displaced surface stays
-    /// closed.
+    /// Although heights differ on the two sides of the seam and at the poles, the displaced surface
+    /// stays closed.
     #[test]
     fn seams_stay_closed() {
         let ramp = texture(&[0, 80, 255]);

@@ -1,8 +1,9 @@
 //! Environment maps: latitude-longitude pictures (Radiance, EXR) for infinitely distant light.
 //!
-//! Resampling and colour conversions leave small negative values, and a sun above 65504 is infinite
-//! in 16-bit files. The reader replaces such values with a warning: negative values and NaN by 0,
-//! infinite values by 65504. A value above 65504 would be a guess, and 0 would remove the sun.
+//! Files contain invalid values for two reasons: resampling and colour conversions leave small
+//! negative values, and a sun brighter than 65504 is infinite in 16-bit files. The reader replaces
+//! such values with a warning: negative values and NaN by 0, infinite values by 65504. For infinite
+//! values, 0 would remove the sun, and a value above 65504 would be a guess.
 
 use super::FileError;
 use super::header_limits::check_size;
@@ -66,7 +67,7 @@ pub fn read_environment(path: &Path, allowance: Allowance) -> Result<Environment
 struct ReplacedChannels {
     /// Number of texels with a replaced channel.
     texels: usize,
-    /// Index of the texel with the largest replaced value, and that value.
+    /// Index of the texel with the replaced value of the largest magnitude, and this value.
     largest: Option<(usize, f32)>,
 }
 

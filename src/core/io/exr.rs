@@ -76,7 +76,7 @@ pub enum Compression {
 }
 
 // DWAA and DWAB are missing because the exr crate cannot write them. PXR24 and B44 are missing
-// because they change values, and each bit of a matte matters.
+// because they are lossy, and the ids of mattes must be exact.
 named! {
     Compression: "zip" => Self::Zip, "zips" => Self::Zips, "piz" => Self::Piz, "rle" => Self::Rle, "none" => Self::None;
 }
@@ -138,9 +138,9 @@ fn to_half(value: f32) -> exr::f16 {
 
 /// Header of an EXR file.
 pub(super) struct Header<'a> {
-    /// Size of the full image: the display window.
+    /// Size of the full image (display window).
     pub resolution: UVec2,
-    /// Part of the image in the file: the data window.
+    /// Part of the image that the file holds (data window).
     pub crop: Rect,
     /// Metadata of the picture, if it is a render.
     pub metadata: Option<&'a Metadata>,

@@ -19,7 +19,7 @@ pub(super) struct ExrFile {
 }
 
 impl ExrFile {
-    /// Opens the file. `failed` makes the error for an invalid header from a description.
+    /// Opens the file. `failed` takes a description and returns the error for an invalid header.
     pub fn open(path: &Path, failed: &dyn Fn(&dyn std::fmt::Display) -> FileError) -> Result<Self, FileError> {
         let input = Input::open(path, "the EXR file").map_err(|error| error.help_if_none("check the path"))?;
         let known = (input.length(), input.failure());
@@ -41,8 +41,8 @@ impl ExrFile {
         Ok(Self { meta, reader, failure })
     }
 
-    /// Reads all channels of all layers, at the largest resolution. `failed` makes the error for a
-    /// damaged file from a description.
+    /// Reads all channels of all layers, at the largest resolution. `failed` takes a description
+    /// and returns the error for a damaged file.
     pub fn layers(
         self,
         path: &Path,
@@ -61,7 +61,7 @@ impl ExrFile {
 }
 
 /// Converts an error of the decoder. The new error says that this kind of file is not supported, or
-/// that the file is damaged. `failed` makes the error of a damaged file from a description.
+/// that the file is damaged. `failed` takes a description and returns the error for a damaged file.
 pub(super) fn decoding_error(
     path: &Path,
     error: &::exr::error::Error,

@@ -3,8 +3,9 @@
 use super::ascii::ascii;
 use ::exr::prelude as exr;
 
-/// Converts `text` for an EXR header. The conversions of the exr crate (1.74) panic on characters
-/// beyond Latin-1, and write all other characters in Latin-1.
+/// Converts `text` to a text for an EXR header, in ASCII with escapes. The conversions of the exr
+/// crate (1.74) are not used: they panic on characters beyond Latin-1, and write all other
+/// characters in Latin-1.
 pub(super) fn exr_text(text: &str) -> exr::Text {
     ascii(text).as_str().into()
 }

@@ -1,14 +1,15 @@
 //! Findings: messages of file readers and of `embrasure check` about a scene.
 //!
-//! A finding has a severity, a permanent name, a place and a count. The same reader is used by
-//! renders and checks. It skips a wrong statement or uses the nearest valid value, skips faces with
-//! a wrong `v`, and continues. `load_scene` loads in stages. It stops at the end of a stage that
-//! found an error, and returns the first error. `inspect_scene` uses the same loader, but continues
-//! after errors. The parser of scene files stops at the first error. To find further errors, a
-//! check replaces the wrong entry by blanks, and reads the file again.
+//! A finding has a severity, a permanent name, a place and a count. Renders and checks use the same
+//! readers. A reader does not stop at a wrong statement: it skips the statement or uses the nearest
+//! valid value, and skips faces with an invalid vertex index. `load_scene`, for renders, loads in
+//! stages. At the end of a stage that found errors, it stops and returns the first error.
+//! `inspect_scene`, for checks, uses the same loader, but continues after errors. The parser of
+//! scene files stops at the first error. To find further errors, a check replaces the wrong entry
+//! by blanks, and reads the file again.
 //!
-//! Columns are computed only for messages: `place_of` then searches the statement for the wrong
-//! word again, at most twenty times for each kind of error.
+//! The column of a wrong word is computed only for messages: `place_of` searches the statement for
+//! the word again, at most twenty times for each kind of error.
 
 use super::{FileError, Position};
 use std::fmt;
@@ -54,11 +55,11 @@ pub struct Finding {
     pub more: Vec<Position>,
 }
 
-/// Name of the note that a scene has no light source. The scene then gets a light that its files do
-/// not define.
+/// Name of the note that the files of a scene define no light source, so a light was added.
 pub const DEFAULT_LIGHT: &str = "default-light";
 
-/// Notes that a render prints, because their assumptions change the picture.
+/// Names of the notes that a render prints, because the assumptions in these notes change the
+/// picture.
 const REPORTED_NOTES: [&str; 14] = [
     DEFAULT_LIGHT,
     "mtl-dialect",
@@ -141,8 +142,8 @@ impl Warning {
         Self { kind, text }
     }
 
-    /// Returns true if the warning is a note, which names an assumption. Other warnings name likely
-    /// mistakes.
+    /// Returns true if the warning is a note. Notes describe assumptions. Other warnings describe
+    /// likely mistakes.
     pub fn is_note(&self) -> bool {
         REPORTED_NOTES.contains(&self.kind)
     }
@@ -178,7 +179,7 @@ impl Findings {
         self.0.push(finding);
     }
 
-    /// Adds a finding: `file` has `count` more wrong statements, which were not reported
+    /// Adds the finding that `file` has `count` more wrong statements, which were not reported
     /// separately.
     pub(crate) fn add_unlisted(&mut self, severity: Severity, file: &Path, count: usize) {
         if count > 0 {

@@ -1,4 +1,4 @@
-//! Pictures in memory as 16-bit floats, with red, green and blue per pixel, for programs that
+//! Conversion of pictures to 16-bit floats, with red, green and blue per pixel, for programs that
 //! display the pictures.
 
 use crate::film::{Channel, Film, Image};
@@ -112,8 +112,8 @@ pub fn layer(image: &Image, name: &str) -> Option<Vec<f32>> {
     Some(values)
 }
 
-/// Object id of each pixel as three values: the lowest eleven bits, which a 16-bit float holds
-/// exactly, the higher bits, and 0. `None` if the image has no ids.
+/// Object id of each pixel as three values: the lowest eleven bits, the higher bits, and 0. A
+/// 16-bit float holds eleven bits exactly. `None` if the image has no ids.
 pub fn ids(image: &Image) -> Option<Vec<f32>> {
     const LAST: f32 = 2048.0;
     let channel = image.channels.iter().find(|c| c.name == "id.object")?;

@@ -1,5 +1,5 @@
-//! Limits on the sizes in headers of pictures: memory for the pixels is allocated before they are
-//! read.
+//! Limits on the sizes in headers of pictures. They are needed because memory for the pixels is
+//! allocated before the pixels are read, so a damaged header could request any amount.
 
 use super::FileError;
 use ::exr::prelude as exr;
@@ -8,18 +8,19 @@ use std::path::Path;
 /// Maximum number of pixels of an image.
 const MAX_PIXELS: u64 = 1 << 28;
 /// Maximum number of bytes of samples per byte of a file. It also limits the number of pixels,
-/// because each pixel has at least one byte. Deflate, the tightest coding in use, compresses at
-/// most 1032 bytes to one (zlib's manual).
+/// because each pixel has at least one byte. Deflate has the highest compression of all codings in
+/// use: at most 1032 bytes to one byte (manual of zlib).
 const MAX_BYTES_PER_BYTE: u64 = 1032;
 
 /// Returns an error if a layer, or a block of a layer, is too large for an EXR file of `file_bytes`
-/// bytes. The exr crate (1.74) allocates a block before it reads the block. It allocates the length
-/// that the file states, if a block with that number of pixels can be so long.
+/// bytes. The exr crate (1.74) allocates the memory of a block before it reads the block. The file
+/// states the length, and the crate only checks that it is possible for the number of pixels of the
+/// block.
 pub(super) fn check_exr(path: &Path, file_bytes: u64, meta: &exr::MetaData) -> Result<(), FileError> {
     for header in &meta.headers {
         let (width, height) = (header.layer_size.width(), header.layer_size.height());
         check_size(path, file_bytes, width, height)?;
-        // Limit the sum over all channels: there may be thousands
+        // Limit the sum over all channels, because there may be thousands of channels
         let bytes = (width as u64 * height as u64).saturating_mul(header.channels.bytes_per_pixel as u64);
         if bytes > file_bytes.saturating_mul(MAX_BYTES_PER_BYTE) {
             let count = header.channels.list.len();

@@ -5,7 +5,7 @@ use crate::film::Rect;
 use crate::math::Glob;
 use std::collections::HashSet;
 
-/// Mask of the names that match a pattern.
+/// Coverage of pixels by the names that match a pattern.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MatteMask {
     /// Name of the layer.
@@ -43,8 +43,8 @@ impl Layers {
         })
     }
 
-    /// Mask of the names `names` of a layer, whose ids have the bits `ids`. `None` if the file does
-    /// not have the channels of the layer.
+    /// Mask of the names `names` of a layer. `ids` are the bits of the ids of these names. `None`
+    /// if the file does not have the channels of the layer.
     fn covered(&self, layer: &str, names: Vec<String>, ids: &HashSet<u32>) -> Option<MatteMask> {
         let channel = |name: String| {
             self.channels

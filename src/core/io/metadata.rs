@@ -1,4 +1,4 @@
-//! Provenance of an image, as attributes of EXR files. The names of the attributes are in
+//! How an image was made, as attributes of EXR files. The names of the attributes are in
 //! docs/guide/reference/output.md.
 
 use super::exr_text::{exr_text, text_attribute};
@@ -36,7 +36,7 @@ const RENDER_TIME: &str = "renderTime";
 const FOCAL_LENGTH: &str = "pinholeFocalLength";
 const SENSOR: &str = "sensorOverallDimensions";
 
-/// Provenance of an image, written with its pixels.
+/// How an image was made, written with its pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metadata {
     /// Name and version of this program.
@@ -48,7 +48,8 @@ pub struct Metadata {
     pub scene_hash: String,
     /// Method of the render: integrator, sampler, depth and others, as `key=value` pairs.
     pub settings: String,
-    /// Kind of errors that pixels have in common; `None` in files of earlier builds.
+    /// Kind of sampling error that several pixels have in common. `None` in files of earlier
+    /// builds.
     pub common_errors: Option<CommonErrors>,
     /// Index of the first sample.
     pub first_sample: u32,
@@ -73,13 +74,14 @@ pub struct Metadata {
     pub finish: String,
     /// Denoiser that was applied to the picture, if any.
     pub denoiser: Option<String>,
-    /// Tone of the picture's PNG files, `tone=NAME exposure=STOPS`, if the exposure was metered. It
-    /// does not change the values of the image.
+    /// Tone curve and exposure of the picture's PNG files, `tone=NAME exposure=STOPS`, if the
+    /// exposure was automatic. They do not affect the values in the EXR file.
     pub tone: Option<String>,
-    /// Setting that biases the picture's mean, as `key=value`, if any.
+    /// Setting that biases the mean of the picture, as `key=value`. `None` if the picture is not
+    /// biased.
     pub bias: Option<String>,
-    /// Point of the OBJ file's coordinates that is the origin of the picture's positions, `x,y,z`.
-    /// `None` if positions are relative to the origin of the file.
+    /// Origin of the positions in the picture, `x,y,z` in coordinates of the OBJ file. `None` if it
+    /// is the origin of the file.
     pub origin: Option<String>,
     /// The camera; `None` in files without its attributes.
     pub camera: Option<CameraAttributes>,
@@ -223,9 +225,9 @@ impl Metadata {
         })
     }
 
-    /// First difference between the metadata of two files that do not belong to one picture, in
-    /// words: the value in `self`, then the value in `other`. `None` if the files belong to one
-    /// picture.
+    /// Text for a message that says why two files do not belong to one picture: the first
+    /// difference of their metadata, with the value in `self`, then the value in `other`. `None` if
+    /// the files belong to one picture.
     pub fn difference(&self, other: &Self) -> Option<String> {
         let pairs = [
             ("version", &self.version, &other.version),
@@ -247,8 +249,8 @@ impl Metadata {
         Finish::of_text(&self.finish)
     }
 
-    /// Background that pictures for display show unchanged: transparent, or a colour. `None` for
-    /// other backgrounds.
+    /// Background of pictures for display: transparent, or a colour that is shown unchanged. `None`
+    /// for other backgrounds.
     pub fn backing(&self) -> Option<Backing> {
         backing_of(&self.settings)
     }

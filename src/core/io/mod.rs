@@ -1,5 +1,5 @@
 //! Formats of meshes and pictures for reading and writing: OBJ and MTL, textures, environments, EXR
-//! and PNG. `files` has their common parts.
+//! and PNG. The module `files` has functions that all formats use.
 
 mod ascii;
 mod block_compression;

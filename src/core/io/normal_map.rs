@@ -1,4 +1,4 @@
-//! Recognition of normal maps and height maps: MTL libraries name both in `map_Bump`.
+//! Recognition of normal maps and height maps. MTL libraries use `map_Bump` for both.
 
 use super::picture::{Picture, Samples};
 use crate::color::srgb;
@@ -10,7 +10,7 @@ pub(super) enum BumpContent {
     Heights,
     /// A tangent-space normal map.
     Normals,
-    /// A normal map whose numbers are encoded by the sRGB curve, like colours.
+    /// A tangent-space normal map whose numbers are encoded by the sRGB curve, like colours.
     EncodedNormals,
     /// Other content, such as a coloured picture.
     Unknown,
@@ -18,25 +18,26 @@ pub(super) enum BumpContent {
 
 /// Maximum number of texels that are examined.
 const MAX_TEXELS: usize = 1 << 16;
-/// Maximum mean difference between the largest and the smallest channel of a grey picture. The
-/// channels may differ because of lossy compression.
+/// A picture counts as grey if the mean difference between the largest and the smallest channel is
+/// at most this number. It is not 0, because channels may differ after lossy compression.
 const GREY: f32 = 0.02;
 /// Maximum difference between 1 and the length of a unit vector. Filtering makes unit vectors
 /// shorter.
 const LENGTH_ERROR: f32 = 0.2;
-/// Minimum fraction of unit vectors among the vectors of a normal map.
+/// In a normal map, at least this fraction of the vectors are unit vectors.
 const UNIT_SHARE: f32 = 0.75;
-/// Minimum fraction of the opaque texels of a normal map that are vectors. The other texels are
-/// black or grey: the background of an atlas.
+/// In a normal map, at least this fraction of the opaque texels are vectors. Other texels are black
+/// or grey, because they are the background of an atlas.
 const USED_SHARE: f32 = 0.02;
-/// Minimum z of the mean normal, the component away from the surface. A large z makes a normal map
-/// bluish.
+/// Minimum z of the mean of all vectors of a normal map. z is the component away from the surface.
+/// A large z makes a normal map bluish.
 const MIN_UP: f32 = 0.35;
-/// Maximum absolute x and y of the mean normal, the components along the surface.
+/// Maximum absolute x and y of the mean of all vectors. x and y are the components along the
+/// surface.
 const MAX_TILT: f32 = 0.2;
 
 impl BumpContent {
-    /// Content of a picture, by its stored numbers.
+    /// Recognises the content of a picture from its stored numbers.
     pub fn of(picture: &Picture) -> Self {
         let channels = picture.channels;
         if channels < 3 {

@@ -1,15 +1,17 @@
-//! Shading normals from the angles between triangles (`smooth_by_angle`), and functions that are
-//! also used for the smoothing groups of OBJ files. Means weighted by angle do not depend on how a
-//! surface is cut into triangles.
+//! Shading normals that smooth edges below a given angle (`smooth_by_angle`), and functions that
+//! are also used for the smoothing groups of OBJ files. A shading normal is a mean of the normals
+//! around a point, weighted by the angles of the faces at the point. This mean does not depend on
+//! how a surface is divided into triangles.
 
 use crate::geometry::Mesh;
 use crate::math::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-/// Computes shading normals of `mesh`. The normal of a corner is the mean over the triangles around
-/// the point, weighted by their angles at the point (Thürmer and Wüthrich 1998). Triangles are left
-/// out if their normal differs by at least `degrees` from the normal of the corner's own triangle.
+/// Computes shading normals of `mesh`. The normal at a corner of a triangle is the mean over the
+/// triangles around this point, weighted by their angles at the point (Thürmer and Wüthrich 1998).
+/// A triangle is left out if the angle between its normal and the normal of the corner's own
+/// triangle is `degrees` or more.
 ///
 /// Vertices with equal coordinates are one point, even if their indices differ. A vertex that gets
 /// several normals is split, and its texture coordinates are kept. Existing normals are replaced.
@@ -41,7 +43,7 @@ pub fn smooth_by_angle(mesh: &mut Mesh, degrees: f32) {
                 .iter()
                 .filter(|&&(other, _)| other as usize == t || own.dot(normals[other as usize]) > min_cosine);
             let sum: DVec3 = near.map(|&(other, angle)| angle * normals[other as usize]).sum();
-            // Triangles without area have no normal. They are never visible, so any vector serves.
+            // Triangles without area have no normal. They are never visible, so use any vector.
             let normal = sum
                 .try_normalize()
                 .unwrap_or(own)
@@ -76,9 +78,9 @@ fn bits(v: Vec3) -> [u32; 3] {
     (v + Vec3::ZERO).to_array().map(f32::to_bits)
 }
 
-/// Newell's normal of a counter-clockwise polygon. Its length is twice the area of the polygon. It
-/// is also correct for polygons that are not convex or not quite flat (Sutherland, Sproull and
-/// Schumacker 1974). Zero if the area is zero.
+/// Normal of a counter-clockwise polygon by Newell's method (Sutherland, Sproull and Schumacker
+/// 1974). The length of the normal is twice the area of the polygon. The method also works for
+/// polygons that are not convex or not quite flat. Zero if the area is zero.
 pub fn area_vector(points: &[Vec3]) -> DVec3 {
     let Some((first, rest)) = points.split_first() else {
         return DVec3::ZERO;

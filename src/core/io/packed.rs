@@ -1,23 +1,25 @@
-//! Coding of pictures for slow links: prediction from neighbours, then DEFLATE, for which browsers
-//! have a decoder (`DecompressionStream`). `src/view/page/coding.js` decodes the pictures.
+//! Compression of pictures for slow connections: prediction from neighbouring pixels, then DEFLATE.
+//! Browsers have a decoder for DEFLATE (`DecompressionStream`). `src/view/page/coding.js` decodes
+//! the pictures.
 //!
 //! The bits of a 16-bit float, read as an integer, are approximately the logarithm of its value.
 //! The difference of two channels is therefore approximately the logarithm of their ratio, in which
-//! the common noise of the channels cancels. Green is coded directly, red and blue as differences
-//! from green. Each number is predicted by the mean of its neighbours to the left and above. The
-//! difference from the prediction is mapped to an unsigned number. Low and high bytes are stored in
-//! separate planes. All arithmetic wraps around, so the coding is lossless for every pattern of
-//! bits. A picture that will soon be replaced may first be rounded to fewer bits of the mantissa.
+//! the common noise of the channels cancels. Green is coded directly, and red and blue are coded as
+//! differences from green. Each number is predicted by the mean of its neighbours to the left and
+//! above. The difference between number and prediction is mapped to an unsigned number. Low and
+//! high bytes are stored in separate planes. All arithmetic wraps around, so the coding is lossless
+//! for every pattern of bits. A preview picture, which will soon be replaced, may be rounded to
+//! fewer bits of the mantissa before.
 
 use flate2::Compression;
 use flate2::write::DeflateEncoder;
 use std::io::Write;
 
-/// Number of mantissa bits that rounding removes: six of ten bits stay, with an error of at most
-/// 0.8 %. A step of an 8-bit display is about as large.
+/// Number of mantissa bits that rounding removes. Six of ten bits stay, with a relative error of at
+/// most 0.8 %. A step of an 8-bit display is about as large.
 pub const ROUNDING: u32 = 4;
 
-/// Bits of the largest finite number, of infinity, and of NaN.
+/// Bits of special 16-bit floats: the largest finite number, infinity, and NaN.
 const LARGEST: u16 = 0x7bff;
 const INFINITY: u16 = 0x7c00;
 const QUIET_NAN: u16 = 0x7e00;
@@ -56,7 +58,7 @@ fn rounded(bits: u16, rounding: u32) -> u16 {
     let unit = 1 << rounding;
     match size {
         _ if rounding == 0 => return bits,
-        // Without its last bits, a NaN could have the bits of infinity.
+        // Use a NaN whose last bits are 0, because rounding could turn another NaN into infinity.
         size if size > INFINITY => return sign | QUIET_NAN,
         INFINITY => return bits,
         _ => {}
@@ -127,7 +129,8 @@ mod tests {
             assert_eq!(value.is_nan(), shown.is_nan(), "{bits:x}");
             assert_eq!(value.is_finite(), shown.is_finite(), "{bits:x}");
             if value.is_finite() {
-                // Half a unit in the last stored place, of normal and subnormal numbers
+                // Maximum error: half a unit of the last stored bit, for normal or for subnormal
+                // numbers
                 let max = (value.abs() / 128.0).max(2f32.powi(-24 + ROUNDING as i32 - 1));
                 assert!(
                     (value - shown).abs() <= max || shown.abs() == 65_024.0,

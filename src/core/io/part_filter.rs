@@ -4,13 +4,13 @@ use crate::geometry::PartNames;
 use crate::math::{Glob, Vec3};
 use std::borrow::Cow;
 
-/// Filter of the parts that are shown, and rules for parts that differ from the rest of their file.
-/// A pattern matches a part if the pattern matches any name of the part ([`PartNames::fits`]).
+/// Patterns of the parts that are shown or hidden, and rules that change parts. A pattern matches a
+/// part if it matches any name of the part ([`PartNames::fits`]).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PartFilter {
-    /// Parts that are hidden.
+    /// Patterns of parts that are hidden.
     pub hide: Vec<Glob>,
-    /// Parts that are shown. If there are no patterns, all parts are shown.
+    /// Patterns of parts that are shown. If there are none, all parts are shown.
     pub only: Vec<Glob>,
     /// Rules of a scene file, in their order.
     pub rules: Vec<PartRule>,
@@ -52,7 +52,8 @@ impl PartMovement {
         self.translate.is_none() && !self.has_center()
     }
 
-    /// Copy of this movement, in which the keys of `other` replace the old keys.
+    /// Copy of this movement, in which the keys that `other` sets are replaced by the keys of
+    /// `other`.
     fn replaced_by(&self, other: &Self) -> Self {
         Self {
             translate: other.translate.or(self.translate),
@@ -74,8 +75,8 @@ impl PartFilter {
         self.hide.iter().chain(&self.only).chain(of_rules)
     }
 
-    /// Returns true if the faces of `part` are shown. The last matching rule with `visible`
-    /// applies. After that, `hide` and `only` can hide the part.
+    /// Returns true if the faces of `part` are shown. The last matching rule that sets `visible`
+    /// decides. If it shows the part, `hide` and `only` can still hide the part.
     pub fn shows(&self, names: &PartNames, part: u32) -> bool {
         let fits = |globs: &[Glob]| globs.iter().any(|glob| names.fits(part, glob));
         let mut rules = self.rules.iter().rev();
@@ -96,9 +97,9 @@ impl PartFilter {
         self.rules.iter().any(|rule| !rule.movement.is_empty())
     }
 
-    /// Movement of `part`: each key has the value of the last matching rule with that key. Also
-    /// returns a name of the part: the name that matches the last rule with a rotation or a scale.
-    /// Parts with this name rotate about a common centre.
+    /// Movement of `part`, and the name of the group of parts that rotate about a common centre.
+    /// Each key of the movement has the value of the last matching rule that sets the key. The name
+    /// is the name of the part that matches the last rule with a rotation or a scale.
     pub fn movement<'n>(&self, names: &'n PartNames, part: u32) -> (PartMovement, Cow<'n, str>) {
         let (mut movement, mut name) = (PartMovement::default(), Cow::default());
         for rule in self.rules.iter().filter(|rule| !rule.movement.is_empty()) {

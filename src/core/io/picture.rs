@@ -17,11 +17,12 @@ pub(super) struct Picture {
 }
 
 impl Picture {
-    /// Returns true if alpha is a cut-out. Nearly all pixels of a cut-out are opaque or
-    /// transparent, and both exist. Nearly all of its transparent pixels are black, because
-    /// programs store empty pixels as black. If alpha is a mask, such as a mask of gloss or of
-    /// clothes, the transparent pixels have details of the picture instead. In other pictures, the
-    /// transparent pixels are white, the colour of paper.
+    /// Returns true if alpha is the opacity of a cut-out, such as a leaf. Alpha must fulfil two
+    /// conditions. Nearly all pixels are opaque or transparent, and both exist. Nearly all
+    /// transparent pixels are black, because programs store empty pixels as black.
+    ///
+    /// If alpha has another meaning, such as a mask of gloss or of clothes, the transparent pixels
+    /// have the colours of the picture. In pictures on paper, the transparent pixels are white.
     pub fn is_cut_out(&self) -> bool {
         match &self.samples {
             Samples::Bytes(all) => is_cut_out(all, self.channels, |x| f32::from(x) / f32::from(u8::MAX)),
@@ -83,8 +84,8 @@ fn is_cut_out<T: Copy>(samples: &[T], channels: usize, value: impl Fn(T) -> f32)
         && black as f32 >= NOTHING * transparent as f32
 }
 
-/// Samples by type. An integer stands for its fraction of the largest integer of the type. Floats
-/// are linear.
+/// Samples by type. The value of an integer is its fraction of the largest integer of the type.
+/// Floats are linear.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Samples {
     Bytes(Vec<u8>),
@@ -110,8 +111,8 @@ impl PictureHeader {
         self.width * self.height * self.channels * self.sample_bytes
     }
 
-    /// Maximum memory for reading in bytes: the samples, one copy while they are reordered, and two
-    /// packed rows.
+    /// Maximum memory in bytes that reading needs: the samples, one copy while they are reordered,
+    /// and two packed rows.
     pub fn reading_bytes(&self) -> u64 {
         2 * self.bytes() + 2 * self.bytes() / self.height.max(1)
     }

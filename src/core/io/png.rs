@@ -11,8 +11,7 @@ use std::path::Path;
 impl Image {
     /// Writes the picture with the tone curve of `tone` ([`display_bytes`]) to the PNG file `path`:
     /// 8 bits for an sRGB display. An automatic exposure is metered in the image.
-    /// [`Output::write_image`] does the same and also writes the provenance of the picture to the
-    /// file.
+    /// [`Output::write_image`] does the same, and also writes to the file how the picture was made.
     ///
     /// # Errors
     ///
@@ -28,8 +27,8 @@ pub(super) fn software() -> String {
     format!("embrasure {}", env!("CARGO_PKG_VERSION"))
 }
 
-/// Writes `image` with the tone curve of `tone`. If `metadata` has a colour of lines, lines are
-/// drawn. An automatic exposure is metered in `image`.
+/// Writes `image` with the tone curve of `tone`. If `metadata` has a colour for lines, the lines of
+/// the channel `lines` are drawn. An automatic exposure is computed from `image`.
 ///
 /// A crop becomes a picture with the size of the crop, because PNG has no data window.
 pub(super) fn write(writer: impl Write, image: &Image, metadata: &Metadata, tone: &Tone) -> io::Result<()> {
@@ -74,17 +73,17 @@ fn write_printed(
 }
 
 /// Returns the number of channels, and `image` in 8 bits for an sRGB display, row by row from the
-/// top. There are 4 channels over a transparent background, else 3. The exposure of `tone` must not
-/// be automatic.
+/// top. There are 4 channels if the background is transparent, else 3. The exposure of `tone` must
+/// not be automatic.
 ///
-/// The tone curve changes light, but not a background colour. A pixel without coverage has exactly
-/// the code of the background colour. Partial coverage is blended in linear light.
+/// The tone curve does not apply to a background colour: a pixel without coverage has exactly the
+/// code of the background colour. Partly covered pixels are blended in linear light.
 ///
 /// Colours over a transparent background are not premultiplied (PNG specification, 3rd edition,
 /// §6.2). Browsers and most painting programs blend codes instead of light. Alpha is therefore
-/// chosen so that the result of these programs equals the blend of light, over black and over
-/// white. The channels of a colour need different values of alpha, so the middle of the values is
-/// used.
+/// chosen so that the result of these programs over black and over white equals a blend in linear
+/// light. The three channels need different values of alpha for this, so the middle between the
+/// smallest and the largest value is used.
 pub fn display_bytes(image: &Image, tone: &Tone) -> (usize, Vec<u8>) {
     let Some((backing, coverage)) = image.coverage() else {
         return (3, image.rgb().flat_map(|rgb| tone.encode_u8(rgb)).collect());
@@ -121,8 +120,8 @@ fn draw_lines(channels: usize, bytes: &mut [u8], shares: &[f32], color: Spectrum
     }
 }
 
-/// 8-bit straight colour and alpha, for a transparent background, of the premultiplied light `rgb`
-/// with the coverage `a`.
+/// 8-bit colour (not premultiplied) and alpha for a transparent background. `rgb` is the light of
+/// the pixel, premultiplied by the coverage `a`.
 fn over_nothing(rgb: [f32; 3], a: f32, tone: &Tone) -> [u8; 4] {
     if a == 1.0 {
         let [r, g, b] = tone.encode_u8(rgb);
@@ -142,8 +141,8 @@ fn over_nothing(rgb: [f32; 3], a: f32, tone: &Tone) -> [u8; 4] {
     }
 }
 
-/// 8-bit codes of the light `rgb`, with the coverage `a`, over the background `color`. `rgb`
-/// includes the visible background, `color` times 1 − `a`.
+/// 8-bit codes of a pixel over the background `color`. `a` is the coverage. The light `rgb`
+/// includes the visible part of the background, `color` times 1 − `a`.
 fn over(color: Spectrum, rgb: [f32; 3], a: [f32; 3], tone: &Tone) -> [u8; 3] {
     if a == [1.0; 3] {
         return tone.encode_u8(rgb);
@@ -154,9 +153,9 @@ fn over(color: Spectrum, rgb: [f32; 3], a: [f32; 3], tone: &Tone) -> [u8; 3] {
     [0, 1, 2].map(|c| srgb::encode_u8(shown[c] + behind[c]))
 }
 
-/// Light that a display emits for the premultiplied light `rgb` of coverage `a`: the straight
-/// colour after the tone curve, times the coverage. The edge of an object thus has the colour of
-/// the object.
+/// Light that a display emits for the light `rgb`, which is premultiplied by the coverage `a`. The
+/// tone curve is applied to the colour without premultiplication, and the result is multiplied by
+/// the coverage. So the edge of an object has the colour of the object.
 fn shown(rgb: [f32; 3], a: f32, tone: &Tone) -> [f32; 3] {
     if a > 0.0 {
         tone.encode(rgb.map(|v| v / a)).map(|v| a * srgb::decode(v))
@@ -178,8 +177,8 @@ pub(super) fn encode(writer: impl Write, size: [u32; 2], bytes: &[u8], texts: &[
     encode_as(writer, (png::ColorType::Rgb, None), size, bytes, texts)
 }
 
-/// An 8-bit PNG file in memory, row by row from the top. `channels` is 1 for grey, 3 for sRGB
-/// colours, 4 for colours and alpha.
+/// Returns a PNG file of the 8-bit samples `bytes`, which are row by row from the top. `channels`
+/// is 1 for grey, 3 for sRGB colours, 4 for colours and alpha.
 pub fn png_bytes(channels: usize, size: [u32; 2], bytes: &[u8]) -> io::Result<Vec<u8>> {
     let mut file = Vec::new();
     encode_as(&mut file, (color_type(channels), None), size, bytes, &[])?;
@@ -281,8 +280,9 @@ mod tests {
         }
     }
 
-    /// Blending the codes of a transparent picture, as browsers do, gives the result of an opaque
-    /// picture: for a partly covered pixel of grey light, and for a shadow.
+    /// Blending the codes of a picture with a transparent background, as browsers do, gives the
+    /// same result as rendering over a background colour. This is tested for partly covered pixels
+    /// of grey light, and for shadows.
     #[test]
     fn blended_transparent_picture_equals_opaque_picture() {
         for tone in tones() {

@@ -5,8 +5,8 @@ use crate::film::RgbImage;
 use ::exr::prelude::{self as exr, ReadChannels, ReadLayers};
 use std::path::Path;
 
-/// Memory in bytes, during reading, of a pixel of an image or of a texel of an environment: three
-/// floats and the colour.
+/// Memory in bytes that a pixel of an image, or a texel of an environment, needs while the file is
+/// read: three floats, and the colour.
 pub const BYTES_OF_A_NEW_TEXEL: u64 = 28;
 
 /// Reads `R G B` of the first layer of an EXR file.
@@ -48,8 +48,8 @@ mod tests {
     use super::*;
     use ::exr::prelude::WritableImage;
 
-    /// Numbers in the file are overwritten one by one. No overwritten number may cause a panic or
-    /// an excessive allocation.
+    /// Overwrites the numbers in the file one by one. No overwritten number may cause a panic or an
+    /// excessive allocation.
     #[test]
     fn damaged_headers_are_errors() {
         let folder = tempfile::tempdir().unwrap();

@@ -11,24 +11,26 @@ use crate::options::{Finish, backing_of, view_size_of};
 use ::exr::prelude as exr;
 use std::path::Path;
 
-/// Number of floats in memory per float of the file: one of the decoder, and its copy in
+/// Number of floats in memory for each float of the file: one in the decoder, and one in
 /// [`Layers`].
 const COPIES: u64 = 2;
 
 /// All channels of an EXR file from any program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layers {
-    /// Size of the full image: the display window.
+    /// Size of the full image (display window).
     pub resolution: UVec2,
-    /// Size of a view of the picture; the size of the image if it has one view.
+    /// Size of one view of the picture, such as a face of a cube map. The size of the image if
+    /// there is only one view.
     pub view: UVec2,
     /// Channels with a value for every pixel of their window, in the order of the file.
     pub channels: Vec<LayerChannel>,
-    /// Display settings of the render. The exposure is the metered exposure if the file has it. The
-    /// denoiser is set only if it has not been applied to the picture yet.
+    /// Settings of the render for display: denoiser, exposure and tone curve. If the file has the
+    /// result of an automatic exposure, the exposure is this result. The denoiser is set only if it
+    /// has not been applied to the picture yet.
     pub finish: Finish,
-    /// Background that pictures for display show unchanged: transparent, or a colour. `None` for
-    /// other backgrounds.
+    /// Background of pictures for display: transparent, or a colour that is shown unchanged. `None`
+    /// for other backgrounds.
     pub backing: Option<Backing>,
     /// The camera; `None` in files without its attributes.
     pub camera: Option<CameraAttributes>,

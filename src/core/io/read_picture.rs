@@ -28,10 +28,10 @@ pub(super) enum ChannelSelection {
     Depth,
 }
 
-/// Maximum memory of a decoder, including the samples, in bytes: the largest picture with 16 bits
-/// and alpha.
+/// Maximum memory of a decoder, including the samples, in bytes. It is enough for the largest valid
+/// picture with 16 bits per sample and alpha.
 const MAX_BYTES: u64 = 1 << 31;
-/// Minimum of the decoder's memory limit, so that a decoder can read a header.
+/// Memory in bytes that a decoder may use even if less is free, so that it can read a header.
 const MIN_BYTES: u64 = 1 << 24;
 
 /// A picture whose header has been read.
@@ -52,7 +52,8 @@ pub(super) fn picture_size(
 }
 
 /// Reads a picture of any format of this module. The format is recognised by the first bytes of the
-/// file, or else by its name. Of a GIF file, the first picture is returned.
+/// file. If they are unknown, the extension of the file name decides. Of a GIF file, the first
+/// picture is returned.
 pub(super) fn read_picture(
     path: &Path,
     selection: ChannelSelection,
@@ -151,7 +152,7 @@ fn open(path: &Path, selection: ChannelSelection, allowance: Allowance) -> Resul
     }
 }
 
-/// Error: the picture needs more than `max` bytes, which is the memory that may still be used.
+/// Error for a picture that needs more than `max` bytes, the memory that may still be used.
 fn too_large(path: &Path, max: u64, allowance: Allowance) -> FileError {
     let left = in_words(max);
     let message = match allowance.limit.filter(|_| max < MAX_BYTES) {
@@ -228,8 +229,8 @@ fn unpack(image: DynamicImage) -> Option<Picture> {
     })
 }
 
-/// Encoding exponent of a PNG file, from its chunk gAMA; about 1/2.2 is the exponent of sRGB.
-/// `None` for other files, or if a chunk of higher priority exists (sRGB, iCCP, cICP; PNG 3, §4.3).
+/// Encoding exponent in the chunk gAMA of a PNG file, about 1/2.2 for sRGB. `None` for other files,
+/// or if the file has a chunk of higher priority (sRGB, iCCP, cICP; PNG 3, §4.3).
 pub(super) fn png_gamma(path: &Path) -> Option<f32> {
     let reader = Input::open(path, "the picture").ok()?.buffered(path).ok()?;
     let read = guarded(|| png::Decoder::new(reader).read_info().ok());
@@ -242,8 +243,9 @@ pub(super) fn png_gamma(path: &Path) -> Option<f32> {
         .map(|gamma| gamma.into_value())
 }
 
-/// Returns an error if the header states an unused palette whose colours have another number of
-/// bits than the pixels. The image crate (0.25.9) confuses both numbers and panics.
+/// Returns an error if the header of a TGA file describes a palette that pixels do not use, and
+/// whose colours have another number of bits than the pixels. The image crate (0.25.9) confuses
+/// both numbers and panics.
 fn check_tga(path: &Path, start: &[u8]) -> Result<(), FileError> {
     let header = <[u8; 18]>::try_from(start).map_err(|_| damaged(path, &"it ends in its header"))?;
     let [_, has_palette, kind, _, _, _, _, palette_bits, .., pixel_bits, _] = header;
@@ -330,7 +332,8 @@ fn read_exr(path: &Path, file: ExrFile, selection: ChannelSelection) -> Result<P
         let message = format!("this picture {message}; its channels are {}", names.join(", "));
         return Err(FileError::new(path, message).help(help));
     }
-    // Colours of EXR files are multiplied by alpha ("Technical Introduction to OpenEXR").
+    // Divide colours by alpha, because colours of EXR files are premultiplied ("Technical
+    // Introduction to OpenEXR")
     if channels % 2 == 0 {
         for texel in samples.chunks_exact_mut(channels) {
             if let Some((&mut alpha, colors)) = texel.split_last_mut() {

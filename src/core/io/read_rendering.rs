@@ -20,7 +20,7 @@ const FLOATS_MADE: u64 = 20;
 /// Channels of the picture before the denoiser.
 const RAW: [&str; 3] = ["raw.R", "raw.G", "raw.B"];
 
-/// A picture from a file, with its position in the full image and its noise.
+/// A picture from a file, with its position in the full image and an estimate of its noise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rendering {
     /// Size of the full image.
@@ -33,16 +33,17 @@ pub struct Rendering {
     pub raw: Option<RgbImage>,
     /// Noise of the values before the denoiser; `None` if the file does not have variances.
     pub noise: Option<Noise>,
-    /// True if the file holds values for a display, 0 to 1, which were decoded by the sRGB curve.
+    /// True if the file holds values for a display from 0 to 1. They have been decoded to linear
+    /// light by the sRGB curve.
     pub is_display: bool,
-    /// Setting that biases the picture's mean, from the file; `None` if the file names no such
-    /// setting.
+    /// Setting that biases the mean of the picture, as the file states. `None` if the file names no
+    /// such setting.
     pub bias: Option<String>,
 }
 
 impl Rendering {
     /// Converts a rendered image to the picture that would be read from its file. `common` is the
-    /// kind of errors that pixels have in common.
+    /// kind of sampling error that several pixels have in common.
     pub fn of_image(image: &Image, common: CommonErrors) -> Self {
         let values = |name| image.channel(name).map(|channel| channel.values.as_slice());
         let variance = ["variance.R", "variance.G", "variance.B"].map(values);
@@ -184,8 +185,8 @@ fn read_exr(path: &Path) -> Result<Rendering, FileError> {
         variance: rgb(&variance),
         samples: match channel(layer, "samples") {
             Some(samples) => place.pick(&samples),
-            // Without the channel of sample counts, the counts are infinite, so that variances are
-            // treated as exact.
+            // If the file has no channel of sample counts, use infinite counts, so that variances
+            // are treated as exact.
             None => vec![f32::INFINITY; window.area() as usize],
         },
         common: common_errors(&layer.attributes),
@@ -226,9 +227,9 @@ fn colors(layer: &Layer) -> Option<[Vec<f32>; 3]> {
     })
 }
 
-/// Kind of errors that pixels have in common, from the attribute [`COMMON_ERRORS`]. Without the
-/// attribute, a file of an earlier build of this program gets `Picture` (any errors), and a file of
-/// another program gets `Tile`.
+/// Kind of sampling error that several pixels have in common, from the attribute [`COMMON_ERRORS`].
+/// Without the attribute, a file of an earlier build of this program gets `Picture` (any errors),
+/// and a file of another program gets `Tile`.
 fn common_errors(attributes: &exr::LayerAttributes) -> CommonErrors {
     let is_there = |name: &str| attributes.other.contains_key(&exr::Text::from(name));
     match text_attribute(attributes, COMMON_ERRORS) {
@@ -287,7 +288,7 @@ mod tests {
         assert!(read_rendering(&path).unwrap_err().message.contains("display window"));
     }
 
-    /// Numbers in the file are overwritten one by one. No overwritten number may cause a panic.
+    /// Overwrites the numbers in the file one by one. No overwritten number may cause a panic.
     #[test]
     fn damaged_files_are_errors() {
         let folder = tempfile::tempdir().unwrap();

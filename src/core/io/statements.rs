@@ -13,7 +13,8 @@ pub(crate) struct Statement<'a> {
     pub line: usize,
     /// Statement without its comment.
     pub text: Cow<'a, str>,
-    /// Line with its comment. `None` if the line has no comment, or is continued.
+    /// Line with its comment. `None` if the line has no comment, or if the statement continues on
+    /// the next line.
     commented: Option<&'a str>,
 }
 
@@ -149,7 +150,7 @@ pub fn uncommented(line: &str) -> &str {
 /// Returns the line without its comment. Also returns the line with its comment, if there is a
 /// comment. Surrounding blanks are left out.
 fn parts(line: &str) -> (&str, Option<&str>) {
-    // Most lines have no comment, and a search for `#` is faster than the following search.
+    // Most lines have no comment, and this search for `#` is faster than the search below.
     if !line.as_bytes().contains(&b'#') {
         return (line.trim(), None);
     }
@@ -169,8 +170,8 @@ fn comment_starts(line: &str) -> impl DoubleEndedIterator<Item = usize> + Clone 
     line.match_indices('#').map(|(i, _)| i).filter(move |&i| starts_word(i))
 }
 
-/// Possible names in a text with `#`, the longest first. `Paint #1 # red` may be the whole text,
-/// `Paint #1 # red`, or `Paint #1` and a comment.
+/// Possible names in a text with `#`, the longest first. In the text `Paint #1 # red`, the name is
+/// either the whole text or `Paint #1`, with `# red` as a comment.
 pub(crate) fn possible_names(whole: &str) -> impl Iterator<Item = &str> + Clone {
     let starts: Vec<usize> = comment_starts(whole).skip(1).collect();
     let shorter = starts.into_iter().rev().map(|start| whole[..start].trim_end());
@@ -257,7 +258,8 @@ mod tests {
         assert_eq!(got, [(1, Cow::Borrowed("f 1 2 3"))]);
     }
 
-    /// If each joined line copied the statement again, this test would take minutes.
+    /// Lines are joined in linear time. If each joined line copied the statement again, this test
+    /// would take minutes.
     #[test]
     fn a_statement_may_have_many_lines() {
         let text = "1\\\n".repeat(300_000);

@@ -4,7 +4,7 @@ use crate::geometry::MAX_STEPS;
 use crate::parameter::Value;
 use serde_json::json;
 
-/// Prefix of the text of a [`Subdivision`] by the edge length in pixels.
+/// Prefix of the text of [`Subdivision::Pixels`], before the edge length in pixels.
 const PIXELS: &str = "pixels:";
 
 /// Number of subdivision steps of an object.

@@ -1,5 +1,5 @@
-//! Textures from pictures. A texture stores only the samples that it needs, such as one byte per
-//! texel of an opacity map, for any format of the file.
+//! Textures from pictures. A texture stores only the samples that it needs: an opacity map of 8
+//! bits has one byte per texel, even if the file has colours.
 
 use super::normal_map::BumpContent;
 use super::picture::{Picture, PictureHeader, Samples};
@@ -16,12 +16,12 @@ use std::path::{Path, PathBuf};
 /// Use of a texture, which determines how the numbers of a file are interpreted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TextureKind {
-    /// Colours: numbers of 8 and 16 bits are sRGB-encoded. Alpha is kept if it is not fully opaque.
+    /// Colours: numbers of 8 and 16 bits are sRGB-encoded. Alpha is kept unless it is 1 everywhere.
     Color,
     /// One linear number per texel: opacity, roughness, heights.
     Value(Channel),
-    /// Opacity by the alpha of a picture of colours, if alpha is a cut-out (`Picture::is_cut_out`).
-    /// Other pictures are an error.
+    /// Opacity: the alpha of a picture of colours. If alpha is not the opacity of a cut-out
+    /// (`Picture::is_cut_out`), reading the texture fails.
     CutOut,
     /// A normal map: three linear numbers.
     Normal,
@@ -70,7 +70,7 @@ pub struct TextureRequest {
     pub path: PathBuf,
     /// Use of the texture.
     pub kind: TextureKind,
-    /// Continuation of the picture outside of the unit square.
+    /// Extension of the picture beyond the unit square.
     pub wrap: Wrap,
 }
 
@@ -96,9 +96,9 @@ impl LoadedTextures {
     }
 }
 
-/// Loads textures in the current rayon pool. Requests for the same file, under any name, with the
-/// same kind and wrap have one common texture. The number of threads does not change any texture.
-/// No texture is loaded if all of them together need more memory than is free.
+/// Loads textures in the current rayon pool. Requests for the same file with the same kind and wrap
+/// share one texture, even if the paths of the file differ. Textures do not depend on the number of
+/// threads. If all textures together need more memory than is free, no texture is loaded.
 pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -> LoadedTextures {
     load_textures_within(requests, Allowance::of_system(), observer).unwrap_or_else(|error| LoadedTextures {
         textures: Vec::new(),
@@ -167,8 +167,8 @@ pub fn load_textures_within(
 }
 
 /// Returns an error if all textures together need too much memory. The memory is estimated from the
-/// headers, before the textures are read. Each thread reads one texture at a time; in the worst
-/// case all threads read the largest textures at once.
+/// headers, before the textures are read. Each thread reads one texture at a time. In the worst
+/// case, the threads read the largest textures at the same time.
 fn check_memory(requests: &[&TextureRequest], allowance: Allowance) -> Result<(), FileError> {
     let cost = |request: &&TextureRequest| {
         let size = header_of(&request.path, request.kind, allowance);
@@ -218,8 +218,8 @@ pub fn has_alpha(path: &Path) -> bool {
     header.is_ok_and(|header| header.channels % 2 == 0)
 }
 
-/// Memory of a texture in bytes. The first number is permanent. The second number is needed
-/// additionally while the texture is read and its levels are computed.
+/// Memory of a texture in bytes. The first number is the permanent memory. The second number is the
+/// additional memory while the texture is read and its levels are computed.
 fn cost(size: &PictureHeader, kind: TextureKind) -> (u64, u64) {
     let channels = match kind {
         TextureKind::Value(_) | TextureKind::CutOut => 1,
@@ -328,7 +328,7 @@ fn load_texture_within(
 
 /// A sample of a picture.
 trait Sample: Copy + PartialEq {
-    /// Alpha of full coverage.
+    /// Value of alpha for an opaque texel.
     const OPAQUE: Self;
 
     /// Luminance of a colour, rounded to this type.

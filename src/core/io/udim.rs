@@ -2,7 +2,7 @@
 //! (i + 1, j + 1), for i from 0 to 9.
 //!
 //! All tiles are joined to one picture, so that lookups and levels are the same as for any texture.
-//! A path stands for all tiles if its name has `<UDIM>` in place of the tile number.
+//! A path with `<UDIM>` in place of the tile number in its file name means all tiles.
 
 use super::FileError;
 use super::picture::{Picture, PictureHeader, Samples};
@@ -32,8 +32,8 @@ pub fn tile_names(name: &str) -> Option<impl Iterator<Item = String>> {
     Some(NUMBERS.map(move |number| name.replacen(spelling, &number.to_string(), 1)))
 }
 
-/// Path that stands for all tiles, from the path `found` of one tile. The tile number is between
-/// `.`, `_` or `-` and the next `.`. `None` if the name has no tile number.
+/// Path that means all tiles, made from the path `found` of one tile. The tile number comes after
+/// `.`, `_` or `-` and before a `.`. `None` if the name has no tile number.
 pub fn path_of_tiles(found: &Path) -> Option<PathBuf> {
     let name = found.file_name()?.to_str()?;
     let mut ends = name.match_indices('.').map(|(end, _)| end).filter(|&end| end >= 5);
@@ -87,7 +87,8 @@ impl Tiles {
         self.files.iter().any(|(known, _)| *known == number)
     }
 
-    /// Number of columns and rows from tile 1001 to the farthest tiles.
+    /// Number of columns and rows of the smallest grid of tiles from tile 1001 that contains all
+    /// tiles.
     pub fn size(&self) -> [u32; 2] {
         let places = self.files.iter().map(|(number, _)| place(*number));
         places.fold([1, 1], |[columns, rows], [i, j]| [columns.max(i + 1), rows.max(j + 1)])
@@ -103,7 +104,7 @@ impl Tiles {
         }
     }
 
-    /// Joins the pictures of all tiles, which `read` reads. Tiles without a file are white.
+    /// Reads the pictures of all tiles with `read` and joins them. Tiles without a file are white.
     pub(super) fn picture(
         &self,
         mut read: impl FnMut(&Path) -> Result<Picture, FileError>,

@@ -18,7 +18,8 @@ pub enum Format {
 }
 
 impl Format {
-    /// Selects the format by the extension of the file name. A PNG clips values above 1.
+    /// Selects the format by the extension of the file name. The default tone curve of a PNG clips
+    /// values above 1.
     pub fn of_path(path: impl AsRef<Path>) -> Result<Self, FileError> {
         let path = path.as_ref();
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());

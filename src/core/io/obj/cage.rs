@@ -1,4 +1,4 @@
-//! Edges of an OBJ file before subdivision, from which the number of steps is computed.
+//! Edges of an OBJ file before subdivision. The number of subdivision steps is computed from them.
 
 use super::chunk::DataSelection;
 use super::colors::Colors;
@@ -16,8 +16,8 @@ use std::path::Path;
 ///
 /// The first step of Catmull and Clark also makes edges from the middle of a face to the middles of
 /// its sides. In faces of more than four corners, these edges can be longer than half a side. For
-/// each such edge, the cage has an additional edge of twice the length, so that a step halves all
-/// edges of the cage.
+/// each such edge, the cage has an additional edge of twice the length. So the rule that each step
+/// halves all edges of the cage is also valid for these faces.
 #[derive(Clone, Debug)]
 pub struct Cage {
     /// End points, in units of the file.
@@ -85,8 +85,8 @@ impl Cage {
         Ok(cage)
     }
 
-    /// Adds, for each side of a face, an edge from the middle of the face through the middle of the
-    /// side.
+    /// Adds an edge for each side of a face. The edge starts in the middle of the face. The middle
+    /// of the side is the middle of the edge.
     fn add_spokes(&mut self, sides: impl Iterator<Item = [u32; 2]> + Clone) {
         let at = |cage: &Self, i: u32| cage.positions[i as usize];
         let (count, sum) = sides

@@ -74,12 +74,13 @@ pub(super) struct Chunk<'a> {
     pub section: Section,
     pub libraries: Vec<LibraryName>,
     pub remarks: Remarks,
-    /// First wrong statements, as in [`Outline`](super::outline::Outline).
+    /// Errors for the first wrong statements, as in [`Outline`](super::outline::Outline).
     pub wrong: Vec<FileError>,
     pub wrong_count: usize,
     /// Indices of wrong positions, sorted.
     pub wrong_positions: Vec<usize>,
-    /// First wrong `vt` index and first wrong `vn` index in the current face, if any.
+    /// Errors for the first wrong `vt` index and for the first wrong `vn` index in the current
+    /// face.
     lost: [Option<StatementError>; 2],
     /// Point of the file's coordinates that becomes the origin.
     origin: DVec3,
@@ -152,9 +153,9 @@ impl<'a> Chunk<'a> {
         chunk
     }
 
-    /// Position of a vertex, whose coordinates are the next words of `words`. If an origin is
-    /// subtracted, the coordinates are read in 64 bits, because 32 bits round too much far from the
-    /// file's origin.
+    /// Position of a vertex. Its coordinates are the next words of `words`. If an origin is
+    /// subtracted, the coordinates are read as f64, because the rounding error of f32 is too large
+    /// far from the file's origin.
     fn position<'w>(
         &self,
         statement: &str,
@@ -209,7 +210,7 @@ impl<'a> Chunk<'a> {
                     self.vertices.normals.push(Vec3::ZERO);
                     fault.and("the normal counts as missing")
                 })?;
-                // Normalise in f64: squares of f32 numbers neither overflow nor underflow there
+                // Normalise in f64, in which squares of f32 numbers neither overflow nor underflow
                 let normal = given.as_dvec3().normalize_or_zero().as_vec3a();
                 if normal == Vec3::ZERO {
                     self.remarks.add(Remark::BadNormal, line);
@@ -273,7 +274,8 @@ impl<'a> Chunk<'a> {
         }
     }
 
-    /// States of the current part: one for faces, and one for lines and points if they are read.
+    /// States of the current part: the state for faces, and the state for lines and points if they
+    /// are read.
     fn all_parts(&mut self) -> impl Iterator<Item = &mut PartState<'a>> {
         let wires = self.wires.as_mut().map(|wires| &mut wires.parts);
         once(&mut self.parts).chain(wires)
@@ -342,8 +344,8 @@ impl<'a> Chunk<'a> {
         Ok(())
     }
 
-    /// Indices, from 0, of a corner like `v`, `v/vt`, `v//vn` or `v/vt/vn`. A wrong `vt` or `vn` is
-    /// treated as missing, and its fault is stored in `lost`.
+    /// Indices, counted from 0, of a corner such as `v`, `v/vt`, `v//vn` or `v/vt/vn`. A wrong `vt`
+    /// or `vn` is treated as missing, and the error is stored in `lost`.
     fn corner(&mut self, word: &str) -> Result<[u32; 3], StatementError> {
         let mut corner = [NONE; 3];
         // Words are short, so splitting bytes is faster than splitting strings.
@@ -368,8 +370,9 @@ impl<'a> Chunk<'a> {
         Ok(corner)
     }
 
-    /// Index, from 0, of the value to which `part` refers. `part` is one of the indices of the
-    /// corner `word`. `kind` is the index of the value's keyword in [`KEYWORDS`].
+    /// Index, counted from 0, of the value to which `part` refers. `part` is the text of one of the
+    /// indices of the corner `word`. `kind` is the index in [`KEYWORDS`] of the keyword of the
+    /// value.
     fn index(&self, kind: usize, part: &[u8], word: &str) -> Result<u32, StatementError> {
         let Some(index) = str::from_utf8(part).ok().and_then(|part| part.parse::<i64>().ok()) else {
             let message = match kind {
@@ -422,7 +425,8 @@ fn numbers<const N: usize>(statement: &str, rest: &str, needed: usize) -> Result
     numbers_of(statement, &mut rest.split_ascii_whitespace(), needed)
 }
 
-/// Parses the first `N` numbers of `words` as [`numbers`] does, and leaves the other words.
+/// Parses the first `N` numbers of `words` as [`numbers`] does. The other words stay in the
+/// iterator.
 fn numbers_of<'w, const N: usize>(
     statement: &str,
     words: &mut impl Iterator<Item = &'w str>,
@@ -457,7 +461,7 @@ fn number(word: &str) -> Result<f32, StatementError> {
     Err(StatementError::new(word, message, "write a decimal number"))
 }
 
-/// Error of the first number in `rest` that is infinite or NaN.
+/// Error that names the first number in `rest` that is infinite or NaN.
 fn not_finite(rest: &str) -> StatementError {
     let is_finite = |word: &str| number(word).is_ok_and(f32::is_finite);
     let word = rest.split_ascii_whitespace().find(|word| !is_finite(word));

@@ -49,8 +49,9 @@ impl Counts {
     }
 }
 
-/// A text cut into chunks whose statements have been counted. The counts give the first line number
-/// of each chunk, and the values to which relative indices in the chunk refer.
+/// A text divided into chunks whose statements have been counted. The counts determine the first
+/// line number of each chunk, and the values to which relative (negative) indices in the chunk
+/// refer.
 pub(super) struct Chunks<'a> {
     pub texts: Vec<&'a str>,
     /// Counts of the text before each chunk.
@@ -90,7 +91,7 @@ impl<'a> Chunks<'a> {
         let (has_uvs, has_normals) = (u64::from(vt > 0), u64::from(vn > 0));
         let values = 16 * v + 8 * vt + 16 * vn;
         let outline = values + 4 * faces + 4 * corners * (1 + has_uvs + has_normals);
-        // Until chunks are joined, values exist twice.
+        // While chunks are joined, values exist twice.
         let reading = length + outline + values;
         // Then the text is freed. Faces become triangles, and corners become vertices. Equal
         // corners are found by an index of the vertices.

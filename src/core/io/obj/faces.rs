@@ -10,7 +10,7 @@ use crate::math::{DVec3, Vec2, Vec3};
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-/// Rounding error of f64 as a fraction of the area of a polygon, with a margin.
+/// Bound on the rounding error of an area in f64, as a fraction of the area of the polygon.
 const ROUNDING: f64 = 1e-9;
 
 /// Faces of an OBJ file before triangulation, each with its line.
@@ -51,7 +51,7 @@ pub struct Face<'a> {
 }
 
 impl ObjFaces {
-    /// Reads a file as a render reads it, without its wrong statements. `defined` are the names of
+    /// Reads a file as a render reads it. Wrong statements are left out. `defined` are the names of
     /// the materials that the libraries of the file define.
     pub fn read(path: &Path, parts: &PartFilter, defined: &HashSet<&str>) -> Result<Self, FileError> {
         let selection = DataSelection {
@@ -105,7 +105,7 @@ impl ObjFaces {
         &self.outline.vertices.uvs
     }
 
-    /// Values of all `vn` lines, normalised. Zero if the file's normal is invalid.
+    /// Values of all `vn` lines, normalised. Zero if the normal in the file is invalid.
     pub fn normals(&self) -> &[Vec3] {
         &self.outline.vertices.normals
     }

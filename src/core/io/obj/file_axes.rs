@@ -1,5 +1,5 @@
-//! Axes from the first comments of an OBJ file: declared axes, and the usual axes of the program
-//! that wrote it.
+//! Up axis and front of a model, from the first comments of its OBJ file: axes that the comments
+//! declare, and the usual axes of the program that wrote the file.
 
 use super::open_regular;
 use crate::guess::{DeclaredAxes, FileAxes};
@@ -10,7 +10,8 @@ use std::path::Path;
 
 /// Number of bytes that are searched for comments.
 const HEAD: u64 = 4096;
-/// Programs without an MTL dialect that usually write models with +y up, as most viewers expect.
+/// Programs that usually write models with +y up, as most viewers expect. Programs with an MTL
+/// dialect are not listed.
 const TURN: [&str; 7] = [
     "sweet home",
     "art of illusion",
@@ -20,8 +21,8 @@ const TURN: [&str; 7] = [
     "mineways",
     "houdini",
 ];
-/// Programs of surveyors, scanners and engineers, without an MTL dialect, that usually write models
-/// with +z up.
+/// Programs of surveyors, scanners and engineers that usually write models with +z up. Programs
+/// with an MTL dialect are not listed.
 const KEEP: [&str; 10] = [
     "openscad",
     "freecad",
@@ -37,7 +38,7 @@ const KEEP: [&str; 10] = [
 
 /// Programs that always write models with +y up.
 const ONLY_Y: [&str; 1] = ["apple modelio"];
-/// Text in the names of meshes that importers of VRML write. In VRML, +y is up.
+/// Text in the names of meshes that were imported from VRML. In VRML, +y is up.
 const OF_VRML: &str = "indexedfaceset";
 /// Words in file names of buildings, rooms and land.
 const LAND: [&str; 21] = [
@@ -99,8 +100,8 @@ fn axes_of(head: &str) -> FileAxes {
         declared: comments().find_map(declared_axes),
         usual_up: match Signature::find(head).map(|signature| signature.dialect) {
             Some(MtlDialect::Meshlab | MtlDialect::Threedfier) => Some(Vec3::Z),
-            // Maya writes the up axis of its scene, and Assimp writes the up axis of the converted
-            // file.
+            // Maya keeps the up axis of its scene, and Assimp keeps the up axis of the file that it
+            // converts. Both are unknown.
             Some(MtlDialect::Maya | MtlDialect::Assimp) => None,
             Some(_) => Some(Vec3::Y),
             None => comments().find_map(|comment| match (is_named(comment, &TURN), is_named(comment, &KEEP)) {
@@ -116,8 +117,9 @@ fn axes_of(head: &str) -> FileAxes {
     }
 }
 
-/// Axes that a comment such as `CoordSystemRUF: [+X,-Y,+Z]` declares: a letter and an axis for each
-/// of three directions as the viewer sees them (right or left, up or down, forward or back).
+/// Axes that a comment such as `CoordSystemRUF: [+X,-Y,+Z]` declares. Each of the three letters is
+/// a direction as the viewer sees it: right or left, up or down, forward or back. The axes in
+/// brackets belong to the letters, in the same order.
 fn declared_axes(comment: &str) -> Option<DeclaredAxes> {
     let (_, declaration) = comment.split_once("coordsystem")?;
     let (letters, axes) = declaration.split_once(':')?;

@@ -4,7 +4,8 @@
 //! Faces are cut into triangles (`polygon`), and each distinct triple of indices becomes a vertex.
 //! If only some corners have normals, the other corners get normals from smoothing groups
 //! (`smoothing`) or from the triangle. These normals are stored after the normals of the file and
-//! have indices, too. Corners are therefore joined by the same rule in every case.
+//! also get indices. So the rule that each distinct triple of indices is a vertex is valid for
+//! them, too.
 
 use super::Group;
 use super::colors::Colors;
@@ -17,7 +18,7 @@ use std::collections::HashMap;
 
 /// Faces of one material and one list of rules.
 pub(super) struct Faces {
-    /// Name in `usemtl`; `None` before the first `usemtl`.
+    /// Name in the `usemtl` statement; `None` before the first `usemtl`.
     pub material: Option<String>,
     /// Line of the first `usemtl` with that name; 0 if there is none.
     pub line: usize,
@@ -185,8 +186,8 @@ impl MeshBuilder<'_> {
             if self.has_normals {
                 let normal = self.vertices.normals.get(vn).copied().unwrap_or_else(|| {
                     let [p0, p1, p2] = triangle.map(position);
-                    // Triangles without area have no normal. They are never visible, so any vector
-                    // serves.
+                    // Triangles without area have no normal. They are never visible, so use any
+                    // vector.
                     Some(triangle_normal(p0, p1, p2))
                         .filter(|&n| n != Vec3::ZERO)
                         .unwrap_or(Vec3::Z)

@@ -1,13 +1,14 @@
-//! OBJ files: chunks (`counts`, `parse`), their statements (`chunk`) and contents (`outline`),
-//! faces by material (`groups`) or as written (`faces`), polygons (`polygon`), smoothing groups
-//! (`smoothing`), material libraries (`libraries`), movement of parts (`moved_parts`), pairs of
-//! front and back faces at the same place (`sides`), subdivision (`subdivide`) and the edges before
-//! it (`cage`), lines and points (`wires`).
+//! OBJ files. Modules: chunks of text (`counts`, `parse`), statements of a chunk (`chunk`) and
+//! contents of the file (`outline`), faces by material (`groups`) or in the order of the file
+//! (`faces`), triangulation of polygons (`polygon`), smoothing groups (`smoothing`), material
+//! libraries (`libraries`), movement of parts (`moved_parts`), pairs of front and back faces at the
+//! same place (`sides`), subdivision (`subdivide`) and the edges before it (`cage`), lines and
+//! points (`wires`).
 //!
 //! A text is cut between statements into chunks of a fixed size, which are read in parallel and
 //! joined in order. The result is bit-identical for any size of chunks and any number of threads.
-//! One reader serves renders, which need a mesh, and `embrasure check`, which needs all errors
-//! (`io/finding.rs`).
+//! The same reader is used by renders, which need a mesh, and by `embrasure check`, which needs all
+//! errors (`io/finding.rs`).
 
 mod cage;
 mod chunk;
@@ -57,7 +58,8 @@ use std::path::{Path, PathBuf};
 use subdivide::subdivide;
 use wires::add_wires;
 
-/// Bytes of text per task. A large file then has many tasks, and each task has enough work.
+/// Bytes of text per chunk. With this size, a large file has many chunks, and a chunk has enough
+/// work for a parallel task.
 const CHUNK_BYTES: usize = 1 << 20;
 
 /// Changes of the positions in a file.
@@ -101,10 +103,10 @@ pub struct ObjFile {
     pub has_uvs: bool,
     /// True if a mesh has colours of vertices.
     pub has_colors: bool,
-    /// Index of the last material of each name.
+    /// For each name, the index of the last material with this name.
     last_named: HashMap<String, usize>,
-    /// For each undefined name that the file uses, the index of the only material whose name equals
-    /// it except for letter case and separators.
+    /// For each material name that the file uses but no library defines: the index of the material
+    /// whose name is equal except for letter case and separators, if there is only one.
     alike: HashMap<String, usize>,
 }
 
@@ -125,16 +127,17 @@ impl ObjFile {
         }
     }
 
-    /// Material with the name `name`. If there are several definitions, the last one is used. If
-    /// there is no definition, the only material whose name equals `name` except for letter case
-    /// and separators is used.
+    /// Material with the name `name`. If there are several definitions, the last one is used, as in
+    /// a program that reads the library from top to bottom. If there is no definition, the material
+    /// whose name equals `name` except for letter case and separators is used, if there is only
+    /// one.
     pub fn material(&self, name: &str) -> Option<&FileMaterial> {
         let index = self.last_named.get(name).or_else(|| self.alike.get(name));
         index.and_then(|&i| self.materials.get(i))
     }
 
-    /// Finds, for undefined names of the groups, materials whose names differ in letter case or
-    /// separators.
+    /// Finds materials for names that the groups use but no library defines. The names may differ
+    /// in letter case or separators.
     fn with_alike_names(mut self) -> Self {
         let names = self.groups.iter().filter_map(|group| group.material.as_ref());
         let undefined: HashSet<&String> = names.filter(|name| !self.last_named.contains_key(*name)).collect();
@@ -259,7 +262,7 @@ pub(super) fn read_obj(
     drop(chunks);
     let is_cut = !text.ends_with('\n');
     drop(text);
-    // Wrong statements are errors if the file has no faces: nothing could be rendered.
+    // If the file has no faces, wrong statements are errors, because nothing can be rendered.
     let has_faces = outline.all_sections().any(|section| section.corner_count() > 0);
     let severity = if has_faces || !options.parts.is_empty() {
         options.severity_of_lack()
@@ -280,7 +283,8 @@ pub(super) fn read_obj(
         used_keys: keys.map(|name| key_of_name(name)).collect(),
         used,
     };
-    // If the file names no materials, the only material of its library can be used for all faces.
+    // If the file has no `usemtl` and its library has only one material, this material can be used
+    // for all faces.
     let takes_only = !outline.uses_materials() && !is_literal;
     let found = find_libraries(path, &outline.libraries, outline.uses_materials() || takes_only);
     let named_libraries = found.iter().map(|library| library.name.clone()).collect();
@@ -330,7 +334,8 @@ pub(super) fn read_obj(
         let message = format!("{pairs} {noun} another material on the back; each side shows its own material");
         findings.add(Severity::Note, "two-sided", FileError::new(path, message));
     }
-    // If the user selects parts, the parts may be in another file.
+    // A file without faces is not an error if the user selects parts, because the parts may be in
+    // another file.
     if groups.is_empty() && wrong_count == 0 && options.parts.is_empty() {
         return Err(no_faces(path, faceless));
     }
@@ -342,8 +347,8 @@ pub(super) fn read_obj(
     Ok(if is_literal { file } else { file.with_alike_names() })
 }
 
-/// Assigns the only material of its library to the faces of a file without `usemtl`, unless
-/// vertices have colours.
+/// For a file without `usemtl`: if the library has only one material, assigns it to all faces,
+/// unless vertices have colours.
 fn give_only_material(path: &Path, groups: &mut [Group], materials: &[FileMaterial], findings: &mut Findings) {
     let [only] = materials else { return };
     if groups.iter().any(|group| !group.mesh.colors.is_empty()) {
@@ -377,8 +382,8 @@ fn open_regular(path: &Path) -> Option<File> {
     is_regular.then(|| File::open(path).ok()).flatten()
 }
 
-/// Triangles of each material, in the order of first use. The second value is the number of faces
-/// that have another material on the back.
+/// Groups of triangles by material, in the order of first use. The second value is the number of
+/// pairs of faces at the same place with different materials on the front and on the back.
 fn into_groups(
     mut outline: Outline,
     mut colors: Colors,

@@ -1,6 +1,6 @@
 //! Movement of parts, before faces are subdivided or cut into triangles. The result is the same as
-//! for a file with the moved positions and normals. If moved faces and other faces use the same
-//! position or normal, it is copied.
+//! for a file with the moved positions and normals. A position or normal that both moved faces and
+//! other faces use is copied.
 
 use super::colors::Colors;
 use super::outline::{NONE, Outline, Section};
@@ -99,14 +99,14 @@ fn groups(outline: &Outline, filter: &PartFilter) -> (Vec<u32>, Vec<Group>) {
     (group_of_part, groups)
 }
 
-/// Corners of each face of a section, with the group of the face.
+/// For each face of a section, the range of its corners and its group.
 fn faces_of(section: &Section, group_of: &dyn Fn(u32) -> u32) -> Vec<(Range<usize>, u32)> {
     let all = section.all_faces();
     let groups = section.parts(&all).map(group_of);
     section.faces(&all).zip(groups).collect()
 }
 
-/// Positions or normals after copying: each is used by one group only.
+/// Positions or normals after copying, so that each is used by one group only.
 struct Separated {
     /// Group of each position or normal, including copies.
     groups: Vec<u32>,
@@ -114,9 +114,9 @@ struct Separated {
     copies: Vec<u32>,
 }
 
-/// Copies values, positions (`kind` 0) or normals (`kind` 2), so that each value is used by one
-/// group. There are `count` values. If several groups use a value, the first group keeps it, and
-/// the other groups get copies with indices after the existing values.
+/// Copies positions (`kind` 0) or normals (`kind` 2), so that each is used by one group only. There
+/// are `count` values before. If several groups use a value, the first group keeps the value, and
+/// the other groups get copies. Indices of copies follow after the indices of the existing values.
 fn separate(
     outline: &mut Outline,
     group_of: &dyn Fn(u32) -> u32,

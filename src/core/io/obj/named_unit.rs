@@ -23,8 +23,8 @@ const UNITS: [(&str, f32); 13] = [
     ("m", 1.0),
 ];
 
-/// Length in metres of the unit in a comment about units, such as `# File units = inches`. `None`
-/// without such a comment.
+/// Length in metres of the unit that a comment such as `# File units = inches` names. `None` if no
+/// comment names a unit.
 pub fn named_unit(path: &Path) -> Option<f32> {
     let mut head = Vec::new();
     open_regular(path)?.take(HEAD).read_to_end(&mut head).ok()?;

@@ -1,6 +1,6 @@
-//! Origin for a file whose vertices lie far from its own origin. Surveyors write national grids in
-//! metres. For coordinates of several millions, the spacing of 32-bit floats is too coarse for a
-//! building.
+//! Origin for a file whose vertices lie far from the origin of the file. Files of surveyors have
+//! coordinates of a national grid in metres. For coordinates of several millions, the spacing of
+//! 32-bit floats is too coarse for a building.
 
 use super::open_regular;
 use crate::io::{LoadOptions, Origin};
@@ -8,26 +8,26 @@ use crate::math::DVec3;
 use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
-/// Maximum absolute coordinate of vertices that are near the origin of the file.
+/// Vertices count as near the origin of the file if no absolute coordinate is above this number.
 const NEAR: f64 = 2048.0;
 /// Maximum number of bytes of a line that are read at once: a binary file is one long line.
 const MAX_LINE: u64 = 1 << 16;
-/// The origin is moved if the distance between the file's origin and the middle of the vertices is
-/// more than this multiple of the size of the model.
+/// The origin is moved if a coordinate of the middle of the vertices is more than this multiple of
+/// the size of the model.
 const FAR: f64 = 500.0;
 
-/// If the first vertex of a file is near the origin, vertices are read at this number of places in
-/// the file, and this number of bytes at each place.
+/// If the first vertex of a file is near the origin, some other vertices are read to find out where
+/// most vertices are: this number of places in the file, and this number of bytes at each place.
 const PLACES: u64 = 64;
 const PLACE_BYTES: u64 = 1 << 12;
-/// Maximum number of sampled vertices, and fraction of the samples that is left out at either end
-/// of an axis.
+/// Maximum number of sampled vertices, and fraction of the samples that is left out at each end of
+/// each axis.
 const MAX_SAMPLES: usize = 1 << 16;
 const TAIL: f64 = 0.1;
 
-/// Origin to subtract from the vertices of an OBJ file; zero unless most vertices lie far from the
-/// file's origin. It is a multiple of a power of ten. This power of ten is at least the size of the
-/// region with these vertices.
+/// Origin to subtract from the vertices of an OBJ file. Zero unless most vertices lie far from the
+/// file's origin. Each coordinate is a multiple of a power of ten that is at least the size of the
+/// region in which most vertices lie.
 pub fn origin_of(path: &Path) -> DVec3 {
     let Some(file) = open_regular(path) else {
         return DVec3::ZERO;
@@ -36,7 +36,8 @@ pub fn origin_of(path: &Path) -> DVec3 {
     let mut samples = Samples::default();
     let mut is_mostly_far = None;
     let (mut reader, mut line) = (BufReader::with_capacity(1 << 16, file), Vec::new());
-    // Every valid line is shorter than `MAX_LINE`, for any kind of line end.
+    // Read up to the next line feed, but at most `MAX_LINE` bytes, which is more than any valid
+    // line. If lines end with carriage returns only, these bytes contain many lines.
     while matches!(reader.by_ref().take(MAX_LINE).read_until(b'\n', &mut line), Ok(1..)) {
         if line.contains(&0) {
             return DVec3::ZERO;
@@ -87,7 +88,7 @@ impl Samples {
     }
 
     /// Bounds of the samples along each axis. A fraction [`TAIL`] of the samples is left out at
-    /// either end.
+    /// each end.
     fn middle(&self) -> Option<[DVec3; 2]> {
         let tail = (TAIL * self.all.len() as f64) as usize;
         let mut bounds = [DVec3::ZERO; 2];
@@ -187,8 +188,8 @@ mod tests {
             assert_eq!(origin_of(&path).to_array(), expected, "{text}");
         }
         assert_eq!(origin_of(&folder.path().join("b.obj")), DVec3::ZERO);
-        // Files with vertices at two places, in both orders: the origin is near the place with most
-        // vertices.
+        // Test files with vertices at two places, in both orders. The origin is near the place with
+        // most vertices.
         let near = |n: u32| (0..n).map(|i| format!("v {} 2 3\n", i % 30)).collect::<String>();
         let far = |n: u32| {
             (0..n)

@@ -1,7 +1,7 @@
-//! Contents of an OBJ file before triangulation: values, faces and changes of state. Corners are
-//! stored as three lists of indices. A list stays empty if no face uses it. Therefore a mesh
-//! without texture coordinates and normals takes only 16 bytes per triangle in addition to the
-//! text.
+//! Contents of an OBJ file before triangulation: values of vertices, faces and changes of state
+//! (material, smoothing group, part). Corners are stored as three lists of indices, of which unused
+//! lists stay empty. So a mesh without texture coordinates and normals takes only 16 bytes per
+//! triangle in addition to the text.
 
 use super::libraries::LibraryName;
 use super::remarks::Remarks;
@@ -30,8 +30,9 @@ pub(super) struct Outline {
     pub libraries: Vec<LibraryName>,
     /// Messages about faces that are left out, and about assumptions.
     pub remarks: Remarks,
-    /// First wrong statements of the file. They have been repaired: corners have no wrong indices,
-    /// a wrong `vt` or `vn` is 0, and faces with a wrong `v` have been removed.
+    /// Errors for the first wrong statements of the file. The statements have been repaired:
+    /// corners have no wrong indices, a wrong `vt` or `vn` is 0, and faces with a wrong `v` have
+    /// been removed.
     pub wrong: Vec<FileError>,
     /// Number of all wrong statements.
     pub wrong_count: usize,
@@ -73,15 +74,16 @@ impl Outline {
         used
     }
 
-    /// Names of materials that contain a `#`. The `#` may also begin a comment.
+    /// Possible names of materials that contain a `#`. Each of these `#` is perhaps the start of a
+    /// comment instead.
     pub fn whole_names(&self) -> HashSet<String> {
         let states = self.sections.iter().flat_map(|section| &section.state_changes);
         let names = states.filter_map(|state| state.whole_name.as_deref());
         names.flat_map(possible_names).map(str::to_string).collect()
     }
 
-    /// Replaces names of materials by their whole names, which include a `#`, if `defined` has the
-    /// whole names.
+    /// Replaces names of materials by their whole names, which include a `#`, if `defined` contains
+    /// the whole names.
     pub fn set_whole_names(&mut self, defined: &HashSet<&str>) {
         for state in self.all_sections_mut().flat_map(|section| &mut section.state_changes) {
             let whole = state.whole_name.take();
@@ -170,7 +172,7 @@ pub(super) struct Section {
 struct PartChange {
     /// First face of the part.
     face: u32,
-    /// Number of the part.
+    /// Index of the part in [`Outline::parts`].
     part: u32,
 }
 
@@ -183,12 +185,12 @@ pub(super) struct StateChange {
     corner: usize,
     /// Line of the `usemtl`.
     pub line: usize,
-    /// New material; `None` keeps the previous one.
+    /// New material; `None` keeps the previous material.
     pub material: Option<String>,
     /// Name of the material if `#` and the text after it are not a comment but part of the name, as
     /// in `Paint #1`.
     pub whole_name: Option<String>,
-    /// New smoothing group, 0 for none; `None` keeps the previous one.
+    /// New smoothing group, 0 for none; `None` keeps the previous group.
     pub smoothing: Option<u32>,
 }
 
@@ -393,7 +395,7 @@ impl Section {
 
     /// Assigns the part `part` to all faces from index `face` on.
     pub fn begin_part(&mut self, face: u32, part: u32) {
-        // The previous part may have no visible face.
+        // Remove the previous part if it has no visible face.
         if self.part_changes.last().is_some_and(|last| last.face == face) {
             self.part_changes.pop();
         }
@@ -478,8 +480,9 @@ impl Section {
     }
 }
 
-/// Adds the index `index` to a list that has `count` earlier corners. The list stays empty while
-/// all indices are [`NONE`].
+/// Appends the index of a corner to a list with one index for each corner. `count` corners come
+/// before this corner. The list stays empty until the first index that is not [`NONE`]. The earlier
+/// corners then get [`NONE`].
 fn push_optional(indices: &mut Vec<u32>, index: u32, count: usize) {
     if index != NONE && indices.is_empty() {
         indices.resize(count, NONE);

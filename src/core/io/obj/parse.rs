@@ -1,8 +1,8 @@
 //! OBJ files as outlines, read in parallel by chunks.
 //!
-//! Before the chunks are read, their lines and their `v`, `vt` and `vn` statements are counted.
-//! Each chunk therefore knows its first line number and the meaning of relative indices, so an
-//! error gets its line when it is found.
+//! Before the chunks are read, their lines and their `v`, `vt` and `vn` statements are counted. So
+//! the first line number of each chunk and the meaning of relative indices are known, and an error
+//! has its line number at once.
 
 use super::chunk::{Chunk, DataSelection};
 use super::counts::Chunks;
@@ -16,8 +16,8 @@ use std::path::Path;
 /// Reads the statements of an OBJ file in parallel. The result does not depend on the size of the
 /// chunks.
 ///
-/// `advance` is called with the number of bytes of each chunk that has been read. Returns an error
-/// if the file as a whole is too large. Wrong statements are collected.
+/// `advance` is called for each chunk that has been read, with the number of its bytes. Returns an
+/// error only if the file as a whole is too large. Wrong statements are collected in the outline.
 pub(super) fn parse(
     path: &Path,
     chunks: &Chunks,
@@ -28,7 +28,8 @@ pub(super) fn parse(
     let Some(&first) = outline.wrong_positions.first() else {
         return Ok(outline);
     };
-    // Only files with wrong positions need the lines of their faces, so these files are read again.
+    // Line numbers of faces are needed only for files with wrong positions, so read these files
+    // again with line numbers.
     if !selection.keep_lines {
         let selection = DataSelection {
             keep_lines: true,

@@ -1,8 +1,8 @@
 //! Parts of an OBJ file: faces that follow the same `o` and `g` statements.
 //!
-//! A file may have a part for each face. Chunks are read in parallel. Each chunk copies the names
-//! of its parts into one text. Parts get their numbers, which are valid for the whole file, when
-//! chunks are joined.
+//! A file may have as many parts as faces. Chunks are read in parallel. To save memory, each chunk
+//! copies the names of its parts into one text. When chunks are joined, parts get ids that are
+//! valid for the whole file.
 
 use super::outline::Section;
 use super::remarks::MAX_NAME;
@@ -15,7 +15,7 @@ use crate::io::statements::split_keyword;
 pub(super) struct CurrentNames {
     /// Text of the last `o`.
     object: String,
-    /// Text of the last `g`: one name, or several separated by blanks.
+    /// Text of the last `g`: one name, or several names separated by blanks.
     groups: String,
 }
 
@@ -71,8 +71,8 @@ impl<'a> PartState<'a> {
         self.is_new = true;
     }
 
-    /// Returns true if the next face is shown. `faces` is the number of faces of the chunk before
-    /// it.
+    /// Returns true if the next face is shown. `faces` is the number of faces that the chunk has
+    /// before this face.
     #[inline]
     pub fn is_shown(&mut self, faces: usize) -> bool {
         if self.is_new {
@@ -107,8 +107,8 @@ impl<'a> PartState<'a> {
         &self.parts
     }
 
-    /// Assigns the parts of the chunk to its faces. Removes the numbers of these parts from the
-    /// start of `numbers`.
+    /// Assigns the parts of the chunk to the faces of `section`. Takes the ids of these parts from
+    /// the start of `numbers`, and removes them there.
     pub fn number(&self, numbers: &mut &[u32], section: &mut Section) {
         let (of_chunk, rest) = numbers.split_at(self.starts.len().min(numbers.len()));
         *numbers = rest;

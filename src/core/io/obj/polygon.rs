@@ -1,10 +1,11 @@
 //! Triangulation of polygons.
 //!
-//! A fan is correct if all its triangles have the orientation of the polygon, so no test for
-//! convexity is needed. From other faces, ears are clipped one by one. The computation is in f64
-//! with two of the three coordinates, which keeps collinear corners exactly collinear. A k-d tree
-//! (`corner_tree`) finds the corners near an ear, so n corners take n log n time. The triangles are
-//! the same as with a search through all corners.
+//! A fan from the first corner is used if all its triangles have the orientation of the polygon. It
+//! is then correct, and no test for convexity is needed. For other polygons, ears are clipped one
+//! by one. Ear clipping computes in f64 with two of the three coordinates, without a rotation, so
+//! collinear corners stay exactly collinear. A k-d tree (`corner_tree`) finds the corners near an
+//! ear, so n corners take n log n time. The triangles are the same as with a search through all
+//! corners.
 
 mod corner_tree;
 
@@ -15,7 +16,8 @@ use std::array;
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
-/// Maximum number of corners for ear clipping. Larger faces are cut as fans, for any shape.
+/// Maximum number of corners for ear clipping. Faces with more corners are cut as fans, even if the
+/// triangles overlap.
 pub(super) const MAX_CLIPPED: usize = 10_000;
 
 /// Cuts a polygon of n corners into n − 2 triangles of the same winding. Calls `emit` with the
@@ -48,7 +50,7 @@ pub(super) fn triangulate(points: &[Vec3], emit: &mut impl FnMut([usize; 3])) {
     Ring::new(points.iter().map(flat).collect()).clip_ears(emit);
 }
 
-/// Remaining polygon while ears are clipped; counter-clockwise.
+/// The polygon that remains while ears are clipped. It is counter-clockwise.
 struct Ring {
     points: Vec<[f64; 2]>,
     /// Previous corner of each corner.
@@ -57,8 +59,9 @@ struct Ring {
     next: Vec<usize>,
     /// Number of remaining corners.
     len: usize,
-    /// Corners that may be ears, at first all corners. A check removes a corner that is no ear. The
-    /// corner is added again if a neighbour changes.
+    /// Corners that may be ears. At first, these are all corners. If a check finds that a corner is
+    /// not an ear, the corner is removed. If a neighbour of the corner changes, the corner is added
+    /// again.
     open: BTreeSet<usize>,
     /// Tree of the remaining corners, by position.
     tree: CornerTree,
@@ -83,9 +86,9 @@ impl Ring {
 
     /// Clips ears until no corner is left.
     ///
-    /// A corner is checked again only if its neighbours have changed: clipping an ear of a simple
-    /// polygon makes no ear elsewhere. There are fewer than 3 n checks, and each check tests only
-    /// the few corners near the ear.
+    /// A corner is checked again only if its neighbours have changed, because clipping an ear of a
+    /// simple polygon makes no ear elsewhere. There are fewer than 3 n checks, and each check tests
+    /// only the few corners near the ear.
     fn clip_ears(mut self, emit: &mut impl FnMut([usize; 3])) {
         let mut corner = 0;
         while self.len > 3 {
@@ -132,7 +135,8 @@ impl Ring {
         [self.previous[corner], corner, self.next[corner]]
     }
 
-    /// Returns true if the edges before and after the corner lie on each other.
+    /// Returns true if the previous and the next corner are at the same point, so that the two
+    /// edges of the corner are the same line, there and back.
     fn is_spike(&self, corner: usize) -> bool {
         self.points[self.previous[corner]] == self.points[self.next[corner]]
     }
@@ -185,7 +189,8 @@ impl Ring {
     }
 }
 
-/// First number of the set that is at least `start`, or else the first number of the set.
+/// Smallest number of the set that is at least `start`. If there is none, the smallest number of
+/// the set.
 fn first_from(set: &BTreeSet<usize>, start: usize) -> Option<usize> {
     set.range(start..).next().or_else(|| set.first()).copied()
 }
@@ -240,7 +245,7 @@ mod tests {
             .collect()
     }
 
-    /// Area by the shoelace formula.
+    /// Area of a polygon in the plane z = 0, by the shoelace formula.
     fn shoelace(points: &[Vec3]) -> f64 {
         let pairs = points.iter().zip(points.iter().cycle().skip(1));
         let doubled: f64 = pairs

@@ -85,12 +85,12 @@ pub(super) fn ignored(keyword: &str) -> Option<usize> {
     IGNORED.iter().position(|(known, _)| *known == keyword)
 }
 
-/// Counts of remarks, and the lines of the first statements.
+/// Counts of remarks of each kind, and the lines of the first remarks of each kind.
 #[derive(Default)]
 pub(super) struct Remarks {
     /// Tallies, indexed by [`Remark`].
     tallies: [Tally; 8],
-    /// Elements that are not rendered: counts, indexed by [`SkippedElement`], and their places.
+    /// Elements that are not rendered: their numbers, indexed by [`SkippedElement`].
     skipped_counts: [u64; 4],
     skipped: Tally,
     /// Tallies, indexed by [`IGNORED`].
@@ -176,7 +176,7 @@ impl Remarks {
 
     /// Converts all remarks to findings.
     pub fn findings(&self, path: &Path) -> Vec<Finding> {
-        // Each message has a form for one occurrence and a form for several.
+        // Each message has a form for one occurrence, and a form for several occurrences.
         let long = format!("of more than {MAX_CLIPPED} corners");
         let keywords = self.keywords.join(", ");
         let words = [

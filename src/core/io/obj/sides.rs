@@ -2,9 +2,9 @@
 //! Exporters of SketchUp, ShapeNet and Minecraft write the front and the back of a wall in this
 //! way.
 //!
-//! Without a correction, a ray would hit one of both faces by chance. Both are moved apart by a
-//! 100,000th of the file's diagonal, each along its normal. A ray then hits the face that is turned
-//! towards it, in every backend.
+//! Without a correction, rounding errors would decide which of both faces a ray hits. Each face is
+//! moved along its normal by 1/100,000 of the file's diagonal. In every backend, a ray then hits
+//! the face whose front is on the side of the ray's origin.
 
 use super::ObjFaces;
 use super::colors::Colors;
@@ -18,12 +18,13 @@ use std::ops::Range;
 
 /// Distance by which a face is moved, as a multiple of the file's diagonal.
 const GAP: f32 = 1e-5;
-/// Minimum fraction of faces that belong to pairs of front and back. If the fraction is smaller,
-/// the pairs are mistakes in the model and are not moved, because exporters write all walls in
-/// pairs.
+/// Minimum fraction of faces that belong to pairs of front and back. Exporters write all walls in
+/// pairs. If the fraction is smaller, the pairs are therefore mistakes in the model, and are not
+/// moved.
 const MIN_SHARE: f32 = 0.25;
 
-/// A face: the indices of its material and of its section, and its corners in the section.
+/// A face: the indices of its material and of its section, and the range of its corners in the
+/// section.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Place {
     material: usize,
@@ -66,7 +67,7 @@ fn two_sided(outline: &Outline, faces: &[Faces]) -> Vec<[Place; 2]> {
     let positions = |section: usize, corners: Range<usize>| -> Vec<Vec3> {
         corners.map(|i| vertices.position(&sections[section], i)).collect()
     };
-    // Compare only faces with equal hashes: hashes are cheaper than comparisons.
+    // Compare only faces with equal hashes, because comparing faces takes longer than hashing them.
     let hash = |section: usize, corners: Range<usize>| {
         let hashes = corners.map(|i| hash(vertices.position(&sections[section], i)));
         hashes.fold(0, u64::wrapping_add)
@@ -121,8 +122,8 @@ fn two_sided(outline: &Outline, faces: &[Faces]) -> Vec<[Place; 2]> {
 }
 
 impl ObjFaces {
-    /// Returns true if a file of `faces` faces with `pairs` pairs of front and back is two-sided. A
-    /// render then moves the faces of each pair apart.
+    /// Returns true if a file of `faces` faces with `pairs` pairs of front and back was written
+    /// with two faces for each wall. A render then moves the faces of each pair apart.
     pub fn are_two_sided(pairs: usize, faces: usize) -> bool {
         pairs > 0 && (2 * pairs) as f32 > MIN_SHARE * faces as f32
     }
@@ -142,7 +143,8 @@ fn is_opposite(a: &[Vec3], b: &[Vec3]) -> bool {
     n == b.len() && (0..n).any(from)
 }
 
-/// Assigns new positions to the face with these corners, moved by `gap` along its normal.
+/// Assigns new positions to the face with the corners `corners`: the old positions, moved by `gap`
+/// along the normal of the face.
 fn move_out(
     (vertices, colors): (&mut VertexData, &mut Colors),
     section: &mut Section,
@@ -174,8 +176,8 @@ mod tests {
     use crate::io::PartFilter;
     use std::path::Path;
 
-    /// Groups, and number of pairs, of a file with the corners of a square of side 1 and the
-    /// statements `faces`.
+    /// Reads a file with the corners of a square of side 1 and the statements `faces`. Returns the
+    /// groups and the number of pairs.
     fn groups(faces: &str) -> (Vec<Group>, usize) {
         let text = format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n{faces}");
         let chunks = Chunks::count(&text, 1 << 20);

@@ -8,8 +8,8 @@ use std::collections::HashMap;
 /// all faces of the group at the same point, weighted by their angles at the point (Thürmer and
 /// Wüthrich 1998).
 ///
-/// The normals are appended to the outline's normals. If the normals of the faces cancel, the mean
-/// is zero and is treated as missing.
+/// The means are appended to the outline's normals. If the normals of the faces cancel, the mean is
+/// zero, and the corner is treated as a corner without a normal.
 pub(super) fn smooth<'a>(outline: &mut Outline, runs: impl Iterator<Item = &'a Run> + Clone) {
     let Outline { vertices, sections, .. } = outline;
     let smooth_runs = runs.filter(|run| run.smoothing != 0);
@@ -46,7 +46,7 @@ pub(super) fn smooth<'a>(outline: &mut Outline, runs: impl Iterator<Item = &'a R
         }
     }
 
-    // Corners without a normal get the normal of their point.
+    // Assign the normal of the point to corners without a normal
     let first = vertices.normals.len();
     for run in smooth_runs {
         let section = &mut sections[run.section];

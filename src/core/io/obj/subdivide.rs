@@ -1,5 +1,5 @@
 //! Subdivision of the faces of an OBJ file before triangulation. Materials, parts and colours are
-//! kept, and a surface is smooth across their borders.
+//! kept. The surface is also smooth across borders between materials or parts.
 
 use super::colors::Colors;
 use super::outline::{Outline, Section};

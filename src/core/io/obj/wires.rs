@@ -1,8 +1,8 @@
 //! Lines and points of an OBJ file as round tubes and spheres. Both are made of triangles, so that
 //! all backends trace the same shapes.
 //!
-//! The cross-section of a tube is a regular polygon. It has the area of the circle, and the shading
-//! normals of the circle. Spheres close the ends and the bends of tubes.
+//! The cross-section of a tube is a regular polygon with the area of the circle. Shading normals
+//! are those of the round tube. Spheres close the ends and the bends of tubes.
 
 use super::Group;
 use super::colors::Colors;
@@ -21,7 +21,7 @@ use std::path::Path;
 /// Number of sides of a tube.
 const SIDES: u32 = 16;
 
-/// Maximum number of spheres with many triangles. If there are more spheres, all of them have fewer
+/// Maximum number of spheres of 320 triangles. If there are more spheres, all spheres have 80
 /// triangles.
 const MANY_SPHERES: usize = 20_000;
 
@@ -73,8 +73,8 @@ struct Sphere {
 }
 
 impl Sphere {
-    /// Creates an icosahedron whose sides are divided twice, or only once if there are many spheres
-    /// (`count`).
+    /// Creates a sphere from an icosahedron whose faces are divided into four, twice. If the number
+    /// of spheres `count` is above [`MANY_SPHERES`], they are divided only once.
     fn new(count: usize) -> Self {
         let golden = 0.5 * (1.0 + 5f64.sqrt());
         let mut points = Vec::new();

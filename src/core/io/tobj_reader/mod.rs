@@ -1,4 +1,4 @@
-//! OBJ and MTL files read by the tobj crate: a second implementation, with which
+//! OBJ and MTL files read by the tobj crate. It is a second implementation, with which the test
 //! tests/it/files/readers.rs compares the program's own reader.
 //!
 //! Values, faces and statements of materials are as tobj reads them. Polygons are cut as fans,
@@ -30,7 +30,7 @@ const OPTIONS: tobj::LoadOptions = tobj::LoadOptions {
 };
 
 /// Memory of tobj and its meshes, in bytes per byte of the file. Only files with very short lines
-/// need more, such as 24 for lines of 8 bytes.
+/// need more: 24 bytes per byte for lines of 8 bytes.
 const BYTES_OF_A_BYTE: u64 = 12;
 
 /// Triangles that are consecutive in the file and share a material.
@@ -45,8 +45,8 @@ struct MaterialRun {
 /// Result of reading a library with tobj: the materials with their indices by name, or an error.
 type Materials = tobj::MTLLoadResult;
 
-/// Reads an OBJ file. `library` reads the library with a given name. The error is the reason why
-/// tobj cannot read the file.
+/// Reads an OBJ file. `library` is a function that reads the library with a given name. The error
+/// is the reason why tobj cannot read the file.
 fn read_parts(
     reader: &mut impl BufRead,
     library: &dyn Fn(&Path) -> Materials,
@@ -78,8 +78,8 @@ fn panicked(message: String) -> String {
     format!("it panics: {message}")
 }
 
-/// Converts a mesh of tobj. Texture coordinates and normals are used only if there are as many as
-/// positions: tobj leaves out missing values.
+/// Converts a mesh of tobj. Texture coordinates and normals are used only if there are as many of
+/// them as positions, because tobj leaves out missing values.
 fn mesh(read: tobj::Mesh) -> Mesh {
     let positions: Vec<Vec3> = read.positions.chunks_exact(3).map(Vec3::from_slice).collect();
     let mut uvs: Vec<Vec2> = read.texcoords.chunks_exact(2).map(Vec2::from_slice).collect();
@@ -135,7 +135,8 @@ pub(super) fn read_obj(
     let (parts, _) = read.map_err(|refusal| failure.or(path, refused(path, &refusal)))?;
     observer.advance(length);
     findings.extend(lacks.into_inner());
-    // Read the text again: tobj skips the comments, which name the program that wrote the file
+    // Read the text again, because the comments name the program that wrote the file and tobj skips
+    // comments
     let text = read_text(path, "the OBJ file").ok();
     let context = ObjContext {
         signature: text.and_then(|text| Signature::find(&text)),
@@ -231,7 +232,8 @@ fn joined(parts: Vec<MaterialRun>) -> Group {
     }
 }
 
-/// Adds texture coordinates and normals to the mesh if they are required and missing.
+/// Adds missing texture coordinates and normals to `mesh`, if the group has them (`has_uvs`,
+/// `has_normals`).
 fn completed(mut mesh: Mesh, has_uvs: bool, has_normals: bool) -> Mesh {
     if has_uvs && mesh.uvs.is_empty() {
         mesh.uvs = vec![Vec2::ZERO; mesh.positions.len()];

@@ -9,7 +9,7 @@ const LEAF: usize = 8;
 /// Node i has the children 2 i + 1 and 2 i + 2. Each child has one half of the corners of node i.
 pub(super) struct CornerTree {
     points: Vec<[f64; 2]>,
-    /// Corners, grouped by node. In a leaf, the remaining corners are first.
+    /// Corners, grouped by node. In a leaf, the remaining corners come before the removed corners.
     corners: Vec<usize>,
     nodes: Vec<Node>,
     /// Leaf of each corner.
@@ -111,9 +111,9 @@ impl CornerTree {
 }
 
 impl Node {
-    /// Returns true if the whole box is on the outer side of an edge of the triangle. Rounding is
-    /// monotonic. Therefore the result is false if [`signed_area`] finds a point of the box on the
-    /// inner side.
+    /// Returns true if the whole box is on the outer side of an edge of the triangle. Rounding
+    /// errors cannot make this wrong, because rounding is monotonic: if [`signed_area`] finds a
+    /// point of the box on the inner side of all edges, the result is false.
     fn is_outside(&self, [a, b, c]: [[f64; 2]; 3]) -> bool {
         [(a, b), (b, c), (c, a)].into_iter().any(|(from, to)| {
             // Take the corner of the box with the largest signed area. The area grows with y if the

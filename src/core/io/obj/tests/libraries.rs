@@ -4,7 +4,7 @@ use crate::io::PartFilter;
 use std::fs;
 use std::path::Path;
 
-/// Names of the materials of an OBJ file with `statements`, and messages of a render.
+/// Names of the materials of an OBJ file with `statements`, and the warnings about the file.
 fn materials(folder: &Path, statements: &str) -> (Vec<String>, Vec<String>) {
     let path = folder.join("t.obj");
     fs::write(&path, format!("{SQUARE}{statements}\nf 1 2 3\n")).unwrap();
@@ -45,8 +45,8 @@ fn library_is_found_beside_file_or_in_parent_folder() {
         assert_eq!(found, names, "{statement}");
         let is_exact = statement == "mtllib my red.mtl my blue.mtl";
         let wanted = if is_exact { 0 } else { names.len() };
-        // Each name has at most one message, and at least one unless the statement has the exact
-        // name.
+        // There is at most one message for each name. There is at least one message, unless the
+        // statement has the exact name.
         assert!(
             messages.len() <= wanted.max(1) && (is_exact || !messages.is_empty()),
             "{statement}: {messages:?}"

@@ -23,7 +23,7 @@ fn faces_are_grouped_by_material() {
 
 #[test]
 fn concave_faces_are_cut_inside() {
-    // The fan from the first corner of this arrow would lie outside.
+    // A triangle of the fan from the first corner of this arrow would lie outside of the arrow.
     let mesh = mesh("v 4 3 0\nv 0 0 0\nv 4 -3 0\nv 1 0 0\nf 1 2 3 4\n");
     for t in 0..2 {
         let [p0, p1, p2] = corners(&mesh, t);
@@ -99,7 +99,8 @@ fn cube(before: [&str; 6]) -> String {
 
 #[test]
 fn smoothing_groups_share_normals() {
-    // If all sides are in one group, the normals point along the diagonals, by symmetry.
+    // If all sides are in one smoothing group, the normals point along the diagonals of the cube,
+    // by symmetry.
     let round = mesh(&cube(["s 3", "", "", "", "", ""]));
     assert_eq!(round.positions.len(), 8);
     for (p, n) in round.positions.iter().zip(&round.normals) {
@@ -108,8 +109,8 @@ fn smoothing_groups_share_normals() {
     for off in ["s off", "s 0", "s"] {
         assert!(mesh(&cube([off, "", "", "", "", ""])).normals.is_empty());
     }
-    // Two groups of two opposite sides without common corners, and two sides without a group: all
-    // are flat.
+    // Opposite sides have no common corners. All sides are flat if two smoothing groups have two
+    // opposite sides each, and two sides have no group.
     let flat = mesh(&cube(["s 1", "s 1", "s 2", "s 2", "s off", "s off"]));
     assert_eq!(flat.triangles.len(), 12);
     for t in 0..12 {
@@ -121,8 +122,8 @@ fn smoothing_groups_share_normals() {
 
 #[test]
 fn smoothing_joins_equal_positions_across_materials() {
-    // A roof of two sides with separate vertices and materials: along the ridge both have the mean
-    // normal.
+    // A roof has two sides with separate vertices and materials. Along the ridge, both sides have
+    // the mean normal.
     let roof = "v -1 0 0\nv 0 1 0\nv 0 1 1\nv -1 0 1\nv -0 1 0\nv 1 0 0\nv 1 0 1\nv 0 1 1\n\
                 s 1\nusemtl a\nf 4 3 2 1\nusemtl b\nf 8 7 6 5\n";
     let file = load(roof).unwrap();

@@ -26,7 +26,8 @@ type Corner = (Vec3, Option<Vec2>, Option<Vec3>);
 /// Triangles of a material.
 type Triangles = (Option<String>, Vec<[Corner; 3]>);
 
-/// A random file, in a plain and in an irregular form, and its triangles by material.
+/// A random file in two forms, plain and irregularly formatted, and the triangles of the file by
+/// material.
 fn random_file(seed: u64) -> (String, String, Vec<Triangles>) {
     let mut dice = Dice(seed << 32);
     let (mut plain, mut wild) = (
@@ -95,7 +96,7 @@ fn random_file(seed: u64) -> (String, String, Vec<Triangles>) {
                 statement(&["usemtl".into(), name.into()], &mut dice);
             }
             _ if v.len() > 2 => {
-                // The faces have three corners, because other tests check larger faces.
+                // All faces have three corners. Other tests check larger faces.
                 let mut words = vec!["f".to_string()];
                 let index = |count: usize, dice: &mut Dice| {
                     let i = dice.roll(count);
@@ -217,7 +218,7 @@ fn result_does_not_depend_on_chunks_or_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         assert_eq!(pool.install(|| described(&text, 500)), whole, "{threads} threads");
     }
-    // The first wrong line is the error, in any order of reading.
+    // The error names the first wrong line, for every size of chunks.
     let broken = format!("{text}f 1 2 x\n{text}f 1 2 y\n");
     let line = text.lines().count() + 1;
     for size in [1, 64, 5000, 1 << 20] {

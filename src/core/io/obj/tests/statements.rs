@@ -159,8 +159,8 @@ fn wrong_index_of_a_corner_is_treated_as_missing() {
 
 #[test]
 fn faces_with_wrong_positions_are_left_out() {
-    // Faces with wrong and with valid positions have two materials and are in smoothing groups. One
-    // of the wrong positions is unused.
+    // The file has faces with wrong and with valid positions, with two materials and in smoothing
+    // groups. One of the wrong positions is unused.
     for wrong in ["v nan 1 0", "v 0 x 0", "v 0 1", "v 0 0 1e999"] {
         let lines = format!(
             "v 2 0 0\n{wrong}\n{wrong}\nf 1 2 3\ns 1\nf 1 6 3\nusemtl red\nf 2 5 3 6\nf 1 3 4\ns off\nf 4 6 5\n"
@@ -190,7 +190,8 @@ fn faces_with_wrong_positions_are_left_out() {
 
 #[test]
 fn relative_indices_count_back_from_their_line() {
-    // Relative indices count back from their line, absolute indices may refer to later lines.
+    // Relative indices count back from the line of the face. Absolute indices may refer to later
+    // lines.
     let file = mesh("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 1\nf -3 -2 -1\nf 1 5 4\nv 0 0 5\n");
     assert_eq!(corners(&file, 0), [Vec3::ZERO, Vec3::X, Vec3::Y]);
     assert_eq!(corners(&file, 1), [Vec3::X, Vec3::Y, Vec3::Z]);

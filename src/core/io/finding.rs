@@ -2,11 +2,11 @@
 //!
 //! A finding has a severity, a permanent name, a place and a count. Renders and checks use the same
 //! readers. A reader does not stop at a wrong statement: it skips the statement or uses the nearest
-//! valid value, and skips faces with an invalid vertex index. `load_scene`, for renders, loads in
-//! stages. At the end of a stage that found errors, it stops and returns the first error.
-//! `inspect_scene`, for checks, uses the same loader, but continues after errors. The parser of
-//! scene files stops at the first error. To find further errors, a check replaces the wrong entry
-//! by blanks, and reads the file again.
+//! valid value, and skips faces with an invalid vertex. `load_scene`, for renders, loads in stages.
+//! At the end of a stage that found errors, it stops and returns the first error. `inspect_scene`,
+//! for checks, uses the same loader, but continues after errors. The parser of scene files stops at
+//! the first error. To find further errors, a check replaces the wrong entry by blanks, and reads
+//! the file again.
 //!
 //! The column of a wrong word is computed only for messages: `place_of` searches the statement for
 //! the word again, at most twenty times for each kind of error.

@@ -62,8 +62,8 @@ impl From<AreaLight> for Light {
     }
 }
 
-/// For a triangle, only the kind of the light is encoded. The mesh of the triangle, with the
-/// material and the placement of the mesh, determines the rest. The scene encodes them elsewhere.
+/// For a triangle of a mesh, only the kind of the light is encoded. All other data follow from the
+/// mesh, its material and its placement, which the scene encodes.
 impl Encode for AreaLight {
     fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
         match self {

@@ -64,8 +64,8 @@ fn of_sun(light: &SunLight, n: Vec3) -> Spectrum {
 const PLACES: usize = 1024;
 
 /// `∫ L(w) (w · n)⁺ dw` by the midpoint rule over the image. Radiance is linear between texel
-/// centres. The number of quadrature cells per texel is 1 or even, so with an even number the slope
-/// changes only at borders of cells.
+/// centres. If the number of quadrature cells per texel is even, texel centres are borders of
+/// cells, so radiance is linear within each cell.
 fn of_environment(light: &EnvironmentLight, n: Vec3) -> Spectrum {
     let [width, height] = light.size();
     let places = match width.max(height) {

@@ -9,10 +9,10 @@
 //! with its formulas.
 //!
 //! If the sun is below the horizon, which the paper does not treat, the sky keeps the colours of
-//! sunset and darkens by a factor of ten every 2.9°. This is the mean of civil twilight, in which
-//! the illuminance falls from about 400 lx to 3.4 lx within 6°. Night begins 18° below. Directions
-//! below the horizon show a grey ground of albedo [`GROUND_ALBEDO`] under this sky and a sun of
-//! [`SUN_IRRADIANCE`].
+//! sunset and darkens by a factor of ten every 2.9°. This is the mean rate of civil twilight, in
+//! which the illuminance falls from about 400 lx to 3.4 lx within 6°. Night begins 18° below.
+//! Directions below the horizon show a grey ground of albedo [`GROUND_ALBEDO`] under this sky and a
+//! sun of [`SUN_IRRADIANCE`].
 
 use super::LatLongImage;
 use crate::color::Spectrum;

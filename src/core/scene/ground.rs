@@ -8,9 +8,10 @@
 //!
 //! - The path tracer accumulates the missing direct light, `E − E₀`, instead of the arriving light.
 //!   If no object is near a point, the missing light there is 0, so that the background has no
-//!   noise. Samples are negative where light is missing. If the scene has lamps of finite size, the
-//!   path tracer accumulates the arriving light instead. The reason: if a ray hits a surface, it is
-//!   unknown how much light of a lamp behind this surface is missing.
+//!   noise. A sample of the fraction can be negative, but the mean of the samples is negative only
+//!   because of noise. If the scene has lamps of finite size, the path tracer accumulates the
+//!   arriving light instead. The reason: if a ray hits a surface, it is unknown how much light of a
+//!   lamp behind this surface is missing.
 //! - E₀ cannot include finite lights if one of them has an emission texture, or if there are too
 //!   many to be summed at each point. If there are lights at infinity, E₀ then includes only these,
 //!   and the ground around finite lights is brighter than the background. If there are no lights at

@@ -23,8 +23,9 @@
 //! the light covers an angle so small that ray directions in f32 cannot resolve the angle.
 //!
 //! Limitation: a ray that starts in the gap between a sphere and its hull does not hit the near
-//! side of the hull, but the hull behind the sphere. Points of a surface in this gap therefore do
-//! not see the sphere. The gap is 2 % of the radius, plus the margin.
+//! side of the hull, but the hull behind the sphere. If another surface is inside the sphere, or in
+//! the gap behind the sphere, the ray finds this surface first. The surface then hides the sphere.
+//! The gap is 2 % of the radius, plus the margin.
 
 use super::builder::SceneBuilder;
 use super::{LightNumbering, Scene};

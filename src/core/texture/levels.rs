@@ -1,10 +1,11 @@
 //! The coarser levels of a texture (MIP map). Each level is half as wide and high as the level
 //! before, down to a single texel.
 //!
-//! A level has means of linear values of the level before, which is not rounded to 8 or 16 bits for
-//! this. If a size is odd, each texel is a mean of three texels, and neighbouring means overlap
-//! (Guthe and Heckbert 2005). Colours are weighted by alpha. Without these weights, the black
-//! texels around a cut-out leaf would darken the leaf in coarse levels.
+//! The texels of a level are means of the linear values of the level before. Means are computed
+//! from means that are not yet rounded to 8 or 16 bits. If a size is odd, each texel is a mean of
+//! three texels, and the triples of neighbouring texels overlap (Guthe and Heckbert 2005). Colours
+//! are weighted by alpha. Without these weights, the black texels around a cut-out leaf would
+//! darken the leaf in coarse levels.
 
 /// Position and size of one level in the array of all samples.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -13,7 +13,7 @@ const CHANNELS: [&str; 12] = [
     "00.R", "00.G", "00.B", "00.A", "01.R", "01.G", "01.B", "01.A", "02.R", "02.G", "02.B", "02.A",
 ];
 
-/// A layer of mattes: of objects, of parts or of materials.
+/// A layer of mattes, which are the mattes of objects, of parts or of materials.
 struct Layer<'a> {
     name: &'static str,
     /// Names of the layer. The ids in the film are indices of this list.

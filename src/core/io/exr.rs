@@ -36,10 +36,10 @@ pub struct ExrFormat {
 }
 
 impl ExrFormat {
-    /// Layers that may be stored as half floats. `picture` is `R G B` and `A`; `lights` are the
-    /// layers of all light groups. Depths and variances are excluded because they exceed the range
-    /// of a half float. Counts, ids and mattes are excluded because a half float does not represent
-    /// them exactly.
+    /// Layers that may be stored as half floats. `picture` means the channels `R G B` and `A`, and
+    /// `lights` means the layers of all light groups. Depths and variances are excluded because
+    /// they exceed the range of a half float. Counts, ids and mattes are excluded because a half
+    /// float does not represent them exactly.
     pub const HALF_LAYERS: &[&str] = &["picture", "raw", "albedo", "N", "P", "uv", "motion", "error", "lights"];
 
     /// Sample type of a channel.

@@ -124,7 +124,7 @@ impl FileUnit {
 pub enum ObjReader {
     /// The reader of this crate.
     Own,
-    /// The tobj crate; feature `tobj`. Values, faces and materials are as tobj reads them.
+    /// The tobj crate, with the feature `tobj`. Values, faces and materials are as tobj reads them.
     Tobj,
 }
 

@@ -55,7 +55,7 @@ pub struct Metadata {
     pub first_sample: u32,
     /// End of the range of requested sample indices, exclusive.
     pub end_sample: u32,
-    /// Samples per pixel of the whole picture. This file may hold a part of them.
+    /// Samples per pixel of the whole picture. The file may hold only some of these samples.
     pub total_samples: u32,
     /// Seed of the random numbers.
     pub seed: u64,
@@ -67,7 +67,8 @@ pub struct Metadata {
     pub render_seconds: f64,
     /// True if the render took all its samples.
     pub complete: bool,
-    /// Names for the additional channels, if any.
+    /// Names of additional channels, objects, parts and materials. `None` if there are no
+    /// additional channels.
     pub features: Option<FeatureNames>,
     /// Requested denoiser, exposure and tone curve of the render ([`Finish`]). Empty in files
     /// without this attribute.
@@ -297,7 +298,8 @@ impl Metadata {
 }
 
 impl CameraAttributes {
-    /// Sets the attributes of a header. The exr crate has fields for some of them.
+    /// Sets the attributes of a header. The exr crate has fields for some attributes. Other
+    /// attributes are added by name.
     pub(super) fn write_to(&self, attributes: &mut exr::LayerAttributes) {
         attributes.world_to_camera = Some(self.world_to_camera);
         attributes.world_to_normalized_device = self.world_to_ndc;

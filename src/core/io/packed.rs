@@ -3,13 +3,13 @@
 //! the pictures.
 //!
 //! The bits of a 16-bit float, read as an integer, are approximately the logarithm of its value.
-//! The difference of two channels is therefore approximately the logarithm of their ratio, in which
-//! the common noise of the channels cancels. Green is coded directly, and red and blue are coded as
-//! differences from green. Each number is predicted by the mean of its neighbours to the left and
-//! above. The difference between number and prediction is mapped to an unsigned number. Low and
-//! high bytes are stored in separate planes. All arithmetic wraps around, so the coding is lossless
-//! for every pattern of bits. A preview picture, which will soon be replaced, may be rounded to
-//! fewer bits of the mantissa before.
+//! The difference of two channels is therefore approximately the logarithm of their ratio. Noise
+//! that changes both channels by the same factor cancels in this ratio. Green is coded directly,
+//! and red and blue are coded as differences from green. Each number is predicted by the mean of
+//! its neighbours to the left and above. The difference between number and prediction is mapped to
+//! an unsigned number. Low and high bytes are stored in separate planes. All arithmetic wraps
+//! around, so the coding is lossless for every pattern of bits. A preview picture, which will soon
+//! be replaced, may be rounded to fewer bits of the mantissa before.
 
 use flate2::Compression;
 use flate2::write::DeflateEncoder;

@@ -21,7 +21,7 @@ pub struct PartFilter {
 pub struct PartRule {
     /// Pattern of the parts.
     pub glob: Glob,
-    /// True if the parts are shown, false if they are hidden. With `None`, earlier rules apply.
+    /// True if the parts are shown, false if they are hidden. With `None`, earlier rules decide.
     pub visible: Option<bool>,
     /// True if the rule replaces the material of the parts, which then have separate meshes.
     pub has_material: bool,

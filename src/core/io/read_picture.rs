@@ -275,7 +275,8 @@ enum ExrChannel {
     Depth,
 }
 
-/// Reads the first layer of an EXR file: `R G B` or else `Y`, and `A` if it exists; or `Z`.
+/// Reads the first layer of an EXR file: the channels of `selection`. Colours are `R G B`, or else
+/// `Y`, with `A` if it exists. Depth is `Z`.
 fn read_exr(path: &Path, file: ExrFile, selection: ChannelSelection) -> Result<Picture, FileError> {
     let ExrFile { meta, reader, failure } = file;
     let choose = |size: exr::Vec2<usize>, found: &DescribedChannels| {

@@ -18,7 +18,7 @@ pub enum Subdivision {
 }
 
 impl Subdivision {
-    /// Number of steps; 0 if it depends on the camera.
+    /// Number of steps. 0 if the number depends on the camera.
     pub fn steps(self) -> u32 {
         match self {
             Self::Steps(steps) => steps,

@@ -2,8 +2,8 @@ use crate::math::{Bounds3, Vec3};
 
 /// Numbers of cells along the longest side of the grid. They are tried in this order.
 const RESOLUTIONS: [u32; 14] = [48, 40, 32, 28, 24, 20, 16, 13, 10, 8, 6, 4, 2, 1];
-/// Fraction of the points that the grid leaves out at each end of each axis. These points may be
-/// far away, and few paths reach them.
+/// Fraction of the points that the grid leaves out at each end of each axis. The outermost points
+/// may be far away, and few paths reach them.
 const OUTSIDE: f64 = 0.005;
 /// Number that marks a cell without surfaces.
 const EMPTY: u32 = u32::MAX;
@@ -86,7 +86,7 @@ impl CellGrid {
         self.places.len()
     }
 
-    /// Numbers of the six cells that share a face with `cell`; `None` for a neighbour without
+    /// Numbers (ids) of the six cells that share a face with `cell`. `None` for a neighbour without
     /// surfaces or outside of the grid.
     pub fn neighbours(&self, cell: usize) -> [Option<u32>; 6] {
         std::array::from_fn(|i| {

@@ -147,10 +147,10 @@ impl Light {
         Some(emission).filter(Emission::is_some)
     }
 
-    /// Densities of [`Light::sample_emission`]: [`Emission::pdf_position`] of a point of the light
-    /// with the normal `ng`, and [`Emission::pdf_direction`] of the direction of travel `w` from
-    /// there. The first is 1 for point and spot lights. The second is 1 for parallel light, for any
-    /// `w`.
+    /// Densities of [`Light::sample_emission`]: [`Emission::pdf_position`] of a point of the light,
+    /// where the normal is `ng`, and [`Emission::pdf_direction`] of the direction of travel `w`
+    /// from this point. The first density is 1 for point and spot lights. The second density is 1
+    /// for parallel light, even if `w` is not its direction.
     pub fn emission_pdfs(&self, ng: Vec3, w: Vec3, time: f32, world: &Ball) -> [f32; 2] {
         let of_disk = |pdf_direction: f32| [1.0 / world.disk_area(), pdf_direction];
         match self {

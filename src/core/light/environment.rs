@@ -65,7 +65,7 @@ encode_fields!(LatLongImage { width, height, texels });
 
 impl Encode for EnvironmentLight {
     fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
-        // The other fields follow from these, or do not affect the light.
+        // Leave out fields that follow from the encoded fields, or do not affect the light.
         let Self {
             image,
             scale,

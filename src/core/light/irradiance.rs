@@ -93,9 +93,9 @@ fn of_environment(light: &EnvironmentLight, n: Vec3) -> Spectrum {
 }
 
 /// Irradiance at `p` by a triangle of constant radiance: `E = L / 2 · Σ βᵢ n · (rᵢ × rᵢ₊₁) / |rᵢ ×
-/// rᵢ₊₁|`, where βᵢ is the angle between two neighbouring corners as seen from `p` (Lambert 1760;
-/// Arvo 1995, "Analytic Methods for Simulated Light Transport", §4.2). The sum is over the corners
-/// of the part above the horizon.
+/// rᵢ₊₁|`, where rᵢ is the vector from `p` to corner i, and βᵢ the angle between rᵢ and rᵢ₊₁
+/// (Lambert 1760; Arvo 1995, "Analytic Methods for Simulated Light Transport", §4.2). The sum is
+/// over the corners of the part of the triangle that is above the horizon.
 pub(super) fn of_triangle(light: &TriangleLight, p: Vec3, n: Vec3) -> Spectrum {
     light.radiance() * of_polygon(&light.corners(), light.normal(), p, n)
 }

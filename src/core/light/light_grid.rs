@@ -1,11 +1,12 @@
 //! Choice of a light by place: tables of light probabilities over a grid of the scene.
 //!
 //! Each cell of the grid has a table for each of 26 representative normals, and a table for points
-//! without normal. A point uses the normal nearest to its own. A table contains the irradiance that
-//! each light would cause in the cell without occlusion. The first grid covers the lights. Larger
-//! grids surround it, each twice as large as the next smaller grid. So a wide plain around the
-//! lights does not make the cells of the first grid larger. A table is computed at the first
-//! request. It depends on its cell only, so results are bit-identical for any order of threads.
+//! without normal. A point uses the table of the representative normal that is nearest to the
+//! normal at the point. A table contains the irradiance that each light would cause in the cell
+//! without occlusion. The first grid covers the lights. Larger grids surround it, each twice as
+//! large as the next smaller grid. So a wide plain around the lights does not make the cells of the
+//! first grid larger. A table is computed at the first request. It depends on its cell only, so
+//! results are bit-identical for any order of threads.
 //!
 //! A table has an entry for each of up to 64 clusters of lights. The clusters are a cut of a
 //! hierarchy of the lights (`tree`; Walter et al. 2005). Within a cluster, a light is chosen by
@@ -169,8 +170,8 @@ impl LightGrid {
         pmf().unwrap_or(0.0)
     }
 
-    /// Range of a cluster's lights in the order of the lights, cumulative power before each of
-    /// these lights and after the last, and total power of the cluster.
+    /// Returns three values for a cluster: the range of its lights in the order of the lights, the
+    /// cumulative power before each of these lights and after the last, and the total power.
     fn cluster(&self, entry: &Entry) -> Option<(std::ops::Range<usize>, &[f64], f64)> {
         let range = entry.first as usize..(entry.first + entry.count) as usize;
         let before = self.power_before.get(range.start..=range.end)?;

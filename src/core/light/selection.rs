@@ -108,7 +108,8 @@ impl LightSelection {
         }
     }
 
-    /// If all lights are sampled, samples all lamps of `lamps` instead of each light separately.
+    /// In the mode that samples all lights, samples lamps as given by `lamps` instead of each light
+    /// separately.
     pub(crate) fn with_lamps(mut self, lamps: impl FnOnce() -> Lamps) -> Self {
         self.all = self.all.map(|_| lamps());
         self
@@ -148,8 +149,8 @@ impl LightSelection {
         self.visibility.get()?.as_ref()
     }
 
-    /// Samples light of the light `id` of `lights` that arrives at `context` at `time`; `None` if
-    /// no light arrives. `textures` are the textures of the scene.
+    /// Samples incident light at `context` at `time`, from the light `id` of `lights`. `None` if no
+    /// light arrives. `textures` are the textures of the scene.
     #[inline(always)]
     pub fn sample_light(
         &self,

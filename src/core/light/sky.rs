@@ -5,14 +5,14 @@
 //! on the sun's elevation and on the turbidity, a measure of haze. Luminance is divided by
 //! [`KCD_PER_UNIT`], and colours are converted to linear Rec.709. A sky of turbidity 3 then lights
 //! a horizontal surface with an irradiance of about 1 to 2, so images need no exposure setting. The
-//! paper's simulations have turbidities 2 to 6 and a sun above the horizon; 6 to 10 is extrapolated
-//! with its formulas.
+//! paper's simulations have turbidities from 2 to 6 and a sun above the horizon. Turbidities from 6
+//! to 10 use the same formulas, which extrapolate.
 //!
 //! If the sun is below the horizon, which the paper does not treat, the sky keeps the colours of
 //! sunset and darkens by a factor of ten every 2.9°. This is the mean rate of civil twilight, in
-//! which the illuminance falls from about 400 lx to 3.4 lx within 6°. Night begins 18° below.
-//! Directions below the horizon show a grey ground of albedo [`GROUND_ALBEDO`] under this sky and a
-//! sun of [`SUN_IRRADIANCE`].
+//! which the illuminance falls from about 400 lx to 3.4 lx within 6°. Night begins when the sun is
+//! 18° below the horizon. Directions below the horizon show a grey ground of albedo
+//! [`GROUND_ALBEDO`] under this sky and a sun of [`SUN_IRRADIANCE`].
 
 use super::LatLongImage;
 use crate::color::Spectrum;

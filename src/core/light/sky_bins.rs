@@ -147,10 +147,10 @@ impl SkyBins {
         row * self.columns + column
     }
 
-    /// Samples a direction in the bin at `row` and `column`. `light` is the light of these bins,
-    /// and its own sampling, restricted to the bin, samples the direction. The density in the
-    /// result is that of the light's own sampling over all directions, without the restriction.
-    /// `None` if the light never samples a direction in the bin.
+    /// Samples a direction in the bin at `row` and `column`. `light` is the light of these bins.
+    /// Within the bin, directions are sampled as by the light itself. The density in the result is
+    /// the density of the light itself over all directions, not only over the bin. `None` if the
+    /// light never samples a direction in the bin.
     pub fn sample(&self, light: &Light, (row, column): (usize, usize), u: Vec2) -> Option<LightSample> {
         match (light, &self.texels) {
             (Light::Constant(ConstantLight { radiance }), None) => Some(LightSample {

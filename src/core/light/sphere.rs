@@ -124,9 +124,9 @@ impl SphereLight {
         (q - self.center).normalize_or(Vec3::Z)
     }
 
-    /// Ray parameter, in lengths of the ray's direction, of the point of `ray` nearest to the
-    /// centre of the sphere. Also returns the squared distance of this point from the centre,
-    /// divided by the squared radius.
+    /// Finds the point of `ray` nearest to the centre of the sphere. Returns the ray parameter of
+    /// the point, in lengths of the ray's direction, and the squared distance of the point from the
+    /// centre, divided by the squared radius.
     fn approach(&self, ray: &Ray) -> (f64, f64) {
         let (to, d) = (self.center.as_dvec3() - ray.origin.as_dvec3(), ray.direction.as_dvec3());
         let t = (to.dot(d) / d.length_squared()).clamp(f64::from(ray.t_min), f64::from(ray.t_max));
@@ -138,7 +138,8 @@ impl SphereLight {
         self.approach(ray).1 >= 1.0
     }
 
-    /// Point at which `ray` enters the sphere; `None` if the ray starts inside or misses.
+    /// Point at which `ray` enters the sphere. `None` if the ray starts inside the sphere or misses
+    /// it.
     pub(crate) fn entry(&self, ray: &Ray) -> Option<SphereEntry> {
         let (t, squared) = self.approach(ray);
         self.depth(ray.origin).filter(|_| squared < 1.0)?;

@@ -203,7 +203,7 @@ impl TexturedTriangle {
     ///
     /// The mean is 0 only if no point of the triangle emits. If all lookups are 0, the texels
     /// around the triangle are searched, unless there are too many. If one of these texels emits or
-    /// may emit, the mean is a small fraction of the brightest texel.
+    /// may emit, the mean is a small fraction of the value of the brightest texel.
     fn mean_factor(&self, textures: &[Texture]) -> Spectrum {
         let [t0, t1, t2] = self.variation.uvs;
         let area = 0.5 * (t1 - t0).perp_dot(t2 - t0).abs();

@@ -65,7 +65,8 @@ pub(super) struct ReceiverRegion {
     pub center: Vec3,
     /// Radius of the bounding sphere.
     pub radius: f32,
-    /// Unit direction near the normals; zero if both sides receive light.
+    /// Unit direction near the normals of the points. Zero if both sides of the surface receive
+    /// light.
     pub normal: Vec3,
 }
 
@@ -136,7 +137,7 @@ pub(super) struct Cluster {
     pub first: u32,
     /// Number of lights.
     pub count: u32,
-    /// Irradiance by these lights in the region of the cut.
+    /// Estimate of the mean irradiance by these lights in the region for which the cut was made.
     pub irradiance: f32,
 }
 

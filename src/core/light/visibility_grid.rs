@@ -7,15 +7,15 @@
 //! (`integrator/visibility.rs`); this module only stores and uses the result. With this grid, users
 //! need not define portals at the windows.
 //!
-//! Each cell has a table for each of 27 normals; the normal nearest to the receiver's normal is
-//! used (`light_grid`). In a table, the probability of a bin is proportional to its radiance, the
-//! cosine with the normal and the square root of its visible fraction. The reason for the square
-//! root: the second moment of the light from a bin is proportional to the visible fraction, and the
-//! variance is minimal if the probability of a bin is proportional to the square root of the second
-//! moment. A tenth of all directions is sampled by the light's own distribution, so that every
-//! direction can be sampled. Within a bin, directions are also sampled by the light's own
-//! distribution. So the density is the light's own density, multiplied by a factor that is constant
-//! in the bin.
+//! Each cell has a table for each of 27 representative normals. A point uses the table of the
+//! representative normal that is nearest to the normal at the point (`light_grid`). In a table, the
+//! probability of a bin is proportional to its radiance, the cosine with the normal and the square
+//! root of its visible fraction. The reason for the square root: the second moment of the light
+//! from a bin is proportional to the visible fraction, and the variance is minimal if the
+//! probability of a bin is proportional to the square root of the second moment. A tenth of all
+//! directions is sampled by the light's own distribution, so that every direction can be sampled.
+//! Within a bin, directions are also sampled by the light's own distribution. So the density is the
+//! light's own density, multiplied by a factor that is constant in the bin.
 //!
 //! Lights are chosen as in `light_grid`, but the irradiance of each light is multiplied by a
 //! function of the light's visible fraction. If the sky is the only light, it is sampled less often

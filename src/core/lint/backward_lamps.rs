@@ -25,13 +25,13 @@ struct Lamp {
     area: f64,
     /// Area of the triangles that face the wrong way.
     backward: f64,
-    /// Largest distance of a surface in front of these triangles.
+    /// Largest distance from a triangle that faces the wrong way to the surface in front of it.
     distance: f32,
     /// Sum of the area vectors of the triangles.
     normal: Vec3,
 }
 
-/// Finds lamps that lie close in front of a surface that they face, with free space behind them.
+/// Finds flat lamps that face a near surface and have free space behind them.
 pub fn inspect_lamps(accel: &dyn Accel, scene: &Scene, whole: SceneErrorMaker) -> Vec<Finding> {
     let mut lamps: BTreeMap<u32, Lamp> = BTreeMap::new();
     let offset = OFFSET * scene.bounds().radius();

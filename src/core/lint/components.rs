@@ -1,8 +1,8 @@
 //! Checks that connected components of faces that refract or emit are closed and face outwards.
 //!
-//! Other faces are not checked, because it matters only for surfaces that refract or emit if they
-//! are closed. Faces with a common edge are found by sorting all edges, which take 16 bytes each.
-//! Volumes are computed by the divergence theorem.
+//! Other faces are not checked, because only surfaces that refract or emit must be closed. Faces
+//! with a common edge are found by sorting all edges, which take 16 bytes each. Volumes are
+//! computed by the divergence theorem.
 
 use super::Use;
 use super::tally::{Tally, counted};

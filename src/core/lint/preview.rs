@@ -27,8 +27,8 @@ pub struct LobeAlbedo {
     /// The lobe.
     pub lobe: Lobe,
     /// Fraction of the flux that the lobe scatters: to a viewer along the normal, to a viewer at
-    /// 60° to the normal, and in all directions for uniform light. Absorption by the layers above
-    /// is included, so the albedos of all lobes add up to [`directional_albedo`].
+    /// 60° to the normal, and in all directions for uniform light. The layers above the lobe absorb
+    /// a part, which is subtracted, so the albedos of all lobes add up to [`directional_albedo`].
     pub albedo: [Spectrum; 3],
     /// Probability that the lobe is sampled: for a viewer along the normal, and for a viewer at 60°
     /// to the normal.
@@ -65,8 +65,8 @@ pub fn directional_albedo(bsdf: &Bsdf, wo: Vec3) -> Spectrum {
 }
 
 /// One sample of the directional albedo of `lobe` for the direction `wo`: the fraction of the flux
-/// from `wo` that the lobe scatters. The layers of `bsdf` above the lobe absorb a part, which is
-/// included. `place` is the index of the lobe among the lobes of `bsdf`.
+/// from `wo` that the lobe scatters. The part that the layers of `bsdf` above the lobe absorb is
+/// subtracted. `place` is the index of the lobe among the lobes of `bsdf`.
 fn scattered(bsdf: &Bsdf, (place, lobe): (usize, &Lobe), wo: Vec3, [u_lobe, u, v, ..]: [f32; 5]) -> Spectrum {
     // `Importance` samples carry flux; refraction would scale radiance.
     let mode = TransportMode::Importance;

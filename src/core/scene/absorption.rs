@@ -4,10 +4,10 @@
 //!
 //! A body is the space behind a surface that transmits light. A path segment lies in a body if it
 //! starts on the back of such a surface, or hits such a surface from behind. A ray stores the body
-//! at its origin ([`Ray::body`]), and the hit determines the body at the other end. If both ends
-//! are surfaces of bodies, the mean of both coefficients is used, so that a path has the same
-//! transmittance in both directions. The body of a segment between two opaque surfaces is unknown,
-//! so the segment does not absorb light.
+//! at its origin ([`Ray::body`]), and the hit determines the body at the other end. If both ends of
+//! a segment are in bodies, the mean of both absorption coefficients is used, so that a path has
+//! the same transmittance in both directions. The body of a segment between two opaque surfaces is
+//! unknown, so the segment does not absorb light.
 
 use super::Scene;
 use crate::color::Spectrum;
@@ -49,7 +49,8 @@ impl Scene {
         self.transmittance_within([ray.body, body], hit.t * ray.direction.length())
     }
 
-    /// Transmittance of the whole `ray`, which has no hit; 1 for a ray of infinite length.
+    /// Transmittance of the whole length of `ray`, which hits nothing. 1 for a ray of infinite
+    /// length.
     #[inline(never)]
     pub fn transmittance_along(&self, ray: &Ray) -> Spectrum {
         match ray.t_max < f32::INFINITY {

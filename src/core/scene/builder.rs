@@ -125,8 +125,8 @@ impl SceneBuilder {
     }
 
     /// Adds a material. If its lobes sum to more than 1 in some channel, they are scaled down, and
-    /// the report lists the material. If textures vary the lobes, the scaling is done at each
-    /// lookup instead.
+    /// the report lists the material. If textures vary the lobes, they are scaled at each lookup
+    /// instead.
     pub fn add_material(&mut self, mut material: Material) -> Result<MaterialId, BuildError> {
         check_material(&material)?;
         let scattered = material.scattered();
@@ -295,8 +295,8 @@ impl SceneBuilder {
         hidden
     }
 
-    /// The material from which [`SceneBuilder::hidden_material`] made `hidden`; `None` if `hidden`
-    /// is not such a copy.
+    /// The material from which [`SceneBuilder::hidden_material`] made the copy `hidden`. `None` if
+    /// this function did not make `hidden`.
     pub fn copied_material(&self, hidden: MaterialId) -> Option<MaterialId> {
         let mut copies = self.hidden.iter();
         copies.find(|(_, copy)| **copy == hidden).map(|(id, _)| *id)

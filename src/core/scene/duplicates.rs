@@ -12,7 +12,7 @@
 //!
 //! Equal triangles of different meshes are kept, because their materials differ. They are reported
 //! if many of them coincide. To find them, the hash of every eighth triangle is stored
-//! ([`TriangleSamples`]). Only triangles with such a hash that occurs several times are counted.
+//! ([`TriangleSamples`]). Triangles are counted only if their hash is stored several times.
 
 use super::{LightNumbering, Scene};
 use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, retain_triangles};

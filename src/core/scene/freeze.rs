@@ -314,7 +314,7 @@ impl Scene {
             true => prims.map(|prim| mesh.facet(PrimId(prim))).collect(),
             false => Vec::new(),
         });
-        // No other code shares the meshes yet, so `make_mut` does not copy them
+        // `make_mut` does not copy the meshes, because no other code shares them yet
         Arc::make_mut(&mut self.meshes).push(mesh);
         self.shapes.push(Shape {
             material,

@@ -1,10 +1,11 @@
 //! The ground: a plane that catches the shadows of the scene.
 //!
-//! A camera ray that hits the ground returns the background times `E / E₀`, the fraction of the
-//! light that arrives at the hit point. `E` is the irradiance with the scene, and `E₀` the
-//! irradiance without the scene. Integrators estimate the light that the ground reflects, `ρ E / π`
-//! for an albedo ρ; `Ground::shadow` returns the factor from reflected light to the fraction. Far
-//! from all objects, the mean fraction is 1 and the ground looks like the background.
+//! A camera ray that hits the ground returns the background times `E / E₀`. This is the fraction of
+//! the light that objects do not block at the hit point: `E` is the irradiance with the scene, and
+//! `E₀` the irradiance without the scene. Integrators estimate the radiance that the ground
+//! reflects, `ρ E / π` for an albedo ρ. `Ground::shadow` returns the factor from this radiance to
+//! the fraction. Far from all objects, the mean fraction is 1 and the ground looks like the
+//! background.
 //!
 //! - The path tracer accumulates the missing direct light, `E − E₀`, instead of the arriving light.
 //!   If no object is near a point, the missing light there is 0, so that the background has no

@@ -74,7 +74,7 @@ impl Scene {
             let (radiance, pdf) = match &self.lights[id.0 as usize] {
                 Light::Constant(light) => (light.radiance, light.pdf()),
                 Light::Environment(light) => (light.radiance(wi), light.pdf(wi)),
-                // Return the sun even if the ray misses its disc; the radiance is then 0
+                // Return the sun even if the ray misses the sun's disc. The radiance is then 0
                 Light::Sun(light) => (light.radiance(wi), light.pdf(wi)),
                 // Rays cannot hit these lights, or the lights are not at infinity.
                 Light::Directional(_) | Light::Area(_) | Light::Point(_) | Light::Spot(_) => return None,

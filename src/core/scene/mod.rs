@@ -2,8 +2,9 @@
 //! makes the scene from it (`freeze`).
 //!
 //! A frozen scene takes 36 bytes per triangle of a mesh with positions only: 12 of indices, 8 of
-//! vertices and 16 of its facet. A compact scene (`--compact`) computes the facet at each hit; the
-//! image is bit-identical. docs/notebook/2026-11.md, "Memory", has measurements of both.
+//! vertices and 16 of its facet. A compact scene (`--compact`) does not store facets, but computes
+//! the facet at each hit. The image is bit-identical. docs/notebook/2026-11.md, "Memory", has
+//! measurements of both.
 
 mod absorption;
 mod builder;
@@ -118,7 +119,7 @@ pub struct Scene {
     /// BSDF of each material without its textures. It does not include rays that pass through the
     /// surface in a straight line.
     bsdfs: Vec<Bsdf>,
-    /// Thin surface of each material that has one. Some rays pass through a thin surface in a
+    /// Thin surface of each material that has one. A ray can pass through a thin surface in a
     /// straight line, without scattering.
     thin_surfaces: Vec<Option<ThinSurface>>,
     is_compact: bool,
@@ -502,9 +503,9 @@ impl Scene {
         }
     }
 
-    /// Local frame at the surface point `point` at `hit`. If the material is anisotropic and there
-    /// are texture coordinates, the frame is aligned to the material's tangent; else the tangent is
-    /// arbitrary.
+    /// Local frame at the surface point `point` at `hit`. If the material is anisotropic and the
+    /// mesh has texture coordinates, the tangent is aligned to the direction of anisotropy.
+    /// Otherwise the tangent is arbitrary.
     pub fn frame(&self, hit: &Hit, point: &SurfacePoint) -> Frame {
         let material = self.material(hit);
         if !material.is_anisotropic() {

@@ -244,8 +244,8 @@ fn check_attributes(mesh: &mut Mesh) -> Result<(), BuildError> {
             return bad("normal", mesh.normals.len().min(vertices));
         }
     }
-    // The normals at shutter close are removed if they are incomplete, or if there are no normals
-    // at shutter open.
+    // Remove the normals at shutter close if they are incomplete, or if there are no normals at
+    // shutter open.
     if mesh.normals.is_empty() || mesh.normals_close.len() != vertices {
         mesh.normals_close = Vec::new();
     }

@@ -24,11 +24,11 @@ const MIN_WEIGHT: f32 = 1.0 / 1024.0;
 
 /// Appends the coarser levels of a picture to `samples`. Returns all levels, the finest first.
 ///
-/// `samples` holds the picture of `size` texels (columns, rows). A texel has `channels` samples;
-/// the last of two or four is alpha. `decode` and `encode` take the index of a channel and convert
-/// a sample to a linear value and back. A coarse texel is the mean of the finer texels that it
-/// covers, computed from unrounded values. Colours are weighted by their alpha, because a
-/// transparent texel is not visible.
+/// `samples` holds the picture of `size` texels (columns, rows). A texel has `channels` samples. If
+/// there are two or four, the last sample is alpha. `decode` and `encode` take the index of a
+/// channel: `decode` converts a sample to a linear value, and `encode` converts a value to a
+/// sample. A coarse texel is the mean of the finer texels that it covers, computed from unrounded
+/// values. Colours are weighted by their alpha, because a transparent texel is not visible.
 pub(super) fn append<T: Copy>(
     samples: &mut Vec<T>,
     size: (usize, usize),
@@ -125,9 +125,9 @@ fn halved(size: (usize, usize), channels: usize, read: impl Fn(usize, &mut [f32]
 /// The texels of a row of `n` texels that are covered by texel `i` of the next level, each with its
 /// weight.
 ///
-/// For odd `n` each coarse texel is 2 + 1/m fine texels wide and overlaps three of them (Guthe and
-/// Heckbert 2005, "Non-Power-of-Two Mipmap Creation"). Over all coarse texels, the weights of each
-/// fine texel have the same sum.
+/// For odd `n` = 2 m + 1, each of the m coarse texels is 2 + 1/m fine texels wide and overlaps
+/// three fine texels (Guthe and Heckbert 2005, "Non-Power-of-Two Mipmap Creation"). Over all coarse
+/// texels, the weights of each fine texel have the same sum.
 fn taps(n: usize, i: usize) -> impl Iterator<Item = (usize, f32)> {
     let m = n / 2;
     let weights = match (n, n % 2) {

@@ -50,7 +50,7 @@ type Blend = (usize, f32);
 
 impl Encode for Texture {
     fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
-        // The other fields follow from these fields and the samples.
+        // Leave out fields that follow from the encoded fields.
         let Self {
             samples,
             channels,

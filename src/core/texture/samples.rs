@@ -194,7 +194,7 @@ impl Encode for Samples {
     }
 }
 
-/// Value of a 16-bit sample; 65535 gives exactly 1.
+/// Value from 0 to 1 of a 16-bit sample. 65535 gives exactly 1.
 pub(super) fn decode_short(code: u16) -> f32 {
     code as f32 * (1.0 / 65535.0)
 }

@@ -26,7 +26,7 @@ impl Wrap {
     pub(super) fn fold(self, x: f32) -> f32 {
         match self {
             Self::Repeat => fraction(x),
-            // `max` returns 0 if x is NaN; `clamp` would return NaN.
+            // Use `max`, which returns 0 if x is NaN. `clamp` would return NaN.
             Self::Clamp => f32::max(x, 0.0).min(1.0),
             Self::Mirror => 1.0 - (1.0 - 2.0 * fraction(0.5 * x)).abs(),
         }

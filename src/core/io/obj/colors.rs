@@ -43,8 +43,9 @@ pub(super) fn color_of<'a>(words: impl Iterator<Item = &'a str>) -> Result<Optio
     }
 }
 
-/// Adds the colours of a `#MRGB` comment, from 0 to 1. `groups` is a sequence of hexadecimal groups
-/// `MMRRGGBB`; MM is a mask, which is ignored. Returns an error if a group is not hexadecimal.
+/// Adds the colours of a `#MRGB` comment, from 0 to 1. `groups` is a sequence of groups `MMRRGGBB`
+/// of hexadecimal digits. MM is a mask, which is ignored. Returns an error if a group is incomplete
+/// or not hexadecimal.
 pub(super) fn read_mrgb(groups: &str, colors: &mut Vec<[f32; 4]>) -> Result<(), ()> {
     for group in groups.as_bytes().chunks(8) {
         let text = std::str::from_utf8(group).map_err(|_| ())?;

@@ -17,8 +17,8 @@ const ROUNDING: f64 = 1e-9;
 pub struct ObjFaces {
     outline: Outline,
     materials: Vec<FaceMaterial>,
-    /// Runs of faces, in the order of the file: index of the section, faces of the run, and index
-    /// of their material.
+    /// Runs of consecutive faces with the same material, in the order of the file: index of the
+    /// section, range of faces, and index of the material.
     runs: Vec<(usize, FaceRange, usize)>,
 }
 

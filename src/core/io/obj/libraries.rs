@@ -76,7 +76,7 @@ pub(in crate::io) fn find_libraries(obj: &Path, named: &[LibraryName], may_use: 
 }
 
 /// Names of libraries in a statement: one name, or several names separated by blanks. A name may
-/// contain blanks, too.
+/// also contain blanks.
 fn names(finder: &mut FileFinder, folder: &Path, statement: &LibraryName) -> Vec<String> {
     let mut is_there = |name: &str| finder.find(folder, name).is_some();
     let whole = statement.whole.iter().flat_map(|whole| possible_names(whole));

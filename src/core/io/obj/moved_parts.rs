@@ -158,7 +158,8 @@ fn separate(
 /// Movement of the points of a group.
 struct Move {
     translation: Vec3,
-    /// Centre, rotation with scale, and transform of normals; `None` for a translation alone.
+    /// Centre of rotation and scale, matrix of rotation and scale, and matrix that transforms
+    /// normals. `None` for a translation alone.
     turned: Option<(Vec3, Mat3A, Mat3A)>,
     is_mirrored: bool,
 }

@@ -24,7 +24,7 @@ pub(super) const MAX_CLIPPED: usize = 10_000;
 /// indices of their corners.
 ///
 /// A fan from the first corner is used if all its triangles have the polygon's orientation, as in
-/// every convex polygon. The triangles cannot overlap then, because their areas sum to the
+/// every convex polygon. The triangles then do not overlap, because the sum of their areas is the
 /// polygon's area. In other polygons, ears are clipped one after the other (Meisters 1975), in the
 /// plane of Newell's normal. A polygon that crosses itself is also triangulated, but some of its
 /// triangles overlap.
@@ -195,7 +195,7 @@ fn first_from(set: &BTreeSet<usize>, start: usize) -> Option<usize> {
     set.range(start..).next().or_else(|| set.first()).copied()
 }
 
-/// A number as key for sorting; −0 equals 0.
+/// A number that can be a key of sorted sets. −0 equals 0.
 #[derive(Clone, Copy)]
 struct Area(f64);
 

@@ -297,7 +297,8 @@ impl Remarks {
 }
 
 impl Tally {
-    /// Finding with the message and the places of the remark; `None` if the remark does not occur.
+    /// Finding with the message `message` and the places of the remark. `None` if the remark does
+    /// not occur.
     fn finding(&self, path: &Path, severity: Severity, code: &'static str, message: String) -> Option<Finding> {
         let mut places = self.lines.iter().map(|&line| Position::line(line));
         let first = FileError::new(path, message).at(places.next()?);

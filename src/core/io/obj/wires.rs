@@ -82,7 +82,8 @@ impl Sphere {
             points.extend([DVec3::new(0.0, a, b), DVec3::new(a, b, 0.0), DVec3::new(b, 0.0, a)]);
         }
         let points: Vec<DVec3> = points.into_iter().map(DVec3::normalize).collect();
-        // Edges have length 1.05; all other distances are larger
+        // Edges of the icosahedron have the length 1.05. All other distances between corners are
+        // larger
         let is_near = |a: usize, b: usize| points[a].distance(points[b]) < 1.1;
         let mut triangles = Vec::new();
         for a in 0..12 {

@@ -2,9 +2,9 @@
 //! such that edges do not cross within a slab.
 //!
 //! A point is inside if the winding number of the oriented outlines around it is positive, or if it
-//! is inside an unoriented outline. Overlapping solids are therefore filled as their union, and
-//! hollows stay empty. If the same two edges bound a part of the inside in successive slabs, one
-//! trapezoid is made for all these slabs.
+//! is inside an unoriented outline. So the union of overlapping solids is filled, and hollows stay
+//! empty. If the same two edges bound a part of the inside in successive slabs, one trapezoid is
+//! made for all these slabs.
 
 use super::outline::OutlineEdge;
 use crate::math::DVec2;

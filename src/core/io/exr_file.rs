@@ -1,4 +1,4 @@
-//! Reading EXR files: header, layers, and position of the pixels.
+//! Reading EXR files: header, layers, and position of a layer in the image.
 
 use super::FileError;
 use super::header_limits::check_exr;

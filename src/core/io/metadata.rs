@@ -339,7 +339,8 @@ impl CameraAttributes {
     }
 }
 
-/// The first pair of `key=value` texts that differ: from `ours`, then from `theirs`.
+/// Text with the first setting `key=value` that differs, as in `ours` and as in `theirs`. `None` if
+/// no setting differs.
 fn setting_that_differs(ours: &str, theirs: &str) -> Option<String> {
     let pair = |text: &'_ str, i: usize| text.split(' ').nth(i).unwrap_or("nothing").to_string();
     (ours != theirs).then(|| {

@@ -80,7 +80,7 @@ fn bits(v: Vec3) -> [u32; 3] {
 
 /// Normal of a counter-clockwise polygon by Newell's method (Sutherland, Sproull and Schumacker
 /// 1974). The length of the normal is twice the area of the polygon. The method also works for
-/// polygons that are not convex or not quite flat. Zero if the area is zero.
+/// polygons that are not convex or not quite flat. The normal is zero if the area is zero.
 pub fn area_vector(points: &[Vec3]) -> DVec3 {
     let Some((first, rest)) = points.split_first() else {
         return DVec3::ZERO;

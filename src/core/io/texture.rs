@@ -230,7 +230,8 @@ fn cost(size: &PictureHeader, kind: TextureKind) -> (u64, u64) {
     let levels = std::iter::successors(Some(finest), |&level| (level != halved(level)).then(|| halved(level)));
     let texels: u64 = levels.map(|(width, height)| width * height).sum();
     let kept = texels * channels * size.sample_bytes;
-    // Levels are computed as floats: two rows, and the previous and the next level.
+    // Levels are computed as floats. This needs memory for two rows of texels, the previous level
+    // and the next level.
     let (width, height) = halved(finest);
     let floats = channels * (2 * size.width + width * height * 3 / 2);
     let chosen = size.width * size.height * channels * size.sample_bytes;

@@ -28,10 +28,11 @@ struct Lamp {
 }
 
 impl Lamps {
-    /// Makes one lamp of the emitting lights of each group in `groups`, in this order.
-    /// `scene_radius` is the radius of the scene. The lamp with the largest area takes `samples`
-    /// samples per vertex. Other lamps take a number proportional to the square root of their area,
-    /// at least 1. A light at infinity that shines from many directions counts as the largest.
+    /// Makes one lamp for each group in `groups`, in this order, from the emitting lights of the
+    /// group. `scene_radius` is the radius of the scene. The lamp with the largest area takes
+    /// `samples` samples per vertex. Other lamps take a number proportional to the square root of
+    /// their area, at least 1. A light at infinity that shines from many directions counts as the
+    /// largest.
     pub fn new(groups: impl Iterator<Item = Vec<LightId>>, lights: &[Light], scene_radius: f32, samples: u32) -> Self {
         let light = |id: &LightId| &lights[id.0 as usize];
         let power = |id: &LightId| light(id).power(scene_radius);

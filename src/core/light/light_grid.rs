@@ -33,7 +33,8 @@ const MAX_CLUSTERS: usize = 64;
 pub(super) const NORMALS: usize = 27;
 /// Fraction of the choices that are made by power, in every cell.
 const BY_POWER: f64 = 0.02;
-/// Minimum probability of a cluster: 2⁻²⁰. This is 16 steps of a random number, a multiple of 2⁻²⁴.
+/// Minimum probability of a cluster, 2⁻²⁰. Random numbers are multiples of 2⁻²⁴, so 16 random
+/// numbers select the cluster.
 const MIN_PROBABILITY: f64 = 1.0 / (1u32 << 20) as f64;
 /// Minimum power that is assumed for a light, as a fraction of the total power, so that rounding
 /// does not remove the light from sums.

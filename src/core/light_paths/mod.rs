@@ -50,7 +50,8 @@ pub struct LightPaths {
     layers: Vec<String>,
     /// Next class, for each class and kind of scattering event.
     next: Vec<[u8; 6]>,
-    /// For each class, the bit set of the parts that contain its light at the camera.
+    /// For each class, the bit set of the parts to which light of this class belongs when it
+    /// reaches the camera.
     parts: Vec<u64>,
 }
 

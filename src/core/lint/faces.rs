@@ -4,8 +4,8 @@ use crate::io::{Face, FileError, Finding, MAX_PLACES, ObjFaces, Position, Severi
 use crate::math::{Vec3, hash::mix};
 use std::path::Path;
 
-/// Fraction of the faces with vertex normals whose normals point to the other side than the
-/// winding. Above this fraction, the finding is a warning instead of a note.
+/// Fraction, among the faces with vertex normals, of faces whose normals point to the back. The
+/// winding defines the front. Above this fraction, the finding is a warning instead of a note.
 const FLIPPED_SHARE: f64 = 0.01;
 
 /// Checks the faces of an OBJ file one by one.

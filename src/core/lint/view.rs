@@ -48,8 +48,8 @@ fn inspect_bounds(scene: &Scene, whole: SceneErrorMaker) -> Option<Finding> {
 }
 
 /// Finds instances that are too far from the origin. The transformation of a ray into the
-/// instance's space has a rounding error, and rays start off the surface by this error. The offset
-/// must be small relative to the instance's size.
+/// instance's space has a rounding error, and rays start at this distance from the surface. The
+/// distance must be small relative to the instance's size.
 fn inspect_instances(scene: &Scene, whole: SceneErrorMaker) -> Option<Finding> {
     let extents: Vec<Bounds3> = scene.prototypes().iter().map(|p| bounds_of(scene, p.clone())).collect();
     let share = |instance: &Instance| {

@@ -18,7 +18,7 @@ use crate::math::{Affine3A, Bounds3};
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
-/// Name of the only object of a scene in which no object was begun.
+/// Name of the object of a scene for which [`SceneBuilder::begin_object`] was never called.
 const ONLY_OBJECT: &str = "scene";
 
 /// Bytes of memory for an emitting triangle, including its entry in the light selection and the

@@ -314,9 +314,10 @@ impl Ground {
         self.irradiance
     }
 
-    /// Factor and offset of the shadow at the point `p` at `time`: the fraction of arriving light
-    /// is the reflected light times the factor, plus the offset. `lights` are all lights of the
-    /// scene. In a channel in which no light would arrive without the scene, the fraction is 1.
+    /// Returns a factor and an offset for the point `p` at `time`. The fraction of the light that
+    /// arrives is the reflected radiance times the factor, plus the offset. `lights` are all lights
+    /// of the scene. In a channel in which no light would arrive without the scene, the fraction is
+    /// 1.
     pub fn shadow(&self, p: Vec3, time: f32, lights: &[Light]) -> (Spectrum, Spectrum) {
         let finite = self.finite.iter().filter_map(|id| lights.get(id.0 as usize));
         let unshadowed = finite.fold(self.irradiance, |sum, light| {

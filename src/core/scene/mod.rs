@@ -143,7 +143,7 @@ pub struct Scene {
     /// shape.
     light_numbers: Vec<Vec<u32>>,
     infinite_lights: Vec<LightId>,
-    /// Selection of the light from which a path starts, computed at the first request.
+    /// Selection of the light from which a light path starts, computed at the first request.
     emission_selection: OnceLock<EmissionSelection>,
     light_groups: LightGroups,
     bounds: Bounds3,
@@ -211,7 +211,7 @@ impl Scene {
         })
     }
 
-    /// Selection of the light from which a path starts, computed at the first request.
+    /// Selection of the light from which a light path starts, computed at the first request.
     pub fn emission_selection(&self) -> &EmissionSelection {
         self.emission_selection
             .get_or_init(|| EmissionSelection::new(&self.lights, self.ball().radius))
@@ -342,7 +342,8 @@ impl Scene {
         SurfacePoint { time, ..point }
     }
 
-    /// Precomputed data of the triangle that was hit. Its mesh must not be part of a prototype.
+    /// Facet (precomputed data) of the triangle that was hit. The mesh of the triangle must not be
+    /// part of a prototype.
     #[inline(always)]
     fn facet(&self, hit: &Hit) -> Facet {
         let geom = hit.geom.0 as usize;

@@ -101,7 +101,7 @@ fn axes_of(head: &str) -> FileAxes {
         usual_up: match Signature::find(head).map(|signature| signature.dialect) {
             Some(MtlDialect::Meshlab | MtlDialect::Threedfier) => Some(Vec3::Z),
             // Maya keeps the up axis of its scene, and Assimp keeps the up axis of the file that it
-            // converts. Both are unknown.
+            // converts. In both cases, the axis is unknown.
             Some(MtlDialect::Maya | MtlDialect::Assimp) => None,
             Some(_) => Some(Vec3::Y),
             None => comments().find_map(|comment| match (is_named(comment, &TURN), is_named(comment, &KEEP)) {

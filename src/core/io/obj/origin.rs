@@ -16,8 +16,9 @@ const MAX_LINE: u64 = 1 << 16;
 /// the size of the model.
 const FAR: f64 = 500.0;
 
-/// If the first vertex of a file is near the origin, some other vertices are read to find out where
-/// most vertices are: this number of places in the file, and this number of bytes at each place.
+/// Number of places in a file, and number of bytes at each place, where vertices are read to find
+/// out if most vertices are far from the origin. This is done if the first vertex is near the
+/// origin.
 const PLACES: u64 = 64;
 const PLACE_BYTES: u64 = 1 << 12;
 /// Maximum number of sampled vertices, and fraction of the samples that is left out at each end of

@@ -15,7 +15,7 @@ use std::path::Path;
 /// bytes, in addition to [`ControlMesh::bytes`].
 const BYTES_OF_TRIANGLE: u64 = 130;
 
-/// Subdivides the faces of a file with the steps of `parameters`.
+/// Subdivides the faces of a file. `parameters` has the number of steps and the crease angle.
 pub(super) fn subdivide(
     path: &Path,
     outline: &mut Outline,

@@ -15,8 +15,8 @@ pub struct SectionPlane {
 }
 
 impl SectionPlane {
-    /// The plane through `point` with the normal `normal`, of any length. `None` if any number is
-    /// not finite, or if the normal is zero.
+    /// The plane through `point` with the normal `normal`, which may have any length. `None` if any
+    /// number is not finite, or if the normal is zero.
     pub fn new(normal: DVec3, point: DVec3) -> Option<Self> {
         let normal = normal.try_normalize()?;
         let offset = normal.dot(point);

@@ -22,7 +22,8 @@ impl Picture {
     /// transparent pixels are black, because programs store empty pixels as black.
     ///
     /// If alpha has another meaning, such as a mask of gloss or of clothes, the transparent pixels
-    /// have the colours of the picture. In pictures on paper, the transparent pixels are white.
+    /// have the colours of the picture. In pictures with a white background, such as drawings, the
+    /// transparent pixels are white.
     pub fn is_cut_out(&self) -> bool {
         match &self.samples {
             Samples::Bytes(all) => is_cut_out(all, self.channels, |x| f32::from(x) / f32::from(u8::MAX)),

@@ -6,9 +6,8 @@
 //!
 //! An integrator passes the background or the ground that the camera ray sees (`CameraView`) to its
 //! sink, and the sink uses this view to finish the sample. The light of a sample is linear in the
-//! throughput at the first vertex. On the ground, the sink therefore multiplies all light of the
-//! sample by one factor. Path reuse, roulette and MIS weights therefore do not depend on the
-//! ground.
+//! throughput at the first vertex. So the sink can multiply all light of a sample on the ground by
+//! one factor, and path reuse, roulette and MIS weights do not depend on the ground.
 
 use super::{FoundLight, LightSource};
 use crate::color::Spectrum;

@@ -15,7 +15,8 @@ use crate::scene::Ground;
 
 impl<A: Accel> World<'_, A> {
     /// Passes `vertex`, the first surface that the camera ray `ray` hits, to the sink. The ground
-    /// counts as background, not as a surface: depths, mattes and metering use only the objects.
+    /// counts as background, not as a surface. So depths, mattes and the metering of the exposure
+    /// use only the objects.
     ///
     /// `beta` is the transmittance in front of the surface.
     #[inline(always)]

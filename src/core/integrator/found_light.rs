@@ -1,9 +1,9 @@
 //! Light that an integrator passes to its sink.
 //!
-//! Each `FoundLight` has its source and the scattering events between the source and the camera.
-//! The sink of a plain image adds the radiance. A sink that separates groups of lights or classes
-//! of paths also adds the radiance to the parts (`render/light_parts.rs`). `LightSum` stores light
-//! that is multiplied by a common factor later.
+//! A `FoundLight` has a radiance, the source of the light, and the scattering events between the
+//! source and the camera. The sink of a plain image adds the radiance. A sink that separates groups
+//! of lights or classes of paths also adds the radiance to the parts (`render/light_parts.rs`).
+//! `LightSum` stores light that is multiplied by a common factor later.
 
 use super::Sink;
 use crate::bsdf::ScatteringEvent;
@@ -88,8 +88,9 @@ impl FoundLight<'_> {
 /// Splits the light `radiance` of a source of kind `kind` into the classes of `paths`. `events` are
 /// the scattering events between source and camera, in order from the source.
 ///
-/// A smooth scattering event may be diffuse and glossy. Its light is split in proportion to the
-/// values of these lobes, and each part goes to its class. This needs no random number.
+/// A smooth scattering event may belong to a diffuse and a glossy lobe at the same time. The light
+/// is split in proportion to the values of these lobes, and each part goes to its class. This needs
+/// no random number.
 pub fn path_classes(
     radiance: Spectrum,
     kind: PathLight,

@@ -1,8 +1,8 @@
 //! Lines of drawings (`--aov lines`): edges of objects, parts and materials, creases, and
 //! silhouettes.
 //!
-//! A sample lies on a line if a film point near it shows a different surface (Choudhury and Parker
-//! 2009, "Ray tracing NPR-style feature lines", §3). The film points lie on rings around the
+//! A sample lies on a line if a film point near the sample shows a different surface (Choudhury and
+//! Parker 2009, "Ray tracing NPR-style feature lines", §3). The film points lie on rings around the
 //! sample, at most half the width of a line away. So a line has the same width in every projection
 //! and lies on both sides of an edge, and the pixel filter makes it smooth.
 //!
@@ -12,9 +12,11 @@
 //! - the surface has no step between them,
 //! - and the shading normals differ by less than the angle of a crease.
 //!
-//! At a step, one point lies behind the tangent plane of the other point, and the other point lies
-//! in front of the tangent plane of the first. At a convex edge each point lies behind the tangent
-//! plane of the other, and at a concave edge in front of it.
+//! A step and an edge differ in the tangent planes of the two surface points. At a step, the far
+//! point lies behind the tangent plane of the near point, and the near point lies in front of the
+//! tangent plane of the far point. At a convex edge, each point lies behind the tangent plane of
+//! the other point. At a concave edge, each point lies in front of the tangent plane of the other
+//! point.
 //!
 //! Surfaces of opacity 0.5 and more have lines, including glass. The ground counts as background.
 

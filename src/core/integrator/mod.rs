@@ -75,7 +75,7 @@ pub trait Integrator: Sync {
     fn sample<S: Sampler>(&self, key: SampleKey, sampler: &mut S, out: &mut impl Sink);
 
     /// Traces several samples, each into a separate sink of `out`. Work that the samples have in
-    /// common may be done only once.
+    /// common may be done once for all of them.
     fn samples<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
         for (key, out) in keys.iter().zip(out) {
             self.sample(*key, sampler, out);
@@ -133,7 +133,8 @@ pub trait Sink: RaySink {
     /// Adds light to the pixel of the sample.
     fn light(&mut self, light: FoundLight);
 
-    /// Receives a part of light that [`Sink::light`] receives as a sum over several sources.
+    /// Receives the light of one source. [`Sink::light`] receives the sum over several sources,
+    /// which includes this light.
     fn part(&mut self, _light: FoundLight) {}
 
     /// Adds radiance to the pixel of the sample. The radiance does not come from a light of the

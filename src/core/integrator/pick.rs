@@ -30,8 +30,9 @@ impl<A: Accel> World<'_, A> {
     }
 
     /// Outline of the surfaces that are selected with `picked`, in a grid of `size` cells over the
-    /// picture of `views`. The result is run lengths, row by row: cells without these surfaces and
-    /// cells with them alternate, starting without.
+    /// picture of `views`. Returns run lengths, row by row. Runs of cells without these surfaces
+    /// alternate with runs of cells that show them. The first run has cells without these surfaces,
+    /// and may be empty.
     pub fn outline(&self, views: &[View], picked: &PickedSurface, size: UVec2) -> Vec<u32> {
         let part = self.part(&picked.hit);
         let cell = self.camera.resolution().as_vec2() / size.as_vec2();

@@ -18,8 +18,8 @@ use crate::math::{Ball, Vec3};
 pub enum SearchRadius {
     /// One radius for the whole scene, in scene units.
     Fixed(f32),
-    /// Radius in widths of a pixel at the distance of the point, so that near and far surfaces look
-    /// alike.
+    /// Radius as a multiple of the width of a pixel at the distance of the point. The blur is then
+    /// equally wide in the picture on near and far surfaces.
     Pixels(f32),
 }
 
@@ -47,8 +47,8 @@ pub const PHOTON_PIXELS: f32 = 3.0;
 /// find most of the light, and merging loses light at the edges of surfaces.
 pub const MERGING_PIXELS: f32 = 1.0;
 
-/// Maximum change of a radius per unit of distance from the camera. In an image with few pixels,
-/// the width of a pixel would grow as fast as the distance.
+/// Maximum change of a radius per unit of distance from the camera. The limit matters in images
+/// with few pixels, in which the width of a pixel grows nearly as fast as the distance.
 const MAX_SLOPE: f32 = 0.5;
 
 /// Minimum radius relative to the size of the scene. Coordinates do not resolve smaller lengths.

@@ -1,11 +1,11 @@
 //! Learns which part of the sky is visible from surfaces, before the first sample.
 //! `light/visibility_grid.rs` uses the learned visibility to sample directions of the sky.
 //!
-//! Some camera paths find surfaces in the same way as the render does. If enough of their rays
-//! leave the scene, sampling the sky by radiance is good enough, and nothing is learned. Otherwise
-//! each grid cell with surfaces traces one ray through each bin of sky directions, from the points
-//! that the paths found. The number of rays is limited to a few percent of the rays of an image
-//! with 16 samples per pixel.
+//! First some camera paths are traced, as in the render, to find surface points. If enough rays of
+//! these paths leave the scene, sampling the sky by radiance is good enough, and nothing is
+//! learned. Otherwise rays are traced from each grid cell with surfaces, one ray through each bin
+//! of sky directions. They start at the points that the paths found. The number of rays is limited
+//! to a few percent of the rays of an image with 16 samples per pixel.
 //!
 //! The random numbers do not depend on samples, settings, the crop or the seed, so all parts of a
 //! render learn the same visibility.
@@ -20,7 +20,7 @@ use crate::math::{Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler, Stream};
 use crate::scene::Scene;
 
-/// Number of pixels per path that finds surfaces.
+/// Number of pixels of the image for each path that finds surfaces.
 const PIXELS_A_PATH: u64 = 8;
 /// Minimum and maximum number of paths that find surfaces.
 const PATHS: [u64; 2] = [128, 32_768];
@@ -30,7 +30,7 @@ const PATHS_A_WORK_ITEM: u32 = 256;
 const MAX_DEPTH: u32 = 8;
 /// Maximum probability that a path continues.
 const MAX_SURVIVAL: f32 = 0.9;
-/// Maximum number of learning rays per pixel: about 4 % of the time of 16 samples.
+/// Maximum number of learning rays per pixel. They take about 4 % of the time of 16 samples.
 const RAYS_A_PIXEL: u64 = 2;
 /// Minimum and maximum number of learning rays.
 const RAYS: [u64; 2] = [1 << 11, 1 << 20];

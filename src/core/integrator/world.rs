@@ -1,5 +1,5 @@
-//! The world that all integrators share: scene, backend, camera and pixel filter. Its methods are
-//! ray queries.
+//! The world that all integrators share: scene, backend, camera and pixel filter. The methods of
+//! `World` are ray queries.
 //!
 //! The filter width of textures is an eighth of the width that a pixel has on the surface in a
 //! direct view (`World::footprint`). This width depends only on the point and needs no state along
@@ -32,8 +32,9 @@ use crate::scene::{HullHit, Scene};
 ///
 /// The samples of a pixel lie at different points, and their mean filters textures again. For n
 /// samples a width of 1/√n is enough (PBR4 §10.1.3, which stops at 1/8). Here n is always 64, so
-/// that samples do not change if more are added. With fewer samples textures have more noise than
-/// necessary, far below the noise of light (docs/notebook/2026-11.md).
+/// that a sample does not depend on the number of samples of the render. With fewer than 64
+/// samples, textures have more noise than necessary, but far less noise than the light has
+/// (docs/notebook/2026-11.md).
 const SAMPLE_WIDTH: f32 = 0.125;
 
 /// Scene, backend, camera and light selection: shared by all integrators.
@@ -166,8 +167,9 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// Chooses a light in proportion to its power with the number `choice`, and samples its
-    /// emission. Returns the light, the probability of the choice, and the emission.
+    /// Chooses a light with a probability proportional to its power, by the random number `choice`.
+    /// Then samples the emission of this light. Returns the light, the probability of the choice,
+    /// and the emission.
     pub(super) fn sample_emission(
         &self,
         time: f32,
@@ -286,9 +288,10 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     /// First surface along `ray` for which `is_opaque` returns `true`. `first` is the closest hit
-    /// of the ray. The ground does not stop camera rays from below. The hull of a sphere or disk
-    /// lamp is a mesh around it (`scene/lamp_hulls.rs`). Surfaces between the hull and the lamp
-    /// count as in front of the lamp.
+    /// of the ray. The ground does not stop camera rays from below. For the backend, a sphere or
+    /// disk lamp is a mesh that encloses the lamp, called its hull (`scene/lamp_hulls.rs`). If
+    /// `ray` enters a hull and meets the lamp, surfaces between the hull and the lamp count as in
+    /// front of the lamp.
     #[inline(always)]
     pub(super) fn first_that(
         &self,
@@ -484,7 +487,7 @@ impl<'a, A: Accel> World<'a, A> {
         Some(slot.bsdf.get_or_init(|| bsdf))
     }
 
-    /// [`World::vertex`] for surfaces whose normals or materials vary; not inlined.
+    /// [`World::vertex`] for surfaces whose normals or materials vary.
     #[inline(never)]
     fn detailed_vertex<'v>(&'v self, hit: &Hit, ray: &Ray, slot: &'v BsdfSlot<'v>) -> Vertex<'v> {
         let wo = -ray.direction;

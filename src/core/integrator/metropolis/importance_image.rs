@@ -140,8 +140,8 @@ impl<A: Accel> ImportanceImageMaker<'_, A> {
         light
     }
 
-    /// Joins the results of all work items, given in the order of the work items, to an importance
-    /// image.
+    /// Makes the importance image from the results of all work items, given in the order of their
+    /// indices.
     pub fn join(&self, work_items: &[Vec<f64>]) -> ImportanceImage {
         let mut picture = ImportanceImage::of(self.world.camera.resolution());
         let estimates = work_items.chunks(SAMPLES as usize);

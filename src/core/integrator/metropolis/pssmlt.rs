@@ -61,11 +61,12 @@ use std::ops::RangeInclusive;
 /// weights: of C chains, `C w / B` are expected to start at a seed.
 ///
 /// If the chain at u adds g(u) = f(u) / f*(u), all chains at their starts add B / C times the sum
-/// of g over them. Given the seeds, the mean of this is Σ w g, whose mean over the seeds is ∫ f* g
-/// = ∫ f, for any M and C. The same holds for any function in place of g, so also for the mean
-/// contribution of the chain after i steps, (Kⁱ g)(u). Σ w Kⁱ g has the mean ∫ f* Kⁱ g, and that is
-/// ∫ f* g = ∫ f, because steps preserve f*. There is no start-up bias to be discarded (Veach 1997,
-/// §11.3.1), and a chain may have any length: a short one is as noisy as the seeds.
+/// of g over the starts. Given the seeds, the mean of this light is Σ w g, whose mean over the
+/// seeds is ∫ f* g = ∫ f, for any M and C. The same holds for any function in place of g, so also
+/// for the mean contribution of the chain after i steps, (Kⁱ g)(u). Σ w Kⁱ g has the mean ∫ f* Kⁱ
+/// g, and that is ∫ f* g = ∫ f, because steps preserve f*. There is no start-up bias to be
+/// discarded (Veach 1997, §11.3.1), and a chain may have any length. The light of a short chain is
+/// as noisy as the light of the seeds.
 #[derive(Debug)]
 pub struct PrimarySpaceIntegrator<'a, A> {
     /// World with the scene and the camera.

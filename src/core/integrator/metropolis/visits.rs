@@ -17,7 +17,7 @@ use crate::integrator::ChainCounts;
 use crate::math::Vec2;
 use std::collections::HashMap;
 
-/// Numbers of visits of a chain to pixels.
+/// Number of visits of one chain to each pixel.
 #[derive(Debug, Default)]
 pub(crate) struct Visits {
     pixels: HashMap<[i32; 2], f64>,

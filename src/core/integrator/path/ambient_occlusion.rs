@@ -15,7 +15,7 @@ pub struct AmbientOcclusion<'a, A> {
     pub distance: f32,
 }
 
-/// Number of camera rays along each side of the image that determine the default distance.
+/// The default distance comes from `PROBES` × `PROBES` camera rays, evenly spaced over the image.
 const PROBES: u32 = 32;
 
 impl<A: Accel> AmbientOcclusion<'_, A> {

@@ -46,7 +46,7 @@ impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
         let mut target = None;
 
         loop {
-            // Find the next surface, and add emission that was not sampled
+            // Find the next surface. Add its emission if the previous vertex did not sample lights
             let slot = BsdfSlot::new();
             let vertex = path.next_vertex(world, wavelength.as_ref(), &slot, out);
             strategy.add_found(world, &path, vertex.as_ref(), out);
@@ -76,7 +76,7 @@ impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
 
 impl<A: Accel> AreaIntegrator<'_, A> {
     /// Samples the next segment: towards a point on some surface, or in the direction of a delta
-    /// lobe. `None` if the vertex scatters no light from there to the viewer.
+    /// lobe. `None` if the vertex scatters no light from this point or direction to the viewer.
     fn next(
         &self,
         path: &PathState,

@@ -16,7 +16,7 @@ use crate::material::BsdfSlot;
 use crate::math::Vec3;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
-/// Shows a property of the first surface as a colour.
+/// Shows a property of the first surface, or the number of rays of a sample, as a colour.
 #[derive(Debug)]
 pub struct DebugIntegrator<'a, A> {
     /// World with the scene and the camera.
@@ -58,8 +58,8 @@ pub enum DebugView {
     RayCost,
 }
 
-/// Number of rays that has the brightest colour: a shadow ray and a scattered ray at each of
-/// sixteen vertices.
+/// Number of rays that is shown in the brightest colour: a shadow ray and a scattered ray at each
+/// of sixteen vertices.
 const MAX_RAYS: f32 = 32.0;
 /// Maximum number of scattering events of a sample whose rays are counted: the default of a render.
 const MAX_DEPTH: u32 = 16;

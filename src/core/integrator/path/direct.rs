@@ -304,8 +304,9 @@ impl Direct {
         Self::of_sample(world, vertex, strategy, (id, expected), &light, out)
     }
 
-    /// Weights `light`, a sample of the light `id`, at the vertex. `expected` is the expected
-    /// number of samples of this light at the vertex.
+    /// Computes the BSDF and the MIS weight for `light`, a sample of the light `id`. Returns `None`
+    /// if the BSDF is black. `expected` is the expected number of samples of this light at the
+    /// vertex.
     #[inline(always)]
     fn of_sample<A: Accel>(
         world: &World<A>,
@@ -315,7 +316,7 @@ impl Direct {
         light: &LightSample,
         out: &mut impl Sink,
     ) -> Option<Self> {
-        // Evaluate the scattered light. If it is black, no shadow ray is needed.
+        // Evaluate the BSDF times the cosine. If it is black, no shadow ray is needed.
         let wi = vertex.frame.to_local(light.wi);
         let (f, scattering_pdf) = strategy.directions.eval_pdf(vertex, wi);
         let f = f * wi.z.abs();

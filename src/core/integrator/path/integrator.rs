@@ -12,7 +12,7 @@
 //! slower because of the data stored between the stages.
 //!
 //! `method/run.rs` monomorphises the path tracer per backend, because a call that the compiler
-//! cannot inline costs some percent of a ray.
+//! cannot inline costs some percent of the time of a ray.
 
 use super::camera_packet::CameraPacket;
 use super::direct::{Direct, LightNumbers, trace};

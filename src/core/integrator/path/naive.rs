@@ -9,8 +9,8 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 /// 1986). A random decision chooses between emission and reflection at a surface.
 ///
 /// Each event has a separate probability, as in textbooks. The probabilities are options, so that
-/// users can see their cost. The path tracer instead multiplies its throughput by these
-/// probabilities, which has less error.
+/// users can see how each one changes the noise. The path tracer instead multiplies its throughput
+/// by these probabilities, which has less error.
 #[derive(Debug)]
 pub struct NaiveIntegrator<'a, A> {
     /// World with the scene and the camera.

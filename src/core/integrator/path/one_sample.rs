@@ -32,7 +32,7 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
         let wavelength = world.wavelength(sampler);
 
         loop {
-            // Find the next surface, and add emission that was not sampled
+            // Find the next surface. Add its emission if the previous vertex did not sample lights
             let depth = path.depth;
             let slot = BsdfSlot::new();
             let vertex = path.next_vertex(world, wavelength.as_ref(), &slot, out);

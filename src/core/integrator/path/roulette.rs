@@ -5,11 +5,11 @@
 //! probability is the largest channel of the throughput (in `path` divided by 0.5), at most 0.95.
 //! docs/notebook/2026-11.md, "Russian roulette", compares rules by the product of noise and time.
 //!
-//! For the survival probability, the throughput is multiplied by the squared indices of refraction
-//! by which refraction has divided it. The reason is that radiance that shrinks on its way into
-//! glass grows again on its way out. `reuse` adds a minimum for shared paths.
-//! `integrator/visibility.rs`, which learns which parts of the sky are visible, has a separate
-//! roulette.
+//! Refraction divides the throughput by the squared relative index of refraction. The survival
+//! probability uses the throughput without this division, because radiance that shrinks on its way
+//! into glass grows again on its way out. For shared paths, `reuse` uses a minimum of the
+//! throughput. `integrator/visibility.rs`, which learns which parts of the sky are visible, has a
+//! separate roulette.
 
 use crate::color::Spectrum;
 

@@ -51,7 +51,7 @@ impl<A: Accel> Integrator for SimpleIntegrator<'_, A> {
             let direct = Direct::sample(world, (&path, &vertex), &SAMPLED, 1, &u, out);
             trace(direct, world, (&path, &vertex), out);
 
-            // Sample all other light: a random direction, and multiply the throughput by f cos θ /
+            // Sample all other light by a random direction. Multiply the throughput by f cos θ /
             // pdf
             let u_lobe = sampler.get_1d(Dimension::bounce(path.depth, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(path.depth, Bounce::Direction));

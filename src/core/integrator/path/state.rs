@@ -24,7 +24,8 @@ pub(crate) struct PathState {
     /// Throughput from the camera to `ray`.
     pub beta: Spectrum,
     /// Factor by which Russian roulette multiplies `beta`: the squared indices of refraction by
-    /// which `beta` was divided, and the throughput before the start of the path.
+    /// which `beta` was divided. If the path continues another path, the factor includes the
+    /// throughput of that path.
     pub roulette_scale: Spectrum,
     /// Vertex at the start of `ray`, with the sampled direction; `None` at the camera.
     pub prev: Option<PrevVertex>,
@@ -72,8 +73,8 @@ impl PathState {
         hit
     }
 
-    /// Vertex at `hit` on the ray of the path. If the ray is a camera ray, passes its first view
-    /// (surface or ground) to `out`.
+    /// Vertex at `hit` on the ray of the path. If the ray is a camera ray, passes the surface or
+    /// the ground that the ray sees to `out`.
     ///
     /// From the first dispersive glass on, the light of the path has the wavelength `wavelength`,
     /// and the throughput includes the weight of the wavelength.

@@ -165,8 +165,8 @@ impl Strategy {
         self.direct != DirectLight::None
     }
 
-    /// Returns `true` if emission may count that a ray hits after a smooth lobe. Emission after a
-    /// delta lobe always counts.
+    /// Returns `true` if a ray that leaves a smooth lobe and hits a light adds the emission of the
+    /// light. A ray that leaves a delta lobe always adds the emission.
     pub(crate) fn counts_emission_hits(&self) -> bool {
         self.direct != DirectLight::Light
     }

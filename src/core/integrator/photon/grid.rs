@@ -2,9 +2,9 @@
 //!
 //! A counting sort fills the table in the order of the photons, so its contents do not depend on
 //! threads. The width of a cell follows the search radius at its position. The level of a photon is
-//! the base-2 logarithm of the width of its cell. A lookup reads one or two levels: the levels of
-//! all radii near its point. So the grid suits near and far surfaces, and a lookup reads at most
-//! some dozens of cells.
+//! the base-2 logarithm of the width of its cell. A lookup at a point reads one or two levels,
+//! which are the levels of all search radii near the point. So the grid suits near and far
+//! surfaces, and a lookup reads at most some dozens of cells.
 
 use super::photons::Photon;
 use crate::integrator::search_radius::Radii;
@@ -12,7 +12,7 @@ use crate::math::Vec3;
 use crate::math::float::gamma;
 use crate::math::hash::mix;
 
-/// Items of a [`PhotonGrid`]: they have a position.
+/// An item of a [`PhotonGrid`], which has a position.
 pub trait GridItem: Copy {
     /// Position in world space.
     fn place(&self) -> Vec3;

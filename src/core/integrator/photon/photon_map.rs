@@ -16,7 +16,7 @@
 //!   light paths, and so a larger search radius. Motion within a slice is still blurred, by at most
 //!   a sixteenth of the motion with 65,536 paths.
 //! - The errors of photons are common to all samples. The variance channel does not contain these
-//!   errors, and `embrasure compare` does not use the channel to test such images.
+//!   errors. So `embrasure compare` does not use the variance channel of such images.
 
 use super::density::Density;
 use super::photons::Photon;
@@ -50,7 +50,7 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 ///   global map, which has all photons, gives the light that the surface scatters.
 ///
 /// If a gather ray is shorter than the radius of the disk at its end, as in corners, the disk would
-/// be visible. The end of the ray then becomes a vertex of the path instead.
+/// be visible in the image. The end of such a ray becomes a vertex of the path instead.
 ///
 /// The image is biased for any number of samples, because densities are means over disks. The
 /// photons are the same for all samples, so their error is common to all samples, and variances do
@@ -136,9 +136,9 @@ impl PhotonMaps {
 enum Purpose {
     /// Adds the emission that the ray hits, and continues as a camera path.
     See,
-    /// Gather ray: adds the light that the surface at its end scatters. `length` is the length of
-    /// the gather ray before its last delta lobe. `after_delta` is true if the ray leaves a delta
-    /// lobe.
+    /// Gather ray: adds the light that the surface at its end scatters. `length` is the distance
+    /// along the gather ray from its start to its last delta lobe; 0 if it met none. `after_delta`
+    /// is true if the ray leaves a delta lobe.
     Gather { length: f32, after_delta: bool },
 }
 

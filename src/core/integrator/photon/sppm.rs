@@ -8,8 +8,8 @@
 //!
 //! The disadvantage is that radii do not follow the local density of photons. A caustic with many
 //! photons could use smaller disks, and a dark corner larger ones. Instead the first radius is a
-//! multiple of the width of a pixel at the distance of the point, so that near and far surfaces
-//! look alike. `--photon-radius` sets one length for the whole scene.
+//! multiple of the width of a pixel at the distance of the point. The blur is then equally wide in
+//! the picture on near and far surfaces. `--photon-radius` sets one length for the whole scene.
 
 use super::density::Density;
 use super::grid::PhotonGrid;

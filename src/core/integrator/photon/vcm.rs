@@ -1,5 +1,5 @@
-//! Vertex connection and merging: `bdpt` with one additional strategy at each vertex. This strategy
-//! merges the camera path with a light path that ends nearby.
+//! Vertex connection and merging: `bdpt` with one additional strategy at each vertex of the camera
+//! path. This strategy merges the camera path with a light path that ends near the vertex.
 //!
 //! `bidirectional/connection/weights.rs` computes the MIS weights and explains the term of merging.
 //! Merging and connections use different light paths. The light paths for merging are stored for a

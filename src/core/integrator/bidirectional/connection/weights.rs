@@ -2,11 +2,11 @@
 //!
 //! A weight compares the density of a strategy with the densities of all other strategies.
 //! Neighbouring strategies differ by one vertex, so each ratio of densities follows from the ratio
-//! before it (Veach 1997, §10.2). Only the two vertices on either side of a connection change their
-//! densities. So each vertex of a subpath stores the sum over the strategies that connect nearer to
-//! the start of the subpath (`PathVertex::others`). A weight is then computed in constant time (van
-//! Antwerpen 2011, "Recursive MIS Computation for Streaming BDPT on the GPU"; Georgiev 2012,
-//! "Implementing Vertex Connection and Merging").
+//! before it (Veach 1997, §10.2). Of all vertices, only two on either side of a connection have
+//! densities that depend on the connection. So each vertex of a subpath stores the sum over the
+//! strategies that connect nearer to the start of the subpath (`PathVertex::others`). A weight is
+//! then computed in constant time (van Antwerpen 2011, "Recursive MIS Computation for Streaming
+//! BDPT on the GPU"; Georgiev 2012, "Implementing Vertex Connection and Merging").
 //!
 //! The direction of a delta lobe has density 1 if it is sampled from the start of the subpath. If
 //! it is sampled from the other end of the path, its density is the Jacobian of one direction with

@@ -242,10 +242,10 @@ impl<'a> Surface<'a> {
     /// Fraction of the smooth samples of light paths that are cosine-distributed around the
     /// geometric normal. The BSDF samples directions around the shading normal, and never
     /// directions above the horizon of the geometric normal but below the horizon of the shading
-    /// normal. A viewer there still sees light, because the normal is bent for the viewer. The
-    /// fraction is proportional to the square root of the part that the BSDF misses. This limits
-    /// both the number of badly sampled paths and the weights of the few paths in the missed
-    /// directions.
+    /// normal. A viewer in such a direction still sees light, because the shading normal is bent
+    /// for the viewer. The fraction is proportional to the square root of the part that the BSDF
+    /// misses. This limits both the number of badly sampled paths and the weights of the few paths
+    /// in the missed directions.
     fn facet_share(&self) -> f32 {
         match self.is_detailed {
             true => 0.5 * (1.0 - self.point.ns.dot(self.point.ng)).clamp(0.0, 1.0).sqrt(),

@@ -22,8 +22,8 @@
 //! density, and cancel. A path stores which of its vertices scatter by delta lobes. At a vertex
 //! that reflects, all mirror-like lobes are summed, because they cannot be distinguished.
 //!
-//! - Paths are never cut after a vertex that scatters by a delta lobe, because the deterministic
-//!   step would be repeated.
+//! - Mutations never cut a path after a vertex that scatters by a delta lobe. The new part would
+//!   only repeat the direction of the lobe.
 //! - A tenth of all mutations replaces the whole path. The distribution of its length comes from
 //!   the seeds of the iteration, except the samples that the chain may have started from
 //!   (`Seeds::lengths`). A step that depends on these samples would favour light that the samples

@@ -31,7 +31,7 @@ pub(super) struct Path<'a> {
     pub target: f64,
 }
 
-/// Random numbers of a path at the camera.
+/// Random number of the lens point, and time of a path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct CameraSample {
     /// Random number of the lens point.
@@ -220,7 +220,7 @@ impl<'a> Vertex<'a> {
     }
 
     /// Returns `true` if both vertices are on the same triangle. This happens if a ray from `other`
-    /// hits the triangle that it leaves. The quantities of a path cannot distinguish such points.
+    /// hits the triangle that it leaves. Such paths are rejected (`is_same_point` in `space`).
     pub fn is_on_same_triangle(&self, other: &Self) -> bool {
         let triangle = |vertex: &Self| vertex.surface().map(|s| (s.hit.prim, s.hit.geom, s.hit.inst));
         triangle(self).is_some_and(|own| triangle(other) == Some(own))
@@ -273,7 +273,7 @@ impl<'a> Vertex<'a> {
     }
 }
 
-/// All delta lobes of a BSDF on one side of the surface, combined to one lobe.
+/// All delta lobes of a BSDF on one side of the surface, combined into one lobe.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Single {
     /// Unit direction of the lobe, local frame.

@@ -21,7 +21,8 @@ pub(super) struct PathPerturbation<'s, 'w, 'a, A> {
 
 /// Minimum perturbation of the film point, in pixels.
 const MIN_STEP: f32 = 0.1;
-/// Area within the maximum perturbation of the film point, as a fraction of the film area.
+/// Area of the disk of all film points that a perturbation can reach, as a fraction of the film
+/// area.
 const MAX_STEP_SHARE: f32 = 0.05;
 /// Minimum and maximum angle of perturbations of directions between two specular chains, in
 /// radians.

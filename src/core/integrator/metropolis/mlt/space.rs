@@ -401,8 +401,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     }
 
     /// Makes the path with the vertices `vertices`, and computes its contribution. `None` if the
-    /// contribution is 0. Edges with a transmittance of 1 count as free, even if their visibility
-    /// is not tested yet.
+    /// contribution is 0. An edge whose visibility is not tested yet has the transmittance 1 here.
     fn path(&self, mut vertices: Vec<Vertex<'a>>, fresh: Range<usize>, camera: CameraSample) -> Option<Path<'a>> {
         let time = camera.time;
         let n = vertices.len();

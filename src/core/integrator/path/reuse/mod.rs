@@ -10,30 +10,33 @@
 //! traced as one packet.
 //!
 //! The balance heuristic over all paths that could have found the end makes the estimate unbiased.
-//! The heuristic also limits the estimate to the light that the pixel's own path would add. The
-//! type `End` has the formulas. Two kinds of light are added only to the pixel whose path found
-//! them: light emitted at the second vertex, and light that arrives there by a delta lobe.
+//! With these weights, an end never adds more light to a pixel than the pixel's own path to this
+//! end would add. The type `End` has the formulas. Two kinds of light are added only to the pixel
+//! whose path found them: light emitted at the second vertex, and light that arrives there by a
+//! delta lobe.
 //!
 //! - The first vertex is the first surface that is not a mirror or smooth glass. Mirrors and glass
 //!   before the first vertex count as part of the camera.
 //! - Groups have sixteen pixels. Groups of 32 pixels have hardly less error in the same time, and a
 //!   larger part of the error is common to all pixels.
-//! - Random numbers of different pixels are independent up to the first vertices. Random numbers of
-//!   ends may depend on each other, because each pixel's light is linear in the light of each end.
+//! - Random numbers of different pixels are independent up to the first vertices. Random numbers
+//!   behind different ends may depend on each other. The light of a pixel is a sum over ends, so
+//!   its mean does not change.
 //! - The first vertex takes three light samples. With shared indirect light, the direct light of
 //!   the pixel itself causes much of the remaining error. Sample s of the pixel uses the numbers 3s
 //!   to 3s + 2 of a separate stratified sequence, and the power heuristic includes all three
 //!   samples.
 //! - All paths of a group have the time of the first pixel's path, because a point at one time
 //!   cannot light a vertex at another time.
-//! - If surfaces have alpha or are thin glass, the visibility of an end is a transmittance, even
-//!   for the path that found the end.
+//! - If surfaces have alpha or are thin glass, the visibility of an end is a transmittance. It is
+//!   computed also for the path that found the end, so that all pixels use the same estimate.
 //! - A shared point must be the same surface for all pixels that connect to it. A vertex with a
 //!   bent shading normal is not shared, and a pixel for which the normal would be bent does not
 //!   connect (`geometry/mesh.rs`).
-//! - Roulette does not end paths between the first and the second vertex, or paths without an end.
-//!   Behind an end, roulette assumes a minimum throughput. Without this minimum, a dark surface in
-//!   one pixel would end most paths, and the few survivors would be fireflies in bright pixels.
+//! - Roulette does not end a path between its first and its second vertex. A path without an end
+//!   (its second vertex cannot be shared) continues without roulette too. Behind an end, roulette
+//!   assumes a minimum throughput. Without this minimum, a dark surface in one pixel would end most
+//!   paths, and the few survivors would be fireflies in bright pixels.
 //!
 //! The errors of the pixels of a group are correlated; `render/groups.rs` chooses groups without a
 //! visible pattern. The samples of one pixel stay independent, so the variance of the pixel is

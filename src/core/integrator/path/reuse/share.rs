@@ -31,7 +31,8 @@ struct Shares {
 }
 
 impl Shares {
-    /// Adds the incident light `light`, multiplied by the factor in `scattered` of each viewer.
+    /// Adds `light`, which arrives at the end. For each viewer, the light is multiplied by the
+    /// factor of this viewer in `scattered`.
     #[inline(always)]
     fn add(&mut self, light: Spectrum, scattered: &EndScattering) {
         match &scattered.f {

@@ -61,7 +61,7 @@ impl Candidate {
 #[derive(Clone, Copy)]
 pub(super) struct Viewers {
     count: usize,
-    /// Density of ends at this point, per area, summed over the viewers.
+    /// Density per area with which the paths of the viewers find this end, summed over the viewers.
     pub pdf: f32,
     bsdf: EndBsdf,
 }
@@ -179,7 +179,8 @@ impl Viewers {
         let is_known = !passes && !absorbs;
         let traced = usize::from(is_known)..count;
 
-        // Trace shadow rays for the other candidates
+        // Trace shadow rays for the other candidates; also for the owner if the visibility is a
+        // transmittance
         let mut rays = [Ray::new(Vec3::ZERO, Vec3::ZERO); SAMPLES_AT_ONCE];
         let mut occluded = [false; SAMPLES_AT_ONCE];
         for i in traced.clone() {

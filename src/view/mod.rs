@@ -5,10 +5,10 @@
 //! loop shares with the threads of the pages. `server` accepts connections and answers requests
 //! (`http`). Each page has a thread with its WebSocket (`socket`); `protocol` defines the messages.
 //! `frame` has a picture's pixels (`io::half_picture`), packed for slow links (`io::packed`).
-//! `parameters` lists the settable parameters, and `scene_keys` the settable keys. `scene_file`
-//! writes cameras and other changes into a scene file, and `watch` detects changed files. `page`
-//! has the files of the page. The page is served before the scene is loaded, and `loading` reports
-//! the progress.
+//! `parameters` lists the render parameters that a page can set, and `scene_keys` the keys of
+//! materials and lights that a page can set. `scene_file` writes cameras and other changes into a
+//! scene file, and `watch` detects changed files. `page` has the files of the page. The page is
+//! served before the scene is loaded, and `loading` reports the progress.
 //!
 //! Only the user can control the render. By default the server listens on the loopback address, and
 //! the link has 128 random bits. The server checks the requested name (`Host`) and the requesting
@@ -50,7 +50,7 @@ use std::time::{Duration, SystemTime};
 pub(crate) struct Options {
     /// Address to listen on.
     pub listen: IpAddr,
-    /// Port; 0 for a free one.
+    /// Port; 0 for any free port.
     pub port: u16,
     /// True if the program must end when the last page is closed.
     pub exit_when_closed: bool,

@@ -13,8 +13,9 @@
 //!   noise, and `exposure`, the exposure that `render` would use
 //! - `camera`: a camera moved by a page; `note` and `error`: a text for users
 //! - `pick`: `object` and `material` of the pixel and its `position`, missing if there is no
-//!   surface; `outline`: the cells of a grid of `size` cells that show them, row by row, as `runs`
-//!   of cells that alternately do not show them and show them
+//!   surface; `outline`: a grid of `size` cells over the picture. `runs` has lengths of runs of
+//!   cells, row by row: first cells that do not show the object with the material, then cells that
+//!   show it, and so on
 //! - `views`: cameras with flags and text; `view-picture`: a PNG in base64 of the view with this
 //!   `index`
 //! - `inspect`, `brightest`, `errors`: paths of a pixel, its brightest samples, and errors of

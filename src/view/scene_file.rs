@@ -76,8 +76,8 @@ pub(super) fn light_sections(lights: &[FileLight], edits: &[LightEdit]) -> Strin
     sections.join("\n")
 }
 
-/// `text` after `change`. A byte-order mark is kept. Windows line breaks are kept if most lines
-/// have them.
+/// Returns `text` with `change` applied. A byte-order mark is kept. Windows line breaks are kept if
+/// most lines have them.
 fn changed(text: &str, change: impl FnOnce(&mut DocumentMut) -> Result<(), String>) -> Result<String, String> {
     let (mark, content) = match text.strip_prefix(BYTE_ORDER_MARK) {
         Some(content) => (BYTE_ORDER_MARK.to_string(), content),
@@ -130,7 +130,7 @@ fn set_changes(document: &mut DocumentMut, materials: &[MaterialEdit], lights: &
     Ok(())
 }
 
-/// A TOML value, optionally followed by a comment. Other text becomes a string.
+/// Parses `text` as a TOML value, which a comment may follow. Any other text becomes a string.
 fn parsed(text: &str) -> Value {
     let line: Result<DocumentMut, _> = format!("value = {text}").parse();
     let value = line.ok().filter(|line| line.len() == 1);

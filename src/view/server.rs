@@ -65,7 +65,8 @@ impl Connections {
         if self.known.len() >= MAX_KNOWN {
             return false;
         }
-        // If the connection was closed meanwhile, its thread ends by its own error.
+        // If the connection was closed meanwhile, reads and writes of its thread fail, and the
+        // thread ends.
         self.known.extend(self.strangers.remove_entry(&id));
         true
     }

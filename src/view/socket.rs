@@ -32,7 +32,7 @@ const SLOW: f64 = 6.25e6;
 /// Minimum size in bytes of a message to measure the speed of the link. The time of smaller
 /// messages is mostly latency.
 const MIN_MEASURED: usize = 24 << 10;
-/// Maximum time for a page to show a picture before it gets another one.
+/// Time after which a picture no longer counts as in transit, even if the page has not reported it.
 const SHOWING: Duration = Duration::from_secs(30);
 /// Maximum number of commands per second. The second constant is the maximum number at once.
 const RATE: f64 = 400.0;

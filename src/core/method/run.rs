@@ -233,7 +233,7 @@ impl Method {
                     return (Outcome::Stopped, statistics);
                 };
                 statistics.rays = rays;
-                // If several threads make maps, all use the maps of the first.
+                // If several threads make maps, all use the maps of the thread that is first ready.
                 drop(prepared.photons.set(maps));
                 (Outcome::Complete, statistics)
             }

@@ -2,7 +2,7 @@
 //!
 //! A render calls its observer between samples, work items and iterations. A single sample may take
 //! long. Therefore loops that branch, gather, follow a chain or sample all lights call
-//! `RaySink::is_cancelled`. Every sixteenth call of this method calls the observer. A cancelled
+//! `RaySink::is_cancelled`. Every sixteenth call of `is_cancelled` calls the observer. A cancelled
 //! loop returns, and the incomplete tile or work item is discarded.
 //!
 //! Two limits bound the work of a sample: a path has at most 1024 scattering events, for any
@@ -18,8 +18,8 @@ use std::cell::Cell;
 /// clock.
 const CALLS_PER_CHECK: u32 = 16;
 
-/// Cancellation flag of the loops of one work item. The flag is never cleared, so that an
-/// incomplete work item is recognised.
+/// Cancellation flag of the loops of one work item. The flag is never reset, so that an incomplete
+/// work item is recognised.
 pub(super) struct Cancellation<'a> {
     observer: &'a dyn Observer,
     calls: Cell<u32>,

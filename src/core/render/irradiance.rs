@@ -6,10 +6,10 @@
 //! and every part of a render, and after every interruption.
 //!
 //! Passes trace camera rays through the centre of every 32nd, 16th, … pixel, then through random
-//! points, and collect the first matte surfaces that no record covers. Records are made in
-//! parallel, in batches of 64. Records of one batch do not use each other. Then the records of the
-//! batch are inserted in order. A record is discarded if an earlier record of the batch covers its
-//! position, which wastes some 2 to 10 % of the records.
+//! points, and collect the first matte surfaces that no record covers. Records are made in batches
+//! of 64. The records of a batch are made in parallel and do not depend on each other. Then they
+//! are inserted into the cache in order. A record is discarded if an earlier record of the batch
+//! covers its position, which wastes some 2 to 10 % of the records.
 //!
 //! A `Renderer` that is stopped while it fills the cache keeps the records. A checkpoint does not
 //! store the records, because filling the cache again makes the same records.
@@ -110,8 +110,8 @@ const CHUNK: u64 = 4096;
 /// because records must not depend on threads.
 const BATCH: usize = 64;
 
-/// Minimum number of pixels per record. If a scene needs more records, as among leaves, path
-/// tracing is faster.
+/// Minimum number of pixels per record. If a scene needs more records, such as one with many
+/// leaves, path tracing is faster.
 const PIXELS_OF_A_RECORD: u64 = 8;
 
 /// Number of records that are allowed for every image, even the smallest.

@@ -38,9 +38,9 @@ impl<'a> PixelSample<'a> {
         }
     }
 
-    /// Adds the background and the ground, if the camera ray hits no other surface, to the
-    /// integrator's light and to `parts`. Returns `true` if the sample is valid. The caller must
-    /// drop an invalid sample ([`PixelSample::drop_light`]).
+    /// Finishes the sample. If the camera ray sees the background or the ground, changes the
+    /// integrator's light and `parts` accordingly ([`CameraView::finish`]). Returns `true` if the
+    /// sample is valid. The caller must drop an invalid sample ([`PixelSample::drop_light`]).
     pub(super) fn finish(&mut self, parts: Option<&mut LightParts>) -> bool {
         let seen = match self.view.take() {
             None => self.radiance.is_valid().then_some((self.radiance, self.background)),

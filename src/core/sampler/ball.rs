@@ -93,8 +93,8 @@ mod tests {
 
     const ALL: [CubePoints; 3] = [CubePoints::Halton, CubePoints::Hammersley, CubePoints::Sobol];
 
-    /// Random points have a discrepancy of about 1/√n: 0.05 for 512 points, measured here with the
-    /// hash of the other samplers.
+    /// Compares each set with 512 random points, whose discrepancy is about 1/√n = 0.05. The random
+    /// points come from the hash function of the other samplers.
     #[test]
     fn sets_are_more_uniform_than_random_points() {
         let random: Vec<Vec3> = (0..512)

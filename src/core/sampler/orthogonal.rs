@@ -9,14 +9,15 @@ const MAX_BITS: usize = 5;
 const POLYNOMIALS: [u32; MAX_BITS + 1] = [0b1, 0b11, 0b111, 0b1011, 0b1_0011, 0b10_0101];
 
 /// Orthogonal arrays of strength 2 (Jarosz et al. 2019, "Orthogonal Array Sampling for Monte Carlo
-/// Rendering"). For *any* two numbers of an array, even of different decisions, each of s × s
-/// squares contains one of s² samples. For every number, each of s² intervals also contains one
-/// sample.
+/// Rendering"). Take *any* two numbers of an array, even of different decisions, as coordinates in
+/// the unit square. Each of s × s equal squares then contains one of s² samples. For every number,
+/// each of s² intervals also contains one sample.
 ///
 /// Arrays follow Bush's construction over the field of s = 2ᵏ elements: run (a, b) has level a + j
-/// b in factor j, for all j of the field. Each decision uses two factors, in the order of decisions
-/// along a path, so that neighbouring decisions are in one array: four decisions if s is 8, eight
-/// if s is 16. Arrays are independent of each other.
+/// b in factor j, for all j of the field. A run is a sample, a factor is one random number of the
+/// sample, and the level is the interval that contains this number. Each decision uses two factors,
+/// in the order of decisions along a path, so that neighbouring decisions are in one array: four
+/// decisions if s is 8, eight if s is 16. Arrays are independent of each other.
 ///
 /// Levels are permuted at random, as in the paper. Each level is one of s intervals of a number.
 /// The interval is divided into s parts, one for each level of the decision's other factor, as in

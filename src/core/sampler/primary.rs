@@ -269,8 +269,8 @@ mod tests {
         assert!(counts.iter().all(|&count| z(count).abs() < 4.0), "{counts:?}");
     }
 
-    /// Lengths of small steps have the density 1 / length, from a sixteenth of `size` to `size`, in
-    /// both directions.
+    /// Lengths of small steps have a density proportional to 1 / length, from a sixteenth of `size`
+    /// to `size`, in both directions.
     #[test]
     fn small_step_lengths_have_density_one_over_length() {
         const N: usize = 100_000;

@@ -44,8 +44,8 @@ impl Stratified {
         }
     }
 
-    /// Returns the key of the pattern of `dimension`, the stratum of the sample, and random bits
-    /// for the position within the stratum.
+    /// Returns three values: the key of the pattern of `dimension`, the index of the sample's
+    /// stratum, and random bits for the position within this stratum.
     fn place(&self, dimension: Dimension) -> (u64, u32, u64) {
         let pattern = numbered(self.key, dimension.index());
         let within = self.sample & ((1 << BLOCK_BITS) - 1);

@@ -5,11 +5,10 @@ use crate::math::{Vec2, hash::mix};
 use multiversion::multiversion;
 use std::array::from_fn;
 
-/// Pixels of an aligned square share a net. Base-2 logarithm of the width of this square, in
-/// pixels.
+/// Base-2 logarithm of the width, in pixels, of the aligned squares whose pixels share a net.
 const SIDE_BITS: u32 = 16;
 
-/// Points of one net for the samples of many pixels.
+/// Sampler in which the samples of many pixels together are the points of one net.
 ///
 /// In each dimension, the first 2ᵏ samples of each pixel, and every later aligned block of 2ᵏ
 /// samples, are a (0, k, 2)-net, as in [`Sobol`](super::Sobol). The samples of all pixels of an

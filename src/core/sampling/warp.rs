@@ -61,7 +61,8 @@ pub fn cosine_power_hemisphere(u: Vec2, exponent: f32) -> Vec3 {
 }
 // ANCHOR_END: cosine_power
 
-/// Density of [`cosine_power_hemisphere`] per solid angle, `(n + 1) / 2π · cosⁿ θ` for `cos θ > 0`.
+/// Density of [`cosine_power_hemisphere`] per solid angle, `(n + 1) / (2π) · cosⁿ θ` for `cos θ >
+/// 0`.
 pub fn cosine_power_hemisphere_pdf(cos_theta: f32, exponent: f32) -> f32 {
     if cos_theta <= 0.0 {
         return 0.0;
@@ -82,7 +83,7 @@ pub fn uniform_hemisphere_of_sphere(u: Vec2) -> Vec3 {
 }
 
 /// Density of [`uniform_hemisphere`] and [`uniform_hemisphere_of_sphere`] per solid angle, `1 /
-/// 2π`.
+/// (2π)`.
 pub const UNIFORM_HEMISPHERE_PDF: f32 = 0.5 * FRAC_1_PI;
 
 /// Uniform direction on the unit sphere. Density [`UNIFORM_SPHERE_PDF`].
@@ -101,7 +102,7 @@ pub fn square_of_sphere(w: Vec3) -> Vec2 {
     u.clamp(Vec2::ZERO, Vec2::splat(ALMOST_ONE))
 }
 
-/// Density of [`uniform_sphere`] per solid angle, `1 / 4π`.
+/// Density of [`uniform_sphere`] per solid angle, `1 / (4π)`.
 pub const UNIFORM_SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
 
 /// Uniform direction of the cone around +z whose half-angle has the cosine `cos`. Density
@@ -122,12 +123,12 @@ pub fn uniform_cap(u: Vec2, depth: f32) -> Vec3 {
     Vec3::new(r * cos_phi, r * sin_phi, 1.0 - depth)
 }
 
-/// Density of [`uniform_cone`] per solid angle within the cone, `1 / 2π (1 − cos)`.
+/// Density of [`uniform_cone`] per solid angle within the cone, `1 / (2π (1 − cos))`.
 pub fn uniform_cone_pdf(cos: f32) -> f32 {
     uniform_cap_pdf(1.0 - cos)
 }
 
-/// Density of [`uniform_cap`] per solid angle within the cap, `1 / 2π depth`.
+/// Density of [`uniform_cap`] per solid angle within the cap, `1 / (2π depth)`.
 pub fn uniform_cap_pdf(depth: f32) -> f32 {
     0.5 * FRAC_1_PI / depth
 }

@@ -124,7 +124,7 @@ impl Denoising {
 
 impl Engine<'_> {
     /// Shows the result of the denoiser, and starts the denoiser for newer samples if pages show
-    /// the denoised picture. `facts` describe `state`.
+    /// the denoised picture.
     pub(super) fn denoise(&mut self, renderer: &Renderer, state: &RenderState, is_last: bool) {
         if let Some((work, result)) = self.denoising.take() {
             match result {

@@ -1,6 +1,7 @@
-//! Channels that are rendered only while a page shows them: ids, and light groups, whose strength
-//! and colour pages change without a render. If the scene file has no groups, each of its lights
-//! and each emitting material becomes a group. Lights of flags stay in the default group.
+//! Channels that are rendered only while a page shows them: ids and light groups. Pages can change
+//! the strength and the colour of a light group without a render. If the scene file has no groups,
+//! each light of the file and each emitting material becomes a group. Lights that flags add stay in
+//! the default group.
 
 use super::{Change, Engine};
 use crate::description::SceneFile;
@@ -86,8 +87,8 @@ pub(super) fn emitting(scene: &Scene) -> Vec<String> {
     names
 }
 
-/// Keys of the scene file, as `KEY=VALUE`, that make a group of each light and of each emitting
-/// material, up to the maximum number of groups.
+/// Keys of the scene file, as `KEY=VALUE`, that make each light and each emitting material a group,
+/// up to the maximum number of groups.
 fn group_keys(lights: &[FileLight], materials: &[String]) -> Vec<String> {
     let max_groups = LightGroups::MAX_GROUPS - 1;
     let lights = &lights[..lights.len().min(max_groups)];

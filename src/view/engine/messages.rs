@@ -28,8 +28,8 @@ enum Values {
 }
 
 impl Engine<'_> {
-    /// Sends the channels of `state` to the pages that show them. Pages of the denoised channel get
-    /// the noisy picture until the denoiser has finished.
+    /// Sends the channels of `state` to the pages that show them. Pages that show the denoised
+    /// channel get the noisy picture until the denoiser has finished.
     pub(super) fn show(&mut self, renderer: &Renderer, state: &RenderState, is_last: bool) {
         let mut channels = self.hub.channels();
         let size = state.film.crop().size().to_array();

@@ -51,8 +51,8 @@ const REFRESH: Duration = Duration::from_millis(15);
 const STATUS: Duration = Duration::from_millis(250);
 /// Minimum time between two measurements of noise and exposure, which read all pixels.
 const MEASURING: Duration = Duration::from_secs(1);
-/// Time without open pages after which the program ends, if it ends with its last page. To reload a
-/// page, a browser closes it and opens it again.
+/// Time without open pages after which the program ends, if the option `exit_when_closed` is set.
+/// The time is above 0 because a browser that reloads a page closes the page and opens it again.
 const RELOADING: Duration = Duration::from_secs(3);
 /// Duration of a slice for a small picture.
 const MOMENT: Duration = Duration::from_millis(250);

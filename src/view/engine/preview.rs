@@ -12,8 +12,8 @@ use std::time::Duration;
 const FIRST_SAMPLE: f64 = 0.035;
 /// Duration of a slice after the first sample of every pixel.
 const SLICE: Duration = Duration::from_millis(40);
-/// Width of the picture divided by the width of the first preview. The sample rate is not known yet
-/// then.
+/// Width of the picture divided by the width of the first preview. Before the first preview, the
+/// sample rate is not known.
 const FIRST_FACTOR: u32 = 6;
 /// Maximum number of samples per pixel of a preview.
 const SAMPLES: u32 = 32;

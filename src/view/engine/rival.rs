@@ -24,7 +24,7 @@ pub(super) struct Rival {
     text: String,
 }
 
-/// The second render while the picture is rendered.
+/// The running second render, for the time in which the picture is rendered.
 pub(super) struct RivalRender<'a> {
     renderer: Renderer<'a>,
     state: RenderState,
@@ -171,7 +171,7 @@ impl Engine<'_> {
     }
 
     /// Sends pages the difference of the pictures and their errors against the reference, at
-    /// intervals or if the picture `is_over`.
+    /// intervals, and once more after the last sample (`is_over`).
     pub(super) fn send_errors(&mut self, state: &RenderState, rival_render: Option<&RivalRender>, is_over: bool) {
         let is_wanted = rival_render.is_some() || self.reference.is_some();
         let is_due = self.shown.errors.elapsed() >= MEASURING;

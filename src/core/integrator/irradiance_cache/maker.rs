@@ -16,8 +16,9 @@ use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
 /// Minimum and maximum radius of a record, in widths of a pixel (Křivánek et al. 2006; Tabellion
-/// and Lamorlette 2004). A smaller record costs more rays than the paths of the few pixels that use
-/// it. A larger record would miss visible changes of the light far from it.
+/// and Lamorlette 2004). The rays of a smaller record would cost more than paths from the few
+/// pixels that use the record. A larger record would miss visible changes of the light far from the
+/// record.
 const PIXELS: [f32; 2] = [20.0, 200.0];
 
 /// Maker of irradiance records.
@@ -93,7 +94,8 @@ impl<A: Accel> RecordMaker<'_, A> {
                     point: vertex.point,
                     side: 1f32.copysign(vertex.wo.z),
                     depth,
-                    // Use the width of a pixel as if the path were straight
+                    // Use the width of a pixel as if the path continued straight through mirrors
+                    // and glass
                     pixel: world.camera.pixel_width(first.at(length), time),
                     key,
                 });

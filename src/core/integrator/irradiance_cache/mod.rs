@@ -18,13 +18,14 @@
 //!
 //! - The radius of a record is the harmonic mean distance of its hemisphere rays. It is smaller if
 //!   the gradient is steep, and between 20 and 200 pixels. It is at most the radius of a neighbour
-//!   plus the distance to this neighbour (Křivánek et al. 2006). Without this limit the scene
-//!   cornell needs a third of the records and has nearly twice the error, because neighbours find
-//!   surfaces that one record misses.
-//! - The weight of a record falls linearly to 0. Ward's weights are infinite at the record, so they
-//!   show the noise of each record. Their error was a tenth larger.
-//! - There is at most one record per 8 pixels. If more are needed, as among leaves, path tracing is
-//!   faster.
+//!   plus the distance to this neighbour (Křivánek et al. 2006). Without this limit, the scene
+//!   cornell needs only a third as many records, but has nearly twice the error. The reason is that
+//!   neighbours find surfaces that one record misses.
+//! - The weight of a record falls linearly to 0. Ward's weights are infinite at the position of the
+//!   record, so the noise of each record is visible. With Ward's weights, the error was a tenth
+//!   larger.
+//! - There is at most one record per 8 pixels. If a scene needs more records, such as one with many
+//!   leaves, path tracing is faster.
 //!
 //! docs/notebook/2026-11.md, "Irradiance cache", compares irradiance caching with `path`.
 

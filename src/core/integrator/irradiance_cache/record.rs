@@ -16,8 +16,8 @@ pub struct Record {
     pub irradiance: Spectrum,
     /// Gradients of the irradiance.
     pub gradients: Gradients,
-    /// Number of effective rays: as many rays of equal radiance would have the same variance as the
-    /// traced rays. `(Σ L)² / Σ L²` (Kish 1965).
+    /// Number of effective rays: `(Σ L)² / Σ L²` with the luminance L of each ray (Kish 1965). This
+    /// number of rays with equal weights would have the same variance as the traced rays.
     pub effective_rays: f32,
 }
 

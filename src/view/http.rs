@@ -24,7 +24,7 @@ pub(super) struct Request {
     pub socket_key: Option<String>,
 }
 
-/// Refusal of a request: code of the status, name of the status, and text for users.
+/// Refusal of a request: status code, status name, and text for users.
 pub(super) type Refusal = (u16, &'static str, String);
 
 /// Reads the head of a request.

@@ -21,9 +21,9 @@
 //! - `inspect`, `brightest`, `errors`: paths of a pixel, its brightest samples, and errors of
 //!   compared renders
 //!
-//! The header of a picture has its `channel` and size, `size` of the whole picture, `samples`,
-//! `moves` of the camera, `preview`, `final`, `exposure`, and `denoised`, which is false if a
-//! picture of the channel `denoised` is still noisy.
+//! The header of a picture has its `channel`, its width and height, the `size` of the whole
+//! picture, `samples`, `moves` (the number of camera moves), `preview`, `final` and `exposure`. For
+//! the channel `denoised` it also has `denoised`, which is false if the picture is still noisy.
 
 use crate::camera::{CameraDescription, CameraParameters};
 use crate::math::Vec3;

@@ -58,8 +58,8 @@ impl Background {
     /// Default radiance of a gradient: light grey, below the clipping level of displays.
     pub const GRADIENT: Spectrum = Spectrum::splat(0.8);
 
-    /// Backing of display images that looks the same as this background. `None` if no backing looks
-    /// the same.
+    /// The backing (the background of pictures for display) that looks the same as this background.
+    /// `None` if no backing looks the same.
     pub fn backing(self) -> Option<Backing> {
         match self {
             Self::Transparent => Some(Backing::Transparent),

@@ -85,8 +85,8 @@ impl FoundLight<'_> {
     }
 }
 
-/// Splits the light `radiance` of a source of kind `kind` into the classes of `paths`. `events` are
-/// the scattering events between source and camera, in order from the source.
+/// Splits the radiance `radiance` into the classes of `paths`. `kind` is the kind of the light
+/// source. `events` are the scattering events between source and camera, in order from the source.
 ///
 /// A smooth scattering event may belong to a diffuse and a glossy lobe at the same time. The light
 /// is split in proportion to the values of these lobes, and each part goes to its class. This needs

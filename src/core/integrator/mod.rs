@@ -391,7 +391,8 @@ pub struct ChainCounts {
     pub chains: u64,
     /// Number of mutations of all chains.
     pub mutations: u64,
-    /// Sum over pixels and chains of the squared number of mutations of one chain in one pixel.
+    /// Sum of squared numbers of visits, over all pixels and all chains. A number of visits is the
+    /// number of mutations of one chain in one pixel.
     pub squared_visits: u64,
     /// Number of chains with at least half of their mutations in one pixel.
     pub stuck: u64,

@@ -1,6 +1,6 @@
-//! Alpha and thin glass: the walk of a ray through surfaces of opacity below 1 (`d` and `map_d` of
-//! MTL, 0 to 1) and through surfaces that light passes without a change of direction
-//! (`material/thin_surface.rs`).
+//! Alpha and thin glass: the walk of a ray through surfaces that do not stop the ray. These
+//! surfaces have an opacity below 1 (`d` and `map_d` of MTL, 0 to 1), or light passes them without
+//! a change of direction (`material/thin_surface.rs`).
 //!
 //! Backends do not handle such surfaces. A walk keeps the origin and direction of its ray, and
 //! moves the near end of the ray's open interval to the parameter of the last hit. So each hit is

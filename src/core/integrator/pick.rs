@@ -21,18 +21,18 @@ pub struct PickedSurface {
 type ObjectMaterial = (u32, u32);
 
 impl<A: Accel> World<'_, A> {
-    /// Returns the first surface in the middle of `pixel` of a picture of `views`. `None` for the
-    /// background or the ground.
+    /// Returns the first surface that a ray through the middle of `pixel` hits. The picture
+    /// consists of `views`. Returns `None` for the background or the ground.
     pub fn pick(&self, views: &[View], pixel: UVec2) -> Option<PickedSurface> {
         let hit = self.first_hit(views, pixel.as_vec2() + 0.5)?;
         let position = self.scene.surface_point(&hit, self.camera.time(0.5)).p;
         Some(PickedSurface { hit, position })
     }
 
-    /// Outline of the surfaces that are selected with `picked`, in a grid of `size` cells over the
-    /// picture of `views`. Returns run lengths, row by row. Runs of cells without these surfaces
-    /// alternate with runs of cells that show them. The first run has cells without these surfaces,
-    /// and may be empty.
+    /// Outline of all surfaces that are selected together with `picked`. The picture, which
+    /// consists of `views`, is divided into a grid of `size` cells. Returns run lengths, row by
+    /// row. Runs of cells without these surfaces alternate with runs of cells that show them. The
+    /// first run has cells without these surfaces, and may be empty.
     pub fn outline(&self, views: &[View], picked: &PickedSurface, size: UVec2) -> Vec<u32> {
         let part = self.part(&picked.hit);
         let cell = self.camera.resolution().as_vec2() / size.as_vec2();
@@ -72,7 +72,8 @@ fn view_at(views: &[View], film: Vec2) -> Option<(&Camera, Vec2)> {
     })
 }
 
-/// Run lengths of `cells`: the number of `false`, then of `true`, then of `false`, and so on.
+/// Run lengths of `cells`: first the number of `false` values, then the number of `true` values
+/// that follow, and so on.
 fn runs(cells: impl Iterator<Item = bool>) -> Vec<u32> {
     let mut runs = vec![0];
     let mut is_in = false;

@@ -1,5 +1,5 @@
-//! Search radius of photons, and of the vertices that `vcm` merges: the radius of the first
-//! iteration, and its reduction.
+//! The radius within which photons are found, and within which `vcm` merges vertices. This module
+//! has the radius of the first iteration, and the reduction of the radius in later iterations.
 //!
 //! A radius is a fixed length (`--photon-radius`) or, by default, a multiple of the width of a
 //! pixel ([`PHOTON_PIXELS`], [`MERGING_PIXELS`]). In progressive methods the radius of an iteration
@@ -54,9 +54,9 @@ const MAX_SLOPE: f32 = 0.5;
 /// Minimum radius relative to the size of the scene. Coordinates do not resolve smaller lengths.
 const MIN_SHARE: f32 = 1.0 / (1 << 20) as f32;
 
-/// Radius of iteration `iteration` (counted from 0) divided by the radius of the first iteration,
-/// in (0, 1]: the square root of `∏ (i + α) / (i + 1)`, i from 1 to `iteration` (Knaus and Zwicker
-/// 2011). `alpha` of 1 keeps the radius.
+/// Radius of iteration `iteration`, counted from 0, divided by the radius of the first iteration.
+/// The ratio is in (0, 1]. It is the square root of `∏ (i + α) / (i + 1)`, with i from 1 to
+/// `iteration` (Knaus and Zwicker 2011). If `alpha` is 1, the radius does not change.
 fn shrinkage(iteration: u32, alpha: f32) -> f32 {
     let alpha = alpha as f64;
     let ratio = |i: u32| (i as f64 + alpha) / (i as f64 + 1.0);

@@ -142,9 +142,9 @@ impl Method {
         Ok(Some(format!("{words}: its light is missing from the picture")))
     }
 
-    /// Returns an error if the method cannot show `background`. A method that adds light to other
-    /// pixels than that of the sample shows only the lights as background. In such a method, a
-    /// camera ray that leaves the scene is only one of several strategies that find the same light.
+    /// Returns an error if the method cannot show `background`. A method whose samples add light to
+    /// other pixels shows only the lights as background. In such a method, a camera ray that leaves
+    /// the scene is only one of several strategies that find the same light.
     pub fn check_background(&self, background: Background) -> Result<(), InvalidSetting> {
         if background == Background::Light || shows_background(self.kind()) {
             return Ok(());

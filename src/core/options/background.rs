@@ -23,8 +23,8 @@ parameters! {
 /// Key of the background in the settings that image files store as `key=value` pairs.
 pub const BACKGROUND: &str = "background";
 
-/// The backing of an image whose file has the settings `settings`; `None` if the background is not
-/// transparent and has no colour.
+/// The backing (the background of pictures for display) of an image. `settings` are the settings
+/// that the image file stores. `None` if the background is neither transparent nor a colour.
 pub fn backing_of(settings: &str) -> Option<Backing> {
     let pairs = settings.split(' ').filter_map(|pair| pair.split_once('='));
     let (_, text) = pairs.into_iter().find(|(key, _)| *key == BACKGROUND)?;

@@ -24,8 +24,8 @@ parameters! {
 }
 
 impl SizeOptions {
-    /// The size, or the default size of `projection` if neither width nor height is set: a panorama
-    /// is twice as wide as high, and a cube map has two rows of three faces.
+    /// The size if width or height is set, else the default size of `projection`. By default, a
+    /// panorama is twice as wide as high, and a cube map has two rows of three faces.
     pub fn of_projection(self, projection: ProjectionKind) -> Self {
         let default = match projection {
             ProjectionKind::Panorama => UVec2::new(1024, 512),

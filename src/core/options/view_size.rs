@@ -3,7 +3,7 @@
 
 use crate::math::UVec2;
 
-/// Key of the size of a view among the settings of a file.
+/// Key of the view size in the settings of a file.
 const KEY: &str = "view";
 /// Maximum number of views of a picture: the faces of a cube map.
 const MAX_VIEWS: u32 = 6;
@@ -17,7 +17,8 @@ pub fn view_size_text(resolution: UVec2, view: UVec2) -> String {
     }
 }
 
-/// Size of a view of a picture of `resolution` pixels, from the settings of its file.
+/// Size of one view in pixels, from the settings `settings` of an image file. The whole picture has
+/// `resolution` pixels.
 pub fn view_size_of(settings: &str, resolution: UVec2) -> UVec2 {
     let mut pairs = settings.split(' ').filter_map(|pair| pair.split_once('='));
     let size = pairs.find(|(key, _)| *key == KEY).and_then(|(_, text)| {

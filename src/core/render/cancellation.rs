@@ -5,17 +5,16 @@
 //! `RaySink::is_cancelled`. Every sixteenth call of `is_cancelled` calls the observer. A cancelled
 //! loop returns, and the incomplete tile or work item is discarded.
 //!
-//! Two limits bound the work of a sample: a path has at most 1024 scattering events, for any
-//! `--max-depth` and roulette, and a sample of `distributed` has at most 10⁷ rays to its last
-//! vertices.
+//! Two limits bound the work of a sample. A path has at most 1024 scattering events, for any
+//! `--max-depth` and roulette. A sample of `distributed` has at most 10⁷ rays to its last vertices.
 
 use super::observer::Observer;
 use super::statistics::RayCounts;
 use crate::integrator::{RayKind, RaySink};
 use std::cell::Cell;
 
-/// Number of calls of [`Cancellation::should_stop`] per call of the observer, which may read a
-/// clock.
+/// One in this number of calls of [`Cancellation::should_stop`] calls the observer, because the
+/// observer may read a clock.
 const CALLS_PER_CHECK: u32 = 16;
 
 /// Cancellation flag of the loops of one work item. The flag is never reset, so that an incomplete

@@ -35,13 +35,14 @@ use rayon::prelude::*;
 
 /// Minimum number of differences between blocks, summed over all pixels, before the first decision.
 const FIRST_DIFFERENCES: u64 = 256;
-/// Maximum growth of a tile's number of blocks per round, as a fraction of this number. Growth is
-/// limited because each round makes the estimate of the tile's error more accurate.
+/// Maximum growth of a tile's number of blocks in one round, as a fraction of the number before the
+/// round. Growth is limited because each round makes the estimate of the tile's error more
+/// accurate.
 const GROWTH: f64 = 0.25;
 
-/// Adds samples to every pixel of `film` until the stop condition holds. Without a noise level, all
-/// samples are taken as by [`render`]. With a noise level, the render ends when the estimated error
-/// of the film reaches the level.
+/// Adds samples to every pixel of `film` until the stop condition holds. Without a noise level,
+/// this function is the same as [`render`]. With a noise level, the render ends when the estimated
+/// error of the film reaches the level.
 pub fn render_samples<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
@@ -205,7 +206,8 @@ mod tests {
         film
     }
 
-    /// Mean of `of` over the tiles of the left half (`left` is true) or of the right half.
+    /// Mean of the values of `of` over the tiles of the left half if `left` is true, else over the
+    /// tiles of the right half.
     fn mean(film: &Film, left: bool, of: impl Fn(&Tile) -> f64) -> f64 {
         let tiles = film.tiles().iter().filter(|t| (t.bounds().min.x < SIZE.x / 2) == left);
         let values: Vec<f64> = tiles.map(of).collect();

@@ -29,8 +29,9 @@ pub(super) fn in_work_items<T: Send, S: Sampler>(
 /// Runs `task` for each index below `count` in the current rayon pool. Returns the results in the
 /// order of their indices, or `None` if any result is `None`.
 ///
-/// Each result has a separate lock, so tasks must be long. rayon's own iterators would be compiled
-/// again for each kind of task, which took 7 % of the time to compile this crate.
+/// Each result has a separate lock, whose time is negligible only for long tasks. The iterators of
+/// rayon would be compiled again for each kind of task, which took 7 % of the time to compile this
+/// crate.
 pub(super) fn map_indices<T: Send>(count: usize, task: impl Fn(usize) -> Option<T> + Sync) -> Option<Vec<T>> {
     let results: Vec<Mutex<Option<T>>> = (0..count).map(|_| Mutex::new(None)).collect();
     let is_cut = AtomicBool::new(false);

@@ -40,9 +40,9 @@ pub fn star_discrepancy(points: &[Vec2]) -> f64 {
     largest.max(open(1.0, &heights))
 }
 
-/// Largest difference between the fraction of `points` in a spherical cap and the cap's fraction of
-/// the sphere's area, over 512 axes and 199 heights: a lower bound of the spherical cap
-/// discrepancy.
+/// Largest difference between the fraction of `points` in a spherical cap and the fraction of the
+/// sphere's area in the cap. Caps with 512 axes and 199 heights are tested, so the result is a
+/// lower bound of the spherical cap discrepancy.
 pub fn cap_discrepancy(points: &[Vec3]) -> f64 {
     let axes = (0..512).map(|i| uniform_sphere(pair(numbered(1, i))));
     let of_axis = |axis: Vec3| {

@@ -4,9 +4,8 @@ use crate::math::hash::{GOLDEN_GAMMA, mix};
 
 /// Independent uniform variates by hashing a counter.
 ///
-/// The generator is SplitMix64 (Steele, Lea and Flood 2014) turned into a function of its counter:
-/// a key is hashed from seed, pixel and sample, and dimension `d` reads the `d`-th number of the
-/// key's sequence.
+/// The generator is SplitMix64 (Steele, Lea and Flood 2014) as a function of its counter. A key is
+/// a hash of seed, pixel and sample. Dimension `d` reads the number `d` of the key's sequence.
 #[derive(Clone, Copy, Debug)]
 pub struct Independent {
     seed: u64,

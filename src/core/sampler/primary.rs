@@ -22,9 +22,9 @@ pub enum Step {
 /// Ratio of the largest to the smallest small step.
 const STEP_RATIO: f32 = 16.0;
 
-/// Numbers of a Markov chain in the space of primary samples: a point of the unit cube that has one
-/// dimension for each random number that a path may request, and the proposed step from this point
-/// (Kelemen, Szirmay-Kalos, Antal and Csonka 2002).
+/// Numbers of a Markov chain in the space of primary samples (Kelemen, Szirmay-Kalos, Antal and
+/// Csonka 2002): a point of the unit cube, and the proposed step from this point. The cube has one
+/// dimension for each random number that a path may request.
 ///
 /// A small step moves each number up or down, with wrap-around in the unit interval, by `size ·
 /// 16^−u` with a uniform u. Distances range from `size / 16` to `size`, and shorter distances are

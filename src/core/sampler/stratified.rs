@@ -9,10 +9,10 @@ const SIDE_BITS: u32 = 3;
 /// block.
 const BLOCK_BITS: u32 = 2 * SIDE_BITS;
 
-/// Jittered strata: of every 64 samples, one lies in each of 8 × 8 squares (of 64 intervals in
-/// 1-D). Each dimension has a separate order of the strata (Cook, Porter and Carpenter 1984).
-/// Correlated multi-jitter also places one sample in each of 64 columns and 64 rows (Kensler 2013,
-/// "Correlated Multi-Jittered Sampling").
+/// Jittered strata. The strata are 8 × 8 squares of the unit square, or 64 intervals in 1-D. Of
+/// every 64 samples, each stratum contains one. Each dimension has a separate order of the strata
+/// (Cook, Porter and Carpenter 1984). Correlated multi-jitter also places one sample in each of 64
+/// columns and 64 rows (Kensler 2013, "Correlated Multi-Jittered Sampling").
 ///
 /// Blocks of 64 are independent of each other. Any sample can be drawn separately, and the total
 /// number of samples need not be known.

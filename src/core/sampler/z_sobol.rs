@@ -14,9 +14,9 @@ const SIDE_BITS: u32 = 16;
 /// samples, are a (0, k, 2)-net, as in [`Sobol`](super::Sobol). The samples of all pixels of an
 /// aligned square of 2ʳ × 2ʳ pixels are a (0, k + 2r, 2)-net. Neighbouring pixels therefore have
 /// different errors, which cancel over an area. Ahmed and Wonka 2020 ("Screen-Space Blue-Noise
-/// Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels") reach this with a
-/// Z-shaped curve over the pixels, for a number of samples that is known in advance. This net has
-/// the property for all k and r at once.
+/// Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels") reach this
+/// property with a Z-shaped curve over the pixels, for a number of samples that is known in
+/// advance. This net has the property for all k and r at once.
 ///
 /// The construction follows nets from rational functions (Niederreiter and Özbudak 2002,
 /// "Constructions of digital nets using global function fields"), over GF(2). A point is a function

@@ -97,7 +97,8 @@ impl Engine<'_> {
     /// Unknown settings or invalid values.
     pub(super) fn settings_beside(&self, text: &str) -> Result<Settings, String> {
         let (mut options, mut settings) = (self.options, self.settings.clone());
-        // Remove channels of the saved picture, which the other method may not support
+        // Remove the additional channels, because the method of the second render possibly does not
+        // support them
         settings.aovs.clear();
         settings.light_paths.clear();
         for (key, value) in parts(text)? {

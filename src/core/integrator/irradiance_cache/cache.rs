@@ -14,7 +14,8 @@ pub struct IrradianceCache {
     error: f32,
     records: Vec<Record>,
     nodes: Vec<Node>,
-    /// Root node of each layer of records.
+    /// Root node of each layer. A layer has the records for one number of scattering events before
+    /// the surface.
     roots: Vec<u32>,
 }
 

@@ -1,6 +1,6 @@
-//! Irradiance caching: indirect light of matte surfaces is computed at few points and interpolated
-//! between them (Ward, Rubinstein and Clear 1988, "A Ray Tracing Solution for Diffuse
-//! Interreflection"), with the gradients of Ward and Heckbert (1992).
+//! Irradiance caching (Ward, Rubinstein and Clear 1988, "A Ray Tracing Solution for Diffuse
+//! Interreflection"). Indirect light of matte surfaces is computed at few points, and interpolated
+//! between these points. The interpolation uses the gradients of Ward and Heckbert (1992).
 //!
 //! `hemisphere` estimates irradiance and its gradients from rays, `record` defines an irradiance
 //! record, `cache` stores all records in an octree and interpolates between them, and `maker` makes

@@ -50,7 +50,8 @@ impl Record {
     /// Estimated relative error of the record at the point `p` with normal `n`. It is the distance
     /// divided by the radius, plus the square root of 1 minus the cosine of the angle between the
     /// normals (Ward et al. 1988, the bound of the split sphere model). `None` if the error is more
-    /// than `max`, or if the point lies behind the record and so may not see the same surfaces.
+    /// than `max`. Also `None` if the point lies behind the record, because it then possibly sees
+    /// other surfaces than the record.
     #[inline(always)]
     // ANCHOR: error
     pub fn error(&self, p: Vec3, n: Vec3, max: f32) -> Option<f32> {

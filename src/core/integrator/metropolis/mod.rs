@@ -9,8 +9,8 @@
 //! By default, path tracing finds direct light, and lamps seen in mirrors and through glass
 //! (`OrdinaryLight`). If all light is easy to find, Metropolis sampling has no advantage (Veach and
 //! Guibas 1997), and puts most of its samples at lamps. With `--metropolis-direct metropolis`,
-//! chains find all light. On the scene `globe`, whose lamp has three quarters of the image's light
-//! in a dozen pixels, the mean light of the lamp was then between a quarter and twice the correct
+//! chains find all light. In the scene `globe`, the lamp has three quarters of the image's light in
+//! a dozen pixels. The mean light of these pixels was then between a quarter and twice the correct
 //! value.
 //!
 //! The errors of neighbouring pixels are correlated, because a chain that stays near one pixel

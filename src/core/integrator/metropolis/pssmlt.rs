@@ -18,11 +18,11 @@
 //!
 //! A seed may be on a spike of the target, where small steps find only the spike itself. Chains
 //! that start at this seed stay there, and one pixel gets their whole light, which is the light of
-//! the seed. If length and strategy of the seed were also sampled at random (multiplexing the
-//! bootstrap too), the light of the seed would be brighter by the reciprocal of both probabilities,
-//! some hundred times. On the scene `ring-caustic` single pixels then were 64 times too bright
-//! after 2048 iterations. A seed that represents all paths of its sample is as bright as in `bdpt`,
-//! times the number of mutations per seed.
+//! the seed. An alternative is to sample the length and the strategy of the seed at random too (to
+//! multiplex the bootstrap). The light of the seed is then divided by both probabilities, which
+//! makes it some hundred times brighter. On the scene `ring-caustic` single pixels then were 64
+//! times too bright after 2048 iterations. A seed that represents all paths of its sample is as
+//! bright as in `bdpt`, times the number of mutations per seed.
 //!
 //! Defaults (docs/notebook/2026-11.md, "Metropolis light transport"): one chain per 256 mutations
 //! is a compromise between scenes with easy light and scenes with hidden light. Step sizes and the
@@ -50,8 +50,8 @@ use std::ops::RangeInclusive;
 /// light of all paths of n vertices. The target f*(u) of the chain is the luminance of f(u),
 /// divided by the importance image at its position, and b is the integral of f* over all u and n.
 /// The chain moves from u to the proposal v with probability a = min(1, f*(v) / f*(u)). Both u and
-/// v are added to the image, each with b f / f*, times 1 − a for u and times a for v: the mean over
-/// the decision (Veach and Guibas 1997).
+/// v add the light b f / f* to the image. This light is multiplied by 1 − a for u and by a for v,
+/// which gives the mean over the random decision (Veach and Guibas 1997).
 ///
 /// **Each iteration is unbiased.** It first makes M seeds. For a seed, all random numbers are drawn
 /// except the number that chooses the strategy. From these numbers, the paths of all strategies for
@@ -62,11 +62,11 @@ use std::ops::RangeInclusive;
 ///
 /// If the chain at u adds g(u) = f(u) / f*(u), all chains at their starts add B / C times the sum
 /// of g over the starts. Given the seeds, the mean of this light is Σ w g, whose mean over the
-/// seeds is ∫ f* g = ∫ f, for any M and C. The same holds for any function in place of g, so also
-/// for the mean contribution of the chain after i steps, (Kⁱ g)(u). Σ w Kⁱ g has the mean ∫ f* Kⁱ
-/// g, and that is ∫ f* g = ∫ f, because steps preserve f*. There is no start-up bias to be
-/// discarded (Veach 1997, §11.3.1), and a chain may have any length. The light of a short chain is
-/// as noisy as the light of the seeds.
+/// seeds is ∫ f* g = ∫ f, for any M and C. The same is true of any function in place of g. One such
+/// function is the mean contribution of the chain after i steps, (Kⁱ g)(u). The mean of Σ w Kⁱ g is
+/// ∫ f* Kⁱ g. This integral equals ∫ f* g = ∫ f, because steps preserve f*. There is no start-up
+/// bias to be discarded (Veach 1997, §11.3.1), and a chain may have any length. The light of a
+/// short chain is as noisy as the light of the seeds.
 #[derive(Debug)]
 pub struct PrimarySpaceIntegrator<'a, A> {
     /// World with the scene and the camera.

@@ -2,7 +2,7 @@
 //!
 //! An image counts the visits of chains to each pixel. Let `Xᵢ` be 1 if the i-th of n mutations is
 //! in pixel p, and `c = Σ Xᵢ` the number of visits. Independent samples would have `E[c²] ≈ E[c]`
-//! for a rare pixel. For a chain, `E[c²]` is `τ` times as large, and so is the variance. Over all
+//! for a rare pixel. For a chain, both `E[c²]` and the variance are `τ` times as large. Over all
 //! pixels
 //!
 //! ```text

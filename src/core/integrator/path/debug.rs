@@ -61,7 +61,8 @@ pub enum DebugView {
 /// Number of rays that is shown in the brightest colour: a shadow ray and a scattered ray at each
 /// of sixteen vertices.
 const MAX_RAYS: f32 = 32.0;
-/// Maximum number of scattering events of a sample whose rays are counted: the default of a render.
+/// Maximum number of scattering events of a path whose rays are counted. It is the default of
+/// `max_depth`.
 const MAX_DEPTH: u32 = 16;
 
 impl<A: Accel> Integrator for DebugIntegrator<'_, A> {

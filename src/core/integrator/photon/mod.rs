@@ -6,13 +6,13 @@
 //! photons, within the radii of `integrator/search_radius.rs`. `sppm`, `photon_map` and `vcm` are
 //! the integrators.
 //!
-//! Each light path is counted once. Direct light is estimated as in `path`, by light sampling and
-//! by one scattered ray, weighted by MIS. So `sppm` stores photons only after their first
-//! scattering event. A camera path ends at the first surface that scatters widely
-//! (`Lobe::is_wide`). The path continues through delta lobes and at surfaces that scatter narrowly,
-//! where few photons would have large weights. At a surface with a wide and a delta lobe, photons
-//! estimate the wide lobe and the path follows the delta lobe. `Bsdf::eval` is 0 for delta lobes,
-//! so the two parts do not overlap.
+//! Each path of light from a lamp to the camera is estimated in exactly one way. Direct light is
+//! estimated as in `path`, by light sampling and by one scattered ray, weighted by MIS. So `sppm`
+//! stores photons only after their first scattering event. A camera path ends at the first surface
+//! that scatters widely (`Lobe::is_wide`). The path continues through delta lobes and at surfaces
+//! that scatter narrowly, where few photons would have large weights. At a surface with a wide and
+//! a delta lobe, photons estimate the wide lobe and the path follows the delta lobe. `Bsdf::eval`
+//! is 0 for delta lobes, so the two parts do not overlap.
 //!
 //! - A photon stores its number of scattering events, so that `--max-depth` has the same meaning as
 //!   for `path`.

@@ -35,10 +35,10 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 /// 2001). Photons are traced once. All samples of all pixels use them, directly for caustics and by
 /// final gathering for all other indirect light.
 ///
-/// Each light path is counted once. A camera path continues by delta lobes, and at surfaces that
-/// scatter narrowly by any lobe. At a surface that scatters widely ([`crate::bsdf::Bsdf::is_wide`])
-/// it traces rays sampled from the BSDF: `gather_rays` rays the first time and one ray later. The
-/// light consists of these parts:
+/// Each path of light from a lamp to the camera is estimated in exactly one way. A camera path
+/// continues by delta lobes, and at surfaces that scatter narrowly by any lobe. At a surface that
+/// scatters widely ([`crate::bsdf::Bsdf::is_wide`]) it traces rays sampled from the BSDF:
+/// `gather_rays` rays the first time and one ray later. The light consists of these parts:
 ///
 /// - emission that the path hits, or that a gather ray hits first, with its MIS weight;
 /// - direct light, from light sampling at each vertex;
@@ -151,7 +151,7 @@ struct QueuedPath {
 }
 
 impl QueuedPath {
-    /// Index of the block of random numbers of the vertex at the end of the ray.
+    /// Index of the block of random numbers for the vertex at the end of the ray.
     fn block(&self) -> u32 {
         const DEPTHS: u32 = 64;
         self.branch * DEPTHS + self.path.depth.min(DEPTHS - 1)

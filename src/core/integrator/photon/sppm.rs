@@ -7,7 +7,7 @@
 //! is stopped, split, merged or cropped is bit-identical, and pixels have no state.
 //!
 //! The disadvantage is that radii do not follow the local density of photons. A caustic with many
-//! photons could use smaller disks, and a dark corner larger ones. Instead the first radius is a
+//! photons could use smaller disks, and a dark corner larger disks. Instead the first radius is a
 //! multiple of the width of a pixel at the distance of the point. The blur is then equally wide in
 //! the picture on near and far surfaces. `--photon-radius` sets one length for the whole scene.
 
@@ -33,9 +33,10 @@ use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 /// `r²ᵢ₊₁ / r²ᵢ = (i + α) / (i + 1)`, the variance of the mean falls as `n^−α`, and its bias as
 /// `n^(α − 1)` (Knaus and Zwicker, §3.3).
 ///
-/// Each light path is counted once. A camera path continues by delta lobes, and at surfaces that
-/// scatter narrowly by any lobe. It ends at the first surface that scatters widely
-/// ([`crate::bsdf::Bsdf::is_wide`]). The light consists of these parts:
+/// Each path of light from a lamp to the camera is estimated in exactly one way. A camera path
+/// continues by delta lobes, and at surfaces that scatter narrowly by any lobe. It ends at the
+/// first surface that scatters widely ([`crate::bsdf::Bsdf::is_wide`]). The light consists of these
+/// parts:
 ///
 /// - emission that the path hits, with its MIS weight unless the path comes from the camera or from
 ///   a delta lobe;

@@ -81,8 +81,8 @@ impl PhotonTree {
     /// these photons sets the radius and is not returned. If fewer photons are within `radius`,
     /// returns all of them.
     ///
-    /// If r is the distance of the farthest of the `count` photons, the mean of `(count − 1) / (π
-    /// r²)` is the density of points that are uniformly distributed over a plane.
+    /// Let r be the distance of the farthest of the `count` photons. If the photons are uniformly
+    /// distributed over a plane, the mean of `(count − 1) / (π r²)` is their density.
     pub fn nearest(&self, p: Vec3, count: usize, radius: f32, counts: impl Fn(&Photon) -> bool) -> NearestPhotons<'_> {
         // Heap of squared distances (as bits) and indices in the tree. Bits of non-negative floats
         // have the order of the floats, so the heap is sorted by distance.

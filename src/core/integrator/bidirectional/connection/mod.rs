@@ -92,8 +92,8 @@ impl Subpaths<'_> {
 pub(crate) struct Contribution {
     /// Strategy (s, t): number of light vertices and number of camera vertices.
     pub strategy: (usize, usize),
-    /// Estimate of the light of all paths of this length without the MIS weight. The light falls on
-    /// the pixel of the sample or on the position `film`.
+    /// Light of the strategy without the MIS weight. It is an estimate of the light of all paths
+    /// with s + t vertices. The light falls on the pixel of the sample or on the position `film`.
     pub radiance: Spectrum,
     /// MIS weight of the strategy.
     pub weight: f32,
@@ -162,7 +162,7 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         }
     }
 
-    /// Number of light paths of an iteration: the number of pixels of the image.
+    /// Number of light paths in an iteration, which is the number of pixels of the image.
     fn paths(&self) -> f32 {
         let size = self.world.camera.resolution();
         size.x as f32 * size.y as f32

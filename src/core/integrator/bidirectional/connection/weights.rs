@@ -70,8 +70,8 @@ impl<A: Accel> Connector<'_, '_, A> {
         self.weight_of(camera, light, light_hit, time, false)
     }
 
-    /// MIS weight of merging the last vertex of `camera` with a vertex of a light path. `light` has
-    /// the vertices before this vertex.
+    /// MIS weight of the strategy that merges the last vertex of `camera` with a vertex of a light
+    /// path. `light` has the vertices of the light path before the merged vertex.
     pub fn merging_weight(&self, camera: &[PathVertex], light: &[PathVertex], time: f32) -> f32 {
         self.weight_of(camera, light, None, time, true)
     }
@@ -153,7 +153,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         if weight.is_finite() { weight } else { 0.0 }
     }
 
-    /// Densities of the vertices on either side of the connection of two subpaths.
+    /// Densities of the vertices next to the connection between `camera` and `light`.
     fn densities(
         &self,
         camera: &[PathVertex],

@@ -1,9 +1,10 @@
 //! Subpaths from the camera and from lights. This module traces subpaths, `vertex` defines their
 //! vertices, and `surface` defines the surface points of vertices.
 //!
-//! A subpath is a list of vertices. Each vertex has its throughput and two densities per area: the
-//! density if the vertex is sampled from the start of the subpath, and the density if it is sampled
-//! from the other end of the whole path.
+//! A subpath is a list of vertices. Each vertex has its throughput and two densities per area. The
+//! first is the density with which a walk from the start of the subpath samples the vertex. The
+//! second is the density with which a walk from the other end of the whole path would sample the
+//! vertex.
 //!
 //! A path must have the same measurement contribution from both ends. So BSDFs are defined relative
 //! to the cosine of the geometric normal (Veach 1997, §5.3). If a shading normal is bent for a
@@ -11,7 +12,7 @@
 //! came from the light. Three rules follow:
 //!
 //! - A ray towards a light starts on the light's side of the bent normal, as in `path/direct.rs`. A
-//!   ray of a light path starts on the side of the triangle that faces the direction of the ray.
+//!   ray of a light path starts on the side of the triangle to which the ray points.
 //! - A light path has no viewer yet. If the shading normal differs much from the geometric normal,
 //!   light leaves in directions that a lobe around the shading normal never samples. So a light
 //!   path samples some directions around the geometric normal (`Surface::facet_share`).
@@ -272,5 +273,5 @@ pub(crate) fn block(mode: TransportMode, depth: u32) -> u32 {
     }
 }
 
-/// Index of the block of random numbers for the light at the start of a path.
+/// Index of the block of random numbers that sample the light at the start of a path.
 pub(crate) const EMISSION_BLOCK: u32 = 1;

@@ -127,9 +127,9 @@ impl<'a> Surface<'a> {
         }
     }
 
-    /// Factor of the radiance at a delta lobe of a light path, in addition to the weight of the
-    /// lobe. The light comes from the direction `wi` and leaves in the direction `wo`. Returns 0 if
-    /// a camera path cannot go in the reverse direction.
+    /// Number by which a delta lobe of a light path multiplies the radiance, in addition to the
+    /// weight of the lobe. The light comes from the direction `wi` and leaves in the direction
+    /// `wo`. Returns 0 if a camera path cannot go in the reverse direction.
     pub fn adjoint_delta(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self.is_sample_one_way(wo, wi, true) {
             true => 0.0,

@@ -69,7 +69,7 @@ impl<'a, A: Accel> LensSubpath<'_, '_, 'a, A> {
             .join(camera, rest.iter().rev().cloned(), 0..last + 1, sample, out)?;
         let back = chosen(&y) * self.inverse_contribution(x, end)?;
         let forth = chosen(x) * self.inverse_contribution(&y, last)?;
-        // Each density is divided by the contribution of the path that it makes
+        // `forth` and `back` are densities, each divided by the contribution of the resulting path
         Some(Proposal::of(y, back / forth))
     }
 

@@ -394,8 +394,8 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         }
     }
 
-    /// Adds the amount of light `light`, with the colour of the path `x`, at the film position of
-    /// `x`.
+    /// Adds the amount of light `light` at the film position of the path `x`. The light has the
+    /// colour of `x`.
     fn visit(&self, x: &Path, light: f64, out: &mut impl SplatSink) {
         if let Some(source) = x.source().filter(|_| light > 0.0) {
             let radiance = x.color * (light / x.target) as f32;

@@ -24,10 +24,11 @@ const MIN_STEP: f32 = 0.1;
 /// Area of the disk of all film points that a perturbation can reach, as a fraction of the film
 /// area.
 const MAX_STEP_SHARE: f32 = 0.05;
-/// Minimum and maximum angle of perturbations of directions between two specular chains, in
-/// radians.
+/// Minimum and maximum angle, in radians, by which a perturbation changes a direction between two
+/// specular chains.
 const ANGLES: [f32; 2] = [0.0001, 0.1];
-/// Maximum angle of perturbations of a direction of light, in radians.
+/// Maximum angle, in radians, by which a caustic perturbation changes the direction in which light
+/// leaves a vertex.
 const MAX_ANGLE: f32 = 0.5;
 
 /// Part of a path that moves if its film point moves: the vertices from the camera to `last`.
@@ -284,8 +285,8 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         }
         let edges = x.vertices[1..=start].windows(2);
         let distance: f32 = edges.map(|edge| edge[0].p.distance(edge[1].p)).sum();
-        // The ratio of minimum and maximum is the same for all paths, and so is the density of
-        // distances between minimum and maximum.
+        // The ratio of minimum to maximum is the same for all paths. So a distance has the same
+        // density for all paths whose range contains this distance.
         let greatest = (steps[1] * pixel / distance).min(MAX_ANGLE);
         [greatest * (steps[0] / steps[1]), greatest]
     }

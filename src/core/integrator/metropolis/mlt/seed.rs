@@ -19,8 +19,8 @@ pub struct Seeds {
     sums: Vec<f64>,
     /// Mean luminance of a pixel, estimated from the seeds.
     pub(super) mean: f64,
-    /// Distributions of the number of vertices of new paths: estimated from samples of even index,
-    /// and from samples of odd index.
+    /// Two distributions of the number of vertices of new paths. The first is estimated from the
+    /// samples with an even index, the second from the samples with an odd index.
     lengths: [Lengths; 2],
 }
 

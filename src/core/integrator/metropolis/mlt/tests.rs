@@ -1,5 +1,5 @@
-//! Tests of the mutations of path space: each kind of mutation keeps the frequency of paths
-//! proportional to their light.
+//! Tests that each kind of mutation keeps the frequency of paths proportional to the light of the
+//! paths.
 
 use super::*;
 use crate::accel::brute::BruteForce;

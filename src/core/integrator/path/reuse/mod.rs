@@ -62,9 +62,9 @@ use first_vertices::{FirstVertex, FirstVertices};
 use std::array::from_fn;
 use viewers::Workspace;
 
-/// Path tracing in which the pixels of a tile share their paths: each pixel connects to the second
-/// vertices of all paths, if these vertices scatter widely (Bekaert, Sbert and Halton 2002,
-/// "Accelerating Path Tracing by Re-Using Paths").
+/// Path tracing in which the pixels of a group share their paths (Bekaert, Sbert and Halton 2002,
+/// "Accelerating Path Tracing by Re-Using Paths"). Each pixel connects to the second vertices of
+/// all paths of the group, if these vertices scatter widely.
 #[derive(Debug)]
 pub struct ReusingPathIntegrator<'a, A> {
     /// Path tracer that traces the paths.

@@ -130,7 +130,7 @@ pub(super) fn is_own_origin(origin: Option<&str>, host: &str) -> bool {
 }
 
 /// Writes a response and ends the connection. The headers allow pages to load only files of this
-/// server. They also suppress the referrer, because the address of the page has the token.
+/// server. The headers also suppress the referrer, because the address of the page has the token.
 ///
 /// # Errors
 ///

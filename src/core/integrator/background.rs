@@ -1,8 +1,8 @@
 //! Background of camera rays that no surface stops, and the shadow-catching ground.
 //!
 //! Only camera rays see the background, including camera rays that passed straight through surfaces
-//! of opacity below 1. Mirrors and glass show the lights instead. So the background changes only
-//! the pixels that show it.
+//! of opacity below 1. Mirrors and glass show the lights instead. So a change of the background
+//! changes only the pixels that show the background.
 //!
 //! An integrator passes the background or the ground that the camera ray sees (`CameraView`) to its
 //! sink, and the sink uses this view to finish the sample. The light of a sample is linear in the

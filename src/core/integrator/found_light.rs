@@ -89,8 +89,8 @@ impl FoundLight<'_> {
 /// source. `events` are the scattering events between source and camera, in order from the source.
 ///
 /// A smooth scattering event may belong to a diffuse and a glossy lobe at the same time. The light
-/// is split in proportion to the values of these lobes, and each part goes to its class. This needs
-/// no random number.
+/// is split in proportion to the values of these lobes, and each part goes to its class. The split
+/// needs no random number.
 pub fn path_classes(
     radiance: Spectrum,
     kind: PathLight,

@@ -3,8 +3,8 @@
 //!
 //! A sample lies on a line if a film point near the sample shows a different surface (Choudhury and
 //! Parker 2009, "Ray tracing NPR-style feature lines", §3). The film points lie on rings around the
-//! sample, at most half the width of a line away. So a line has the same width in every projection
-//! and lies on both sides of an edge, and the pixel filter makes it smooth.
+//! sample, at most half the width of a line away. So a line has the same width in every projection,
+//! and lies on both sides of an edge. The pixel filter makes the line smooth.
 //!
 //! Two film points show the same surface if
 //!

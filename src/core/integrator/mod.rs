@@ -1,5 +1,5 @@
-//! Light transport: integrators, which compute the light of one pixel sample. They start no threads
-//! and do not depend on tiles and files.
+//! Light transport: integrators, which compute the light of one pixel sample. Integrators start no
+//! threads and do not depend on tiles or files.
 //!
 //! Each family of integrators has a folder: `path`, `bidirectional`, `photon`, `metropolis` and
 //! `irradiance_cache`. All families use the files that are directly in this folder. Families may

@@ -24,8 +24,8 @@
 //! - A walk has at most 10,000 queries. All surfaces behind the last query count as opaque, and
 //!   `cut_walks` of `--stats` counts such walks.
 //! - A surface of opacity α with emitted radiance Le emits α Le on average. A ray that stops at the
-//!   surface finds Le; a light sample there has α Le (`light/textured.rs`). Rays that hit the hull
-//!   mesh of a sphere or disk lamp, but miss the lamp, pass through the hull
+//!   surface finds Le. A light sample on the surface has α Le (`light/textured.rs`). Rays that hit
+//!   the hull mesh of a sphere or disk lamp, but miss the lamp, pass through the hull
 //!   (`scene/lamp_hulls.rs`).
 //!
 //! Each ray query checks once if the scene has alpha or thin glass. docs/notebook/2026-11.md,
@@ -87,8 +87,8 @@ impl Transmittance {
         match scene.thin_surface_along(hit, ray).filter(|_| opacity > 0.0) {
             None => self.pass *= 1.0 - opacity,
             Some((pass, tint)) => {
-                // Fraction of rays that pass openings of the surface, and fraction that passes its
-                // glass
+                // Fraction of rays that pass through openings of the surface, and fraction of rays
+                // that pass through its glass
                 let (hole, glass) = (1.0 - opacity, opacity * pass);
                 self.pass *= hole + glass;
                 if hole + glass > 0.0 {
@@ -278,7 +278,7 @@ mod tests {
 
     /// Random triangles within `scale` of the origin, with random opacities. Their shading normals
     /// are random, as in foliage: most triangles then approximate curved surfaces, and the origins
-    /// of rays are raised far from them.
+    /// of rays are raised far from the triangles.
     fn cards(random: &mut Random, scale: f32) -> Scene {
         let mut builder = SceneBuilder::new();
         for _ in 0..10 + (random.next() * 40.0) as usize {

@@ -4,7 +4,8 @@
 //! A radius is a fixed length (`--photon-radius`) or, by default, a multiple of the width of a
 //! pixel ([`PHOTON_PIXELS`], [`MERGING_PIXELS`]). In progressive methods the radius of an iteration
 //! is [`shrinkage`] times the first radius. `photon-map` gathers a fixed number of photons instead.
-//! Its maximum distances are `FAR_SHARE` and `NEAR_SHARE` in `photon/photon_map.rs`.
+//! The maximum distances of these photons are `FAR_SHARE` and `NEAR_SHARE` in
+//! `photon/photon_map.rs`.
 //!
 //! This module is not in `photon`, because the weights of `bidirectional/connection` need the
 //! merging radius, and `bidirectional` uses no other family.

@@ -5,8 +5,8 @@
 //! direct view (`World::footprint`). This width depends only on the point and needs no state along
 //! a path, so both ends of a bidirectional path agree on it. The mean over the samples of the pixel
 //! does the rest of the filtering. After a diffuse bounce, the filter is narrower than necessary.
-//! This adds noise, but no blur. docs/notebook/2026-11.md, "Texture filters", has the widths that
-//! were tried.
+//! The narrow filter adds noise, but no blur. docs/notebook/2026-11.md, "Texture filters", has the
+//! widths that were tried.
 //!
 //! `World::vertex` has a fast path for surfaces with one normal and one material.
 
@@ -289,9 +289,9 @@ impl<'a, A: Accel> World<'a, A> {
 
     /// First surface along `ray` for which `is_opaque` returns `true`. `first` is the closest hit
     /// of the ray. The ground does not stop camera rays from below. For the backend, a sphere or
-    /// disk lamp is a mesh that encloses the lamp, called its hull (`scene/lamp_hulls.rs`). If
-    /// `ray` enters a hull and meets the lamp, surfaces between the hull and the lamp count as in
-    /// front of the lamp.
+    /// disk lamp is a mesh that covers the lamp, called its hull (`scene/lamp_hulls.rs`). If `ray`
+    /// enters a hull and meets the lamp, surfaces between the hull and the lamp count as in front
+    /// of the lamp.
     #[inline(always)]
     pub(super) fn first_that(
         &self,

@@ -9,8 +9,8 @@
 //! For the samples of the image, `path` and `direct` are monomorphised per backend, because a call
 //! that the compiler cannot inline costs some percent of the time of a ray. All other integrators,
 //! and samples with separate light groups, call `&dyn Accel`. Compiling each of them for every
-//! backend, observer and kind of light would take minutes, and rays are a smaller part of their
-//! work. `render/dispatch.rs` has the calls.
+//! backend, observer and kind of light would take minutes, and rays are a smaller part of the work
+//! of these integrators. `render/dispatch.rs` has the calls.
 //!
 //! `options/method.rs` lists the parameters of each integrator. The metadata of files, and the
 //! warnings about unused flags, come from that list.

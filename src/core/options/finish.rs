@@ -1,5 +1,4 @@
-//! Steps after a render that make the image from its sums: denoising, exposure, tone curve and
-//! lines.
+//! Steps that make the image from the sums of a render: denoising, exposure, tone curve and lines.
 
 use super::{Denoising, LineColor, Value};
 use crate::color::Tone;

@@ -99,8 +99,8 @@ impl Irradiance {
 /// earlier passes, except the last pass, which visits all pixels.
 const STEPS: [u32; 6] = [32, 16, 8, 4, 2, 1];
 
-/// Number of passes with a random point in every pixel and on the lens. They find other paths
-/// through glass, and surfaces between pixel centres.
+/// Number of passes with a random point in every pixel and on the lens. These passes find other
+/// paths through glass, and surfaces between pixel centres.
 const RANDOM_PASSES: u32 = 2;
 
 /// Number of pixels that are traced before records are made for their surfaces.

@@ -109,7 +109,7 @@ fn points<const N: usize>(reversed: [u32; N], bits: [u64; N]) -> [[f32; N]; 2] {
 }
 
 /// Seed of the order of a sequence's points. `bits` is the scrambling seed of the sequence. The
-/// result may depend on the seeds of the digits; it must only differ between sequences.
+/// result must differ between sequences, but it may depend on the seeds of the digits.
 #[inline(always)]
 pub(super) fn order(bits: u64) -> u32 {
     (bits.wrapping_mul(GOLDEN_GAMMA) >> 32) as u32

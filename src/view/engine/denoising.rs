@@ -1,4 +1,5 @@
-//! Denoising in a separate thread, so that the first pixels and a moving camera do not wait for it.
+//! Runs the denoiser in a separate thread, so that the first pixels and a moving camera do not wait
+//! for the denoiser.
 
 use super::{Engine, samples_of};
 use crate::film::{Image, metered};

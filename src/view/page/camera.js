@@ -104,7 +104,7 @@ export class Camera extends EventTarget {
     this.to({ ...c, position: add(c.look_at, next) }, true);
   }
 
-  // Turns the camera at its position. Angles are in radians.
+  // Turns the camera without a change of its position. Angles are in radians.
   look(right, down) {
     const c = this.now;
     const up = unit(c.up);

@@ -1,5 +1,5 @@
-// Hints about the mouse and the keys, over the picture. A browser shows them only once, until the
-// first action of the user.
+// Hints about the mouse and the keys, over the picture. A browser shows the hints only on the first
+// visit, until the first action of the user.
 
 import { $ } from "./controls.js";
 

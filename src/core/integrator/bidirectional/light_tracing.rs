@@ -8,7 +8,7 @@ use crate::sampler::{SampleKey, Sampler};
 /// Light tracing: paths start at lights, and every vertex is connected to the camera (Arvo 1986;
 /// Dutré, Lafortune and Willems 1993). Light that reaches the camera by a delta lobe (in mirrors
 /// and through glass) is missing, because no connection can find it. If the camera has parallel
-/// rays, no connection finds lamps that the camera sees directly, so camera rays find them.
+/// rays, no connection finds lamps that the camera sees directly, so camera rays find these lamps.
 #[derive(Debug)]
 pub struct LightIntegrator<'a, A> {
     /// World with the scene and the camera.
@@ -70,8 +70,8 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
 }
 
 impl<A: Accel> LightIntegrator<'_, A> {
-    /// Adds the lights that the camera ray `ray` hits. A light sample never lies in the single
-    /// direction of parallel rays.
+    /// Adds the lights that the camera ray `ray` hits. The direction to a light sample is never
+    /// exactly the single direction of parallel rays.
     fn trace_to_lights(&self, ray: Ray, sampler: &impl Sampler, out: &mut impl SplatSink) {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, Some(0));
         let (camera, escape) = connector.camera_path(ray, sampler, out);

@@ -10,8 +10,8 @@
 //! Each sample index stands for one iteration. An iteration is an estimate of the whole image that
 //! depends only on the seed and the index. The film adds an iteration as one sample of every pixel.
 //! So variance, checkpoints, resume, merging, crops and noise levels need no special case. A crop
-//! traces the light paths of the whole image, because any of them may contribute to pixels of the
-//! crop.
+//! traces the light paths of the whole image, because any light path may contribute to pixels of
+//! the crop.
 //!
 //! For s = 1, the light is selected for the position of the camera vertex, as in `path`. A light
 //! path starts at a light that is selected by power (`light/emission_selection.rs`). The MIS

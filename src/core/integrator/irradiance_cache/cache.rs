@@ -73,8 +73,8 @@ impl IrradianceCache {
     /// Irradiance at the point `p` with unit normal `n`, interpolated between the records of layer
     /// `layer`. `None` if no record is valid at the point.
     ///
-    /// The weight of a record falls linearly to 0 at the maximum error, so that its influence ends
-    /// without an edge (Tabellion and Lamorlette 2004).
+    /// The weight of a record falls linearly to 0 at the maximum error, so that no edge is visible
+    /// where the influence of the record ends (Tabellion and Lamorlette 2004).
     pub fn irradiance(&self, p: Vec3, n: Vec3, layer: u32) -> Option<Spectrum> {
         let mut sum = Spectrum::ZERO;
         let mut weights = 0.0;
@@ -175,8 +175,8 @@ impl IrradianceCache {
             other.radius = other.radius.min(record.radius + way);
         }
 
-        // Insert the record into all cubes that overlap its reach, at the level at which cubes are
-        // about as large as the reach
+        // Insert the record into all cubes that overlap its reach. Use the level of the octree at
+        // which cubes are about as large as the reach
         let index = self.records.len() as u32;
         self.records.push(record);
         self.insert_into(cube, index, 0);
@@ -344,7 +344,8 @@ mod tests {
         assert!(looked > 300, "{looked}");
     }
 
-    /// Linear fields are exact at all points, because the gradients describe them.
+    /// A linear field of irradiance is interpolated exactly at all points, because the gradients
+    /// describe the field.
     #[test]
     fn linear_fields_are_interpolated_exactly() {
         let field = |p: Vec3| 3.0 + p.x - 0.5 * p.y;

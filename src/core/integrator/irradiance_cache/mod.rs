@@ -10,8 +10,8 @@
 //! Only indirect light is biased. Direct light is estimated by light sampling and by scattered
 //! rays, as in `path`. So the rays of a hemisphere ignore the emission of the first surface, and
 //! find all other light. If there is no valid record at a point, the path continues as in `path`,
-//! which is unbiased there. Such points are few, because a new record is made if the errors of all
-//! existing records are above 0.7 of the maximum error.
+//! so the estimate at this point is unbiased. Such points are few, because a new record is made if
+//! the errors of all existing records are above 0.7 of the maximum error.
 //!
 //! Behind mirrors, fewer scattering events are left until `max_depth`. So records are separated by
 //! the number of scattering events before the surface, unless the depth is unlimited.

@@ -17,12 +17,12 @@
 //! that an iteration is then unbiased.
 //!
 //! A seed may be on a spike of the target, where small steps find only the spike itself. Chains
-//! that start at this seed stay there, and one pixel gets their whole light, which is the light of
-//! the seed. An alternative is to sample the length and the strategy of the seed at random too (to
-//! multiplex the bootstrap). The light of the seed is then divided by both probabilities, which
-//! makes it some hundred times brighter. On the scene `ring-caustic` single pixels then were 64
-//! times too bright after 2048 iterations. A seed that represents all paths of its sample is as
-//! bright as in `bdpt`, times the number of mutations per seed.
+//! that start at this seed stay at the spike. One pixel then gets the whole light of these chains,
+//! which is the light of the seed. An alternative is to sample the length and the strategy of the
+//! seed at random too (to multiplex the bootstrap). The light of the seed is then divided by both
+//! probabilities, which makes it some hundred times brighter. On the scene `ring-caustic` single
+//! pixels then were 64 times too bright after 2048 iterations. A seed that represents all paths of
+//! its sample is as bright as in `bdpt`, times the number of mutations per seed.
 //!
 //! Defaults (docs/notebook/2026-11.md, "Metropolis light transport"): one chain per 256 mutations
 //! is a compromise between scenes with easy light and scenes with hidden light. Step sizes and the
@@ -55,10 +55,10 @@ use std::ops::RangeInclusive;
 ///
 /// **Each iteration is unbiased.** It first makes M seeds. For a seed, all random numbers are drawn
 /// except the number that chooses the strategy. From these numbers, the paths of all strategies for
-/// all n are made. For each strategy, f* / n is the target that it adds to b. One strategy is
-/// sampled in proportion to this target. The weight w of the seed is the sum over all strategies,
-/// divided by M; the sum B of the weights has the mean b. Chains start at seeds sampled by these
-/// weights: of C chains, `C w / B` are expected to start at a seed.
+/// all n are made. Each strategy adds the target f* / n to b. One strategy is sampled in proportion
+/// to this target. The weight w of the seed is the sum over all strategies, divided by M; the sum B
+/// of the weights has the mean b. Chains start at seeds sampled by these weights: of C chains, `C w
+/// / B` are expected to start at a seed.
 ///
 /// If the chain at u adds g(u) = f(u) / f*(u), all chains at their starts add B / C times the sum
 /// of g over the starts. Given the seeds, the mean of this light is Σ w g, whose mean over the

@@ -198,8 +198,8 @@ pub(crate) const LIGHTS_BETWEEN_CHECKS: u32 = 64;
 
 /// A light sample at a vertex, weighted against scattered rays. Its shadow ray is not traced yet.
 ///
-/// This is one of the two strategies for direct light (Veach 1997, §9.2). The other strategy is the
-/// emission that a scattered ray hits.
+/// A light sample is one of the two strategies for direct light (Veach 1997, §9.2). The other
+/// strategy is the emission that a scattered ray hits.
 pub(crate) struct Direct {
     ray: Ray,
     /// Unit direction to the light, local frame.
@@ -274,7 +274,7 @@ impl Direct {
                 (ids[i], pmfs[i]) = (Some(id), pmf);
             }
         }
-        // Sample a direction to each of these lights, and evaluate the radiance from there
+        // Sample a direction to each of these lights, and evaluate the radiance from this direction
         let lights = selection.sample_four(scene.lights(), ids, (&context, time), points, scene.textures());
         for i in 0..4 {
             if let (Some(id), Some(light)) = (ids[i], &lights[i]) {

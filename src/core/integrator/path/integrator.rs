@@ -150,16 +150,16 @@ impl<A: Accel> PathIntegrator<'_, A> {
     ) -> Option<NextSegment> {
         let directions = self.strategy.directions;
         let sample = directions.sample(vertex, u.lobe(vertex.bsdf), u.direction)?;
-        // Roulette ignores refraction: radiance that shrinks on its way into glass grows again on
-        // its way out.
+        // Roulette ignores the change of radiance by refraction, because radiance that shrinks on
+        // its way into glass grows again on its way out.
         let judged = path.beta * sample.weight * (path.roulette_scale * (sample.eta * sample.eta));
         let factor = roulette.play(path.depth, judged, u.roulette)?;
         let light_samples = if path.depth == 0 { self.light_samples } else { 1 };
         Some(path.scatter(&self.world, vertex, &sample, (factor, light_samples), out))
     }
 
-    /// Samples lights for `vertex`. Traces all shadow rays except the last one, and returns its
-    /// light sample.
+    /// Samples lights for `vertex`. Traces the shadow rays of all light samples except the last.
+    /// Returns the last light sample, whose shadow ray the caller must trace.
     ///
     /// The light samples of the first vertex are numbered consecutively over all samples of the
     /// pixel, so that all of them are stratified jointly.

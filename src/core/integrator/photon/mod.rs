@@ -21,10 +21,11 @@
 //!   surface with this probability, although both hits are one vertex of the path.
 //! - All photons and pixels of an iteration have the same time.
 //!
-//! Density estimation is biased, because it is the mean over a disk. The bias is proportional to
-//! `r²` times the curvature of the irradiance. At the edge of a surface, part of the disk is empty.
-//! A photon counts if its surface has nearly the normal of the point (`MIN_COSINE`) and if it lies
-//! within a ball around the point. docs/notebook/2026-11.md, "Photons", has errors and biases.
+//! Density estimation is biased, because its result is a mean over a disk. The bias is proportional
+//! to `r²` times the curvature of the irradiance. At the edge of a surface, part of the disk is
+//! empty. A photon counts if its surface has nearly the normal of the point (`MIN_COSINE`) and if
+//! it lies within a ball around the point. docs/notebook/2026-11.md, "Photons", has errors and
+//! biases.
 
 pub(crate) mod density;
 pub(crate) mod grid;

@@ -32,19 +32,19 @@ use crate::material::BsdfSlot;
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
 
 /// Photon mapping in two passes (Jensen 1996, "Global Illumination using Photon Maps"; Jensen
-/// 2001). Photons are traced once. All samples of all pixels use them, directly for caustics and by
-/// final gathering for all other indirect light.
+/// 2001). Photons are traced once. All samples of all pixels use these photons, directly for
+/// caustics and by final gathering for all other indirect light.
 ///
 /// Each path of light from a lamp to the camera is estimated in exactly one way. A camera path
 /// continues by delta lobes, and at surfaces that scatter narrowly by any lobe. At a surface that
-/// scatters widely ([`crate::bsdf::Bsdf::is_wide`]) it traces rays sampled from the BSDF:
+/// scatters widely ([`crate::bsdf::Bsdf::is_wide`]) the path traces rays sampled from the BSDF:
 /// `gather_rays` rays the first time and one ray later. The light consists of these parts:
 ///
 /// - emission that the path hits, or that a gather ray hits first, with its MIS weight;
 /// - direct light, from light sampling at each vertex;
-/// - light scattered only by delta lobes. It arrives at wide surfaces as photons of the caustic
-///   map, whose density is estimated there. A gather ray after a delta lobe therefore adds no
-///   emission, because this is the same light;
+/// - light scattered only by delta lobes. This light arrives at wide surfaces as photons of the
+///   caustic map, whose density is estimated there. A gather ray after a delta lobe therefore adds
+///   no emission, because this is the same light;
 /// - all other light. It was scattered by a smooth lobe of some surface, and after that only by
 ///   delta lobes. Gather rays hit that surface, directly or by delta lobes. The density of the
 ///   global map, which has all photons, gives the light that the surface scatters.

@@ -3,8 +3,8 @@
 //!
 //! `bidirectional/connection/weights.rs` computes the MIS weights and explains the term of merging.
 //! Merging and connections use different light paths. The light paths for merging are stored for a
-//! whole iteration, about 500 bytes per vertex, so there are fewer of them than pixels in a large
-//! image.
+//! whole iteration, about 500 bytes per vertex, so in a large image their number is smaller than
+//! the number of pixels.
 
 use super::density::is_one_surface;
 use super::grid::{GridItem, PhotonGrid};
@@ -24,8 +24,8 @@ use std::f32::consts::PI;
 ///
 /// Merging uses a light path that ends within a radius of a vertex as if it ended at the vertex.
 /// The density of the merged path is the density of both subpaths, times `π r² n` for n light
-/// paths. MIS combines merging with the other strategies, so it finds light that connections cannot
-/// find, such as caustics seen in mirrors. The light from merging has the bias of
+/// paths. MIS combines merging with the other strategies. Together they find light that connections
+/// cannot find, such as caustics seen in mirrors. The light from merging has the bias of
 /// [`crate::integrator::ProgressivePhotonIntegrator`]; radii shrink in the same way.
 ///
 /// Each sample has a separate light path for connections. The light paths for merging are stored

@@ -7,7 +7,7 @@ use crate::math::Vec3;
 use crate::sampler::{Dimension, Sampler};
 use crate::scene::Scene;
 
-/// Sampler dimensions for the choice of a light and for the point on it.
+/// Sampler dimensions for the choice of a light and for the point on the light.
 pub(super) struct LightDimensions {
     pub choice: Dimension,
     pub point: Dimension,
@@ -29,8 +29,8 @@ impl<'a> SampledLight<'a> {
         self.sample.radiance * (1.0 / (self.pmf * self.sample.pdf))
     }
 
-    /// Light vertex at the sampled point. Its density `forward` is the density of a light path that
-    /// starts there.
+    /// Light vertex at the sampled point. Its density `forward` is the density with which a light
+    /// path starts at this point.
     pub fn vertex(&self) -> PathVertex<'a> {
         let light = &self.scene.lights()[self.id.0 as usize];
         let (sample, is_infinite) = (&self.sample, self.sample.target.is_none());

@@ -409,7 +409,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         found: &mut impl FnMut(Contribution),
     ) {
         let lens = self.lens_point(1, time, sampler);
-        // Parallel rays have a single direction, and a light sample never lies in it.
+        // Parallel rays have a single direction. The direction to a light sample is never exactly
+        // this direction.
         if lens.is_far {
             return;
         }

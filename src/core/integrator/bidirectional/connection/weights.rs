@@ -261,8 +261,9 @@ impl<A: Accel> Connector<'_, '_, A> {
 
     /// Converts the sum `others` from "relative to the connection before a vertex" to "relative to
     /// the connection after the vertex". `own` is the density of the vertex if it is sampled from
-    /// the start of its subpath. `other` is its density from the other end of the path. Returns 0
-    /// if `others` is 0, even if the ratio of the densities is infinite.
+    /// the start of its subpath. `other` is the density of the vertex if it is sampled from the
+    /// other end of the path. Returns 0 if `others` is 0, even if the ratio of the densities is
+    /// infinite.
     fn beyond(&self, other: f32, own: f32, others: f64) -> f64 {
         match self.raised(other, own) {
             ratio if ratio == 0.0 || others == 0.0 => 0.0,
@@ -324,8 +325,8 @@ fn connects(a: &PathVertex, b: &PathVertex) -> f64 {
     one_if(!a.is_delta && !a.is_one_way && !b.is_delta)
 }
 
-/// Densities of the vertices next to a connection, if a path from the other end samples them. The
-/// density is 0 if the vertex does not exist.
+/// Densities with which a path from the other end samples the vertices next to a connection. A
+/// density is 0 if its vertex does not exist.
 #[derive(Clone, Copy, Debug, Default)]
 struct ConnectionDensities {
     /// Density of the last vertex of the camera subpath, sampled from the light.

@@ -19,8 +19,8 @@
 //! - A camera path may leave a vertex in a direction below the horizon of the geometric normal, or
 //!   of the shading normal (`Surface::is_one_way`). The ray hits the same triangle again, or the
 //!   surface behind the rim of a curved surface. Light from that direction hits the other side of
-//!   the triangle, so no light path arrives from there. No connection uses the direction, but light
-//!   samples use it.
+//!   the triangle, so no light path arrives from there. Light samples use such a direction, but
+//!   connections do not.
 //!
 //! Densities of directions sampled from delta lobes omit the delta distribution and the probability
 //! of the lobe, which both ends have in common. The densities include the geometry of the segment
@@ -243,7 +243,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
 /// the index of refraction on the far side relative to the near side.
 ///
 /// The two ends of a path sample the direction as delta distributions in different variables. This
-/// ratio converts between them.
+/// ratio converts a density in one variable to a density in the other variable.
 fn delta_jacobian(cos_back: f32, cos_onwards: f32, eta: f32) -> f32 {
     (cos_back / (cos_onwards * eta * eta)).abs()
 }

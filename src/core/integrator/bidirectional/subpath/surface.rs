@@ -244,8 +244,8 @@ impl<'a> Surface<'a> {
     /// directions above the horizon of the geometric normal but below the horizon of the shading
     /// normal. A viewer in such a direction still sees light, because the shading normal is bent
     /// for the viewer. The fraction is proportional to the square root of the part that the BSDF
-    /// misses. This limits both the number of badly sampled paths and the weights of the few paths
-    /// in the missed directions.
+    /// misses. This choice limits both the number of badly sampled paths and the weights of the few
+    /// paths in the missed directions.
     fn facet_share(&self) -> f32 {
         match self.is_detailed {
             true => 0.5 * (1.0 - self.point.ns.dot(self.point.ng)).clamp(0.0, 1.0).sqrt(),

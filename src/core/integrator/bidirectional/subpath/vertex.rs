@@ -12,9 +12,9 @@ use crate::math::Vec3;
 /// A vertex of a subpath from the camera or from a light.
 ///
 /// Densities are per area of a surface, or per solid angle for infinitely distant lights and
-/// lenses. The direction of a delta lobe has density 1. From the other end of the path, its density
-/// is the Jacobian of the direction. The probability of each strategy for the whole path follows
-/// from these densities (Veach 1997, §10.2).
+/// lenses. The direction of a delta lobe has density 1. If the direction is sampled from the other
+/// end of the path, its density is the Jacobian of the direction. The probability of each strategy
+/// for the whole path follows from these densities (Veach 1997, §10.2).
 #[derive(Clone, Debug)]
 pub(crate) struct PathVertex<'a> {
     pub kind: VertexKind<Surface<'a>, LightEnd>,

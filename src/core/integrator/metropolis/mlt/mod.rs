@@ -8,9 +8,9 @@
 //! path. All delta lobes on one side of a surface count as one lobe.
 //!
 //! `path` defines paths and their vertices, which do not depend on how they were sampled. `space`
-//! makes and connects subpaths. `factors` computes the contribution of a path, and the density of
-//! each bidirectional strategy for it, from the vertices only. `bidirectional` and `perturbation`
-//! are mutations. `seed` finds the start paths of chains.
+//! makes and connects subpaths. `factors` computes the contribution of a path, and the densities
+//! with which bidirectional strategies make the path. Both depend on the vertices only.
+//! `bidirectional` and `perturbation` are mutations. `seed` finds the start paths of chains.
 //!
 //! The acceptance probability of a mutation depends on the changed part. For a bidirectional
 //! mutation, the probability uses the sum over all splits of the new vertices between both ends.
@@ -20,7 +20,7 @@
 //!
 //! The delta distributions of mirrors and glass appear in the contribution of a path and in every
 //! density, and cancel. A path stores which of its vertices scatter by delta lobes. At a vertex
-//! that reflects, all mirror-like lobes are summed, because they cannot be distinguished.
+//! that reflects, all mirror-like lobes are summed, because they reflect in the same direction.
 //!
 //! - Mutations never cut a path after a vertex that scatters by a delta lobe. The new part would
 //!   only repeat the direction of the lobe.
@@ -29,10 +29,11 @@
 //!   (`Seeds::lengths`). A step that depends on these samples would favour light that the samples
 //!   found by chance. The bias would be a few percent if an iteration has few seeds.
 //! - An iteration has one chain per 256 mutations. Chains start at paths of bidirectional path
-//!   tracing, chosen in proportion to their light and stratified. An iteration is unbiased from the
-//!   first mutation on. Many short chains are noisier than a long chain if seeds seldom find the
-//!   light. Short chains are better if a long chain would never leave a corner of path space.
-//!   `--chains` sets the number of chains.
+//!   tracing. Start paths are chosen with probabilities proportional to their light, and the
+//!   choices are stratified over the chains. An iteration is unbiased from the first mutation on.
+//!   Many short chains are noisier than a long chain if seeds seldom find the light. Short chains
+//!   are better if a long chain would never leave a corner of path space. `--chains` sets the
+//!   number of chains.
 //! - Seeds are weighted by the balance heuristic over all strategies. This equals the sum over
 //!   splits of a mutation that deletes all vertices.
 //! - Vertices store their factors. Only factors next to new vertices are computed

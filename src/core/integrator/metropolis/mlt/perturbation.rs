@@ -8,8 +8,8 @@ use crate::integrator::{RayKind, RaySink};
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
-/// Perturbations: mutations that move one end of the path slightly. The chain of delta lobes behind
-/// this end moves with it (Veach 1997, §11.4.2.2 to 11.4.2.4).
+/// Perturbations: mutations that move one end of the path slightly. The vertices of the chain of
+/// delta lobes next to this end move too (Veach 1997, §11.4.2.2 to 11.4.2.4).
 ///
 /// Moved vertices are sampled symmetrically. So the acceptance probability is the ratio of the
 /// contributions per film area, and per solid angle of each perturbed direction. New paths have

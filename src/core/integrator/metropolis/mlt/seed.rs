@@ -56,8 +56,8 @@ impl Seeds {
 
     /// Distribution of the number of vertices of new paths, for a chain that starts at `seed`. It
     /// comes from the half of the samples that does not contain `seed`. A chain must not depend on
-    /// the samples that it may start from, because it would then favour light that these samples
-    /// found by chance.
+    /// the samples that it may start from, because the chain would then favour light that these
+    /// samples found by chance.
     pub(super) fn lengths(&self, seed: Seed) -> &Lengths {
         &self.lengths[1 - seed.sample as usize % 2]
     }

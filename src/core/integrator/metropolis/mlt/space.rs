@@ -255,7 +255,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     }
 
     /// Samples the ray along which the subpath `path` leaves its last vertex, on a surface, by a
-    /// delta lobe: by reflection or transmission, in proportion to their light.
+    /// delta lobe. Reflection or transmission is chosen with a probability proportional to its
+    /// light.
     pub fn scatter_by_delta(&self, path: &mut [Vertex<'a>], mode: TransportMode, numbers: &mut Numbers) -> Option<Ray> {
         let [.., before, last] = path else { return None };
         let back = last.direction_to(before);

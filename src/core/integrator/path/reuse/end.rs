@@ -18,17 +18,19 @@ use crate::math::Vec3;
 /// G(x, y) = V(x, y) |cos θ_y| / |x − y|²
 /// ```
 ///
-/// This is never more than the light that the pixel's own path would add. `S` is the density of
-/// ends at `y`. `p̄` is the density of directions at `y`: the mean over its viewers, which are the
-/// first vertices that see `y`. If lights are sampled at `y`, their density replaces `p̄`, and the
-/// two strategies are weighted as at any other vertex. Light that is emitted at `y`, and light that
-/// arrives by a delta lobe, is added only to the pixel whose path found it.
+/// This radiance is never more than the light that the pixel's own path would add. `S` is the
+/// density of ends at `y`. `p̄` is the density of directions at `y`: the mean over its viewers,
+/// which are the first vertices that see `y`. If lights are sampled at `y`, the density of the
+/// light sample replaces `p̄`, and the two strategies are weighted as at any other vertex. Light
+/// that is emitted at `y`, and light that arrives by a delta lobe, is added only to the pixel whose
+/// path found it.
 ///
 /// A first vertex can connect to `y` only if `y` is on the same side of the shading normal and of
 /// the geometric normal of the first vertex. A ray below the horizon of one normal can hit the
 /// surface that it leaves, and no other vertex can connect to that point. Such an end is used only
-/// by its own path, as without reuse. Whether a first vertex shares `y` depends only on these two
-/// points, and not on the path that found `y`. So the densities of the other vertices are right.
+/// by the path that found it, as without reuse. Whether a first vertex shares `y` depends only on
+/// these two points, and not on the path that found `y`. So the densities of the other vertices are
+/// right.
 pub(super) struct End<'v> {
     /// The vertex, seen from the first vertex of its owner. The owner is the path that found the
     /// end.

@@ -95,7 +95,8 @@ impl<A: Accel> Integrator for ReusingPathIntegrator<'_, A> {
 impl<A: Accel> ReusingPathIntegrator<'_, A> {
     /// Traces samples; each group of samples shares its paths.
     fn trace<S: Sampler>(&self, keys: &[SampleKey], sampler: &mut S, out: &mut [impl Sink]) {
-        // Roulette must not end a path at its first vertex, because other pixels use its end.
+        // Roulette must not end a path at its first vertex, because other pixels use the end of the
+        // path.
         let integrator = PathIntegrator {
             roulette: Roulette {
                 depth: self.path.roulette.depth.max(1),

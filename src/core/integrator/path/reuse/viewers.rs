@@ -107,9 +107,9 @@ impl<'f, 'v> Workspace<'f, 'v> {
         }
     }
 
-    /// Collects the first vertices that could have found `end`, the vertex of `owner` first.
-    /// Returns their number and `false`. If the owner's own vertex cannot connect to the end, the
-    /// owner is the only candidate; then returns 1 and `true`.
+    /// Collects the candidates: the first vertices that could have found `end`, beginning with the
+    /// vertex of `owner`. Returns the number of candidates, and `false`. If the owner's own vertex
+    /// cannot connect to the end, the owner is the only candidate, and the result is 1 and `true`.
     #[inline(always)]
     fn find_candidates(&mut self, end: &End, owner: usize) -> (usize, bool) {
         self.first_vertices.connect_to(end, &mut self.connections);

@@ -72,8 +72,8 @@ impl Drop for PageThreadsGuard<'_> {
     }
 }
 
-/// Locks `mutex`, even after a panic in another thread: the value is still consistent, because each
-/// change is a single step.
+/// Locks `mutex`, even after a panic in another thread. The value is then still consistent, because
+/// each change of the value is a single step.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

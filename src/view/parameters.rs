@@ -155,7 +155,8 @@ pub(super) fn set(
 mod tests {
     use super::*;
 
-    /// Each parameter in the tables can be set to its default by the page's data, and unset again.
+    /// A page can set each parameter of the tables to its default value, and unset the parameter
+    /// again.
     #[test]
     fn all_parameters_can_be_set() {
         let tables = tables();

@@ -27,8 +27,8 @@ pub struct FoundLight<'e> {
     pub events: &'e [ScatteringEvent],
 }
 
-/// Source of light: the group and the kind that light groups and light path expressions
-/// distinguish.
+/// Source of light, with the two properties by which a sink separates light: its group, for light
+/// groups, and its kind, for light path expressions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightSource {
     /// Index of the light's group. `None` if the source is not a light of the scene.

@@ -167,7 +167,8 @@ pub struct ScatteringRecord {
     /// Index of refraction beyond the surface, divided by the index on the side of the path. 1 if
     /// the path is not refracted.
     pub eta: f32,
-    /// Factor that compensates for paths that roulette terminates, and similar factors.
+    /// Factor that compensates for paths that roulette or another random choice terminates, or for
+    /// several branches.
     pub roulette: f32,
 }
 

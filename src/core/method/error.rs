@@ -28,7 +28,7 @@ pub enum Error {
 pub struct InvalidSetting {
     /// Name of the setting, such as `spp` or `crop`.
     pub setting: String,
-    /// Value, with a description of the error if it is not obvious.
+    /// Value, with a description of the error if the error is not obvious.
     pub value: String,
     /// Hint on how to correct the setting.
     pub help: String,

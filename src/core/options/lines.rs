@@ -36,8 +36,8 @@ impl LineOptions {
     }
 }
 
-/// Colour of the lines that are drawn over PNG files. `None` for no lines: with this value, a flag
-/// can switch off the lines of a scene file.
+/// Colour of the lines that are drawn over PNG files. `None` means no lines. A flag with this value
+/// switches off the lines of a scene file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnLines(pub Option<LineColor>);
 

@@ -99,8 +99,8 @@ fn values_set_by_code_are_checked() {
     assert_eq!(IntegratorOptions::default().invalid(), None);
 }
 
-/// The description of a method contains a parameter exactly if the method reads it. The defaults of
-/// a method may depend on the values of other parameters.
+/// The description of a method contains a parameter if and only if the method reads the parameter.
+/// The defaults of a method may depend on the values of other parameters.
 #[test]
 fn methods_describe_the_parameters_they_read() {
     for &(name, kind) in IntegratorKind::NAMES {

@@ -6,10 +6,10 @@
 //! plain f64 sums have the same bits for any number of threads. At most `WORK_ITEMS_AT_ONCE` items
 //! keep their light at the same time.
 //!
-//! If a render stops, an incomplete iteration is discarded, like the work of a tile. If only files
-//! must be written, the render pauses at the end of an iteration instead
-//! (`Observer::should_pause`). Errors of different iterations are independent, so the accumulator
-//! of a pixel needs no blocks of 64 samples (`Accumulator::add_alone`).
+//! If a render stops, an incomplete iteration is discarded, like the work of a tile. A pause, in
+//! which files are written, waits for the end of the iteration instead (`Observer::should_pause`).
+//! Errors of different iterations are independent, so the accumulator of a pixel needs no blocks of
+//! 64 samples (`Accumulator::add_alone`).
 
 use super::cancellation::{Cancellation, CountedRays};
 use super::light_parts::LightParts;

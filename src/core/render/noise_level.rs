@@ -36,8 +36,8 @@ use rayon::prelude::*;
 /// Minimum number of differences between blocks, summed over all pixels, before the first decision.
 const FIRST_DIFFERENCES: u64 = 256;
 /// Maximum growth of a tile's number of blocks in one round, as a fraction of the number before the
-/// round. Growth is limited because each round makes the estimate of the tile's error more
-/// accurate.
+/// round. Growth is limited because the estimate of a tile's error is inaccurate after few blocks.
+/// Each round makes the estimate more accurate.
 const GROWTH: f64 = 0.25;
 
 /// Adds samples to every pixel of `film` until the stop condition holds. Without a noise level,

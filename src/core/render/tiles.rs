@@ -110,8 +110,9 @@ fn advance_passes<S: Sampler>(
 /// before each sample. A sample of a method that gathers or branches may take seconds.
 pub(super) const MANY_RAYS: u64 = 64;
 
-/// Takes the samples `samples` of each pixel of `tile`. Adds their sums to the tile or subtracts
-/// them, according to `change`. Returns `None` if the observer stops; the tile is then invalid.
+/// Takes the samples `samples` of each pixel of `tile`. Adds the sums of the samples to the tile or
+/// subtracts these sums, according to `change`. Returns `None` if the observer stops; the tile is
+/// then invalid.
 fn render_tile<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,

@@ -8,9 +8,9 @@ use crate::sampling::warp::uniform_sphere;
 /// Star discrepancy of points in the unit square: the largest difference between the area of a box
 /// with a corner at the origin and the fraction of `points` inside the box.
 ///
-/// The result is exact except for f64 rounding. Boxes whose edges go through points are extremal
-/// (Niederreiter 1972, "Discrepancy and Convex Programming"). A sweep over x with a sorted list of
-/// y visits these boxes in O(n²) steps. Returns 0 if there are no points.
+/// The result is exact except for f64 rounding. The largest difference occurs at a box whose edges
+/// go through points (Niederreiter 1972, "Discrepancy and Convex Programming"). A sweep over x with
+/// a sorted list of y visits these boxes in O(n²) steps. Returns 0 if there are no points.
 pub fn star_discrepancy(points: &[Vec2]) -> f64 {
     let mut sorted: Vec<[f64; 2]> = points.iter().map(|p| [p.x.into(), p.y.into()]).collect();
     sorted.sort_by(|a, b| a[0].total_cmp(&b[0]));

@@ -118,9 +118,9 @@ pub(super) fn order(bits: u64) -> u32 {
 /// Second coordinate of Sobol's point `index`, with its binary digits in reversed order. In this
 /// order, the first coordinate is the index.
 ///
-/// The generator matrix is Pascal's triangle modulo 2: entry (i, j) is 1 if the binary digits of i
-/// are a subset of the digits of j (Lucas). The product with the matrix is a sum over supersets,
-/// one digit at a time.
+/// The generator matrix is Pascal's triangle modulo 2: entry (i, j) is 1 if j has a 1 at each
+/// binary digit at which i has a 1 (theorem of Lucas). The product with the matrix is a sum over
+/// supersets, one digit at a time.
 #[inline(always)]
 pub(super) fn second_dimension(index: u32) -> u32 {
     let mut y = index;

@@ -10,8 +10,8 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, PI};
 /// Uniform point on the unit disk by the concentric map (Shirley and Chiu 1997). Density `1/π` per
 /// area.
 ///
-/// The code computes both cases and selects one, because the wedge of a point is random, and a
-/// mispredicted branch would cost more than both cases.
+/// The code computes both cases and selects one, because the case is random from point to point,
+/// and a mispredicted branch would cost more than both cases.
 pub fn uniform_disk(u: Vec2) -> Vec2 {
     let o = 2.0 * u - Vec2::ONE;
     let steep = o.x.abs() <= o.y.abs();

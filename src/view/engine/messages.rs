@@ -222,7 +222,7 @@ fn light(light: &FileLight) -> Value {
 
 /// The keys of a section that have values.
 fn keys_of(section: &impl Serialize) -> Value {
-    // Convert through text, because text has the shortest decimals of each number.
+    // Convert through text, because the text has the shortest decimal form of each number.
     let text = serde_json::to_string(section).unwrap_or_default();
     let mut keys = serde_json::from_str(&text).unwrap_or(Value::Null);
     if let Value::Object(keys) = &mut keys {

@@ -221,8 +221,8 @@ impl<S> Copy for PathNumbers<'_, S> {}
 pub(crate) struct VertexNumbers<'s, S> {
     numbers: PathNumbers<'s, S>,
     depth: u32,
-    /// Random numbers of a light sample. `None` at the first vertex:
-    /// [`PathIntegrator::sample_light`] draws the numbers of each light sample there.
+    /// Random numbers of the light sample at the vertex. `None` at the first vertex, for which
+    /// [`PathIntegrator::sample_light`] draws the numbers of each light sample.
     pub light: Option<LightNumbers<'s, S>>,
     /// Random number for the direction.
     pub direction: Vec2,

@@ -1,10 +1,11 @@
 //! A hash grid of the photons of one iteration.
 //!
 //! A counting sort fills the table in the order of the photons, so its contents do not depend on
-//! threads. The width of a cell follows the search radius at its position. The level of a photon is
-//! the base-2 logarithm of the width of its cell. A lookup at a point reads one or two levels,
-//! which are the levels of all search radii near the point. So the grid suits near and far
-//! surfaces, and a lookup reads at most some dozens of cells.
+//! threads. The table has cells of several widths: the cell of a photon is two to four times as
+//! wide as the search radius at the photon. The level of a cell is the base-2 logarithm of its
+//! width. A lookup at a point reads one or two levels, because search radii near the point differ
+//! little. So the grid suits near and far surfaces, and a lookup reads at most some dozens of
+//! cells.
 
 use super::photons::Photon;
 use crate::integrator::search_radius::Radii;

@@ -322,9 +322,9 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         light
     }
 
-    /// Estimates the light of photons that `vertex` scatters. The vertex is after `depth`
-    /// scattering events of the camera path. `map` selects a map of a slice, and its maximum search
-    /// radius relative to the radius of the scene.
+    /// Estimates the light that arrives as photons and that `vertex` scatters. The vertex is after
+    /// `depth` scattering events of the camera path. `map` selects a map of a slice, and its
+    /// maximum search radius relative to the radius of the scene.
     fn density(
         &self,
         map: impl Fn(&PhotonSlice) -> (&PhotonTree, f32),

@@ -114,7 +114,8 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             TransportMode::Radiance => RayKind::Camera,
             TransportMode::Importance => RayKind::Bounce,
         };
-        // Factor of the throughput in roulette, which removes the change of radiance by refraction
+        // Factor by which roulette multiplies the throughput. It removes the change of radiance by
+        // refraction
         let mut roulette_scale = 1.0;
         while path.len() < self.max {
             let (hit, transmittance) = self.world.intersect(&ray, kind, out);

@@ -224,8 +224,8 @@ impl<'a> Surface<'a> {
                 let pdf = self.pdf_from_light(wi, w);
                 return (pdf > 0.0).then(|| BsdfSample::new(self.bsdf.eval(local, to), to, pdf, Scattering::Diffuse));
             }
-            // Rescale the rest of the random number to the range of the smooth lobes, which is
-            // below the range of the delta lobes
+            // Rescale the rest of the random number to [0, `smooth`), the range in which it chooses
+            // a smooth lobe
             true => ((u_lobe - about_facet) / (1.0 - share)).min(smooth * (1.0 - f32::EPSILON)),
             false => u_lobe,
         };

@@ -110,8 +110,9 @@ pub(super) struct LightSource {
     pub kind: LightSourceKind,
     /// Radiance, W·sr⁻¹·m⁻². For parallel light: irradiance, W·m⁻². Not used for point lights.
     pub radiance: Spectrum,
-    /// Opacity of the light's surface. `radiance` does not include the opacity, because a ray stops
-    /// at the surface with this probability, but a sampled point is always on the surface.
+    /// Opacity of the light's surface. `radiance` does not include the opacity, because the opacity
+    /// counts only for light sampling. A sampled point is always on the surface, but a ray stops at
+    /// the surface only with this probability.
     pub opacity: f32,
     /// Origin of rays from the light, offset from its surface.
     pub origin: Vec3,

@@ -153,9 +153,10 @@ fn features(path: &Path) -> Vec<f64> {
 }
 
 /// Asserts that a mutation is in balance. If paths are distributed in proportion to their light, a
-/// step of a chain must preserve this distribution. Over independent paths x of weight w, steps to
-/// y with acceptance probability a, and for any feature h, the mean of `w a (h(y) − h(x))` is 0.
-/// Detailed balance is stronger: for any antisymmetric φ, the mean of `w a φ(x, y)` is 0.
+/// step of a chain must preserve this distribution. Take independent paths x of weight w, and for
+/// each x a step to a path y with acceptance probability a. For any feature h, the mean of `w a
+/// (h(y) − h(x))` must be 0. Detailed balance is stronger: for any antisymmetric function φ, the
+/// mean of `w a φ(x, y)` is 0.
 fn is_balanced(what: &str, integrator: &PathSpaceIntegrator<BruteForce>, (name, kind): (&str, Mutation)) {
     const SAMPLES: u32 = 6000;
     let space = integrator.space();

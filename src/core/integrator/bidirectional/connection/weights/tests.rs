@@ -232,9 +232,9 @@ fn one_pass_gives_the_sum_over_all_strategies() {
     assert!(compared.iter().all(|&count| count > 200), "{compared:?}");
 }
 
-/// A path by mirrors and glass between two matte surfaces has the same density from both ends. The
-/// matte surfaces at both ends sample directions by the cosine. A delta lobe changes the width of a
-/// beam, and the reverse lobe restores it.
+/// A path over mirrors and through glass between two matte surfaces has the same density from both
+/// ends. The matte surfaces at both ends sample directions with a density proportional to the
+/// cosine. A delta lobe changes the width of a beam, and the reverse lobe restores it.
 #[test]
 fn density_along_delta_lobes_is_equal_from_both_ends() {
     let (mut mirrors, mut refractions) = (0, 0);

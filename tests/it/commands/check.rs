@@ -806,8 +806,8 @@ fn explain_lists_lobes_and_renders_a_sphere() {
     assert_eq!(pixels, crate::support::read_rgb(&folder.path().join("y.exr")));
 }
 
-/// Numbers are short. A roughness is listed only for lobes that have one. Below a coat, the albedos
-/// of the lobes sum to the total albedo.
+/// Numbers have few digits. A roughness is listed only for lobes that have a roughness. Below a
+/// coat, the albedos of the lobes sum to the total albedo.
 #[test]
 fn explain_prints_short_numbers() {
     let mtl = "newmtl x\nKd 1\nnewmtl m\nKd 0.25 0.25 0.25\nKs 0.5 0.5 0.5\nNs 40\n";
@@ -852,8 +852,9 @@ fn explain_prints_short_numbers() {
     }
 }
 
-/// A missing file is reported once, with its uses and with the value that replaces it. Invisible
-/// materials and missing lights are reported. With `-v`, the parts of the memory are listed.
+/// A missing file is reported once, with its number of uses, the materials that use it, and what is
+/// rendered instead. Invisible materials and missing lights are reported. With `-v`, the parts of
+/// the memory are listed.
 #[test]
 fn text_report_groups_findings() {
     let obj = format!("{SQUARE}f 1 2 3 4\nusemtl n\nf 1 2 3 4\nusemtl o\nf 1 2 3 4\nusemtl p\nf 1 2 3 4\n");

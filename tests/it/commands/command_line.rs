@@ -833,7 +833,7 @@ fn closed_output_pipe_is_not_an_error() {
     }
 }
 
-/// Far more threads than processors are refused by all commands.
+/// All commands refuse a number of threads that is far above the number of processors.
 #[test]
 fn threads_are_counted_by_processors() {
     let folder = lit_floor();
@@ -1142,7 +1142,7 @@ fn info_counts_triangles_and_lights() {
     done(folder.path(), &["info", "s.toml"]);
 }
 
-/// A process that is killed if its test fails.
+/// A process that is killed when this value is dropped, also if its test fails.
 struct KilledOnDrop(std::process::Child);
 
 impl Drop for KilledOnDrop {
@@ -1155,7 +1155,7 @@ impl Drop for KilledOnDrop {
 #[test]
 fn more_memory_than_allowed_is_refused() {
     let folder = lit_floor();
-    // 20,000 triangles in a much smaller text: fans from 100 points of a circle
+    // Fans from 100 points of a circle: 20,000 triangles, whose text needs much less memory
     let corner = |i: u32| (f64::from(i) * std::f64::consts::TAU / 250.0).sin_cos();
     let mut text: String = (0..250)
         .map(corner)
@@ -1203,7 +1203,7 @@ fn more_memory_than_allowed_is_refused() {
         let out = run(folder.path(), &joined(&base, &args));
         assert_eq!(code(&out), status, "{args:?}: {}", words(&out));
     }
-    // If there are too many pixels, a denoiser needs most of the memory, so the error names it.
+    // If a denoiser needs most of the memory for the pixels, the error suggests to leave it out.
     for (denoise, is_named) in [("--denoise=atrous", true), ("--denoise=off", false)] {
         let flags = "render many.obj --size 8000x4000 --spp 1 -o m.png --max-memory 1G";
         let out = run(folder.path(), &joined(&split(flags), &[denoise]));
@@ -1218,7 +1218,7 @@ fn more_memory_than_allowed_is_refused() {
     }
 }
 
-/// A compact scene needs less memory and gives the same image.
+/// With compact vertices, a scene needs less memory and gives the same image.
 #[test]
 fn compact_scenes_look_the_same() {
     let folder = lit_floor();
@@ -1260,7 +1260,7 @@ fn checkpoint_of_a_range_is_resumed_and_merged() {
 #[test]
 fn interrupt_writes_the_image_so_far() {
     let folder = lit_floor();
-    // The time limit ends the render if the shell makes its child processes ignore interrupts.
+    // A shell may make its child processes ignore interrupts. The time limit ends the render then.
     let args = split("render s.toml --spp 100000000 --time-limit 60s --stats x.json");
     let child = command(folder.path(), &args).stderr(Stdio::null()).spawn().unwrap();
     let mut child = KilledOnDrop(child);

@@ -1,5 +1,5 @@
-//! Defaults of a render of a bare OBJ: files, exposure, tone curve and quality. Also the flags and
-//! keys that change the defaults.
+//! Defaults of a render of a bare OBJ (an OBJ file without a scene file): files, exposure, tone
+//! curve and quality. Also the flags and keys that change the defaults.
 
 use crate::support::program::{assert_same_bits, done, folder, json, printed, read_json, refused, run, split, words};
 use crate::support::{read_channel, read_rgb, rel_mse};
@@ -129,7 +129,7 @@ fn flags_and_keys_override_each_guess() {
         (&5.into(), &"gaussian".into())
     );
 
-    // A scene file without settings keeps the defaults.
+    // The other defaults of a bare OBJ do not apply to a scene file.
     let stats = render(at, "s.toml -o x.exr -o x.png");
     assert_eq!(
         (&stats["spp"], &stats["denoise"], &stats["exposure"]),
@@ -145,7 +145,8 @@ fn metered_exposure_is_equal_for_resume_and_merge() {
     let stats = render(at, "s.toml --spp 128 --exposure auto -o whole.png -o whole.exr");
     let stops = &stats["exposure"];
     assert!(stops.as_f64().is_some_and(|stops| stops != 0.0), "{stats}");
-    // With the metered exposure, the median brightness of the pixels that show a surface is medium.
+    // With the metered exposure, the pixels that show a surface have a median code near the middle
+    // of the range from 0 to 255.
     let depth = read_channel(&at.join("whole.exr"), "Z");
     let (codes, _) = png_of(&at.join("whole.png"));
     let met = codes.chunks_exact(3).zip(&depth).filter(|(_, z)| **z < 1e10);

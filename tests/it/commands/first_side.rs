@@ -78,7 +78,7 @@ fn declared_axes_override_shapes() {
     let text = format!("{head}{}", turned(&chair().text, |[x, y, z]| [x, -y, -z]));
     assert_eq!(up(&text), [0.0, -1.0, 0.0]);
     let (azimuth, words) = seen(&text);
-    // The chair faces −z. If −y is up, this is azimuth 0.
+    // The chair faces −z. `seen` measures azimuths for +y up. If −y is up, −z has the azimuth 0.
     assert!(apart(azimuth, 180.0) < 60.0, "{azimuth}");
     assert!(words.contains("its front is at azimuth 0° as the file says"), "{words}");
     assert!(words.contains("-y is up as the file says"), "{words}");
@@ -213,8 +213,8 @@ fn fixed_up_axis_of_a_program_is_used() {
     }
 }
 
-/// A flat building of walls lies in the plane of x and y if the file has the name of a building: +z
-/// is up.
+/// Low walls stand on the plane of x and y, which is the floor if the file is named after a
+/// building. So +z is up.
 #[test]
 fn walls_of_a_flat_building_are_horizontal() {
     let mut walls = Boxes::default();
@@ -298,7 +298,7 @@ fn head_of_an_animal_is_in_front() {
     }
 }
 
-/// The front of a car along x is not its door.
+/// The front of a car along x is one of its ends, not one of its long sides.
 #[test]
 fn long_side_is_not_the_front() {
     let mut car = Boxes::default()

@@ -1,4 +1,5 @@
-//! Guesses of missing settings: the camera of a bare OBJ, and its flags and keys.
+//! Guesses of missing settings: the camera of a bare OBJ (an OBJ file without a scene file), and
+//! the flags and keys of the camera.
 
 use crate::support::program::{assert_same_bits, done, folder, json, printed, refused, split, words};
 use crate::support::{read_channel, read_rgb, rel_mse};
@@ -67,7 +68,7 @@ pub(super) fn turned(text: &str, turn: impl Fn([f32; 3]) -> [f32; 3]) -> String 
     text.lines().map(line).collect()
 }
 
-/// A column on a plinth, with a face of small boxes on its +z side.
+/// A column on a plinth. Small boxes on its +z side are a human face.
 fn statue() -> Boxes {
     let mut boxes = Boxes::default()
         .add([-0.6, 0.0, -0.6], [0.6, 0.2, 0.6])
@@ -171,7 +172,8 @@ fn origin_textures_and_names_raise_an_axis() {
     }
 }
 
-/// A plate that faces +x is seen from its face, although azimuth 0 is the usual front.
+/// A thin plate is seen from +x or −x, where it is wide, although azimuth 0 (+z) is the usual
+/// front.
 #[test]
 fn plates_are_not_seen_from_their_edges() {
     let phone = Boxes::default()
@@ -182,7 +184,8 @@ fn plates_are_not_seen_from_their_edges() {
     assert!((45.0..135.0).contains(&azimuth.abs()), "{azimuth}");
 }
 
-/// An elevation has the up axis and the front of `--view front`, except for `--up` axes.
+/// An elevation has the up axis and the front of `--view front`. If `--up` sets another up axis,
+/// the front is the usual front for that axis.
 #[test]
 fn elevations_have_the_guessed_axes() {
     let phone = Boxes::default()
@@ -1009,7 +1012,7 @@ fn light_is_guessed_for_unlit_scenes() {
     assert!(of(&["statue.obj", "--no-ground"]).unwrap().starts_with("a studio ("));
     assert!(of(&["closed.obj"]).unwrap().starts_with("a lamp below the ceiling"));
     assert!(of(&["windowed.obj"]).unwrap().starts_with("sky and sun"));
-    // Lamps with little light do not leave the rest dark.
+    // If the lamps of a file light only a little of the scene, another light is guessed as well.
     assert!(of(&["eye.obj"]).unwrap().starts_with("a studio, and a ground"));
     let dark = of(&["dark.obj"]).unwrap();
     assert!(dark.starts_with("a lamp below the ceiling") && dark.contains("the lamps of the file light little"));

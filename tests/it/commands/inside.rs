@@ -181,7 +181,8 @@ fn narrow_floors_make_no_interior() {
     }
 }
 
-/// If faces are doubled, rays hit fronts everywhere. This alone is no sign of a room.
+/// If each face has a copy with reversed winding, all rays hit the fronts of faces, as in a room.
+/// Such hits alone do not make an interior.
 #[test]
 fn doubled_faces_make_no_interior() {
     let doubled = |scene: Boxes| {

@@ -205,8 +205,8 @@ fn curves_have_the_figures_of_the_table() {
     }
 }
 
-/// A snapshot is bit-identical to a render with the same number of samples. This holds within and
-/// between passes, and for samplers that depend on the number of samples.
+/// A snapshot is bit-identical to a render with the same number of samples. This holds within a
+/// pass and at its end, and for samplers that depend on the number of samples.
 #[test]
 fn snapshots_equal_renders() {
     let folder = lit_floor();
@@ -286,7 +286,8 @@ fn methods_may_differ_in_any_setting() {
     assert!(differs("") != differs("--orbit 20,40 --fov 30"));
 }
 
-/// Each estimator has at least one sample per pixel, and a longer time for it is reported.
+/// Each estimator takes at least one sample per pixel. If this sample takes longer than `--time`, a
+/// message reports it.
 #[test]
 fn too_short_time_is_reported() {
     let folder = lit_floor();
@@ -302,7 +303,8 @@ fn too_short_time_is_reported() {
     assert!(!said.contains("1800"), "{said}");
 }
 
-/// An interrupt ends any method within a second. Complete estimators are written, without errors.
+/// An interrupt ends any method within a second. The rows of complete estimators are written. They
+/// have no relMSE, because there is no reference yet.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn interrupt_writes_complete_estimators() {

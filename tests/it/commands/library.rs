@@ -21,7 +21,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use tempfile::TempDir;
 
-/// A box corner with a smooth edge; the reading of its material depends on the dialect.
+/// A corner of a box with a smooth edge. The MTL dialect decides how its material is read.
 fn scene() -> TempDir {
     folder(&[
         ("a.mtl", "newmtl a\nKd 0.6 0.5 0.4\nKs 0.3 0.3 0.3\nNs 40\nTr 0\n"),
@@ -45,7 +45,7 @@ fn session(path: &Path, change: impl FnOnce(&mut Settings)) -> Result<Session, E
     Session::load(&file, settings, &())
 }
 
-/// Observer that stops after a number of samples.
+/// Observer that stops a render after a number of samples.
 struct StopAfter(AtomicU64);
 
 impl Observer for StopAfter {
@@ -60,7 +60,7 @@ impl Observer for StopAfter {
     }
 }
 
-/// Steps of loading, in their order.
+/// Observer that records the steps of loading, in their order.
 #[derive(Default)]
 struct Work(Mutex<Vec<String>>);
 
@@ -326,7 +326,8 @@ fn render_without_samples_writes_no_image() {
     assert!(!state.is_empty() && write(&state).is_empty());
 }
 
-/// Sums of another build may have other bits, so they are neither resumed nor merged.
+/// Another build may compute other bits, so sums of samples that another build wrote are neither
+/// resumed nor merged.
 #[test]
 fn sums_of_another_build_are_refused() {
     let folder = scene();

@@ -57,7 +57,7 @@ fn points_of_all_samplers_are_shown() {
         assert_eq!(facts["convergence"].as_array().unwrap().len(), 4);
         assert_svg(&folder.path().join("p.svg"));
     }
-    // The points of both halves of the sphere are together all points.
+    // The plots of the upper and of the lower half of the sphere together have all points.
     let facts = json(&run(folder.path(), &split("points fibonacci -n 128 --json")));
     let count = |name: &str| {
         let projections = facts["projections"].as_array().unwrap().iter();
@@ -125,7 +125,7 @@ fn lobes_are_plotted_and_printed() {
         let braille = text.chars().filter(|c| ('\u{2801}'..='\u{28ff}').contains(c)).count();
         assert!(braille > 20, "{text}");
     }
-    // A matte surface: f cos θ is ρ/π cos θ, and its density cos θ/π.
+    // On a matte surface, f cos θ is ρ/π cos θ, and the density of samples is cos θ/π.
     let facts = json(&run(folder.path(), &["explain", "a.obj", "plain", "--json", "--plots"]));
     let total = &facts["profiles"][2]["total"];
     for (i, degrees) in [(180, 0.0f64), (240, 60.0), (100, -80.0)] {
@@ -157,7 +157,8 @@ fn debug_views_show_their_quantity() {
         read_rgb(&folder.path().join("v.exr"))
     };
     let near = |a: f32, b: f32| (a - b).abs() < 0.02;
-    // Pixels by column and row from the top; the square reaches from -1 to 1.
+    // `at` is the index of a pixel by column and row from the top. Texture coordinates run from 0
+    // to 2 over 32 pixels.
     let at = |column: usize, row: usize| row * 32 + column;
     let place = |i: usize| (i as f32 + 0.5) / 16.0;
     let uv = view("uv");

@@ -16,7 +16,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Runs all inputs of one kind.
+/// Checks all inputs of one kind of file.
 fn run(name: &str) {
     let kind = FILE_KINDS.iter().find(|kind| kind.name == name).unwrap();
     let place = tempfile::tempdir().unwrap();

@@ -183,7 +183,8 @@ fn textures_that_cannot_be_read_are_errors() {
     }
 }
 
-/// Small files whose headers give images larger than memory: the header suffices to refuse them.
+/// Small files whose headers give images larger than memory. They are refused as soon as the header
+/// is read.
 #[test]
 fn pictures_larger_than_memory_are_refused() {
     let folder = scene();
@@ -258,7 +259,7 @@ fn exhausted_memory_is_an_error() {
         let mut shell = Command::new("sh");
         shell.current_dir(at).args(["-c", &script]).output().unwrap()
     };
-    // The shared libraries of the program take some of the limit, and more with Open Image Denoise.
+    // The shared libraries of the program use a part of the limit. Open Image Denoise needs more.
     // Find the smallest limit at which the program starts.
     let start = (50..1000)
         .step_by(10)
@@ -323,7 +324,8 @@ fn long_scene_files_are_read_in_time() {
     refused(at, "render g.toml --spp 1 --size 8x8 -o o.exr", &["light groups"]);
 }
 
-/// Bytes after the image of a part or checkpoint may be a second file that was appended.
+/// Bytes after the end of a part or checkpoint are an error, because they may be a second file that
+/// was appended.
 #[test]
 fn bytes_behind_sums_are_refused() {
     let folder = scene();

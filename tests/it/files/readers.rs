@@ -113,8 +113,8 @@ fn readers_agree_on_the_projects_files() {
     assert_eq!(differing, known);
 }
 
-/// Kinds of difference between the readers. Each has statements, with the text of the guide about
-/// the difference.
+/// Kinds of difference between the readers. Each kind has statements that cause the difference, and
+/// the words of the guide about it.
 const DIFFERENCES: [(&str, &[(&str, &str)]); 6] = [
     (
         "",

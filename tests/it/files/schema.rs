@@ -116,7 +116,8 @@ fn violation(schema: &Value, value: &Value, path: &str) -> Option<String> {
     })
 }
 
-/// First place where the scene file violates the schema, if any. Text that is not TOML violates it.
+/// First place where the scene file violates the schema, if any. A text that is not TOML also
+/// violates the schema.
 fn fault_by_schema(schema: &Value, text: &str) -> Option<String> {
     match toml::from_str::<Value>(text) {
         Ok(value) => violation(schema, &value, "scene"),

@@ -386,8 +386,8 @@ fn write_texels(path: &Path, texel: impl Fn(f32, f32) -> [f32; 3]) {
     write_rgb_png(path, 16, &texels);
 }
 
-/// Exporters write normal maps as `map_Bump`. In libraries the image decides; in scene files the
-/// key decides.
+/// Exporters write normal maps as `map_Bump`. In libraries the texels decide if a map has normals
+/// or heights. In scene files the key decides.
 #[test]
 fn normal_and_height_maps_are_detected() {
     let square = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl m\n\
@@ -474,7 +474,7 @@ fn normal_and_height_maps_are_detected() {
     // A strength of 0 gives a flat surface, up to rounding.
     let (none, _) = of("map_Bump -bm 0 normals.png");
     assert!(rel_mse(&none, &flat) < 1e-6 * rel_mse(&normals, &flat));
-    // Normals encoded like colours are decoded.
+    // A normal map that is encoded with the sRGB curve, like a picture of colours, is decoded.
     let encode = |c: f32| {
         if c <= 0.0031308 {
             12.92 * c

@@ -210,7 +210,7 @@ fn dump_does_not_overwrite_input_files() {
     assert!(at.join("p.toml").is_file());
 }
 
-/// The text with its commented settings enabled.
+/// The text of a scene file with its commented settings enabled.
 fn uncommented(text: &str) -> String {
     let line = |line: &str| match line.strip_prefix('#') {
         Some(setting) if !setting.starts_with(' ') => format!("{setting}\n"),

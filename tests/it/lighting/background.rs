@@ -7,8 +7,8 @@ use embrasure::color::srgb;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// A card whose left edge is at the middle of the image, a half-transparent card below it, a glass
-/// ball and a lamp.
+/// A card whose left edge is at the middle of the image, a card of opacity 0.25 below it, a square
+/// of glass and a lamp.
 pub fn stage(more: &str) -> TempDir {
     let fov = 2.0 * (1.0f64 / 10.0).atan().to_degrees();
     folder(&[
@@ -129,8 +129,9 @@ fn transparent_over_a_color_is_the_opaque_image() {
         let [clear, opaque] = [clear, opaque].map(|path| read_rgb(&path));
         let mut compared = 0;
         for (i, &a) in alpha.iter().enumerate() {
-            // Where alpha is clamped, the image can be brighter than its background. The weights of
-            // some filters do not sum to 1.
+            // Skip pixels with an alpha of 0 or 1, which may be clamped. On a ground, light from
+            // the scene may make such a pixel brighter than its background. With some filters, the
+            // weights do not sum to 1.
             if (a == 0.0 || a == 1.0) && (has_ground || way.starts_with("--filter")) {
                 continue;
             }

@@ -1,5 +1,5 @@
-//! Emission sampling: samples against densities, power, and the light traced to a floor against
-//! light sampled from the floor.
+//! Emission sampling. Samples follow their densities, and their mean weight is the power of the
+//! light. Light that is traced to a floor equals light that is sampled from the floor.
 
 use super::lights::map;
 use crate::chi_square::{chi_square, sidak};
@@ -407,8 +407,8 @@ fn power(case: &Case) -> [f64; 3] {
         }
         Light::Point(_) => color.map(|c| 4.0 * PI * c),
         Light::Spot(light) => {
-            // The smooth step is odd about the middle of the rim, so the power is that of a sharp
-            // rim at this cosine.
+            // The smooth step has a point symmetry in the middle of the rim. The power is therefore
+            // that of a spot light with a sharp rim at this cosine.
             let middle = 0.5 * (light.cos_inner + light.cos_outer) as f64;
             color.map(|c| 2.0 * PI * (1.0 - middle) * c)
         }

@@ -16,7 +16,7 @@ use embrasure::scene::{GroundPlane, Scene, SceneBuilder};
 
 const SIZE: UVec2 = UVec2::new(24, 24);
 
-/// A ground at y = 0 of radius 20, with a speck so far above it that it casts no shadow.
+/// A ground at y = 0 of radius 20, and a tiny mesh so far above the ground that it casts no shadow.
 fn empty_stage(light: impl FnOnce(&mut SceneBuilder)) -> Scene {
     let mut b = SceneBuilder::new();
     let speck = [

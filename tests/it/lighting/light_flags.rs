@@ -89,8 +89,8 @@ fn every_integrator_finds_the_sun() {
     let expected = [4.0, 2.0, 1.0].map(|e| 0.5 * e * 0.5f64.sqrt() / PI);
     for integrator in INTEGRATORS.iter().filter(|name| !matches!(**name, "ao" | "debug")) {
         let (samples, tolerance) = match *integrator {
-            // The tolerance is at least four standard errors. A wrong factor of the disc or of the
-            // cosine is far beyond it.
+            // The tolerance is at least four standard errors. A wrong factor for the disc or for
+            // the cosine would cause a far larger error.
             "naive" => (4096, 0.06),
             "light" | "pssmlt" | "mlt" => (256, 0.04),
             "sppm" | "photon-map" | "vcm" => (16, 0.06),

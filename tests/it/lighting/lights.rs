@@ -231,7 +231,8 @@ fn irradiance_matches_closed_forms() {
         };
         b.add_rectangle(&rectangle).unwrap();
     });
-    // Four times a quarter whose corner is above the point: Howell's catalogue of view factors, B-4
+    // The rectangle is four quarters, each with a corner above the point (Howell's catalogue of
+    // view factors, B-4).
     let (a, b) = (0.5, 0.25);
     let (ra, rb) = (1f64.hypot(a), 1f64.hypot(b));
     let quarter = (a / ra * (b / ra).atan() + b / rb * (a / rb).atan()) / (2.0 * PI);
@@ -322,7 +323,8 @@ fn every_light_selection_has_the_same_mean() {
     }
 }
 
-/// Each light is selected by place as often as its probability says.
+/// Selection by place chooses each light as often as its probability says. The place is the
+/// position of the vertex.
 #[test]
 fn light_choices_follow_their_probabilities() {
     use statrs::distribution::{ChiSquared, ContinuousCDF};

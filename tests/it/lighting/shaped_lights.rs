@@ -240,8 +240,8 @@ fn every_integrator_finds_shaped_lamps() {
         {
             let (samples, tolerance) = match *integrator {
                 "naive" => (budget(16384), 0.03 * slack()),
-                // In so small a view, these integrators get light from a few hundred paths in a
-                // million.
+                // Only a few hundred of a million paths of these integrators bring light to such a
+                // small view.
                 "light" => (budget(1 << 15), 0.05 * slack()),
                 "pssmlt" | "mlt" => (budget(512), 0.04 * slack()),
                 "sppm" | "photon-map" | "vcm" => (16, 0.06),

@@ -77,7 +77,7 @@ fn for_each_context(check: impl Fn(&str, &dyn Fn(u32) -> Option<LightSample>, &d
         for (p, n) in [
             (Vec3::X, Vec3::X),
             (Vec3::new(-0.6, 0.64, 0.48), Vec3::ZERO),
-            // In the middle, no visibility was learned.
+            // No visibility was learned for points in the middle of the cube.
             (Vec3::splat(0.01), Vec3::Y),
         ] {
             let context = LightSampleContext { p, n };

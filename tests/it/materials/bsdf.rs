@@ -278,8 +278,9 @@ fn compare_samples_with_densities(bsdfs: &[(String, Bsdf)], incidences: &[f32]) 
     }
 }
 
-/// Each point of a spherical set, mapped to a hemisphere, has the density of the map on its own.
-/// The directions of this test come from different point sets, and have any index in their set.
+/// Points of one spherical set depend on each other. But each single point, mapped to a hemisphere,
+/// has the density of the mapping. This test therefore takes its directions from different sets, at
+/// any index of a set.
 #[test]
 fn sphere_points_follow_the_density_of_their_warp() {
     fn check(what: &str, mut sampler: impl Sampler) {

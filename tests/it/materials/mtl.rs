@@ -153,8 +153,8 @@ fn textures_are_found_elsewhere() {
     let said = refused(at, &["render", "a.obj", "--strict"], 1);
     assert!(said.contains("is missing"), "{said}");
 
-    // The texture is beside the OBJ file, beside the library, or in the given folder. If several of
-    // these exist, the later one is used.
+    // Textures are searched beside the OBJ file, beside the library, and in the given folder. If
+    // several of these files exist, the last place in this list takes precedence.
     for (file, flags, found) in [
         ("maps/wall.png", &["a.obj"][..], "maps/wall.png is used"),
         ("lib/textures/Wall.PNG", &["a.obj"], "lib/textures/Wall.PNG is used"),

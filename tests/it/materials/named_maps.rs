@@ -81,7 +81,8 @@ fn texture_set_is_used_if_it_is_unambiguous() {
     assert!(of_file != plain);
     let alone = picture(&scene(PLAIN, &["textures/model_diffuse_2k.png"]), "").0;
     assert!(alone == of_file);
-    // The texture set with the name of the OBJ file takes precedence.
+    // A texture set is a group of images such as `a_albedo.png` and `a_roughness.png`. The set with
+    // the name of the OBJ file takes precedence.
     assert!(picture(&scene(PLAIN, &["a_albedo.png", "textures/model_diffuse.png"]), "").0 == of_file);
     // Two texture sets with other names are ambiguous. A texture set without a colour is not used.
     for pictures in [
@@ -403,7 +404,8 @@ fn materials_are_found_in_other_case_and_with_other_separators() {
     assert!(got != expected, "{words}");
     let words = messages(&folder, "check s.toml");
     assert!(!words.contains("[unused-definition]"), "{words}");
-    // The name is ambiguous, or differs in more than case and separators.
+    // If the name fits two definitions, or differs in more than case and separators, it has no
+    // definition.
     for library in [
         "newmtl Mat.1\nmap_Kd x.png\nnewmtl mat 1\n",
         "newmtl Mat1\nmap_Kd x.png\n",

@@ -472,7 +472,8 @@ fn deep_exr_is_an_error_with_its_remedy() {
     let image = Image::from_encoded_channels((2, 2), Encoding::UNCOMPRESSED, pixels);
     image.write().to_file(&path).unwrap();
     let mut bytes = std::fs::read(&path).unwrap();
-    // Bit 11 of the version field, and the attribute `type` ("OpenEXR File Layout")
+    // Mark the file as deep, by bit 11 of the version field and by the attribute `type` ("OpenEXR
+    // File Layout")
     bytes[5] |= 0x08;
     let name = b"type\0string\0";
     let start = bytes.windows(name.len()).position(|window| window == name);

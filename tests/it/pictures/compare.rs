@@ -393,7 +393,8 @@ fn png_files_are_decoded() {
         "{found:#}"
     );
     assert!(found["max_levels"].as_f64().unwrap() <= 0.5, "{found:#}");
-    // Values between black and clipping keep eight bits: a mean square of (1/255)² / 12.
+    // Values between black and clipping have the rounding error of eight bits. Its mean square is
+    // (1/255)² / 12.
     let read = embrasure::io::read_exr(&folder.join("x.exr")).unwrap();
     let values = read.pixels.as_flattened();
     let rounded = values.iter().filter(|v| **v > 0.0 && **v < 1.0).count() as f64 / values.len() as f64;

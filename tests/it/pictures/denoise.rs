@@ -158,7 +158,7 @@ fn denoised_rims_keep_their_color() {
         let sum = |values: &[f32]| values.iter().map(|&v| f64::from(v)).sum::<f64>();
         let left = sum(&alpha) / sum(&raw);
         assert!((left - 1.0).abs() < 0.01, "{denoiser}: {left} of the coverage");
-        // The file can be denoised again, from the noisy image and the coverage that it contains.
+        // The file can be denoised again, from the noisy image and the coverage in the file.
         done(
             folder.path(),
             &split(&format!("develop -q a.exr --denoise={denoiser} -o b.exr")),

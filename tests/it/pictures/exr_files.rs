@@ -61,8 +61,8 @@ fn half_floats_are_in_the_requested_channels() {
             let is_right = match is_half {
                 // Values too bright for a half float become the largest half float
                 true if *float > 65504.0 => *half == 65504.0,
-                // The allowed error is half a unit of the last of 11 bits, or of the smallest
-                // number
+                // The allowed error is half a unit of the last of 11 bits, or half of the smallest
+                // half float
                 true => (float - half).abs() <= float.abs() * 2f32.powi(-11) + 2f32.powi(-25),
                 false => half == float,
             };
@@ -95,7 +95,7 @@ fn half_floats_are_in_the_requested_channels() {
     }
 }
 
-/// The sums of a part are exact, also if its image stores half floats.
+/// A part has exact sums of samples, even if its image stores half floats.
 #[test]
 fn half_float_parts_merge_without_loss() {
     let folder = scene();

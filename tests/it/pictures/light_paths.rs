@@ -53,7 +53,7 @@ fn parts(names: &str) -> Vec<PathPart> {
     parts
 }
 
-/// Sets of parts. The parts of each set contain all light.
+/// Sets of parts. The parts of a set together contain all light.
 const WHOLES: [&str; 3] = [
     "emission direct indirect",
     "emission diffuse_direct diffuse_indirect specular_direct specular_indirect transmission_direct transmission_indirect",
@@ -188,7 +188,7 @@ fn bounces_are_differences_of_depths() {
             let bound = 1e-5 * whole.abs().max(0.1);
             assert!((difference - bounce).abs() <= bound, "{k}: {difference}, {bounce}");
         }
-        // The depth limits the number of bounces.
+        // The maximum depth limits the number of bounces, so the part for the other paths is black.
         assert!(means(&film, Some(5)).iter().all(|rest| *rest == 0.0));
         before = picture;
     }
@@ -354,7 +354,7 @@ fn done(folder: &Path, args: &str, more: &[&str]) {
     assert!(is_done, "{args:?}: {said}");
 }
 
-/// Bits of all channels except the state.
+/// Bits of all channels except those of the render state.
 fn bits(path: PathBuf) -> BTreeMap<String, Vec<u32>> {
     use exr::prelude::*;
     let file = read_first_flat_layer_from_file(path).unwrap();

@@ -7,7 +7,7 @@ use std::path::Path;
 use tempfile::TempDir;
 
 const SIZE: usize = 64;
-/// A picture of 64 units, so that a pixel is one unit wide.
+/// Flags of a camera that sees 64 × 64 units, so that a pixel is one unit wide.
 const CAMERA: &str = "--projection orthographic --ortho-height 64 --position 0,0,50 --look-at 0,0,0 --size 64x64";
 
 /// Plates of 20 x 20 units:
@@ -100,7 +100,7 @@ fn area(folder: &Path, scene: &str, flags: &str) -> f32 {
     lines(folder, scene, flags).iter().sum()
 }
 
-/// Mean of lines in the column `x`, over the rows of the plates.
+/// Mean of the channel `lines` in the column `x`, over rows in the middle of the plates.
 fn column(values: &[f32], x: usize) -> f32 {
     let rows = 26..38;
     let count = rows.len() as f32;

@@ -94,7 +94,7 @@ fn soup(n: u32, size: f32) -> Mesh {
     }
 }
 
-/// Brute force with a cache of its results. Brute force is slow, and each backend is compared with
+/// Brute force with a cache of its results, because it is slow and each backend is compared with
 /// it.
 struct Oracle<'a> {
     brute: BruteForce<'a>,

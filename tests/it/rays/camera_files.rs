@@ -5,7 +5,7 @@ use crate::support::program::*;
 use crate::support::read_channel;
 use std::path::Path;
 
-/// Maximum distance between the two points that a pixel sees.
+/// Maximum distance between the points that a pixel sees in two renders.
 const TOLERANCE: f32 = 1e-3;
 
 fn points(file: &Path) -> Vec<f32> {

@@ -53,8 +53,6 @@ fn path_with(name: &str, spp: u32, strategy: Strategy, roulette: Roulette, light
 /// All estimators. Efficient estimators have `spp` samples. Estimators that hit lamps by chance
 /// have `blind` × `spp` samples.
 fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
-    // Estimators that hit lamps by chance need more samples. With fewer samples, their means are
-    // far from normal.
     let rare = slack().ceil() as u32 * blind * spp;
     let mut all = Vec::new();
     for (d, directions) in [

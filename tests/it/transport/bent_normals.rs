@@ -190,7 +190,7 @@ enum AllowedDifference {
     Darkness,
 }
 
-/// Largest |t| over all block means, for differences that are not allowed.
+/// Largest |t| over all block means. Allowed differences are subtracted first.
 fn largest_t(reference: &Blocks, other: &Blocks, allowed: AllowedDifference) -> f64 {
     let t = |(expected, got): (Mean, Mean)| {
         let difference = match allowed {

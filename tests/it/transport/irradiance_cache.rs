@@ -223,7 +223,8 @@ fn bias_shrinks_with_finer_settings() {
     );
 }
 
-/// Mirrors and glass show cached light, with the scatterings that are left behind them.
+/// Mirrors and glass show cached light. Scatterings at mirrors and glass count for the maximum
+/// depth, so the cached light has fewer scatterings.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn mirrors_and_glass_agree_with_paths() {

@@ -275,7 +275,8 @@ fn pictures_agree_with_path_tracing() {
     let scene = own("cornell-box.toml");
     let many = |metropolis: &mut Metropolis| (metropolis.chains, metropolis.bootstrap) = (Some(64), Some(512));
     assert_agrees_with_paths("cornell-box", (&scene, cornell, &Filter::BOX), (4, 800), many);
-    // Use a filter that reaches beyond the image. Chains also reach pixels there
+    // Use a filter that reaches beyond the borders of the image. Chains also sample positions
+    // beyond the borders
     let filter = Filter::new(FilterKind::Mitchell, 2.0);
     assert_agrees_with_paths("cornell-box, filtered", (&scene, cornell, &filter), (3, 800), many);
 }
@@ -422,8 +423,8 @@ fn light_groups_sum_to_the_same_image() {
     });
 }
 
-/// In a room of uniform radiance, chains of large steps stay in a pixel about as long as
-/// independent samples. Chains of tiny steps stay longer.
+/// In a room of uniform radiance, chains of large steps have about the autocorrelation time of
+/// independent samples. Tiny steps make this time longer.
 #[test]
 fn autocorrelation_time_grows_for_small_steps() {
     let (scene, camera) = glowing_room();

@@ -2,8 +2,8 @@
 //! obvhs --bench structures`.
 //!
 //! The traversals of obvhs are measured with one plain triangle test. The backend of this project
-//! is measured beside them. The backend differs from them: its traversal of the binary hierarchy is
-//! conservative, and its triangle test is watertight.
+//! is measured beside them. The backend traverses the binary hierarchy conservatively, and has a
+//! watertight triangle test.
 
 use criterion::{Criterion, Throughput};
 use embrasure::accel::{Accel, bvh::BvhAccel};

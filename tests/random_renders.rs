@@ -443,7 +443,8 @@ fn outcome(folder: &Path, args: &[&str]) -> Result<i32, String> {
     }
 }
 
-/// First NaN of an image, or first infinity in a channel that must be finite.
+/// Text about the first NaN of an image, or about the first infinity in a channel that must be
+/// finite.
 fn unsound(path: &Path) -> Option<String> {
     let image = match read_all_flat_layers_from_file(path) {
         Ok(image) => image,
@@ -476,7 +477,7 @@ fn explains_negative_light(args: &[&str], words: &str) -> bool {
     args.iter().any(by_flag) || words.contains("catches shadows")
 }
 
-/// First light channel of the image with a negative value.
+/// Text about the first negative value in a channel of light, if there is one.
 fn negative(path: &Path) -> Option<String> {
     let image = read_all_flat_layers_from_file(path).ok()?;
     let mut channels = image.layer_data.into_iter().flat_map(|layer| layer.channel_data.list);

@@ -49,7 +49,7 @@ FEW = 64
 MANY = 1 << 20
 # Edge of a block in pixels.
 BLOCK = 16
-# Seed of guides and references. No measured render has it.
+# Seed of guides and references. No measured render has this seed.
 OTHER_SEED = 1_000_003
 # Suffix of settings that are denoised by the renderer.
 OWN_DENOISER = ", own denoiser"

@@ -121,7 +121,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    # A peer's process imports only that peer and common modules.
+    # A process that measures another program imports only that program and common modules.
     if sys.argv[1] in PEERS:
         program, obj, output, stats = sys.argv[1:]
         triangles = PEERS[program][0](obj, output)

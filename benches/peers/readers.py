@@ -40,7 +40,7 @@ def blender(path: str, output: str, layer: str, name: str) -> None:
 
     bpy.ops.wm.read_factory_settings(use_empty=True)
     stage = bpy.context.scene
-    # An empty render; the compositor makes the picture
+    # Render no objects, because the compositor makes the picture
     stage.camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     stage.collection.objects.link(stage.camera)
     stage.render.engine, stage.cycles.samples = "CYCLES", 1

@@ -121,7 +121,7 @@ fn figures_of(scene: &str, name: &str, link: &str, rate: f64) {
     page.socket.get_ref().set_read_timeout(Some(PATIENCE)).unwrap();
     page.frame_where(|header| header["preview"] == false);
 
-    // Rest the camera: the render continues, and pages receive its progress.
+    // Keep the camera at rest: the render continues, and pages receive its progress.
     let before = processor_time(viewer.child.id());
     let start = Instant::now();
     while start.elapsed() < ORBIT {

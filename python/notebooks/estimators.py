@@ -32,7 +32,8 @@ errors = {name: em.compare(reference, film).rel_mse for name, film in films.item
 assert errors["path"] < errors["naive"]
 
 # %% [markdown]
-# The error falls over time, so estimators are compared by error times time, the inverse of their efficiency.
+# The error falls over time, so estimators are compared by the product of error and time. This
+# product is the inverse of the efficiency.
 
 # %%
 for name, film in films.items():

@@ -27,7 +27,7 @@ pub struct Developed {
     pub seconds: f64,
     pub warnings: Vec<String>,
     pub source: Source,
-    /// Sums, if the render is a part of a picture.
+    /// Sums of samples, if the render is a part of a picture.
     pub sums: Option<RenderState>,
 }
 

@@ -40,8 +40,9 @@ pub struct Rays {
     session: Arc<Session>,
     /// Id of the process that owns the threads of the session.
     process: u32,
-    /// For each mesh from arrays that has triangles without area: the index in the array for each
-    /// triangle of the scene. Triangles without area are not in the scene. `None` for other meshes.
+    /// One entry for each mesh of the scene. Triangles without area are not in the scene. If a mesh
+    /// from arrays has such triangles, its entry has the index in the array for each triangle of
+    /// the scene. All other entries are `None`.
     kept: Vec<Option<Vec<u32>>>,
 }
 
@@ -264,8 +265,8 @@ fn normal(scene: &Scene, hit: &Hit) -> [f32; 3] {
     (b - a).cross(c - a).normalize_or_zero().to_array()
 }
 
-/// For each mesh of `scene` that has fewer triangles than its array: index in the array of each
-/// triangle. `None` for other meshes.
+/// One entry for each mesh of `scene`. If the mesh has fewer triangles than its array, the entry
+/// has the index in the array for each triangle. All other entries are `None`.
 fn kept_triangles(file: &SceneFile, scene: &Scene) -> Vec<Option<Vec<u32>>> {
     let mut kept = vec![None; scene.meshes().len()];
     let mut geom = 0;

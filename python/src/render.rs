@@ -108,7 +108,7 @@ impl Work {
         }
     }
 
-    /// Renders, and sends a film for each request. The last film is returned instead. Returns
+    /// Renders, and sends a film for each request. The last film is not sent, but returned. Returns
     /// `None` if the render was stopped, or if no film was requested.
     fn render(&self) -> Answer {
         let Request {

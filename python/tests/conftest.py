@@ -17,7 +17,8 @@ import embrasure as em
 ROOT = Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
 
-# Background commands of a shell ignore Ctrl-C, which tests of interrupts send.
+# A command that a shell starts in the background ignores Ctrl-C. Tests of interrupts send Ctrl-C,
+# so handle it in any case.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 

@@ -24,11 +24,11 @@ use std::path::Path;
 
 /// A kind of file that is read.
 pub struct FileKind {
-    /// Name of its fuzz target and of its folders.
+    /// Name of the fuzz target, and of the folders with its inputs.
     pub name: &'static str,
-    /// Writes files that this kind may refer to.
+    /// Writes the files to which a file of this kind may refer.
     pub furnish: fn(&Path),
-    /// Reads the bytes as a file of this kind in the folder. Panics if a check fails.
+    /// Reads the bytes as a file of this kind, in the given folder. Panics if a check fails.
     pub check: fn(&Path, &[u8]),
 }
 

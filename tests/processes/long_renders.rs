@@ -44,8 +44,8 @@ fn assert_same(folder: &TempDir, one: &str, other: &str) {
     assert_same_bits(&folder.path().join(one), &folder.path().join(other));
 }
 
-/// Threads, interruptions and parts change no bit. The order in which parts are merged changes no
-/// bit either.
+/// The number of threads, interruptions and parts of a render change no bit of the image. The order
+/// in which parts are merged changes no bit either.
 #[test]
 fn threads_stops_and_parts_change_no_bit() {
     let folder = scene();

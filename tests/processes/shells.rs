@@ -229,8 +229,9 @@ fn colours_are_for_terminals() {
     }
 }
 
-/// Schedulers signal the script of a job and the program, and the script forwards the signal. Two
-/// simultaneous signals therefore count as one, but a later signal counts separately.
+/// A scheduler signals both the script of a job and the program, and the script forwards its signal
+/// to the program. Two signals at nearly the same time therefore count as one signal. A later
+/// signal counts separately.
 #[cfg(unix)]
 #[test]
 fn signals_at_once_are_one() {

@@ -118,7 +118,8 @@ impl ViewerImage {
     }
 }
 
-/// Returns the image when the client has disconnected, and the lengths of all packets.
+/// Receives packets until the client disconnects. Returns the image, and the lengths of all
+/// packets.
 fn watch(mut client: TcpStream) -> (ViewerImage, Vec<usize>) {
     let mut bytes = Vec::new();
     client.read_to_end(&mut bytes).unwrap();

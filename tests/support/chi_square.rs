@@ -23,8 +23,8 @@ pub struct Outcome {
 }
 
 /// Draws `n` samples and compares their directions with `pdf`, a density per solid angle. `sample`
-/// returns `None` if it has no direction. `edges` is true if the density has jumps that are not at
-/// the horizon.
+/// returns `None` for a sample without a direction. `edges` is true if the density has jumps that
+/// are not at the horizon.
 pub fn chi_square(
     n: u32,
     mut sample: impl FnMut(u32) -> Option<Vec3>,
@@ -65,7 +65,8 @@ pub fn chi_square(
     }
 }
 
-/// Significance level for each of `tests` tests, if all pass with probability 1 − `alpha`.
+/// Significance level for each of `tests` tests. If all densities are right, all tests pass with
+/// the probability 1 − `alpha`.
 pub fn sidak(alpha: f64, tests: usize) -> f64 {
     1.0 - (1.0 - alpha).powf(1.0 / tests as f64)
 }
@@ -78,7 +79,8 @@ fn bin(w: Vec3) -> usize {
     t.min(BINS[0] - 1) * BINS[1] + p.min(BINS[1] - 1)
 }
 
-/// Three-point Gauss-Legendre in both directions over a cell `[θ, φ, Δθ, Δφ]`.
+/// Integral of `f` over the cell `[θ, φ, Δθ, Δφ]`, by three-point Gauss-Legendre quadrature in both
+/// directions.
 fn gauss(f: &impl Fn(f64, f64) -> f64, [t, p, dt, dp]: [f64; 4]) -> f64 {
     let x = 0.5 * 0.6f64.sqrt();
     let nodes = [(0.5 - x, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.5 + x, 5.0 / 18.0)];
@@ -91,7 +93,8 @@ fn gauss(f: &impl Fn(f64, f64) -> f64, [t, p, dt, dp]: [f64; 4]) -> f64 {
     rows.iter().sum::<f64>() * dt * dp
 }
 
-/// Halves a cell in both directions until its parts sum to `whole` within `tolerance`.
+/// Integral of `f` over a cell. `whole` is an estimate of this integral. The cell is halved in both
+/// directions until its parts sum to `whole` within `tolerance`.
 fn integrate(
     f: &impl Fn(f64, f64) -> f64,
     edges: bool,
@@ -138,7 +141,8 @@ fn p_value(observed: &[f64], expected: &[f64]) -> f64 {
             (pooled_observed, pooled_expected) = (0.0, 0.0);
         }
     }
-    // Count the samples in bins that expect hardly any samples
+    // The remaining bins expect hardly any samples. If they contain many samples, the density is
+    // wrong
     if pooled_observed > 10.0 * MIN_EXPECTED {
         return 0.0;
     }

@@ -33,15 +33,15 @@ pub fn agree_within_rounding(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(is_near)
 }
 
-/// Number of samples, iterations or rays that a statistical test uses, out of `n`. These are all in
-/// `make test-long`, which sets `EMBRASURE_ALL_SAMPLES`, a quarter in `make test-all`, and an
-/// eighth in `make test`. A bound in standard errors is valid for each number. A bound that was set
-/// for all samples must be multiplied by [`slack`].
+/// Number of samples, iterations or rays that a statistical test uses. It is `n` in `make
+/// test-long`, which sets `EMBRASURE_ALL_SAMPLES`, a quarter of `n` in `make test-all`, and an
+/// eighth of `n` in `make test`. A bound in standard errors is valid for all three numbers. An
+/// absolute bound that was chosen for `n` must be multiplied by [`slack`].
 pub fn budget(n: u32) -> u32 {
     n / share()
 }
 
-/// Ratio of the standard error with the samples of [`budget`] to the error with all samples.
+/// Standard error with the number of samples of [`budget`], divided by the error with all samples.
 pub fn slack() -> f64 {
     f64::from(share()).sqrt()
 }

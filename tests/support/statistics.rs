@@ -92,8 +92,8 @@ impl Mean {
         self.variance.sqrt()
     }
 
-    /// Difference from another mean beyond rounding, in standard errors of the difference, and its
-    /// degrees of freedom.
+    /// Returns Welch's t and its degrees of freedom. t is the difference from `other`, less the
+    /// rounding error, in standard errors of the difference.
     pub fn t(self, other: Self) -> (f64, f64) {
         let rounding = ROUNDING * self.value.abs().max(other.value.abs());
         let difference = self.value - other.value;

@@ -1,5 +1,5 @@
-//! First minute of a user with a bare OBJ: pixels at once, the exposure of `render`, selection by
-//! click, and views as images.
+//! First minute of a user with a bare OBJ (an OBJ file without a scene file): pixels at once, the
+//! exposure of `render`, selection by click, and views as images.
 
 use super::chromium::{Browser, click_on};
 use super::viewer::{Page, Viewer, cornell_box};
@@ -266,7 +266,8 @@ fn pixels_are_picked() {
     );
 }
 
-/// The views of `embrasure views` have images, and the render beside them keeps its bits.
+/// Each view of `embrasure views` has an image. The image of the render stays bit-identical to the
+/// image of `render`.
 #[test]
 fn views_are_pictures() {
     let folder = pawns();

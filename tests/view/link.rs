@@ -38,7 +38,7 @@ fn forward(mut from: TcpStream, mut to: TcpStream, rate: f64) {
         if late > 0.0 {
             thread::sleep(Duration::from_secs_f64(late));
         } else {
-            // Rate that was not used is not saved for later.
+            // A pause does not allow a higher rate later.
             (start, passed) = (Instant::now(), 0.0);
         }
         passed += n as f64;

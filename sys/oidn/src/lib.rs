@@ -135,7 +135,8 @@ impl Device {
         self.run(&images(color, guides), &[c"hdr"], Quality::FAST, size)
     }
 
-    /// Runs the filter `RT` on the named `images`, with `flags` enabled.
+    /// Runs `RT`, the library's filter for ray-traced images, on the named `images`, with `flags`
+    /// enabled.
     fn run(
         &self,
         images: &[(&CStr, &[f32])],

@@ -1,5 +1,5 @@
-//! Light groups: the light of each group, and their sum. Threads, parts and interruptions change no
-//! bit.
+//! Light groups: the light of each group, and their sum. The bits are the same for any number of
+//! threads, for merged parts of a render, and after interruptions.
 
 use crate::support::statistics::{Mean, assert_same_mean};
 use crate::support::*;

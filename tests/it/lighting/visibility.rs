@@ -1,5 +1,5 @@
-//! Sampling of skies and lights by visibility: densities, and means against selection by power.
-//! Threads and parts change no bit.
+//! Sampling of skies and lights by visibility: densities, and means against selection by power. The
+//! number of threads and the parts of a render change no bit of the image.
 
 use crate::chi_square::{chi_square, sidak};
 use crate::support::program::{assert_same_bits, done, folder, json, split};
@@ -202,8 +202,8 @@ fn pictures_by_visibility_are_unbiased() {
     }
 }
 
-/// Threads, interruptions, parts and crops change no bit, because learned visibility depends only
-/// on the scene.
+/// The number of threads, interruptions, and the parts and crops of a render change no bit of the
+/// image, because learned visibility depends only on the scene.
 #[test]
 fn threads_and_parts_change_no_bit() {
     let folder = room(&format!("{SKY}{SUN}"), true);

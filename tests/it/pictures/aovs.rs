@@ -1,4 +1,5 @@
-//! Additional channels: their values. Threads, parts and interruptions change no bit.
+//! Additional channels: their values. Their bits are the same for any number of threads, for merged
+//! parts of a render, and after interruptions.
 
 use crate::support::program::{assert_same_bits, done, folder, joined, refused, split};
 use crate::support::{matte, read_channel, read_rgb};

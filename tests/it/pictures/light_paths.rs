@@ -1,5 +1,6 @@
 //! Parts of the image by light path expressions. The sum of the parts is bit-identical to the
-//! image, each part matches its expression, and threads and ranges change no bit.
+//! image, and each part matches its expression. The number of threads and the ranges of samples
+//! change no bit.
 
 use crate::support::agree_within_rounding;
 use crate::support::statistics::{Mean, assert_same_mean};
@@ -321,7 +322,8 @@ fn compare_methods(scene: &Path, wanted: &[PathPart]) {
     }
 }
 
-/// The bright curve in the polished ring is light of S+D paths, and its part has no other light.
+/// The bright curve in the polished ring is light of the paths S+D. The part for S+D has no other
+/// light.
 #[test]
 fn ring_caustic_is_in_its_own_part() {
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/ring-caustic.toml");

@@ -393,7 +393,7 @@ fn commands_are_understood() {
     assert!(count > 50, "{count} commands");
 }
 
-/// Makes renders small that have neither a size nor single pixels.
+/// Shell code that makes renders small, unless they have a size or compute single pixels.
 const SMALL: &str = r#"embrasure() {
     case "$*" in
         *--size*|*--scale*|*--crop*|*--pixel*) command embrasure "$@" ;;

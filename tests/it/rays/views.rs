@@ -401,7 +401,8 @@ fn scene_files_keep_views() {
     }
 }
 
-/// Commands that trace the rays of a single camera report this for stereo pictures.
+/// For a stereo picture, commands that trace the rays of a single camera report that they do not
+/// trace the views of the eyes.
 #[test]
 fn commands_of_one_camera_tell_that_they_have_no_eyes() {
     let folder = scene(ROOM, "");

@@ -70,8 +70,8 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
             ("mis balance", DirectLight::Mis, Heuristic::Balance, spp),
             ("mis power", DirectLight::Mis, Heuristic::Power, spp),
         ] {
-            // With small lamps, this estimator takes most of the time, and tests the sampling of
-            // directions no better than wide lamps do.
+            // With small lamps, this estimator takes most of the time. Comparisons with wide lamps
+            // test its sampling of directions equally well.
             if l == "none" && blind == BLIND && !["uniform", "bsdf"].contains(&d) {
                 continue;
             }

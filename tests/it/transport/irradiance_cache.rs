@@ -365,8 +365,8 @@ fn scene() -> TempDir {
     ])
 }
 
-/// Threads, crops, parts and interruptions change no bit: each render first fills the cache of the
-/// whole image.
+/// The number of threads, and crops, parts and interruptions of a render change no bit of the
+/// image, because each render first fills the cache of the whole image.
 #[test]
 fn threads_crops_and_parts_change_no_bit() {
     let folder = scene();

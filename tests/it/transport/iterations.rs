@@ -48,8 +48,8 @@ fn assert_same(folder: &TempDir, one: &str, other: &str) {
     assert_same_bits(&folder.path().join(one), &folder.path().join(other));
 }
 
-/// Threads, interruptions, crops and parts change no bit. The order in which parts are merged
-/// changes no bit either.
+/// The number of threads, interruptions, crops and parts of a render change no bit of the image.
+/// The order in which parts are merged changes no bit either.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn threads_parts_and_stops_change_no_bit() {

@@ -1,5 +1,5 @@
 //! Metropolis light transport in primary sample space: iterations against closed forms and path
-//! tracing. Threads and parts change no bit.
+//! tracing. The number of threads and the parts of a render change no bit of the image.
 
 #![cfg(any(feature = "embree", feature = "obvhs"))]
 

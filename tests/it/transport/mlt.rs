@@ -290,7 +290,8 @@ fn light_through_a_gap_is_found_by_each_seed() {
     });
 }
 
-/// Each iteration depends only on its index, so threads and parts change no bit.
+/// Each iteration depends only on its index. The number of threads and the parts of a render
+/// therefore change no bit of the image.
 #[test]
 fn threads_change_no_bit() {
     let scene = lobes_room();

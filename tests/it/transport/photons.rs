@@ -1,5 +1,5 @@
-//! Photon mapping: power of photons against closed forms, and images against the path tracer.
-//! Threads and parts change no bit.
+//! Photon mapping: power of photons against closed forms, and images against the path tracer. The
+//! number of threads and the parts of a render change no bit of the image.
 #![cfg(feature = "embree")]
 
 use crate::support::program::{assert_same_bits, done, folder};

@@ -248,7 +248,7 @@ fn scene(random: &mut Random, scale: f64) -> String {
     text
 }
 
-/// Arguments of `render`. Values come from the help text of the flag.
+/// Random arguments of `render`.
 fn flags(random: &mut Random) -> Vec<String> {
     let mut flags = vec![];
     let mut flag = |name: &str, value: String| flags.push(format!("--{name}={value}"));

@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 const MTL: &str = "newmtl floor\nKd 0.5 0.4 0.3\nnewmtl wall\nKd 0.7 0.2 0.2\nnewmtl lamp\nKd 0 0 0\nKe 50 50 50\n";
 
-/// A corner of two walls with a small bright lamp, as a bare OBJ and as a scene file.
+/// A floor and a wall with a small bright lamp, as a bare OBJ and as a scene file.
 fn scene() -> TempDir {
     folder(&[
         ("a.mtl", MTL),

@@ -82,7 +82,7 @@ fn statue() -> Boxes {
     boxes
 }
 
-/// A room with a table and a cupboard.
+/// A room with three boxes as furniture. The sides in `open` are missing.
 pub(super) fn room(open: &[&str]) -> String {
     Boxes::default()
         .room([-2.0, 0.0, -3.0], [2.0, 2.6, 3.0], open)

@@ -21,7 +21,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use tempfile::TempDir;
 
-/// A corner of a box with a smooth edge. The MTL dialect decides how its material is read.
+/// Two quads with a smooth edge between them. The MTL dialect decides how their material is read.
 fn scene() -> TempDir {
     folder(&[
         ("a.mtl", "newmtl a\nKd 0.6 0.5 0.4\nKs 0.3 0.3 0.3\nNs 40\nTr 0\n"),

@@ -13,7 +13,8 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 const QUAD: &str = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
 
-/// A folder with a square whose texture `a.png` is missing, alone and in a scene file.
+/// A folder with `a.obj`, a square whose texture `a.png` is missing, and `s.toml`, a scene of a
+/// square without a texture.
 fn scene() -> TempDir {
     folder(&[
         ("a.mtl", "newmtl wall\nKd 1 1 1\nmap_Kd a.png\n"),

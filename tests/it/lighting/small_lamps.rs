@@ -7,7 +7,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// A white floor at the height `offset` around (`offset`, `offset`, 0), and `lights` above it.
+/// A floor of albedo 0.5 at the height `offset` around (`offset`, `offset`, 0), and `lights` above
+/// it.
 fn floor_at(offset: f32, lights: &str) -> TempDir {
     let mut obj = String::from("mtllib a.mtl\nusemtl grey\n");
     for [x, z] in [[-2.0, 2.0], [2.0, 2.0], [2.0, -2.0], [-2.0, -2.0]] {

@@ -127,7 +127,7 @@ fn prism_deflects_wavelengths_by_snells_law() {
     }
 }
 
-/// A room with a lamp, a ball and a block of glass.
+/// A room with two lamps, and with a ball and a block of glass.
 fn glass_room(ior: f32, abbe: Option<f32>) -> Scene {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.5, 0.0));

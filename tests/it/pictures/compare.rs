@@ -17,7 +17,8 @@ fn compare(folder: &Path, args: &[&str]) -> (i32, serde_json::Value) {
     (code(&out), json(&out))
 }
 
-/// A folder with a room. The lamp in `brighter.toml` is 2 % brighter than the lamp in `s.toml`.
+/// Two scenes of a floor, a wall and a lamp. The lamp in `brighter.toml` is 2 % brighter than the
+/// lamp in `s.toml`.
 fn scenes() -> TempDir {
     let scene = |lamp: f64| {
         format!(

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// A lit corner; the camera also sees the space beside it.
+/// A floor and a wall that emits light. The camera also sees the space beside them.
 fn scene() -> TempDir {
     folder(&[
         (

@@ -9,7 +9,7 @@ const SIZE: [usize; 2] = [64, 48];
 /// Maximum distance of a projected point from the centre of its pixel, in pixels.
 const TOLERANCE: f64 = 1e-3;
 
-/// A box around the origin, and a light. All rays hit a surface.
+/// A closed box around the origin, whose faces emit light. All rays from inside hit the box.
 pub(super) fn room() -> TempDir {
     let mut obj = String::from("mtllib a.mtl\nusemtl m\n");
     for i in 0..8 {

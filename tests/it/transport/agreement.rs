@@ -287,8 +287,8 @@ fn estimators_agree_on_our_scenes() {
     all_agree("furnace", &own("furnace.toml"), furnace, (512, 8), &[]);
 }
 
-/// A room with every lobe: a Phong floor, a Blinn block, glass, a metal and a colour filter. Paths
-/// hit its large lamp.
+/// A room with every lobe: a Phong floor, a Blinn ball, a ball of glass, a metal ball, a mirror over
+/// a diffuse base, and a colour filter. Paths hit the large lamp of the room.
 #[test]
 fn estimators_agree_on_every_lobe() {
     let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);

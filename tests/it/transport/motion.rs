@@ -87,7 +87,7 @@ fn moving_panel_has_the_exact_coverage() {
     }
 }
 
-/// A room with a moving and rotating matte ball, a deforming mesh, and a moving lamp.
+/// A room with a moving matte ball, a deforming ball, a moving lamp and a still lamp.
 fn busy_room() -> Scene {
     let mut b = SceneBuilder::new();
     add(&mut b, room(), material(0.6, 0.0));

@@ -200,7 +200,7 @@ fn panes_are_invisible_in_uniform_light() {
     }
 }
 
-/// A room lit by a lamp behind a window.
+/// A room lit by a lamp behind two panes of thin glass and a filter.
 fn lit_through_a_window(panes: Panes) -> Scene {
     let mut b = SceneBuilder::new();
     b.panes(panes);

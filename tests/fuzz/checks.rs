@@ -390,7 +390,8 @@ fn motion(camera: &CameraOptions, parameters: &CameraParameters) -> CameraMotion
     }
 }
 
-/// Number of triangles of a scene, including triangles without area.
+/// Number of triangles of a scene, including triangles that were skipped because they have no area
+/// or repeat others.
 fn triangles(loaded: &LoadedScene) -> u64 {
     let skipped = |words: &str| -> u64 {
         let of = |text: &str| text.split(words).nth(1)?.rsplit(' ').next()?.parse::<u64>().ok();
@@ -402,7 +403,7 @@ fn triangles(loaded: &LoadedScene) -> u64 {
 }
 
 /// Number of triangles according to the text: the sum of (corners − 2) over all `f` statements.
-/// `None` if the words of the text are separated by Unicode blanks.
+/// `None` if the text is UTF-16, or has Unicode blanks.
 fn count_triangles(bytes: &[u8]) -> Option<u64> {
     // This function cannot decode UTF-16, unlike the reader, so it does not count.
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) || bytes.iter().take(4).any(|&b| b == 0) {

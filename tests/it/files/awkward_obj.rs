@@ -22,7 +22,8 @@ fn load(path: &Path) -> Result<LoadedScene, FileError> {
     load_scene(&SceneFile::of_obj(path), SceneBuilder::new())
 }
 
-/// Number of triangles of a loaded scene, including triangles without area.
+/// Number of triangles of a loaded scene, including triangles that were skipped because they have
+/// no area or repeat others.
 fn triangles(loaded: &LoadedScene) -> u64 {
     let skipped = |words: &str| -> u64 {
         let of = |text: &str| text.split(words).nth(1)?.rsplit(' ').next()?.parse::<u64>().ok();

@@ -39,7 +39,7 @@ fn numbers(index: u32) -> [Vec2; 2] {
     [sampler.get_2d(Dimension::PIXEL), sampler.get_2d(Dimension::LENS)]
 }
 
-/// Texture: black on the left, a ramp elsewhere, blue where bright.
+/// Texture that is black on the left. From there to the right all channels rise, blue the most.
 fn textures() -> &'static [Texture] {
     static TEXTURES: OnceLock<[Texture; 1]> = OnceLock::new();
     TEXTURES.get_or_init(|| {

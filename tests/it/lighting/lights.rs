@@ -46,7 +46,7 @@ pub fn map() -> LatLongImage {
     }
 }
 
-/// Point on the plane of the triangle in direction `w` from the origin.
+/// Point of the triangle in the direction `w` from the origin, if there is one.
 fn met(w: Vec3) -> Option<Vec3> {
     let [a, b, c] = [
         Vec3::new(-0.4, 1.0, 0.3),
@@ -180,7 +180,7 @@ fn triangle_densities_sum_to_the_solid_angle() {
     }
 }
 
-/// Radiance of a white floor under one light towards the camera: albedo over π times the
+/// Radiance of a floor of albedo 0.5 under one light, towards the camera: albedo over π times the
 /// irradiance. The floor faces up.
 fn floor_radiance(configure: impl FnOnce(&mut SceneBuilder)) -> f64 {
     let mut b = SceneBuilder::new();

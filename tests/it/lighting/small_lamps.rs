@@ -61,7 +61,7 @@ fn lamp(kind: &str, offset: f32, radius: f64, strength: f64) -> String {
     )
 }
 
-/// A radius of 10⁻⁶ is an eighth of the spacing of floats at 100.
+/// The radius 10⁻⁶ is an eighth of the spacing of floats at 70, the position of the lamp.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn tiny_lamp_lights_a_floor_in_every_integrator() {

@@ -1096,9 +1096,9 @@ fn rough_lobes_stay_finite_for_any_input() {
     }
 }
 
-/// Objects that conserve energy are invisible in a furnace (a closed room of uniform light). This
-/// test also covers both sides of a surface, the index of refraction, and the choice of lobes in
-/// the integrator.
+/// Objects that conserve energy are invisible in a furnace (here a sky of uniform light). This test
+/// also covers both sides of a surface, the index of refraction, and the choice of lobes in the
+/// integrator.
 #[cfg(any(feature = "embree", feature = "obvhs"))]
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
@@ -1234,7 +1234,8 @@ fn strategies_agree_on_light_through_rough_glass() {
     }
 }
 
-/// The path tracer uses a random number to select a lobe only for mixtures.
+/// A lobe with parts is stored as a mixture, because the path tracer draws a random number for the
+/// choice of a part only for mixtures.
 #[test]
 fn lobes_with_parts_are_mixtures() {
     let metal = |roughness| Material::metallic_roughness(grey(0.9), 1.0, roughness).bsdf();

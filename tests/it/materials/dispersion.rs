@@ -231,7 +231,7 @@ fn dispersed_light_is_mean_over_wavelengths() {
 }
 
 /// An integrator without dispersion is refused, and the error lists the integrators that support
-/// it. Path reuse is switched off.
+/// dispersion. The path tracer switches path reuse off.
 #[test]
 fn integrators_without_dispersion_are_errors() {
     let toml = "version = 1\n[camera]\nposition = [0, 0, 5]\nlook_at = [0, 0, 0]\n[image]\nwidth = 8\nheight = 8\n[render]\nsamples = 2\n[[object]]\nobj = 'a.obj'\n[material.g]\ntransmission = 1.0\nior = 1.6\nabbe = 30.0\n[[light]]\ntype = 'constant'\nradiance = [1, 1, 1]\n";

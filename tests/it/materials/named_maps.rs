@@ -10,7 +10,7 @@ const SCENE: &str = "version = 1\n[camera]\nposition = [0.5, 0.3, 2]\nlook_at = 
     [image]\nwidth = 24\nheight = 24\n[render]\nsamples = 4\n[[object]]\nobj = \"a.obj\"\n\
     [[light]]\ntype = \"directional\"\ndirection = [-0.2, -0.3, -1]\nirradiance = 3\n";
 
-/// Writes an image of 4 × 4 texels. Images of other sizes are not used as textures.
+/// Writes a square image of 4 × 4 texels.
 fn write_square(folder: &TempDir, name: &str) {
     let path = folder.path().join(name);
     fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -290,7 +290,7 @@ fn names_of_the_file_outweigh_role_words() {
 }
 
 /// If a folder has one picture and several OBJ files, the picture is the texture of the OBJ files
-/// with a similar name.
+/// with a similar name. This name may also be the name of a group in the file.
 #[test]
 fn only_picture_belongs_to_models_with_a_name_like_it() {
     let plain = OBJ.replace("mtllib a.mtl\n", "").replace("usemtl wood\n", "");
@@ -415,8 +415,8 @@ fn materials_are_found_in_other_case_and_with_other_separators() {
     }
 }
 
-/// If an OBJ file has no `usemtl`, its faces get the only material of the library with the name of
-/// the file.
+/// If an OBJ file has no `usemtl`, and the library with the name of the file has a single material,
+/// the faces get this material.
 #[test]
 fn faces_without_usemtl_get_the_only_material() {
     let plain = OBJ.replace("mtllib a.mtl\n", "").replace("usemtl wood\n", "");

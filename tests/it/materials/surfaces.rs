@@ -112,8 +112,8 @@ fn estimators_agree_on_opacity() {
     });
 }
 
-/// Renders a square in uniform light. Its texture has the four colours red, green (top), blue,
-/// white (bottom).
+/// Renders a square in uniform light. Its texture has four texels: red and green at the top, blue
+/// and grey at the bottom.
 fn textured(mtl: &str, smooth_normals: &str) -> Film {
     let folder = tempfile::tempdir().unwrap();
     let file = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();

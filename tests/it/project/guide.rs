@@ -393,7 +393,8 @@ fn commands_are_understood() {
     assert!(count > 50, "{count} commands");
 }
 
-/// Shell code that makes renders small, unless they have a size or compute single pixels.
+/// Shell code that makes renders small, unless they have a size, scale or crop, or compute single
+/// pixels.
 const SMALL: &str = r#"embrasure() {
     case "$*" in
         *--size*|*--scale*|*--crop*|*--pixel*) command embrasure "$@" ;;

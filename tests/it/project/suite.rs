@@ -31,9 +31,10 @@ fn assert_means(what: &str, image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3], to
 }
 
 /// Fails unless renders of `toml` with increasing numbers of independent samples have the mean of
-/// the reference (4096 samples), and converge to the reference as 1/spp. Stratified samples and
-/// path reuse must have the same mean and a smaller error, by `factors`. Means agree within
-/// `tolerance`. `flags` are added to each render.
+/// the reference (4096 samples), and converge to the reference as 1/spp. Stratified samples, and
+/// then also path reuse, must have the same mean. `factors` are the maximum ratios of their relMSE
+/// to that of independent samples. Means agree within `tolerance`. `flags` are added to each
+/// render.
 fn assert_converges(toml: &Path, flags: &[&str], reference: &[Vec<f32>; 3], (tolerance, factors): (f64, [f64; 2])) {
     let counts = [8, 32, 128].map(budget);
     let plain = [flags, &["--sampler", "independent", "--reuse", "none"]].concat();

@@ -35,7 +35,8 @@ struct Extrinsics {
 }
 
 impl Extrinsics {
-    /// Rotation by `angle` about `axis` (Rodrigues), and translation `place`.
+    /// Extrinsics of a camera at the position `place`. The rotation is by `angle` in radians about
+    /// `axis` (Rodrigues).
     fn new(axis: [f64; 3], angle: f64, place: [f64; 3]) -> Self {
         let length = axis.iter().map(|a| a * a).sum::<f64>().sqrt();
         let [x, y, z] = axis.map(|a| a / length);

@@ -79,7 +79,8 @@ fn cameras_of_files_set_the_size_of_the_picture() {
     }
 }
 
-/// glTF files have no lens shift. `--shift` adds the shift to the camera of the file.
+/// A camera file may lack a lens shift, as glTF files always do. `--shift` adds the shift to the
+/// camera of the file.
 #[test]
 fn shift_is_added_to_cameras_of_files() {
     let folder = room();

@@ -250,8 +250,8 @@ fn regions(folder: &TempDir, flags: &str, seeds: u32) -> Vec<Mean> {
     Mean::of_each(&(1..=seeds).map(of_seed).collect::<Vec<_>>())
 }
 
-/// A lamp above a box on a floor, in dim light. The integrators agree with path tracing in the
-/// whole image and in each part of it.
+/// A lamp above an octahedron and a floor, in dim light. The integrators agree with path tracing in
+/// the whole image and in each part of the image.
 #[test]
 fn methods_agree_in_every_projection() {
     let floor = "v -3 -1 3\nv 3 -1 3\nv 3 -1 -3\nv -3 -1 -3\nf 1 2 3 4\n";

@@ -209,7 +209,7 @@ fn cube_map_gives_the_environment_back() {
     assert!(compared > 500, "{compared}");
 }
 
-/// Means over both halves of the columns of each view, over `seeds` renders.
+/// Mean green light of each of the `views` views, which are side by side, over `seeds` renders.
 fn regions(folder: &TempDir, flags: &str, (width, views): (usize, usize), seeds: u32) -> Vec<Mean> {
     let of_seed = |seed| {
         let green = green(folder, &format!("{flags} --seed {seed}"));

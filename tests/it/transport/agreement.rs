@@ -184,10 +184,10 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
 /// Fails unless the images agree: at least 99.75 % of the channels of pixels, and the means of the
 /// images, may differ by noise only.
 ///
-/// With all samples, the standard error of a difference of means is between 0.04 % and 4 %, and 2 %
-/// for half of the comparisons. With a quarter of the samples, it is twice as large. The test finds
-/// a wrong factor if the error exceeds six standard errors. `bsdf.rs`, `lights.rs` and
-/// `closed_forms.rs` find smaller errors.
+/// With all samples, the standard error of a difference of means is between 0.04 % and 4 %, with a
+/// median of 2 %. With a quarter of the samples, it is twice as large. The test finds a wrong
+/// factor if the error exceeds six standard errors. `bsdf.rs`, `lights.rs` and `closed_forms.rs`
+/// find smaller errors.
 fn assert_agree(what: &str, a: &Film, b: &Film) {
     // Šidák: all N = 192 channels stay below |z| < 4.1 with a probability of 99 %. Skewed
     // distributions need a slightly larger threshold. With a quarter of the samples, one more

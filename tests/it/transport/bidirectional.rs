@@ -267,7 +267,7 @@ fn stage_camera() -> CameraParameters {
 }
 
 /// A scene with all kinds of lights and surfaces, seen through a lens. The mean equals the mean of
-/// the path tracer, for every light selection and heuristic.
+/// the path tracer, for two light selections and for the power and the balance heuristic.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn bidirectional_paths_agree_with_paths() {

@@ -10,7 +10,7 @@ use exr::prelude::read_all_flat_layers_from_file;
 use std::fs;
 use tempfile::TempDir;
 
-/// Each integrator with its options.
+/// Integrators with iterations or with prepared data, each with its options.
 const METHODS: &[&str] = &[
     "light --aov P,lights",
     "bdpt --max-depth 3 --aov strategies,lights,id",

@@ -210,8 +210,8 @@ fn metropolis_agrees_on_masked_lamps() {
     });
 }
 
-/// The ground compares irradiance with and without the scene. The irradiance without the scene is
-/// proportional to the opacity of the lamp.
+/// A shadow-catching ground compares the irradiance with and without the scene. The irradiance
+/// without the scene is proportional to the opacity of the lamp.
 #[test]
 fn irradiance_is_proportional_to_opacity() {
     let irradiance = |opacity| {

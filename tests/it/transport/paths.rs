@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::fs;
 use std::path::Path;
 
-/// A box without front: a matte, a glossy and a mirror wall, a glass slab and a lamp.
+/// A box without front: matte walls, a glossy wall, a mirror wall and a lamp.
 const MTL: &str = "newmtl matte\nKd 0.6 0.5 0.4\nnewmtl glossy\nKd 0.2 0.2 0.3\nKs 0.4 0.4 0.4\nNs 30\nnewmtl mirror\nKd 0 0 0\nKs 0.9 0.9 0.9\nillum 3\n\
                    newmtl glass\nKd 0 0 0\nTf 0.9 0.9 0.9\nNi 1.5\nd 1\nillum 7\nnewmtl lamp\nKd 0 0 0\nKe 8 7 6\n";
 const OBJ: &str = "mtllib a.mtl\nv -1 -1 1\nv 1 -1 1\nv 1 -1 -1\nv -1 -1 -1\nv -1 1 1\nv 1 1 1\nv 1 1 -1\nv -1 1 -1\n\

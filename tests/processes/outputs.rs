@@ -44,8 +44,8 @@ fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     files
 }
 
-/// Everything that has a name in an EXR file gets names with characters in Latin-1, beyond Latin-1,
-/// and beyond 16 bits.
+/// Names in a scene have characters in Latin-1, beyond Latin-1, and beyond 16 bits. The EXR file
+/// stores all of these names.
 #[test]
 fn exr_files_store_names_of_all_scripts() {
     use exr::prelude::*;
@@ -86,8 +86,8 @@ fn exr_files_store_names_of_all_scripts() {
     }
 }
 
-/// Input files stay unchanged if an output names them in any way. The error comes before any ray is
-/// traced.
+/// Input files stay unchanged if an output has the path of an input, or leads to it by links or
+/// other spellings. The error comes before any ray is traced.
 #[test]
 fn outputs_never_overwrite_input_files() {
     let folder = scene();

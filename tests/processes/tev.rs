@@ -250,8 +250,8 @@ fn viewer_that_never_reads_does_not_block() {
     assert!(folder.path().join("a.png").exists());
 }
 
-/// A viewer reads single bytes with pauses, so it never finishes. It delays neither the render nor
-/// the end of the program.
+/// A viewer reads at most 64 bytes at a time, with pauses, so it never finishes. It delays neither
+/// the render nor the end of the program.
 #[test]
 fn viewer_that_reads_slowly_does_not_block() {
     let folder = folder(&[]);

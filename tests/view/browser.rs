@@ -359,7 +359,7 @@ fn controls_have_names() {
     );
 }
 
-/// On a slow link, the page unpacks images, and shows the light of the render.
+/// On a slow link, images are packed. The page unpacks them, and shows the light of the render.
 #[test]
 #[cfg_attr(not(chromium), ignore = "needs chromium")]
 #[cfg_attr(all(chromium, not(long)), ignore = "long")]

@@ -69,8 +69,8 @@ fn assert_found(what: &str, obj: &str, mtl: &str, expected: &[&str]) {
     assert_eq!(code, i32::from(is_wrong), "{what}");
 }
 
-/// A face on the back of another face is a note, not a mistake, if the reader separates the two
-/// faces or if both look the same.
+/// A face on the back of another face is a note if both look the same, or if the reader moves the
+/// two faces apart, as in files whose walls are pairs of faces. Otherwise it is a warning.
 #[test]
 fn faces_on_the_back_of_others_are_a_note() {
     let library = "newmtl m\nKd 0.5\nnewmtl n\nKd 0.2\nnewmtl lamp\nKe 1 1 1\n";

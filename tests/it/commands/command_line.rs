@@ -175,8 +175,8 @@ fn a_bare_obj_is_framed_and_lit() {
     assert!(border.into_iter().all(|(x, y)| albedo[y * 32 + x] == 0.0));
 }
 
-/// Each mistake has arguments, a change of the scene folder, an exit code, and words of the
-/// message.
+/// Each case has the arguments of a mistake, a change of the scene folder, the expected exit code,
+/// and words of the message.
 #[test]
 fn mistakes_are_named_and_leave_no_files() {
     type Change = fn(&Path);
@@ -652,7 +652,7 @@ fn library_textures_are_part_of_the_hash() {
     }
 }
 
-/// MTL allows a single number for a grey; two numbers are invalid.
+/// In MTL, a single number is a grey colour. Two numbers are an error.
 #[test]
 fn a_color_may_be_a_single_number() {
     let folder = lit_floor();
@@ -996,8 +996,8 @@ fn audits_change_no_bit() {
     );
 }
 
-/// A scene whose lengths exceed the range of 32-bit floats is refused. The error has the size of
-/// the scene and help.
+/// A scene whose size is outside of the supported range is refused. The error has the size of the
+/// scene and help.
 #[test]
 fn sizes_beyond_the_range_are_refused() {
     let obj = |s: &str| format!("v 0 0 0\nv {s} 0 0\nv 0 {s} 0\nf 1 2 3\n");
@@ -1239,8 +1239,8 @@ fn compact_scenes_look_the_same() {
     }
 }
 
-/// A checkpoint of a range of samples stores the range. If it is resumed, the render has this
-/// range, and `merge` accepts the checkpoint as a part.
+/// A checkpoint of a range of samples stores the range. A render that resumes the checkpoint has
+/// this range, and `merge` accepts the checkpoint as a part.
 #[test]
 fn checkpoint_of_a_range_is_resumed_and_merged() {
     let folder = lit_floor();
@@ -1327,7 +1327,8 @@ fn idle_flags_are_warnings() {
     assert_eq!(words(&out), "");
 }
 
-/// The cases of `selftest` pass with each backend, and scripts can read them.
+/// The cases of `selftest` pass with each backend. Scripts can read their measured and expected
+/// values.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn selftests_pass() {

@@ -272,7 +272,7 @@ fn bodies_of_revolution_stand_on_their_axis() {
     }
 }
 
-/// The up axis of a cube follows the other files in its folder, if the same program wrote them.
+/// A cube gets the up axis of the other files in its folder, if the same program wrote them.
 #[test]
 fn other_files_of_the_folder_raise_an_axis() {
     let blank = [[0.5, 0.5]; 4];

@@ -123,8 +123,8 @@ fn trees_with_too_many_rays_are_refused() {
     );
 }
 
-/// The page and the plot show the points of the curves that the CSV file has. The slopes are fitted
-/// to these points.
+/// The page, the plot and the CSV file have the same points of the curves. The slopes are fitted to
+/// these points.
 #[test]
 fn curves_have_the_figures_of_the_table() {
     let folder = lit_floor();

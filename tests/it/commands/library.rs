@@ -73,7 +73,7 @@ impl LoadObserver for Work {
     fn advance(&self, _: u64) {}
 }
 
-/// A scene with a guessed light is built twice, but its files are read once.
+/// A scene with a guessed light is built before and after the guess, but its files are read once.
 #[test]
 fn guessed_light_reads_files_once() {
     let folder = scene();

@@ -94,7 +94,7 @@ fn awkward_files_load_or_fail_with_a_line() {
     println!("{loaded} of {} files load", files.len());
 }
 
-/// Known contents of the test files of other loaders.
+/// Test files of other loaders have a known number of triangles, or an error in a known line.
 #[test]
 #[cfg_attr(not(shared), ignore = "needs ../shared")]
 fn loader_test_files_have_known_contents() {

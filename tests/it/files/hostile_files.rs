@@ -288,7 +288,7 @@ fn exhausted_memory_is_an_error() {
     assert!(words(&out).contains("8192x8192 pixels"), "{}", words(&out));
 }
 
-/// A reader with quadratic time would take minutes.
+/// Long scene files: a reader with quadratic time would take minutes.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn long_scene_files_are_read_in_time() {
@@ -363,7 +363,8 @@ fn bytes_behind_sums_are_refused() {
     assert_same_bits(&at.join("m.exr"), &at.join("whole.exr"));
 }
 
-/// With brute force, the guess of the camera would take minutes before the first sample.
+/// With brute force, the guess of the camera would take minutes before the first sample, so the
+/// guess uses another backend.
 #[test]
 fn guess_with_brute_force_uses_a_fast_backend() {
     use embrasure::Backend;

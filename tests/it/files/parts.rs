@@ -1,4 +1,5 @@
-//! Parts of an OBJ file by the names of `o` and `g`: hidden, or the only visible ones.
+//! Parts of an OBJ file, which have the names of its statements `o` and `g`. Flags and keys hide
+//! parts, show only some parts, change their materials, or move them.
 
 use crate::support::program::*;
 use crate::support::{matte, read_channel};

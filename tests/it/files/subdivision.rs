@@ -168,7 +168,8 @@ fn too_many_steps_suggest_a_fitting_number() {
     );
 }
 
-/// Two files of one mesh at two times have the same triangles after all steps.
+/// The two files of a deforming mesh, for the opening and the closing of the shutter, have the same
+/// triangles after all steps.
 #[test]
 fn subdivision_keeps_moving_vertices() {
     let close = CUBE.replace("v 1 1 1", "v 2 2 2");

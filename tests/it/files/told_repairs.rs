@@ -575,7 +575,7 @@ fn fully_invisible_scene_is_made_opaque() {
     );
 }
 
-/// Messages of one kind, and of unused materials, are grouped.
+/// Messages of one kind are grouped, and so are the messages about unused materials.
 #[test]
 fn material_messages_are_grouped() {
     let materials: String = (0..9)

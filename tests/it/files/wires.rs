@@ -7,7 +7,7 @@ const DRAWING: &str = "v -1 0 0\nv 1 0 0\nv 0 1 0\no bar\nl 1 2\no dot\np 3\n";
 const SCENE: &str = "version = 1\n[camera]\nposition = [0, 0, 10]\nlook_at = [0, 0, 0]\nprojection = \"orthographic\"\northo_height = 4\n\
     [image]\nwidth = 64\nheight = 64\nbackground = \"transparent\"\n[render]\nsamples = 64\n[[object]]\nobj = \"a.obj\"\n[[light]]\ntype = \"constant\"\nradiance = 1\n";
 
-/// The image shows the silhouettes of a capsule and a disk. Each is a part.
+/// The image shows the silhouettes of a capsule and a disk, which are separate parts.
 #[test]
 fn lines_and_points_cover_their_shapes() {
     let with = folder(&[("a.obj", DRAWING), ("s.toml", SCENE)]);

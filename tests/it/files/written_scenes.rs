@@ -337,8 +337,8 @@ fn init_takes_the_camera_flags_of_render() {
     assert!(said.contains("cannot be used with"), "{said}");
 }
 
-/// Project scenes have no camera and no light in their OBJ files. The scene file of `init` renders
-/// the same.
+/// The OBJ files of the project have no camera and no light. The scene file that `init` makes from
+/// an OBJ file renders the same image as the OBJ file.
 #[test]
 fn init_of_project_scenes_renders_the_same() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");

@@ -86,7 +86,7 @@ fn alpha_is_coverage() {
 }
 
 /// A transparent image over a constant background is the opaque image, for all integrators and
-/// filters with alpha.
+/// filters that support alpha.
 #[test]
 fn transparent_over_a_color_is_the_opaque_image() {
     let color = [0.3f32, 0.5, 0.7];

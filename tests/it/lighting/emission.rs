@@ -645,7 +645,8 @@ fn bounding_ball_contains_moving_objects() {
     assert_eq!((empty.center, empty.radius), (Vec3::ZERO, 1.0));
 }
 
-/// Emission selection is by power, and allocates no memory before its first use.
+/// For emission, lights are selected by their power. The selection allocates no memory before its
+/// first use.
 #[test]
 fn emission_selection_is_by_power() {
     let mut b = SceneBuilder::new();

@@ -83,8 +83,8 @@ fn film_over<'a>(
     })
 }
 
-/// Without objects, the ground equals the background in expectation, for all lights, also in its
-/// fading rim.
+/// Without objects, the mean of the ground is the background, for all lights. This includes the
+/// fading rim of the ground.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn ground_without_objects_is_the_background() {

@@ -285,7 +285,8 @@ fn irradiance_matches_closed_forms() {
     );
 }
 
-/// Selecting one light by power or uniformly, or sampling all, changes only the noise.
+/// One light selected by power, one light selected uniformly, and samples of all lights have the
+/// same mean. They differ only in noise.
 #[test]
 fn every_light_selection_has_the_same_mean() {
     let render = |mode| {
@@ -374,8 +375,8 @@ fn light_choices_follow_their_probabilities() {
     }
 }
 
-/// Sampling all lamps at every vertex gives the picture of sampling one light selected by power.
-/// Within a lamp, triangles are selected by power. Wide lamps have more samples.
+/// Samples of all lamps at every vertex have the same mean as samples of one light selected by
+/// power. Within a lamp, triangles are selected by power. Wide lamps have more samples.
 #[test]
 fn all_lamps_give_the_picture_by_power() {
     let render = |mode, samples, direct, seed| {

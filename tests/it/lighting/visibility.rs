@@ -114,8 +114,8 @@ fn samples_by_visibility_have_mis_densities() {
     });
 }
 
-/// Most directions point to the visible part of the sky. The frequencies of lights follow their
-/// probabilities.
+/// Most samples of the sky have directions in which the sky is visible. Lights are chosen as often
+/// as their probabilities say.
 #[test]
 fn choices_follow_visibility() {
     let lights = [constant()];

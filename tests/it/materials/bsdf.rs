@@ -449,7 +449,8 @@ fn fresnel_bsdfs() -> Vec<(String, Bsdf)> {
     all.into_iter().map(|(name, m)| (name, m.bsdf())).collect()
 }
 
-/// The furnace radiance is the mean weight of samples. Its standard error is below 0.002.
+/// The directional albedo equals the radiance in a white furnace, which is the mean weight of
+/// samples. The standard error of this mean is below 0.002.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn directional_albedo_equals_white_furnace() {
@@ -804,8 +805,8 @@ fn highlights_are_longer_along_the_tangent() {
     assert!((2.0..5.3).contains(&ratio), "{ratio}");
 }
 
-/// Flux that a patch with a tilted shading normal scatters from all directions to all others, by
-/// paths from the camera and from the light.
+/// A patch with a tilted shading normal scatters flux from all directions to all others. Paths from
+/// the camera and paths from the light find the same flux.
 #[test]
 fn adjoint_factor_makes_both_directions_agree() {
     use embrasure::geometry::SurfacePoint;

@@ -186,7 +186,7 @@ fn texture_options_place_texels() {
     );
 }
 
-/// Opacity map: black texels show the sky, which has radiance 1.
+/// Where the opacity map is black, the sky of radiance 1 is visible.
 #[test]
 fn opacity_map_cuts_out_black_texels() {
     let film = textured("newmtl m\nKd 0\nmap_d -imfchan b -clamp on four.png\n", "");

@@ -493,7 +493,8 @@ fn deep_exr_is_an_error_with_its_remedy() {
     }
 }
 
-/// Missing files, files that are not images, and images of the wrong kind have messages.
+/// For missing files, files that are not images, and images of the wrong kind, the error states the
+/// cause.
 #[test]
 fn texture_errors_state_the_cause() {
     let folder = tempfile::tempdir().unwrap();

@@ -40,7 +40,7 @@ fn render(folder: &TempDir) -> String {
     words(&done(folder.path(), &split("render s.toml -o t.exr")))
 }
 
-/// For every spelling of the tile number, four tiles equal one image of four times the size.
+/// For every spelling of the tile number, four tiles equal one image of twice the width and height.
 #[test]
 fn tiles_are_one_picture() {
     let whole = square(2.0, "map_Kd -s 0.5 0.5 1 -clamp on big.png");

@@ -19,8 +19,8 @@ fn render(folder: &TempDir, out: &str, flags: &[&str]) -> PathBuf {
     folder.path().join(out)
 }
 
-/// Denoises the Cornell box with 4 samples per pixel. The remaining error is at most a fifth with
-/// Open Image Denoise, and at most half with the wavelets, which are better in larger images.
+/// Denoises the Cornell box with 4 samples per pixel. Open Image Denoise leaves at most a fifth of
+/// the error. The wavelets leave at most half of the error, and less in larger images.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn denoising_reduces_the_error() {

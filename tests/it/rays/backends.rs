@@ -507,7 +507,8 @@ fn rays_do_not_hit_the_instance_they_left() {
     }
 }
 
-/// Rays from inside a closed sphere at its corners and edges. Each ray hits one of the triangles.
+/// Rays from inside a closed sphere towards corners, edges and centres of its triangles. Each ray
+/// hits a triangle.
 #[test]
 fn nothing_leaks_at_edges_and_corners() {
     for (scale, place) in [
@@ -574,7 +575,8 @@ fn a_closed_sphere_far_away_is_closed() {
     }
 }
 
-/// Rays traced together have the same hits as single rays, for any number and direction.
+/// Rays traced together have the same hits as single rays, for any number of rays and any
+/// directions.
 #[test]
 fn packets_match_single_rays() {
     let scene = scene_of(vec![soup(300, 0.3), room()]);
@@ -825,7 +827,7 @@ fn intervals_are_open() {
     }
 }
 
-/// A scene beyond the range of floats is an error that contains the number.
+/// A scene whose size is outside of the supported range is an error that contains the size.
 #[test]
 fn scenes_beyond_the_range_are_refused() {
     let added = |scale: f32| {

@@ -145,8 +145,8 @@ fn projected_points_lead_back_to_their_pixels() {
     }
 }
 
-/// A calibrated camera without distortion whose principal point is in the centre is a perspective
-/// camera.
+/// Without distortion, and with the principal point in the centre, a calibrated camera equals a
+/// perspective camera.
 #[test]
 fn centered_intrinsics_equal_a_perspective() {
     let folder = room();

@@ -108,7 +108,8 @@ fn developed_files_keep_the_camera() {
     assert_eq!(of("--crop 8,8,40,40 --scale 2"), None);
 }
 
-/// A panorama has no projection matrix, but the attributes for position and axes.
+/// A panorama has no projection matrix. It has the attributes for the position and the axes of the
+/// camera.
 #[test]
 fn panoramas_have_no_projection_matrix() {
     let folder = room();

@@ -87,8 +87,8 @@ fn cap_area_matches_the_circle() {
     }
 }
 
-/// A cut has the same effect as a section of a scene file, as a flag, and in a scene file that
-/// `--dump-scene` wrote.
+/// A cut has the same effect in its three forms: a section of a scene file, a flag, and a scene
+/// file that `--dump-scene` wrote.
 #[test]
 fn sections_in_files_and_flags_are_equal() {
     let scene = |section: &str| {

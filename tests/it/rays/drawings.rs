@@ -79,7 +79,8 @@ fn wall_at_scale_has_its_size_in_pixels() {
     );
 }
 
-/// A unit changes the length of a wall on paper. The program prints scale, paper and unit.
+/// The unit of a file changes the length of a wall on paper. The program prints scale, paper and
+/// unit.
 #[test]
 fn units_change_the_size_on_paper() {
     let folder = walls();

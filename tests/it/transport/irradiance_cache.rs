@@ -300,7 +300,7 @@ impl Observer for StoppingObserver {
     }
 }
 
-/// Stops and the number of threads do not change the records.
+/// Interruptions and the number of threads do not change the records.
 #[test]
 fn interrupted_filling_gives_the_same_records() {
     let scene = own("cornell-box.toml");

@@ -233,8 +233,8 @@ fn all_light_types_agree_with_paths() {
     );
 }
 
-/// A lamp lights a room only through a gap beside the lamp. Each render finds all of this light
-/// exactly once.
+/// A lamp behind a wall lights a room only through a slit below the wall. Each render finds all of
+/// this light exactly once.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]
 fn light_through_a_gap_is_found_by_each_seed() {

@@ -319,8 +319,8 @@ fn reversed_vertex_normals_keep_the_lamp_front() {
     }
 }
 
-/// Faces of both windings have normals towards the camera. Emitters are opaque. Depth is exact even
-/// out of focus.
+/// In the channel of normals, faces of both windings face the camera. Emitters are opaque. Depth is
+/// exact even out of focus.
 #[test]
 fn feature_layers_are_exact_out_of_focus() {
     let folder = folder(&[

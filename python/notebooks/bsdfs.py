@@ -70,8 +70,8 @@ assert estimates["BSDF"].std() < estimates["cosine"].std() < estimates["uniform"
 # %% [markdown]
 # ## Test of the density
 #
-# The density integrates to the probability that a sample is above the surface, and counts of samples agree with it: here in the half of the hemisphere
-# behind the viewer.
+# The density integrates to the probability that a sample is above the surface. In any region, the fraction of samples equals the integral of the density.
+# The region of this test is the half of the hemisphere opposite to the viewer.
 
 # %%
 drawn = surface.sample(wo, em.sampler("sobol").points(1 << 15, 3))

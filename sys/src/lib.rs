@@ -48,8 +48,9 @@ mod bindings {
 #[cfg(not(without_bindings))]
 pub use bindings::*;
 
-// Check assumptions of a safe layer. bindgen has already checked every structure against libclang's
-// view of the header. These assertions check that view against Embree's documentation.
+// Check assumptions of safe code that uses these bindings. bindgen has already checked every
+// structure against libclang's view of the header. These assertions check that view against
+// Embree's documentation.
 #[cfg(not(without_bindings))]
 const _: () = {
     use core::mem::offset_of;

@@ -108,7 +108,8 @@ struct GuardedQuery<T> {
 const CANARY: [u8; 64] = [0xA5; 64];
 
 impl<T> GuardedQuery<T> {
-    // The guards touch the value; padding between them would hide a short overrun.
+    // There must be no padding between the guards and the value, because padding would hide a short
+    // overrun.
     const TIGHT: () = assert!(size_of::<Self>() == size_of::<T>() + 128);
 
     fn new(value: T) -> Self {
@@ -179,7 +180,8 @@ fn a_hit_is_read_back_and_stays_within_its_structure() {
     );
     assert_eq!([hit.Ng_x, hit.Ng_y, hit.Ng_z], [0.0, 0.0, 1.0]);
     assert_eq!((hit.geomID, hit.primID), (GEOMETRY, 0));
-    // There is no instance. This also checks the constant of the bindings against the library.
+    // The scene has no instance, so the instance id is invalid. This also checks the value of the
+    // constant in the bindings against the library.
     assert!(
         hit.instID.iter().all(|&id| id == RTC_INVALID_GEOMETRY_ID),
         "instID = {:?}",

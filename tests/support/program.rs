@@ -166,8 +166,8 @@ pub fn signal(child: &Child, name: &str) {
     assert!(Command::new("sh").args(["-c", &kill]).status().unwrap().success());
 }
 
-/// Waits until `child` has used the processor time `work`. Then it is working, even on a loaded
-/// machine.
+/// Waits until `child` has used the processor time `work`. A child that has used this time is at
+/// work, even on a loaded machine.
 #[cfg(target_os = "linux")]
 pub fn wait_for_work(child: &Child, work: Duration) {
     let start = Instant::now();

@@ -190,7 +190,7 @@ fn the_page_shows_and_steers_a_render() {
     // Two pages are open, and the second page follows the first.
     let other = browser.open(&viewer.link(), [1024, 768]);
     browser.wait(&other, COMPLETE);
-    // A page in the background is not drawn, and sends no moves.
+    // A page in the background is not drawn, and sends no moves. Bring the first page to the front.
     browser.call(Some(&tab.0), "Page.bringToFront", json!({}));
     browser.value(&tab, "embrasure.camera.dolly(0.5)");
     browser.wait(

@@ -84,7 +84,7 @@ impl Viewer {
         Page::open(self).unwrap()
     }
 
-    /// Interrupts the viewer. Returns its exit code and the time that it took.
+    /// Interrupts the viewer. Returns the exit code, and the time from the interrupt to the end.
     pub fn interrupt(mut self) -> (Option<i32>, Duration) {
         let start = Instant::now();
         signal(&self.child, "INT");

@@ -228,7 +228,8 @@ fn stand_puts_the_camera_at_eye_height() {
             "(1.6 m; the unit is the metre",
         ),
         ("m.obj --stand 0.5,1.5,0.9", [0.5, 0.9, 1.5], "eyes 0.9 above it"),
-        // Behind a box of table height, the camera height is still measured from the floor.
+        // A box of table height is at this position. The camera height is still measured from the
+        // floor.
         ("m.obj --stand 0,-1.1", [0.0, 1.6, -1.1], "metre"),
         (
             "cm.obj --stand 50,150",

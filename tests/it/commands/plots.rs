@@ -107,7 +107,7 @@ fn lobes_are_plotted_and_printed() {
             assert_eq!([numbers("f_cos"), numbers("pdf")], [361; 2]);
             assert_eq!(numbers("directions") > 0, is_delta);
         }
-        // Energy is conserved at all angles, and values of lobes are numbers.
+        // At no angle more energy is scattered than arrives, and values of lobes are numbers.
         for entry in facts["albedo_by_angle"].as_array().unwrap() {
             let albedo = entry["albedo"].as_array().unwrap();
             assert!(

@@ -207,7 +207,7 @@ fn part_rules_set_materials() {
         assert!(picture(&grey(), "") != expected, "{flags} {shiny}");
         assert!(picture(&grey(), flags) == expected, "{flags}");
         assert!(picture(&with(["grey"; 4], sections), "") == expected, "{sections}");
-        // In a dumped scene, the flags are sections.
+        // A dumped scene file has the flags as sections.
         let folder = grey();
         picture(&folder, &format!("{flags} --dump-scene d.toml"));
         fs::copy(folder.path().join("d.toml"), folder.path().join("s.toml")).unwrap();
@@ -273,7 +273,7 @@ fn moving_a_part_equals_moving_its_vertices() {
         fs::write(whole.path().join("s.toml"), format!("{SCENE}{section}")).unwrap();
         assert!(picture(&whole, "") == expected, "{section}");
         fs::write(whole.path().join("s.toml"), SCENE).unwrap();
-        // In a dumped scene, the flag is a section.
+        // A dumped scene file has the flag as a section.
         assert!(picture(&whole, &format!("{flags} --dump-scene d.toml")) == expected);
         let dumped = fs::read_to_string(whole.path().join("d.toml")).unwrap();
         assert!(dumped.contains("[part."), "{dumped}");
@@ -366,7 +366,7 @@ fn info_lists_parts() {
     assert_eq!(found, expected);
     let text = printed(&run(folder.path(), &split("info s.toml")));
     assert!(text.contains("Chair.001/seat: 2 triangles, area 4"), "{text}");
-    // The text has the 100 largest parts.
+    // The text of `info` lists only the 100 largest parts.
     let face = |i: usize| format!("v {i} 0 0\nv {i} 1 0\nv {i} 0 1\nv {i} 1 1\ng {i}\nf -4 -3 -2");
     let many: String = (0..130)
         .map(|i| face(i) + if i > 120 { " -1\n" } else { "\n" })

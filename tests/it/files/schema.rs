@@ -727,7 +727,7 @@ fn reference_page_has_every_schema_key() {
         ("light_group", &properties["light_group"]["items"]),
     ] {
         let keys = table["properties"].as_object().unwrap().keys();
-        // `fov` is another name of a key, and needs no row.
+        // `fov` is a second name of another key, so it needs no row.
         for key in keys.filter(|key| *key != "fov") {
             assert!(rows.contains(&format!("{section}.{key}")), "{section}.{key} has no row");
             count += 1;

@@ -378,7 +378,7 @@ fn mis_is_as_good_as_the_better_strategy() {
 #[cfg_attr(not(long), ignore = "long")]
 fn dependent_samples_have_the_same_means() {
     const SEEDS: u64 = 48;
-    // All samples of one block of each sampler, and some samples of other blocks
+    // For each sampler, at least one whole block of samples, and some samples of the next block
     const SPP: u32 = 80;
     let inside = pinhole(Vec3::new(0.0, 0.1, 0.95), Vec3::new(0.0, -0.3, -1.0), 80.0);
     let cornell = pinhole(Vec3::new(278.0, 273.0, -800.0), Vec3::new(278.0, 273.0, 0.0), 39.0);

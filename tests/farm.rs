@@ -23,13 +23,14 @@ impl Farm {
         fs::create_dir_all(farm.path("bin")).unwrap();
         fs::create_dir_all(farm.path("my scenes")).unwrap();
         fs::write(farm.path("my scenes/room & hall.toml"), "").unwrap();
-        // Prints the number of the job: 100, 101, …
+        // The stand-in for `sbatch` logs its arguments, and prints the number of the job: 100, 101,
+        // …
         farm.program(
             "sbatch",
             "printf '[%s]' \"$@\" >>sbatch.log; echo >>sbatch.log; echo $((99 + $(wc -l <sbatch.log)))",
         );
-        // Prints files that the test writes: parts in the queue, the merge in the queue, the state
-        // of a job.
+        // The stand-in for `squeue` prints one of three files that the test writes: the parts in
+        // the queue, the merge in the queue, or the state of a job.
         farm.program(
             "squeue",
             "case \"$*\" in *%F_%K) cat queued ;; *%i) cat merges ;; *) cat state ;; esac 2>/dev/null || true",

@@ -120,7 +120,7 @@ def test_two_renders_at_once_work_and_leave_the_lock(box: Path) -> None:
     threads = [threading.Thread(target=work, args=(seed,)) for seed in range(2)]
     for thread in threads:
         thread.start()
-    # This thread runs during the renders.
+    # This thread must get turns while the other threads render.
     turns = 0
     while any(thread.is_alive() for thread in threads):
         turns += 1

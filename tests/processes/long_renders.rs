@@ -158,7 +158,7 @@ fn crops_and_ranges_are_merged() {
     assert_eq!((count(128.0), count(64.0), count(0.0)), (17 * 29, 27 * 17, 27 * 12));
 }
 
-/// Many parts may be merged step by step.
+/// Parts may be merged in several steps. The results of the first steps are parts again.
 #[test]
 fn parts_are_merged_step_by_step() {
     let folder = scene();
@@ -250,7 +250,7 @@ fn parts_of_other_renders_are_refused() {
 }
 
 /// Samples that are added later give a picture that is bit-identical to a picture with all samples
-/// at once. This also holds if the first render ended within a block.
+/// at once. This also holds if the first render ended within a block of 64 samples.
 #[test]
 fn later_samples_give_the_same_bits() {
     let folder = scene();
@@ -280,8 +280,8 @@ fn later_samples_give_the_same_bits() {
     }
 }
 
-/// With a noise level, a render decides at the end of each round if it stops. After an
-/// interruption, it stops at the same round.
+/// A render with a noise level has rounds, and decides after each round if it stops. After an
+/// interruption, it stops after the same round.
 #[test]
 fn noise_level_resumes_to_the_same_bits() {
     let folder = scene();

@@ -276,7 +276,8 @@ fn the_page_shows_and_steers_a_render() {
     );
     browser.wait(&tab, COMPLETE);
 
-    // The page shows the end of the render.
+    // When the viewer ends, the page shows that it has lost the viewer. Before that, no script
+    // error occurred.
     assert_eq!(browser.value(&tab, "JSON.stringify(faults)"), "[]");
     drop(viewer);
     browser.wait(&tab, "!document.getElementById('lost').hidden");

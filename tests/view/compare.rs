@@ -74,7 +74,8 @@ fn two_settings_are_compared() {
     page.wait_for_all();
 }
 
-/// The second method is of another kind, and needs another scene.
+/// The second method is progressive photon mapping, and not a variant of the first one, the path
+/// tracer.
 #[test]
 fn photons_are_compared() {
     let folder = lit_floor();

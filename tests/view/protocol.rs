@@ -220,7 +220,7 @@ fn half_open_connections_block_no_page() {
     let mut idle: Vec<TcpStream> = (0..40).map(|_| connect()).collect();
     assert_eq!(viewer.get("").0, 200);
     let mut other = viewer.page();
-    // Send requests without their end
+    // Send incomplete requests
     for stream in &mut idle {
         let _ = stream.write_all(b"GET / HTTP/1.1\r\n");
     }

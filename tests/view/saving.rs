@@ -89,7 +89,7 @@ fn unloaded_edit_is_not_saved() {
     assert_shows_files(&viewer, &mut page, folder.path());
 }
 
-/// A flag of the viewer hides an error of the file. A save does not write a scene that `render`
+/// A flag of the viewer may hide an error of the file. A save does not write a scene that `render`
 /// would refuse, unless the old scene also needed the flag.
 #[test]
 fn saved_scene_is_checked_as_render_reads_it() {

@@ -175,7 +175,7 @@ fn textures_that_cannot_be_read_are_errors() {
         &["b.obj:1", "gone.mtl` is missing"],
     );
 
-    // The system returns an error if this file is read from its start.
+    // The system returns an error if `/proc/self/mem` is read from its start.
     #[cfg(target_os = "linux")]
     {
         fs::remove_file(at.join("a.png")).unwrap();

@@ -407,7 +407,8 @@ fn threads_and_parts_change_no_bit_of_groups() {
         assert!(channel == one[&name], "{name}");
     }
 
-    // Render parts and crops, use several threads, and resume within a block
+    // Render parts and crops, use several threads, and resume in the middle of a block of 64
+    // samples
     render(&["-o", "three.exr", "--threads", "3"]);
     render(&["-o", "a.exr", "--samples", "0..64", "--threads", "3"]);
     render(&["-o", "b.exr", "--samples", "64..160", "--crop", "0,0,20,26"]);

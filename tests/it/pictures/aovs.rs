@@ -169,7 +169,7 @@ fn aovs_and_parts_change_no_bit() {
     render(&["-o", "a.exr", "--aov", "all", "--samples", "0..64"]);
     render(&split("-o b.exr --aov all --samples 64..160 --threads 3"));
     done(folder.path(), &["merge", "-q", "b.exr", "a.exr", "-o", "merged.exr"]);
-    // Resume within a block
+    // Resume a render that ended in the middle of a block of 64 samples
     let state = ["--aov", "all", "--checkpoint", "c.exr", "--resume", "-o", "resumed.exr"];
     done(
         folder.path(),

@@ -404,7 +404,8 @@ fn threads_and_parts_change_no_bit() {
             assert_eq!(value("emission.R", i), value("bounce.0.R", i));
         }
 
-        // Use several threads, render ranges and crops, and resume within a block
+        // Use several threads, render ranges and crops, and resume in the middle of a block of 64
+        // samples
         render("-o three.exr --threads 3");
         render("-o a.exr --samples 0..64 --threads 3");
         render("-o b.exr --samples 64..160 --crop 0,0,10,18");

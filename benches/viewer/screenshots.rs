@@ -37,8 +37,8 @@ pub fn write(pictures: &Path) {
         thread::sleep(Duration::from_secs(2));
         shoot(&mut browser, &tab, &pictures.join(name));
         if theme == "dark" {
-            // Show a sample whose path ends by roulette, with shadow rays, and with paths that
-            // pixels share
+            // Select a sample whose path ends by roulette. The image also shows its shadow rays,
+            // and paths that pixels share.
             browser.value(
                 &tab,
                 "document.getElementById('pixel-sample').value = 1, embrasure.inspector.ask([180, 480])",

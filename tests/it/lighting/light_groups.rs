@@ -476,7 +476,8 @@ fn light_layers_are_written_or_refused() {
         "{said}"
     );
 
-    // Without groups `all` adds none, and `lights` is an error.
+    // In a scene without groups, `--aov all` adds no channels of groups, and `--aov lights`
+    // is an error.
     fs::write(path("s.toml"), HEAD).unwrap();
     assert!(render(&["--aov", "all", "-o", "none.exr"]).0);
     assert_eq!(count("none.exr"), with_groups - 12);

@@ -275,8 +275,8 @@ fn pictures_agree_with_path_tracing() {
     let scene = own("cornell-box.toml");
     let many = |metropolis: &mut Metropolis| (metropolis.chains, metropolis.bootstrap) = (Some(64), Some(512));
     assert_agrees_with_paths("cornell-box", (&scene, cornell, &Filter::BOX), (4, 800), many);
-    // Use a filter that reaches beyond the borders of the image. Chains also sample positions
-    // beyond the borders
+    // This filter is wider than a pixel, so chains also sample positions beyond the borders of
+    // the image.
     let filter = Filter::new(FilterKind::Mitchell, 2.0);
     assert_agrees_with_paths("cornell-box, filtered", (&scene, cornell, &filter), (3, 800), many);
 }

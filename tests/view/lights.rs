@@ -223,7 +223,7 @@ fn page_changes_only_lights_of_the_file() {
         ));
         page.message("error");
     }
-    // Groups also contain only lights of the file.
+    // Lamps and lights of the file have groups, and lights of flags have no groups of their own.
     page.send(r#"{"do":"channel","name":"lights"}"#);
     let groups = page.frame_where(|h| h["channel"] == "lights" && is_whole(h) && h["groups"][0].is_string());
     let names: Vec<&str> = groups.header["groups"]

@@ -14,12 +14,13 @@
 //! and when the BSDF is sampled. If a surface transmits light by lobes other than delta lobes, the
 //! normal is zero.
 //!
-//! A light with a surface is a variant of [`AreaLight`], and needs arms in `area.rs` alone. A round
-//! one also needs a hull (`scene/lamp_hulls.rs`). Another light needs a variant of [`Light`], and
-//! `Scene::escaped` (`scene/incident.rs`) if rays can find it. Both need a module, an encoding for
-//! the scene hash (`encode_fields!`), an `add_…` function of `scene/made_lights.rs`, and a section
-//! in `description/light_section.rs`. The compiler reports all missing arms of a `match`. The
-//! ground needs the irradiance of the light (`irradiance`). A light that can be a
+//! How to add a type of light: a light with a surface is a variant of [`AreaLight`], and needs
+//! `match` arms in `area.rs` alone. A round light also needs a hull (`scene/lamp_hulls.rs`). A
+//! light without surface needs a variant of [`Light`], and a change of `Scene::escaped`
+//! (`scene/incident.rs`) if escaped rays can find the light. Both kinds need a module, an encoding
+//! for the scene hash (`encode_fields!`), an `add_…` function of `scene/made_lights.rs`, and a
+//! section in `description/light_section.rs`. The compiler reports all missing arms of a `match`.
+//! The ground needs the irradiance of the light (`irradiance`). A light that can be a
 //! latitude-longitude image needs no variant. Like `sky` and `studio`, the module of this light
 //! makes a [`LatLongImage`], and `scene/made_lights.rs` makes an [`EnvironmentLight`] with an
 //! [`EnvironmentKind`] from this image.

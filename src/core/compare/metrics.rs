@@ -210,6 +210,6 @@ mod tests {
     #[test]
     fn sizes_must_agree() {
         let error = Errors::new(&image(vec![[0.0; 3]; 2]), &image(vec![[0.0; 3]; 3])).unwrap_err();
-        assert_eq!(error.to_string(), "the image has 2x1 pixels, but the reference 3x1");
+        assert_eq!(error.to_string(), "the image has 2x1 pixels, but the reference has 3x1");
     }
 }

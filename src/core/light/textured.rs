@@ -305,7 +305,7 @@ mod tests {
         let power = |variation: Variation, textures: &[Texture]| {
             let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
             let triangle = TriangleLight::new(corners, Spectrum::splat(3.0), TriangleSampling::Area);
-            let light = AreaLight::from(triangle).varied(variation, textures).power(1.0);
+            let light = AreaLight::from(triangle).varied(variation, textures).power();
             light / (std::f64::consts::PI * 0.5 * 3.0)
         };
         let half = Variation {
@@ -350,7 +350,7 @@ mod tests {
                 let uvs = at(40.5 + shift + 256.0 * turns, 55.5, 0.5);
                 let light = light(uvs, plain, lone_texel(40, 200, Wrap::Repeat));
                 assert_eq!(light.power(1.0) > 0.0, emits, "{shift} {turns}");
-                assert_eq!(matches!(light, AreaLight::Triangle(_)), !emits);
+                assert_eq!(matches!(light, Light::Area(AreaLight::Triangle(_))), !emits);
             }
         }
         // Test a long triangle whose parts are larger than the texel and only touch it

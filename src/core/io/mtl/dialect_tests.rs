@@ -452,9 +452,9 @@ fn ks_is_a_highlight_if_kd_and_ks_exceed_1() {
     assert_eq!(auto(&picture).gloss, Gloss::Phong(20.0));
     // The sum is printed with enough digits to show that it is above 1.
     for (kd, messages) in [
-        ("0.504", " is 1.004, more"),
-        ("0.5002", " is 1.0002, more"),
-        ("0.7", " is 1.2, more"),
+        ("0.504", " is 1.004, so"),
+        ("0.5002", " is 1.0002, so"),
+        ("0.7", " is 1.2, so"),
     ] {
         let (_, _, words) = read(&material("a", &format!("Kd {kd}\nKs 0.5\nNs 20")), MtlDialect::Auto);
         assert!(words[0].contains(messages), "{words:?}");

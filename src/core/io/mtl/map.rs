@@ -268,10 +268,10 @@ mod tests {
         for (rest, word) in [
             ("", "missing"),
             ("-s 2", "missing"),
-            ("-s x a.png", "-s x"),
-            ("-s inf a.png", "-s inf"),
-            ("-clamp 1 a.png", "-clamp 1"),
-            ("-imfchan q a.png", "-imfchan q"),
+            ("-s x a.png", "`-s` needs a finite number, not `x`"),
+            ("-s inf a.png", "not `inf`"),
+            ("-clamp 1 a.png", "`-clamp` needs `on` or `off`, not `1`"),
+            ("-imfchan q a.png", "not `q`"),
             ("-bm", "-bm"),
             ("-huh a.png", "-huh"),
         ] {

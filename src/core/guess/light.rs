@@ -18,6 +18,10 @@ const FEW: f32 = 0.2;
 /// Edge of the lamp of a closed room, and its distance from the ceiling, as fractions of the room's
 /// height.
 const LAMP: (f32, f32) = (0.4, 0.03);
+/// Places of that lamp that are tried, as fractions of the way from the camera to its target.
+const WAYS: [f32; 4] = [0.5, 0.35, 0.2, 0.0];
+/// Minimum height of the room at the lamp, as a fraction of the height at the camera.
+const MIN_HEIGHT: f32 = 0.4;
 
 /// Minimum lighting by the emitting surfaces of an object or an interior. If there is less, a light
 /// is guessed. A staged scene with a lamp has this lighting; an object with some emitting parts
@@ -121,16 +125,29 @@ fn best_sun(tracer: &SceneTracer, horizon: &Horizon, points: &[Vec3]) -> Option<
     best.0
 }
 
-/// A lamp below the ceiling, between the camera and its target; `None` if there is no ceiling.
+/// A lamp below the ceiling, between the camera and its target. The camera sees the place below the
+/// lamp, and the room there is not much lower than at the camera: the edge of a floor, or a shelf,
+/// would keep the light. `None` if there is no ceiling.
 fn lamp(tracer: &SceneTracer, horizon: &Horizon, position: Vec3, target: Vec3) -> Option<LightGuess> {
-    let middle = position.midpoint(target);
-    let above = tracer.trace(middle, horizon.up())?.distance;
-    let below = tracer
-        .trace(middle, -horizon.up())
-        .map_or(above, |floor| floor.distance);
-    let height = above + below;
+    let room = |p: Vec3| {
+        let above = tracer.trace(p, horizon.up())?.distance;
+        let below = tracer.trace(p, -horizon.up()).map_or(above, |floor| floor.distance);
+        Some((above, above + below))
+    };
+    let at_camera = room(position).map_or(0.0, |(_, height)| height);
+    let place = |&share: &f32| {
+        let p = position.lerp(target, share);
+        let way = p - position;
+        let is_seen = way
+            .try_normalize()
+            .and_then(|direction| tracer.trace(position, direction))
+            .is_none_or(|seen| seen.distance >= way.length());
+        let (above, height) = room(p).filter(|&(_, height)| is_seen && height >= MIN_HEIGHT * at_camera)?;
+        Some((p, above, height))
+    };
+    let (p, above, height) = WAYS.iter().find_map(place)?;
     Some(LightGuess::Lamp {
-        position: middle + (above - LAMP.1 * height) * horizon.up(),
+        position: p + (above - LAMP.1 * height) * horizon.up(),
         direction: -horizon.up(),
         size: LAMP.0 * height,
     })

@@ -1064,3 +1064,21 @@ fn guesses_are_written_with_the_scene() {
         std::fs::remove_file(folder.path().join("d.toml")).unwrap();
     }
 }
+
+/// The lamp of a closed room is not within the gallery that the camera looks at from the side.
+#[test]
+fn lamp_is_in_the_open_and_not_in_a_gallery() {
+    let hall = Boxes::default()
+        .room([-3.0, 0.0, -2.0], [9.0, 4.0, 2.0], &[])
+        .add([-1.0, 1.95, -2.0], [9.0, 2.05, 2.0])
+        .text;
+    let folder = folder(&[("hall.obj", &hall)]);
+    let line = "render hall.obj --size 8x8 --spp 1 --dump-scene d.toml -q -o x.exr";
+    done(folder.path(), &split(line));
+    let text = std::fs::read_to_string(folder.path().join("d.toml")).unwrap();
+    let (_, light) = text.split_once("type = \"rectangle\"\nposition = [").unwrap();
+    let height: f32 = light.split(", ").nth(1).unwrap().parse().unwrap();
+    assert!(!(1.9..2.1).contains(&height), "{text}");
+    let lit = read_rgb(&folder.path().join("x.exr"));
+    assert!(lit.iter().flatten().any(|&x| x > 0.01), "{lit:?}");
+}

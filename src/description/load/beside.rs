@@ -168,17 +168,26 @@ impl NearbyFiles {
         read.is_ok() && begin.windows(METADATA.len()).any(|window| window == METADATA)
     }
 
+    /// Returns true if the picture lies in a folder `images` and its sides are not powers of two.
+    /// Folders of this name have the pictures of pages and programs, too: previews of models.
+    fn may_be_view(&self, image: &Image) -> bool {
+        let folder = image.path.parent().map(name_of);
+        folder.is_some_and(|folder| folder == "images") && !self.has_power_of_two_sides(image)
+    }
+
     /// Pictures for which `rule` holds, except those that this program wrote.
     fn found(&self, rule: impl Fn(&Image) -> bool) -> Vec<&Image> {
         let images = self.images.iter().filter(|image| rule(image));
         images.filter(|image| !self.is_rendering(image)).collect()
     }
 
-    /// The picture that has the name of the OBJ file. Its own folder and its texture folders are
-    /// searched first, then other folders beside the file and beside its folder.
+    /// The picture that has the name of the OBJ file, unless it [may be a view](Self::may_be_view).
+    /// Its own folder and its texture folders are searched first, then other folders beside the
+    /// file and beside its folder.
     pub fn picture_of_name(&self) -> Picked {
         let file = self.file.concat();
-        match self.found(|image| image.words.concat() == file).as_slice() {
+        let is_of_name = |image: &Image| image.words.concat() == file && !self.may_be_view(image);
+        match self.found(is_of_name).as_slice() {
             [] => self.distant.get_or_init(|| self.distant_picture(&file)).clone(),
             [one] => Picked::One(one.path.clone()),
             _ => Picked::Several,
@@ -239,7 +248,10 @@ impl NearbyFiles {
     pub fn picture_like_name(&self, may_be: impl Fn(&Image) -> bool, is_single: bool) -> Picked {
         let file = self.file.concat();
         let claimed = self.claimed(&[]);
-        let is_candidate = |image: &Image| may_be(image) && !image.is_other() && !is_claimed(&claimed, &image.path);
+        let is_candidate = |image: &Image| {
+            let is_free = may_be(image) && !image.is_other() && !is_claimed(&claimed, &image.path);
+            is_free && !self.may_be_view(image)
+        };
         let begins = |image: &Image| file.len() >= MIN_NAME && self.begins_with_file(image, &file, is_single);
         let shares = |image: &Image| self.shares_first_word(image);
         let rules: [&dyn Fn(&Image) -> bool; 2] = [&begins, &shares];

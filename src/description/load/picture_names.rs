@@ -30,13 +30,16 @@ pub(super) const TEXTURE_WORDS: [&str; 18] = [
     "uvs",
 ];
 /// Words in names of other pictures: views of a model, or textures of other properties.
-const OTHER_WORDS: [&str; 31] = [
+const OTHER_WORDS: [&str; 36] = [
+    "ad",
+    "advert",
     "banner",
     "beauty",
     "bump",
     "curvature",
     "env",
     "cover",
+    "highlight",
     "hud",
     "icon",
     "image",
@@ -49,6 +52,8 @@ const OTHER_WORDS: [&str; 31] = [
     "mask",
     "photo",
     "preview",
+    "product",
+    "promo",
     "readme",
     "ref",
     "reference",

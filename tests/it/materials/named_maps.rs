@@ -339,6 +339,33 @@ fn picture_named_after_the_obj_is_found_in_other_folders() {
     );
 }
 
+/// A folder `images` may have previews of models. Their sides are rarely powers of two.
+#[test]
+fn views_in_a_folder_of_images_are_no_textures() {
+    let plain = OBJ.replace("a.mtl", "gone.mtl");
+    let is_used = |name: &str, is_square: bool| {
+        let folder = without_library(&[("chair.obj", &plain)], &["other.png"]);
+        fs::write(folder.path().join("s.toml"), SCENE.replace("a.obj", "chair.obj")).unwrap();
+        let path = folder.path().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        match is_square {
+            true => write_square(&folder, name),
+            false => write_grey_png(&path, &[9, 40, 70, 99, 120, 150, 180, 200, 220]),
+        }
+        picture(&folder, "").1.contains(&format!("has {name}"))
+    };
+    for (name, is_square, expected) in [
+        ("images/chair.png", true, true),
+        ("images/chair.png", false, false),
+        ("Images/chair_big.png", true, true),
+        ("Images/chair_big.png", false, false),
+        ("textures/chair.png", false, true),
+        ("images/chair_ad.png", true, false),
+    ] {
+        assert_eq!(is_used(name, is_square), expected, "{name} {is_square}");
+    }
+}
+
 /// A picture with the name of the file replaces the only colour texture of the library, if this
 /// texture is missing.
 #[test]

@@ -61,8 +61,9 @@ const LONG_BODY: f32 = 1.5;
 const HEAD: f32 = 0.65;
 /// Minimum fraction of the points of head and neck that lie in front of the animal's middle.
 const IN_FRONT: f32 = 0.9;
-/// Width of the head, as a fraction of the animal's width: fins are narrower.
-const HEAD_WIDTH: RangeInclusive<f32> = 0.2..=1.05;
+/// Width of the head, as a fraction of the animal's width: fins are narrower. Antlers are wider
+/// than the body. They are thin, so that few points show the width of the whole.
+const HEAD_WIDTH: RangeInclusive<f32> = 0.2..=2.0;
 /// Minimum length of the head, as a fraction of the animal's length: head boards of beds are thin.
 const HEAD_LENGTH: f32 = 0.12;
 /// Maximum height of feet, as a fraction of the animal's height.

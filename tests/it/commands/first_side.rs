@@ -275,10 +275,11 @@ fn part_names_give_the_front() {
     }
 }
 
-/// The front of an animal on four legs is the side of its head.
+/// The front of an animal on four legs is the side of its head, also with antlers that are wider
+/// than its body.
 #[test]
 fn head_of_an_animal_is_in_front() {
-    for (sign, front) in [(1.0, 0.0), (-1.0, 180.0)] {
+    for (sign, front, has_antlers) in [(1.0, 0.0, false), (-1.0, 180.0, false), (-1.0, 180.0, true)] {
         let mut dog = Boxes::default();
         let mut add = |[x0, y0, z0]: [f32; 3], [x1, y1, z1]: [f32; 3]| {
             let (low, high) = (f32::min(sign * z0, sign * z1), f32::max(sign * z0, sign * z1));
@@ -288,6 +289,13 @@ fn head_of_an_animal_is_in_front() {
         add([-0.25, 1.0, 0.6], [0.25, 1.6, 1.2]);
         for (x, z) in [(-0.4, 0.7), (0.2, 0.7), (-0.4, -0.8), (0.2, -0.8)] {
             add([x, 0.0, z], [x + 0.2, 0.5, z + 0.2]);
+        }
+        if has_antlers {
+            for x in [-0.55, 0.25] {
+                add([x, 2.0, 0.8], [x + 0.3, 2.05, 0.85]);
+                add([x + 0.15, 1.6, 0.8], [x + 0.2, 2.0, 0.85]);
+                add([x, 2.0, 0.7], [x + 0.03, 2.4, 1.1]);
+            }
         }
         let (azimuth, words) = seen(&dog.text);
         assert!(apart(azimuth, front) <= 75.0, "{azimuth} {front}: {words}");

@@ -41,6 +41,10 @@ const EDGE: f32 = 0.25;
 const PLATE: f32 = 0.5;
 /// Minimum change of a surface's depth at a step, as a fraction of its distance.
 const STEP: f32 = 0.03;
+/// Curvature of a side in relief. If no side has as much, the drawings of textures are part of its
+/// detail: guitars, boxes and dolls are smooth, and their textures show the front. On other objects
+/// a texture is as lively on the back.
+const RELIEF: f32 = 32.0;
 /// Score, in bits of information, by which a later candidate must exceed an earlier candidate.
 /// Rounding errors are smaller, so they do not decide.
 const MARGIN: f32 = 0.02;
@@ -95,18 +99,32 @@ impl Front {
         let faced = facing(&points, upright_bounds(tracer.region.bounds, horizon), horizon);
         let is_long = is_long_body(&points, upright_bounds(tracer.region.bounds, horizon), horizon);
         let azimuths = [0.0, 180.0, 90.0, 270.0];
-        let evidence: Vec<f32> = azimuths
+        let back = |azimuth: f32| horizon.direction(azimuth, 5.0);
+        let pictures: Vec<Option<Picture>> = azimuths
             .par_iter()
             .map(|&azimuth| {
-                let side = Side::new(tracer, horizon, azimuth);
-                if side.width <= EDGE * side.depth && side.height >= PLATE * side.depth {
+                let is_shown = !Side::new(tracer, horizon, azimuth).is_edge();
+                is_shown.then(|| Picture::take(tracer, horizon, frame, back(azimuth)))
+            })
+            .collect();
+        let is_smooth = pictures.iter().flatten().all(|picture| picture.curvature() < RELIEF);
+        let evidence: Vec<f32> = azimuths
+            .par_iter()
+            .zip(&pictures)
+            .map(|(&azimuth, picture)| {
+                let Some(picture) = picture else {
                     return f32::NEG_INFINITY;
-                }
-                let picture = Picture::take(tracer, horizon, frame, horizon.direction(azimuth, 5.0));
-                let mut evidence = picture.detail().log2() + picture.materials() + SYMMETRY * picture.symmetry();
+                };
+                let drawings = match is_smooth {
+                    true => picture.drawings(&colors(tracer, horizon, frame, back(azimuth))),
+                    false => 0.0,
+                };
+                let detail = 1.0 + picture.curvature() + drawings;
+                let mut evidence = detail.log2() + picture.materials() + SYMMETRY * picture.symmetry();
                 evidence += if faced == Some(azimuth) { FACING } else { 0.0 };
                 evidence += if named == Some(azimuth) { FACING } else { 0.0 };
-                evidence -= if is_long && side.is_long() { LONG_SIDE } else { 0.0 };
+                let is_side = is_long && Side::new(tracer, horizon, azimuth).is_long();
+                evidence -= if is_side { LONG_SIDE } else { 0.0 };
                 evidence
                     + if of_program == Some(azimuth) {
                         FRONT_OF_PROGRAM
@@ -148,6 +166,11 @@ impl Side {
     /// Returns true if the object is wider than deep from this side.
     fn is_long(&self) -> bool {
         self.width > self.depth
+    }
+
+    /// Returns true if the object is a plate that is seen at its edge from this side.
+    fn is_edge(&self) -> bool {
+        self.width <= EDGE * self.depth && self.height >= PLATE * self.depth
     }
 
     fn new(tracer: &SceneTracer, horizon: &Horizon, azimuth: f32) -> Self {
@@ -198,35 +221,56 @@ fn first_best(scores: &[f32]) -> usize {
     scores.iter().position(|&score| score >= best - MARGIN).unwrap_or(0)
 }
 
+/// Results of `trace` for the rays of a coarse image, row by row, and for the width of a pixel at
+/// the distance 1. Empty if the camera is invalid.
+fn coarse_image<T>(
+    tracer: &SceneTracer,
+    horizon: &Horizon,
+    frame: &Frame,
+    back: Vec3,
+    trace: impl Fn(Vec3, Vec3, f32) -> T,
+) -> Vec<T> {
+    let square = Frame {
+        aspect: 1.0,
+        fill: FILL,
+        ..*frame
+    };
+    let (position, look_at) = square.place(tracer, FEW, horizon, back);
+    let parameters = CameraParameters {
+        position,
+        look_at,
+        up: horizon.image_up(back),
+        vertical_fov: frame.fov,
+        lens_radius: 0.0,
+        focus_distance: 1.0,
+    };
+    let Ok(camera) = Camera::new(parameters, UVec2::splat(RAYS)) else {
+        return Vec::new();
+    };
+    let width = 2.0 * (0.5 * frame.fov).to_radians().tan() / RAYS as f32;
+    let pixel = |i: u32| Vec2::new((i % RAYS) as f32 + 0.5, (i / RAYS) as f32 + 0.5);
+    let pixels = (0..RAYS * RAYS).map(|i| {
+        let ray = camera.ray(pixel(i), Vec2::splat(0.5), 0.0);
+        trace(ray.origin, ray.direction, width)
+    });
+    pixels.collect()
+}
+
+/// Colours in a coarse image, about as displays encode them; black where there is no surface.
+fn colors(tracer: &SceneTracer, horizon: &Horizon, frame: &Frame, back: Vec3) -> Vec<Vec3> {
+    coarse_image(tracer, horizon, frame, back, |origin, direction, width| {
+        let color = tracer.color(origin, direction, width).unwrap_or_default();
+        Vec3::from(color.to_array()).clamp(Vec3::ZERO, Vec3::ONE).map(f32::sqrt)
+    })
+}
+
 /// Surfaces that the rays of a coarse image hit, row by row.
 struct Picture(Vec<Option<SurfaceHit>>);
 
 impl Picture {
     fn take(tracer: &SceneTracer, horizon: &Horizon, frame: &Frame, back: Vec3) -> Self {
-        let square = Frame {
-            aspect: 1.0,
-            fill: FILL,
-            ..*frame
-        };
-        let (position, look_at) = square.place(tracer, FEW, horizon, back);
-        let parameters = CameraParameters {
-            position,
-            look_at,
-            up: horizon.image_up(back),
-            vertical_fov: frame.fov,
-            lens_radius: 0.0,
-            focus_distance: 1.0,
-        };
-        // An invalid camera has no hits.
-        let Ok(camera) = Camera::new(parameters, UVec2::splat(RAYS)) else {
-            return Self(Vec::new());
-        };
-        let pixel = |i: u32| Vec2::new((i % RAYS) as f32 + 0.5, (i / RAYS) as f32 + 0.5);
-        let seen = (0..RAYS * RAYS).map(|i| {
-            let ray = camera.ray(pixel(i), Vec2::splat(0.5), 0.0);
-            tracer.trace(ray.origin, ray.direction)
-        });
-        Self(seen.collect())
+        let trace = |origin, direction, _| tracer.trace(origin, direction);
+        Self(coarse_image(tracer, horizon, frame, back, trace))
     }
 
     /// Information in the view, in bits: the entropies of normals, of materials, and of triangles.
@@ -236,22 +280,29 @@ impl Picture {
         normals + materials + 0.5 * triangles
     }
 
-    /// Curvature of the surfaces, plus 1: the sum over neighbouring pixels of `1 − cos` of the
-    /// angle between their normals. Pairs with a step in depth are left out, because they are
-    /// outlines.
-    fn detail(&self) -> f32 {
+    /// Pairs of neighbouring pixels on surfaces: their indices and surfaces. Pairs with a step in
+    /// depth are left out, because they are outlines.
+    fn neighbors(&self) -> impl Iterator<Item = [(usize, SurfaceHit); 2]> {
         let n = RAYS as usize;
-        let at = |x: usize, y: usize| self.0.get(y * n + x).copied().flatten();
-        let mut sum = 1.0;
-        for (y, x) in (0..n - 1).flat_map(|y| (0..n - 1).map(move |x| (y, x))) {
-            let Some(a) = at(x, y) else { continue };
-            for b in [at(x + 1, y), at(x, y + 1)].into_iter().flatten() {
-                if (a.distance - b.distance).abs() < STEP * a.distance {
-                    sum += 1.0 - a.normal.dot(b.normal);
-                }
-            }
-        }
-        sum
+        let at = |i: usize| Some((i, self.0.get(i).copied().flatten()?));
+        let first = (0..n - 1).flat_map(move |y| (0..n - 1).map(move |x| y * n + x));
+        let pairs = first.flat_map(move |i| [(i, i + 1), (i, i + n)]);
+        let found = pairs.filter_map(move |(i, j)| Some([at(i)?, at(j)?]));
+        found.filter(|[(_, a), (_, b)]| (a.distance - b.distance).abs() < STEP * a.distance)
+    }
+
+    /// Curvature of the surfaces: the sum over neighbours of `1 − cos` of the angle between their
+    /// normals.
+    fn curvature(&self) -> f32 {
+        let bends = self.neighbors().map(|[(_, a), (_, b)]| 1.0 - a.normal.dot(b.normal));
+        bends.fold(0.0, |sum, bend| sum + bend)
+    }
+
+    /// Drawings of textures: the sum over neighbours of one material of the difference in colour.
+    fn drawings(&self, colors: &[Vec3]) -> f32 {
+        let of_one = self.neighbors().filter(|[(_, a), (_, b)]| a.material == b.material);
+        let steps = of_one.map(|[(i, _), (j, _)]| (colors[i] - colors[j]).abs().max_element());
+        steps.fold(0.0, |sum, step| sum + step)
     }
 
     /// Entropy of the materials, in bits.

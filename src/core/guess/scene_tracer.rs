@@ -3,6 +3,7 @@
 use super::region::Region;
 use super::triangles;
 use crate::accel::Accel;
+use crate::color::Spectrum;
 use crate::geometry::Hit;
 use crate::material::Material;
 use crate::math::{Ray, Vec3};
@@ -40,6 +41,18 @@ pub(super) struct SurfaceHit {
 impl SceneTracer<'_> {
     /// The first surface along a ray that is not cut out (opacity below 0.5) and is not the ground.
     pub fn trace(&self, origin: Vec3, direction: Vec3) -> Option<SurfaceHit> {
+        let hit = self.first_hit(origin, direction)?;
+        Some(self.surface_hit(&hit, direction))
+    }
+
+    /// Diffuse colour of the surface that [`Self::trace`] finds, over a width that is `width` at
+    /// the distance 1.
+    pub fn color(&self, origin: Vec3, direction: Vec3, width: f32) -> Option<Spectrum> {
+        let hit = self.first_hit(origin, direction)?;
+        Some(self.scene.diffuse_color(&hit, width * hit.t))
+    }
+
+    fn first_hit(&self, origin: Vec3, direction: Vec3) -> Option<Hit> {
         let mut ray = Ray::new(origin, direction);
         for _ in 0..MAX_CUTOUTS {
             let hit = self.accel.intersect(&ray)?;
@@ -48,7 +61,7 @@ impl SceneTracer<'_> {
                 ray.t_min = hit.t;
                 continue;
             }
-            return Some(self.surface_hit(&hit, direction));
+            return Some(hit);
         }
         None
     }

@@ -197,7 +197,7 @@ impl Material {
         let mut here = Self {
             name: String::new(),
             maps: Maps::default(),
-            diffuse: color(self.diffuse, &maps.diffuse) * spot.color,
+            diffuse: self.diffuse_at(spot),
             specular: color(self.specular, &maps.specular),
             roughness: value(self.roughness, &maps.roughness).clamp(0.0, 1.0),
             gloss: match self.gloss {
@@ -211,6 +211,14 @@ impl Material {
         // Values of textures may make the material scatter more light than it receives.
         here.scale_to_one();
         here.bsdf()
+    }
+
+    /// Diffuse colour at `spot`.
+    pub fn diffuse_at(&self, spot: &Spot) -> Spectrum {
+        self.maps
+            .diffuse
+            .map_or(self.diffuse, |map| self.diffuse * map.color(spot))
+            * spot.color
     }
 
     /// Opacity at `spot`.

@@ -519,6 +519,11 @@ impl Scene {
         frame.unwrap_or_else(|| Frame::from_z(point.ns))
     }
 
+    /// Diffuse colour of the surface at `hit` at time 0, over `footprint`, in scene units.
+    pub fn diffuse_color(&self, hit: &Hit, footprint: f32) -> Spectrum {
+        self.material(hit).diffuse_at(&self.spot(hit, 0.0, footprint))
+    }
+
     /// Location for texture lookups at `hit` at `time`. `footprint` is in scene units. If the mesh
     /// has no texture coordinates, the location is (0, 0).
     fn spot(&self, hit: &Hit, time: f32, footprint: f32) -> Spot<'_> {

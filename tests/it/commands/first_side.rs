@@ -2,7 +2,7 @@
 //! shapes.
 
 use super::guess::{Boxes, camera, turned, vector};
-use crate::support::program::folder;
+use crate::support::program::{folder, write_grey_png};
 use std::fmt::Write;
 
 /// Azimuth of the camera around its target, in degrees from +z towards +x, and the message of the
@@ -303,6 +303,40 @@ fn head_of_an_animal_is_in_front() {
             words.contains(&format!("; its front is at azimuth {front}°;")),
             "{words}"
         );
+    }
+}
+
+/// The front of a smooth body is the side with the most lively texture.
+#[test]
+fn texture_of_a_smooth_body_gives_the_front() {
+    for (drawn, front) in [(0, 180), (1, 0)] {
+        let mut text = String::from("mtllib a.mtl\nusemtl a\nvt 0.05 0.05\nvt 0.6 0.05\nvt 0.6 0.95\nvt 0.05 0.95\n");
+        text += "vt 0.9 0.5\n";
+        for i in 0..8 {
+            let pick = |bit: u32, size: f32| if i >> bit & 1 == 0 { -size } else { size };
+            writeln!(text, "v {} {} {}", pick(0, 1.0), pick(1, 2.0) + 2.0, pick(2, 0.4)).unwrap();
+        }
+        // The sides at −z and +z are first.
+        let sides = [
+            [1, 3, 4, 2],
+            [5, 6, 8, 7],
+            [1, 5, 7, 3],
+            [2, 4, 8, 6],
+            [1, 2, 6, 5],
+            [3, 7, 8, 4],
+        ];
+        for (i, [a, b, c, d]) in sides.into_iter().enumerate() {
+            let uvs = if i == drawn { [1, 2, 3, 4] } else { [5; 4] };
+            let [e, f, g, h] = uvs;
+            writeln!(text, "f {a}/{e} {b}/{f} {c}/{g} {d}/{h}").unwrap();
+        }
+        let folder = folder(&[("a.obj", &text), ("a.mtl", "newmtl a\nKd 1 1 1\nmap_Kd a.png\n")]);
+        write_grey_png(
+            &folder.path().join("a.png"),
+            &[20, 230, 20, 230, 20, 230, 120, 120, 120],
+        );
+        let words = camera(folder.path(), "a.obj")["guess"].to_string();
+        assert!(words.contains(&format!("front is at azimuth {front}°")), "{words}");
     }
 }
 

@@ -58,6 +58,8 @@ const SYMMETRY: f32 = 0.6;
 const FRONT_OF_PROGRAM: f32 = 2.5;
 /// Bonus of a side that is the front according to the shapes or the names of the object.
 const FACING: f32 = 4.0;
+/// Penalty of a side that shows only backs of surfaces: the rear of a stair or of a house front.
+const BACKS: f32 = 2.0;
 /// Penalty of the long sides of a vehicle or an animal.
 const LONG_SIDE: f32 = 3.0;
 /// Minimum margin of a clear front over all other sides, without the bonus of azimuth 0, in the
@@ -121,6 +123,7 @@ impl Front {
                 };
                 let detail = 1.0 + picture.curvature() + drawings;
                 let mut evidence = detail.log2() + picture.materials() + SYMMETRY * picture.symmetry();
+                evidence -= BACKS * (1.0 - picture.tally().front_share());
                 evidence += if faced == Some(azimuth) { FACING } else { 0.0 };
                 evidence += if named == Some(azimuth) { FACING } else { 0.0 };
                 let is_side = is_long && Side::new(tracer, horizon, azimuth).is_long();

@@ -306,6 +306,27 @@ fn head_of_an_animal_is_in_front() {
     }
 }
 
+/// A side that shows the backs of surfaces is not the front.
+#[test]
+fn side_with_backs_of_surfaces_is_not_the_front() {
+    let seen_from = |are_backs: bool| {
+        let mut wall = Boxes::default().add([-1.0, 0.0, -0.3], [1.0, 2.0, 0.3]);
+        for i in 0..16 {
+            let (x, y) = (-0.98 + 0.5 * (i % 4) as f32, 0.02 + 0.5 * (i / 4) as f32);
+            wall = wall.add([x, y, -0.5], [x + 0.46, y + 0.46, -0.32]);
+            let (min, max) = ([x, y, 0.32], [x + 0.46, y + 0.46, 0.5]);
+            wall = match are_backs {
+                true => wall.room(min, max, &[]),
+                false => wall.add(min, max),
+            };
+        }
+        seen(&wall.text).1
+    };
+    assert!(seen_from(false).contains("front is at azimuth 0°"));
+    let words = seen_from(true);
+    assert!(words.contains("front is at azimuth 180°"), "{words}");
+}
+
 /// The front of a smooth body is the side with the most lively texture.
 #[test]
 fn texture_of_a_smooth_body_gives_the_front() {

@@ -21,6 +21,12 @@ const FEW: u64 = 1 << 15;
 /// Azimuths of candidates from the front, in degrees. If all scores are equal, the first candidate
 /// is used.
 const TURNS: [f32; 6] = [30.0, -30.0, 40.0, -40.0, 20.0, -20.0];
+/// Minimum ratio of the width of a plate to its depth. Letters, signs and shelves are plates.
+const WIDE: f32 = 3.5;
+/// Azimuths and elevations of candidates for a plate: from the side its far end is small, and from
+/// the side and from above letters are hard to read.
+const TURNS_OF_PLATE: [f32; 4] = [20.0, -20.0, 25.0, -25.0];
+const PLATE_ELEVATION: [f32; 1] = [15.0];
 /// Elevations of candidates, in degrees.
 const ELEVATIONS: [f32; 2] = [18.0, 25.0];
 /// Ratios of an object's length, towards its front, to its width. Between the first and the second
@@ -30,6 +36,10 @@ const LONG: [f32; 2] = [1.5, 2.5];
 /// Maximum additional turn of the view of a long object, in degrees: cars show their sides, and a
 /// rifle is not seen into its muzzle.
 const LONG_TURN: f32 = 30.0;
+/// Maximum ratio of a low object's height to its smaller width, and elevations of its candidates in
+/// degrees. Clocks, dishes and hills show their tops, and cars are higher.
+const LOW: f32 = 0.35;
+const LOW_ELEVATIONS: [f32; 2] = [25.0, 32.0];
 /// Maximum ratio of a flat object's height to its width.
 const FLAT: f32 = 0.1;
 /// Elevation of the candidates for a flat object, in degrees.
@@ -195,9 +205,15 @@ pub(super) fn three_quarter(tracer: &SceneTracer, horizon: &Horizon, frame: &Fra
         return (azimuth, open_house::ELEVATION);
     }
     let side = Side::new(tracer, horizon, front);
-    let elevations: &[f32] = match side.height <= FLAT * side.width.max(side.depth) {
-        true => &FLAT_ELEVATION,
-        false => &ELEVATIONS,
+    let is_plate = side.width >= WIDE * side.depth;
+    let elevations: &[f32] = if side.height <= FLAT * side.width.max(side.depth) {
+        &FLAT_ELEVATION
+    } else if side.height <= LOW * side.width.min(side.depth) {
+        &LOW_ELEVATIONS
+    } else if is_plate {
+        &PLATE_ELEVATION
+    } else {
+        &ELEVATIONS
     };
     let [from, to] = LONG.map(|ratio| ratio * side.width);
     let share = (side.depth - from) / (to - from).max(f32::MIN_POSITIVE);
@@ -205,9 +221,11 @@ pub(super) fn three_quarter(tracer: &SceneTracer, horizon: &Horizon, frame: &Fra
         true => (LONG_TURN * share.clamp(0.0, 1.0)).round(),
         false => 0.0,
     };
+    let turns: &[f32] = if is_plate { &TURNS_OF_PLATE } else { &TURNS };
+    let turned = |turn: &f32| front + turn + more * turn.signum();
     let candidates: Vec<(f32, f32)> = elevations
         .iter()
-        .flat_map(|&elevation| TURNS.map(|turn: f32| (front + turn + more * turn.signum(), elevation)))
+        .flat_map(|&elevation| turns.iter().map(move |turn| (turned(turn), elevation)))
         .collect();
     let scores: Vec<f32> = candidates
         .par_iter()

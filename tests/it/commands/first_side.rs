@@ -306,6 +306,22 @@ fn head_of_an_animal_is_in_front() {
     }
 }
 
+/// A wide and thin object, such as a shelf, is seen from near its front.
+#[test]
+fn plates_are_seen_from_near_their_front() {
+    let mut shelf = Boxes::default()
+        .add([-3.0, 0.0, 0.0], [3.0, 2.0, 0.1])
+        .add([-3.0, 0.0, 0.1], [-2.9, 2.0, 0.8])
+        .add([2.9, 0.0, 0.1], [3.0, 2.0, 0.8]);
+    for i in 0..4 {
+        let y = 0.6 * i as f32;
+        shelf = shelf.add([-2.9, y, 0.1], [2.9, y + 0.1, 0.8]);
+    }
+    let (azimuth, words) = seen(&shelf.text);
+    assert!(apart(azimuth, 0.0) <= 30.0, "{azimuth}: {words}");
+    assert!(words.contains("elevation 15°"), "{words}");
+}
+
 /// A side that shows the backs of surfaces is not the front.
 #[test]
 fn side_with_backs_of_surfaces_is_not_the_front() {
@@ -325,6 +341,24 @@ fn side_with_backs_of_surfaces_is_not_the_front() {
     assert!(seen_from(false).contains("front is at azimuth 0°"));
     let words = seen_from(true);
     assert!(words.contains("front is at azimuth 180°"), "{words}");
+}
+
+/// A low body is seen from further above than a high one, so that it shows its top.
+#[test]
+fn low_bodies_are_seen_from_further_above() {
+    let elevation = |height: f32| {
+        let mut clock = Boxes::default().add([-1.0, 0.0, -1.0], [1.0, height, 1.0]);
+        for i in 0..4 {
+            let x = -0.8 + 0.4 * i as f32;
+            clock = clock.add([x, height, -0.7], [x + 0.2, height + 0.05, 0.7]);
+        }
+        let (_, words) = seen(&clock.text);
+        let (_, after) = words.split_once("elevation ").unwrap();
+        let number: f32 = after.split('°').next().unwrap().parse().unwrap();
+        number
+    };
+    assert!((25.0..=32.0).contains(&elevation(0.4)));
+    assert!((18.0..=25.0).contains(&elevation(1.5)));
 }
 
 /// The front of a smooth body is the side with the most lively texture.

@@ -12,6 +12,8 @@ pub struct FileAxes {
     pub only_up: Option<Vec3>,
     /// True if the file has the name of a building, of rooms or of land, which are wider than high.
     pub is_of_land: bool,
+    /// True if the file has the name of letters or of a logo, which are read upright.
+    pub is_of_letters: bool,
     /// Side that is the front in most files of the program that wrote this file.
     pub usual_front: Option<Vec3>,
 }

@@ -36,6 +36,10 @@ const AGAINST_PROGRAM: f32 = -2.5;
 /// Score of the axis perpendicular to a flat scene with the name of a building, of rooms or of
 /// land.
 const LIES: f32 = 4.0;
+/// Score of +y for flat letters in the plane of x and y. It is subtracted for z.
+const LETTERS: f32 = 4.0;
+/// Direction that letters in the plane of x and y face.
+const FRONT: Direction = Direction::ALL[4];
 /// Score by which another direction must be better than +y.
 const MARGIN: f32 = 0.02;
 
@@ -185,6 +189,19 @@ fn lies(extent: Vec3, up: Direction) -> bool {
     !up.is_negative && extent[up.axis] <= FLAT * across
 }
 
+/// Score of a direction for letters in the plane of x and y: they stand.
+fn stands_as_letters(axes: &FileAxes, extent: Vec3, up: Direction) -> f32 {
+    if !axes.is_of_letters || !lies(extent, FRONT) {
+        0.0
+    } else if up.vector() == Vec3::Y {
+        LETTERS
+    } else if up.axis == FRONT.axis {
+        -LETTERS
+    } else {
+        0.0
+    }
+}
+
 /// Value of an axis, minus the larger value of both other axes.
 fn over_others(values: [f32; 3], up: Direction) -> f32 {
     values[up.axis] - values[(up.axis + 1) % 3].max(values[(up.axis + 2) % 3])
@@ -209,8 +226,10 @@ impl UpScores {
         let written = |up: Direction| f32::from(u8::from(usual == Some(up.vector())));
         let of_file = |up: Direction| {
             let is_against = usual == Some(up.opposite().vector());
-            let lies = axes.is_of_land && lies(surfaces.extent, up);
-            AGAINST_PROGRAM * f32::from(u8::from(is_against)) + LIES * f32::from(u8::from(lies))
+            let lies_as_land = axes.is_of_land && lies(surfaces.extent, up);
+            AGAINST_PROGRAM * f32::from(u8::from(is_against))
+                + LIES * f32::from(u8::from(lies_as_land))
+                + stands_as_letters(axes, surfaces.extent, up)
         };
         Self(match rooms {
             None => Direction::ALL

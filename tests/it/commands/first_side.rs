@@ -228,6 +228,23 @@ fn walls_of_a_flat_building_are_horizontal() {
     assert_eq!(up_of("floor_2.obj", &walls.text), [0.0, 0.0, 1.0]);
 }
 
+/// Letters in the plane of x and y stand if the file has the name of letters.
+#[test]
+fn letters_stand() {
+    let mut letters = Boxes::default();
+    for i in 0..6 {
+        for row in [-2.0, 0.2] {
+            let x = 1.2 * i as f32 - 3.6;
+            letters = letters
+                .add([x, row, 0.0], [x + 0.3, row + 1.6, 0.5])
+                .add([x + 0.3, row + 1.3, 0.0], [x + 0.9, row + 1.6, 0.5])
+                .add([x + 0.3, row + 0.5, 0.0], [x + 0.7, row + 0.8, 0.5]);
+        }
+    }
+    assert_eq!(up_of("my_text.obj", &letters.text), [0.0, 1.0, 0.0]);
+    assert_eq!(up_of("keys.obj", &letters.text), [0.0, 0.0, 1.0]);
+}
+
 /// A few flat triangles far around all others do not set the frame, although they share corners
 /// with the scene.
 #[test]

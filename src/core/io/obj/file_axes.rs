@@ -64,6 +64,8 @@ const LAND: [&str; 21] = [
     "terrain",
     "town",
 ];
+/// Words in names of files with letters.
+const LETTERS: [&str; 6] = ["font", "letters", "logo", "logotype", "text", "wordmark"];
 
 /// Programs whose models face −z.
 const FACE_BACK: [&str; 1] = ["blockbench"];
@@ -78,10 +80,13 @@ pub fn file_axes(path: &Path) -> FileAxes {
         None => FileAxes::default(),
     };
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();
+    let has_word = |words: &[&str]| {
+        let mut own = stem.split(|c: char| !c.is_alphabetic());
+        own.any(|word| words.contains(&word))
+    };
     FileAxes {
-        is_of_land: stem
-            .split(|c: char| !c.is_alphabetic())
-            .any(|word| LAND.contains(&word)),
+        is_of_land: has_word(&LAND),
+        is_of_letters: has_word(&LETTERS),
         ..axes
     }
 }

@@ -104,7 +104,7 @@ const LINES: &str = "lines";
 /// Names of the coverages of [`FeatureSums`].
 const COVERAGES: [&str; 3] = ["objects", "parts", "materials"];
 
-/// Name of [`BackgroundSum`](super::BackgroundSum).
+/// Name of [`BackgroundSum`].
 const BACKGROUND: &str = "background";
 
 /// Number of words of one part of the light.

@@ -1,8 +1,9 @@
-// Viewer of panoramas. An image `panorama-*.png` of a page becomes a canvas that shows a perspective
-// of the panorama. It turns slowly until it is dragged, also by touch, or turned by the arrow keys.
-// It does not turn if the reader prefers reduced motion, or while it is out of sight. Without
-// JavaScript or WebGL 2 the page shows the image. Each pixel of the canvas is a ray, whose longitude
-// and latitude are the place in the image. The image has the same layout as `--projection panorama`.
+// Viewer of panoramas. An image `panorama-*.png` of a page, or an image of the class `panorama`,
+// becomes a canvas that shows a perspective of the panorama. It turns slowly until it is dragged,
+// also by touch, or turned by the arrow keys. It does not turn if the reader prefers reduced
+// motion, or while it is out of sight. Without JavaScript or WebGL 2 the page shows the image. Each
+// pixel of the canvas is a ray, whose longitude and latitude are the place in the image. The image
+// has the same layout as `--projection panorama`.
 const VERTICES = `
 attribute vec2 corner; varying vec2 place;
 void main() { place = corner; gl_Position = vec4(corner, 0.0, 1.0); }`;
@@ -107,6 +108,6 @@ function showPanorama(image) {
   }).observe(canvas);
 }
 
-for (const image of document.querySelectorAll('img[src*="/panorama-"]')) {
+for (const image of document.querySelectorAll('img[src*="/panorama-"], img.panorama')) {
   image.decode().then(() => showPanorama(image), () => {});
 }

@@ -58,7 +58,7 @@ pub(crate) struct Viewpoint {
 #[derive(Clone, Debug)]
 pub(super) struct ChangedLight {
     pub changes: LightChanges,
-    /// Spans to which errors of the environment, the sun and the key light point.
+    /// Spans of the environment, the sun and the key light, for the positions of errors.
     pub spans: [Range<usize>; 3],
     /// Light sections before the changes.
     pub light: Vec<LightSection>,

@@ -128,7 +128,7 @@ pub(super) fn within_memory(
     let help = if settings.method().kind().parameters().contains(&"photons") {
         "allow more (--max-memory), send fewer --photons, or render a smaller picture (--size)"
     } else {
-        "allow more (--max-memory), render a smaller picture (--size) or a part of it (--crop), or use one OBJ file for several objects"
+        "allow more (--max-memory), render a smaller picture (--size) or a part of it (--crop), or let equal objects use the same OBJ file, which is then loaded once"
     };
     Err(error.help(help).into())
 }

@@ -132,9 +132,9 @@ impl Camera {
                     return Err(CameraError {
                         parameter: "close",
                         message: format!(
-                            "position cannot be reached: at time {place} the camera would look along `up`, or `position` would be `look_at`"
+                            "pose cannot be reached: at time {place} the camera would look along `up`, or `position` would be `look_at`"
                         ),
-                        help: None,
+                        help: Some("change `position_close`, `look_at_close` or `up_close`".into()),
                     });
                 }
             }

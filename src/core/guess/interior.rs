@@ -223,7 +223,8 @@ pub(super) fn through_open_side(
             return None;
         }
         let slope = (0.5 * fov.clamp(1.0, 179.0)).to_radians().tan();
-        // The side fills the image, and little of the side is cut off.
+        // Move back until the side just fills the image, or further, until the image shows at least
+        // the fraction `SHOWN` of the side's width and height.
         let (by_height, by_width) = (half.y / slope, width / (slope * aspect));
         let away = by_height.min(by_width).max(SHOWN * by_height.max(by_width));
         Some(InteriorView {

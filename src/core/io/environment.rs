@@ -138,7 +138,11 @@ fn read_hdr(path: &Path, allowance: Allowance) -> Result<LatLongImage, FileError
     let input = Input::open(path, "the picture").map_err(|error| error.help_if_none("check the path"))?;
     let (length, failure) = (input.length(), input.failure());
     let failed = |error: &dyn std::fmt::Display| {
-        failure.or(path, FileError::new(path, format!("cannot decode the image: {error}")))
+        let error = FileError::new(path, format!("cannot decode the image: {error}"));
+        failure.or(
+            path,
+            error.help("the file is damaged or no .hdr file: export or download it again"),
+        )
     };
     let decoder = HdrDecoder::new(input.buffered(path)?).map_err(|e| failed(&e))?;
     let (width, height) = decoder.dimensions();

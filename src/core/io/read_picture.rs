@@ -157,11 +157,13 @@ fn too_large(path: &Path, max: u64, allowance: Allowance) -> FileError {
     let left = in_words(max);
     let message = match allowance.limit.filter(|_| max < MAX_BYTES) {
         Some(limit) => format!("decoding this picture takes more than the {left} that are left of {limit}"),
-        None => format!("decoding this picture takes more than {left}, the maximum for a picture"),
+        None => format!("decoding this picture takes more than {left} of memory, the maximum for one picture"),
     };
-    FileError::new(path, message)
-        .help("scale the picture down, or allow more memory")
-        .unreadable()
+    let help = match allowance.limit.filter(|_| max < MAX_BYTES) {
+        Some(_) => "scale the picture down, or allow more memory",
+        None => "scale the picture down",
+    };
+    FileError::new(path, message).help(help).unreadable()
 }
 
 impl OpenPicture {

@@ -111,7 +111,10 @@ impl Tiles {
     ) -> Result<Picture, FileError> {
         let pictures: Vec<Picture> = self.files().map(&mut read).collect::<Result<_, _>>()?;
         let Some(first) = pictures.first() else {
-            return Err(FileError::new(Path::new(MARKER), "no tile of this texture exists"));
+            return Err(FileError::new(
+                Path::new(MARKER),
+                "no file of a tile of this texture exists",
+            ));
         };
         for (picture, file) in pictures.iter().zip(self.files()) {
             let of = |picture: &Picture| {

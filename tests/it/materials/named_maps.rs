@@ -431,8 +431,8 @@ fn materials_are_found_in_other_case_and_with_other_separators() {
     assert!(got != expected, "{words}");
     let words = messages(&folder, "check s.toml");
     assert!(!words.contains("[unused-definition]"), "{words}");
-    // If the name fits two definitions, or differs in more than case and separators, it has no
-    // definition.
+    // A name that fits two definitions has none. A separator may be another one, but not missing:
+    // `Mat1` does not define `Mat_1`.
     for library in [
         "newmtl Mat.1\nmap_Kd x.png\nnewmtl mat 1\n",
         "newmtl Mat1\nmap_Kd x.png\n",

@@ -55,8 +55,8 @@ pub struct Device {
 // API is thread-safe for distinct objects. Reference counts are atomic, and each thread has its own
 // error state of a device.
 unsafe impl Send for Device {}
-// SAFETY: as above; `&Device` gives access to queries of properties and errors only, which may run
-// concurrently.
+// SAFETY: as above; `&Device` serves queries of properties and errors, and makes scenes and
+// geometries, which may run concurrently. The monitor of memory is set before the device is shared.
 unsafe impl Sync for Device {}
 
 impl Device {

@@ -6,7 +6,8 @@ use std::path::Path;
 
 /// Number of bytes that are searched for comments.
 const HEAD: u64 = 4096;
-/// Names of units, and their length in metres. Additional letters may follow a name: `inches`.
+/// Names of units, and their length in metres. Additional letters may follow a name of more than
+/// two letters: `inches`. A shorter name is a whole word.
 const UNITS: [(&str, f32); 13] = [
     ("millimeter", 0.001),
     ("millimetre", 0.001),

@@ -208,8 +208,9 @@ impl FaceRange {
 }
 
 impl Section {
-    /// Creates a section without faces. It begins with a change of state that changes nothing,
-    /// because the state before the section continues.
+    /// Creates a section without faces, in which the material and the smoothing group before the
+    /// section continue. The first change of state changes nothing, but the faces before the next
+    /// change need one.
     pub fn of_unchanged_state() -> Self {
         let mut section = Self::default();
         section.state_change();

@@ -232,8 +232,8 @@ fn joined(parts: Vec<MaterialRun>) -> Group {
     }
 }
 
-/// Adds missing texture coordinates and normals to `mesh`, if the group has them (`has_uvs`,
-/// `has_normals`).
+/// Fills in the arrays that `mesh` lacks and another part of the group has: texture coordinates of
+/// 0 (`has_uvs`), and normals of the triangles (`has_normals`).
 fn completed(mut mesh: Mesh, has_uvs: bool, has_normals: bool) -> Mesh {
     if has_uvs && mesh.uvs.is_empty() {
         mesh.uvs = vec![Vec2::ZERO; mesh.positions.len()];

@@ -335,8 +335,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
 
     /// Connects the camera subpath `camera` and the light subpath `light` by an edge. Vertices of
     /// `light` are in order from the light. `None` if no light passes. `fresh` is the range of
-    /// vertices of the whole path that are new or moved. All other vertices have their factors
-    /// already.
+    /// vertices of the whole path that are new or moved. All other vertices keep their factors
+    /// (`Factors`).
     pub fn join(
         &self,
         mut camera: Vec<Vertex<'a>>,

@@ -228,9 +228,14 @@ fn refusal_of_common(key: &str) -> Option<String> {
             key.replace('_', "-")
         ));
     }
+    if key == "integrator" {
+        return Some(
+            "`integrator` is not a parameter of a method\n  help: begin the method with the name of the integrator, as in bdpt:max_depth=8"
+                .into(),
+        );
+    }
     let instead = match key {
         "samples" | "spp" => "use --spp".into(),
-        "integrator" => "write the integrator first, such as bdpt, or use --methods path,bdpt".into(),
         "quality" => "use --spp or --time".into(),
         "width" | "height" => "use --size".into(),
         _ if MethodFlag::parameters().any(|parameter| parameter.is_called(key)) => return None,

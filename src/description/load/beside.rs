@@ -3,13 +3,13 @@
 
 use super::picture_names::{
     MIN_NAME, TEXTURE_WORDS, are_alike, has_extension, is_generic, is_generic_word, is_other_word, is_texture_name,
-    name_of, stem_of, with_extensions, without_sizes, words_after, words_of,
+    name_of, rank_of_extension, stem_of, with_extensions, without_sizes, words_after, words_of,
 };
 use crate::description::find_file::FileFinder;
 use crate::description::find_texture::is_texture_folder;
 use crate::description::texture::texture_size;
 use std::cell::OnceCell;
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -126,7 +126,30 @@ impl NearbyFiles {
                 }
             }
         }
+        found.leave_one_format();
         found
+    }
+
+    /// Leaves one of the pictures in a folder whose names differ only in the extension: a picture
+    /// in the usual format of textures, and no picture that this program wrote.
+    fn leave_one_format(&mut self) {
+        let key = |image: &Image| {
+            let stem = stem_of(&image.path).to_lowercase();
+            (image.path.parent().map(Path::to_path_buf), stem)
+        };
+        let mut copies: HashMap<_, Vec<&Image>> = HashMap::new();
+        for image in &self.images {
+            copies.entry(key(image)).or_default().push(image);
+        }
+        let best = |copies: &Vec<&Image>| {
+            let rank = |image: &&&Image| (self.is_rendering(image), rank_of_extension(&image.path));
+            copies.iter().min_by_key(rank).map(|image| image.path.clone())
+        };
+        let several = copies.values().filter(|copies| copies.len() > 1);
+        let left: HashSet<PathBuf> = several.clone().filter_map(best).collect();
+        let all: HashSet<PathBuf> = several.flatten().map(|image| image.path.clone()).collect();
+        self.images
+            .retain(|image| !all.contains(&image.path) || left.contains(&image.path));
     }
 
     /// Sorted entries of `folder` for which `is` returns true.

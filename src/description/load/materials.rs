@@ -103,6 +103,7 @@ impl Loader<'_> {
             undefined.materials.push((name.clone(), group.line));
         }
         if is_file && !self.file.load.strict && self.file.load.parameters.mtl_dialect() != MtlDialect::Spec {
+            self.leave_out_color_as_opacity(&mut found);
             add_cut_out(&mut found);
         }
         let mut found = self.patched(found, &used.parts);
@@ -337,6 +338,31 @@ impl Loader<'_> {
             let more = count - MAX_NAMED;
             self.warn(code, self.file.whole(format!("{words} {more} other materials")));
         }
+    }
+}
+
+/// File extensions of pictures without alpha.
+const WITHOUT_ALPHA: [&str; 3] = ["jpg", "jpeg", "jfif"];
+
+impl Loader<'_> {
+    /// Leaves out an opacity texture that is also the colour texture, if the format of the picture
+    /// has no alpha. Exporters write `map_d` for every colour texture, and mean its alpha.
+    fn leave_out_color_as_opacity(&mut self, found: &mut FileMaterial) {
+        let of = |slot| found.maps.iter().rev().find(|map| map.statement.slot == slot);
+        let (Some(color), Some(opacity)) = (of(MapSlot::Diffuse), of(MapSlot::Opacity)) else {
+            return;
+        };
+        let statement = &opacity.statement;
+        let extension = Path::new(&statement.file).extension().and_then(|e| e.to_str());
+        let has_alpha = !extension.is_some_and(|e| WITHOUT_ALPHA.contains(&&*e.to_lowercase()));
+        if statement.file != color.statement.file || statement.mapping.channel.is_some() || has_alpha {
+            return;
+        }
+        let note = opacity.remark("is the colour texture and has no alpha, so the opacity does not follow it");
+        let note =
+            note.help("name a picture of the opacity in `map_d`; --mtl-dialect spec uses the brightness of this one");
+        self.findings.add(Severity::Note, "color-as-opacity", note);
+        found.maps.retain(|map| map.statement.slot != MapSlot::Opacity);
     }
 }
 

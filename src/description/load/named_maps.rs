@@ -217,7 +217,14 @@ impl NamedMaps {
             [_, ..] => return None,
             [] => {}
         }
-        let has_library = !obj.materials.is_empty();
+        // A library that defines none of the materials in use is of no help
+        let mut used = obj
+            .groups
+            .iter()
+            .filter_map(|group| group.material.as_deref())
+            .peekable();
+        let is_unnamed = used.peek().is_none();
+        let has_library = !obj.materials.is_empty() && (is_unnamed || used.any(|name| obj.material(name).is_some()));
         let color = |picture| BTreeMap::from([(Role::Color, picture)]);
         if !has_library {
             match self.beside.picture_of_name() {

@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-/// File extensions of pictures.
+/// File extensions of pictures, the usual formats of textures first.
 const EXTENSIONS: [&str; 13] = [
     "png", "jpg", "jpeg", "tga", "tif", "tiff", "webp", "bmp", "exr", "hdr", "dds", "gif", "jfif",
 ];
@@ -179,6 +179,13 @@ pub(super) fn name_of(path: &Path) -> String {
 pub(super) fn has_extension(name: &str) -> bool {
     let extension = Path::new(name).extension().and_then(|e| e.to_str());
     extension.is_some_and(|extension| EXTENSIONS.contains(&&*extension.to_lowercase()))
+}
+
+/// Position of the file extension of a picture in [`EXTENSIONS`].
+pub(super) fn rank_of_extension(path: &Path) -> usize {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
+    let rank = EXTENSIONS.iter().position(|known| *known == extension);
+    rank.unwrap_or(EXTENSIONS.len())
 }
 
 /// `name` with each file extension of pictures.

@@ -148,6 +148,45 @@ fn image_named_after_the_obj_is_its_color() {
     }
 }
 
+/// A copy of a texture in another format, and a library without the materials in use, change
+/// nothing. A picture that this program wrote is no copy.
+#[test]
+fn copies_and_other_libraries_do_not_hide_a_texture() {
+    let grey = picture(&scene("", &[]), "").0;
+    let expected = picture(&scene("", &["a.png"]), "").0;
+    assert!(expected != grey);
+    let copied = scene("", &["a.png"]);
+    fs::write(copied.path().join("a.dds"), "no picture").unwrap();
+    fs::write(copied.path().join("a.bmp"), "no picture").unwrap();
+    assert!(picture(&copied, "").0 == expected);
+    let other = scene("newmtl stone\nKd 0.2 0.2 0.2\n", &["a.png"]);
+    assert!(picture(&other, "").0 == expected);
+    // The rendering `a.png` lies beside the texture `a.tga`.
+    let rendered = scene("", &["b.png"]);
+    let texture = image::open(rendered.path().join("b.png")).unwrap();
+    texture.save(rendered.path().join("a.tga")).unwrap();
+    fs::remove_file(rendered.path().join("b.png")).unwrap();
+    assert!(picture(&rendered, "").0 == expected);
+    done(rendered.path(), &split("render s.toml -q -o a.png"));
+    assert!(picture(&rendered, "").0 == expected);
+}
+
+/// A JPEG that is both colour and opacity texture has no alpha, so the surface stays opaque.
+#[test]
+fn colors_without_alpha_are_no_opacity() {
+    let expected = scene("newmtl wood\nmap_Kd x.jpg\n", &["x.png"]);
+    let found = scene("newmtl wood\nmap_Kd x.jpg\nmap_d x.jpg\n", &["x.png"]);
+    for folder in [&expected, &found] {
+        let texture = image::open(folder.path().join("x.png")).unwrap();
+        texture.save(folder.path().join("x.jpg")).unwrap();
+        fs::remove_file(folder.path().join("x.png")).unwrap();
+    }
+    assert!(picture(&found, "").0 == picture(&expected, "").0);
+    let words = messages(&found, "check s.toml");
+    assert!(words.contains("[color-as-opacity]"), "{words}");
+    assert!(picture(&found, "--mtl-dialect spec").0 != picture(&expected, "--mtl-dialect spec").0);
+}
+
 #[test]
 fn normals_of_directx_are_flipped() {
     let normals = |folder: &TempDir, name: &str, green: u8| {

@@ -8,6 +8,8 @@ pub struct FileAxes {
     pub declared: Option<DeclaredAxes>,
     /// Axis that is up in most files of the program that wrote this file.
     pub usual_up: Option<Vec3>,
+    /// True if users of the program that wrote this file rarely change [`FileAxes::usual_up`].
+    pub keeps_usual_up: bool,
     /// Axis that is up in all files of the program that wrote this file.
     pub only_up: Option<Vec3>,
     /// True if the file has the name of a building, of rooms or of land, which are wider than high.

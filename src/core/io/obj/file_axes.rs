@@ -100,10 +100,12 @@ fn axes_of(head: &str) -> FileAxes {
         name.is_some_and(|name| name.contains(OF_VRML))
     };
     let has_only_y = comments().any(|comment| is_named(comment, &ONLY_Y)) || head.lines().any(is_of_vrml);
+    let dialect = Signature::find(head).map(|signature| signature.dialect);
     FileAxes {
+        keeps_usual_up: dialect == Some(MtlDialect::Blender),
         only_up: has_only_y.then_some(Vec3::Y),
         declared: comments().find_map(declared_axes),
-        usual_up: match Signature::find(head).map(|signature| signature.dialect) {
+        usual_up: match dialect {
             Some(MtlDialect::Meshlab | MtlDialect::Threedfier) => Some(Vec3::Z),
             // Maya keeps the up axis of its scene, and Assimp keeps the up axis of the file that it
             // converts. In both cases, the axis is unknown.
@@ -186,7 +188,9 @@ mod tests {
             ("", None),
         ] {
             std::fs::write(&path, text).unwrap();
-            assert_eq!(file_axes(&path).usual_up, expected, "{text}");
+            let axes = file_axes(&path);
+            assert_eq!(axes.usual_up, expected, "{text}");
+            assert_eq!(axes.keeps_usual_up, text.contains("# Blender"), "{text}");
         }
         assert_eq!(file_axes(&folder.path().join("b.obj")), FileAxes::default());
     }

@@ -272,7 +272,10 @@ mod tests {
             ("path:sampler=haltn", "did you mean halton?"),
             ("sppm:photon_alpha=2", "at most 1"),
             ("path:spp=4", "use --spp"),
-            ("path:integrator=bdpt", "begin the method with the name of the integrator"),
+            (
+                "path:integrator=bdpt",
+                "begin the method with the name of the integrator",
+            ),
             ("path:quality=good", "use --spp or --time"),
             ("path:panes=refract", "use --panes for all methods"),
             ("path:texture-filter=mip", "use --texture-filter for all methods"),

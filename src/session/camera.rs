@@ -10,7 +10,7 @@ use crate::geometry::Hit;
 use crate::guess::{CameraFinder, CameraGuess, CameraRequest, FileAxes, SiblingFiles, near_distance};
 use crate::io::{FileError, Finding};
 use crate::lint::{inspect_place, inspect_view};
-use crate::math::{DVec3, UVec2, Vec2, Vec3};
+use crate::math::{DVec3, UVec2, Vec2, Vec3, nearest_axis};
 use crate::options::CameraOptions;
 use crate::parameter::Value;
 use crate::scene::Scene;
@@ -374,15 +374,6 @@ impl FoundCamera {
             scene_up: said.scene_up.or_else(|| nearest_axis(guess.scene_up)),
         }
     }
-}
-
-/// The positive or negative coordinate axis that is nearest to `v`; `None` if `v` is zero or not
-/// finite.
-fn nearest_axis(v: Vec3) -> Option<Vec3> {
-    let nearest = v.abs().max_position();
-    let mut axis = Vec3::ZERO;
-    axis[nearest] = v[nearest].signum();
-    (v.is_finite() && v != Vec3::ZERO).then_some(axis)
 }
 
 /// Finding about the view of the camera, if there is one. Else a finding about the position of the

@@ -37,6 +37,18 @@ pub struct Hit {
 }
 
 impl Hit {
+    /// A hit at the first corner of a triangle, at the ray parameter 0.
+    pub fn at_corner(geom: GeomId, prim: PrimId, inst: InstanceId) -> Self {
+        Self {
+            t: 0.0,
+            b1: 0.0,
+            b2: 0.0,
+            prim,
+            geom,
+            inst,
+        }
+    }
+
     /// Returns true if `other` hits the same triangle of the same instance.
     pub fn is_same_surface(&self, other: &Self) -> bool {
         (self.prim, self.geom, self.inst) == (other.prim, other.geom, other.inst)

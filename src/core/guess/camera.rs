@@ -2,7 +2,7 @@
 
 mod inside;
 
-use super::elevation::{drawing_axes, nearest_axis};
+use super::elevation::drawing_axes;
 use super::far_ground::without_far_ground;
 use super::file_axes::FileAxes;
 use super::framing::Frame;
@@ -18,7 +18,7 @@ use super::up::SiblingFiles;
 use super::views::{Orbit, View};
 use crate::accel::Accel;
 use crate::camera::{CameraError, CameraParameters};
-use crate::math::{DVec3, Horizon, Vec3, significant};
+use crate::math::{DVec3, Horizon, Vec3, nearest_axis, significant};
 use crate::scene::Scene;
 
 /// Vertical field of view for objects, in degrees.
@@ -364,13 +364,15 @@ impl<'a> CameraFinder<'a> {
     /// Upright axis of drawings, and direction of the front of the scene: coordinate axes. An
     /// interior has no front of its own, and gets the usual one.
     pub fn drawing_axes(&self) -> [Vec3; 2] {
-        let up = nearest_axis(self.horizon().up());
-        let usual = drawing_axes(Some(up), &self.request.axes);
+        let usual = drawing_axes(Some(self.horizon().up()), &self.request.axes);
         if self.survey.is_interior {
             return usual;
         }
+        let [up, _] = usual;
         let front = nearest_axis(self.horizon().direction(self.front().azimuth, 0.0));
-        if front.dot(up) == 0.0 { [up, front] } else { usual }
+        front
+            .filter(|front| front.dot(up) == 0.0)
+            .map_or(usual, |front| [up, front])
     }
 
     fn front(&self) -> Front {

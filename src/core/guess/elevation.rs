@@ -1,7 +1,7 @@
 //! Plans and elevations: parallel views along the axes of a scene.
 
 use super::FileAxes;
-use crate::math::Vec3;
+use crate::math::{Vec3, nearest_axis};
 
 /// Side of a scene that a drawing shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,23 +57,18 @@ impl Elevation {
     }
 }
 
-/// Unit vector along the coordinate axis nearest to `v`.
-pub(super) fn nearest_axis(v: Vec3) -> Vec3 {
-    let axis = v.abs().max_position();
-    let mut unit = Vec3::ZERO;
-    unit[axis] = 1f32.copysign(v[axis]);
-    unit
-}
-
 /// Upright axis of drawings, and direction of the front of the scene, without a guess. The upright
 /// axis is the axis nearest to `up`, or else the axis of the file, or else +y.
 pub fn drawing_axes(up: Option<Vec3>, axes: &FileAxes) -> [Vec3; 2] {
-    let nearest = nearest_axis;
-    let given = up.filter(|up| up.is_finite() && *up != Vec3::ZERO).map(nearest);
-    let of_file = axes.declared.map(|declared| declared.up).or(axes.usual_up).map(nearest);
+    let given = up.and_then(nearest_axis);
+    let of_file = axes
+        .declared
+        .map(|declared| declared.up)
+        .or(axes.usual_up)
+        .and_then(nearest_axis);
     let up = given.or(of_file).unwrap_or(Vec3::Y);
     let declared = axes.declared.map(|declared| declared.front).or(axes.usual_front);
-    let front = declared.map(nearest).filter(|front| front.dot(up) == 0.0);
+    let front = declared.and_then(nearest_axis).filter(|front| front.dot(up) == 0.0);
     let usual = if up.z == 0.0 { Vec3::Z } else { Vec3::NEG_Y };
     [up, front.unwrap_or(usual)]
 }

@@ -155,13 +155,15 @@ fn open(path: &Path, selection: ChannelSelection, allowance: Allowance) -> Resul
 /// Error for a picture that needs more than `max` bytes, the memory that may still be used.
 fn too_large(path: &Path, max: u64, allowance: Allowance) -> FileError {
     let left = in_words(max);
-    let message = match allowance.limit.filter(|_| max < MAX_BYTES) {
-        Some(limit) => format!("decoding this picture takes more than the {left} that are left of {limit}"),
-        None => format!("decoding this picture takes more than {left} of memory, the maximum for one picture"),
-    };
-    let help = match allowance.limit.filter(|_| max < MAX_BYTES) {
-        Some(_) => "scale the picture down, or allow more memory",
-        None => "scale the picture down",
+    let (message, help) = match allowance.limit.filter(|_| max < MAX_BYTES) {
+        Some(limit) => (
+            format!("decoding this picture takes more than the {left} that are left of {limit}"),
+            "scale the picture down, or allow more memory",
+        ),
+        None => (
+            format!("decoding this picture takes more than {left} of memory, the maximum for one picture"),
+            "scale the picture down",
+        ),
     };
     FileError::new(path, message).help(help).unreadable()
 }

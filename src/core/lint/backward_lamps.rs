@@ -1,6 +1,7 @@
 //! Flat lamps that face a near surface and turn their backs to the room.
 
 use super::SceneErrorMaker;
+use super::view::two_digits;
 use crate::accel::Accel;
 use crate::geometry::{GeomId, Hit, InstanceId, PrimId};
 use crate::io::{Finding, Severity};
@@ -52,15 +53,8 @@ pub fn inspect_lamps(accel: &dyn Accel, scene: &Scene, whole: SceneErrorMaker) -
                 let hit = accel.intersect(&Ray::new(middle + offset * w, w))?;
                 (hit.geom != geom || hit.inst != InstanceId::NONE).then_some(hit.t)
             };
-            let hit = Hit {
-                t: 0.0,
-                b1: 0.0,
-                b2: 0.0,
-                prim,
-                geom,
-                inst: InstanceId::NONE,
-            };
-            let lamp = lamps.entry(scene.part(&hit)).or_default();
+            let part = scene.part(&Hit::at_corner(geom, prim, InstanceId::NONE));
+            let lamp = lamps.entry(part).or_default();
             let area = f64::from(normal.length());
             lamp.area += area;
             lamp.normal += normal;
@@ -82,12 +76,12 @@ pub fn inspect_lamps(accel: &dyn Accel, scene: &Scene, whole: SceneErrorMaker) -
 fn finding(scene: &Scene, part: u32, lamp: &Lamp, whole: SceneErrorMaker) -> Finding {
     let name = scene.part_name(part);
     let message = format!(
-        "lamp `{name}` faces a surface that is {:.2} units away, and its back faces the room",
-        lamp.distance
+        "lamp `{name}` faces a surface that is {} units away, and the back of the lamp faces the room",
+        two_digits(lamp.distance)
     );
     let has_name = part as usize >= scene.objects().len();
     let help = match (has_name, lamp.normal.abs().max_position()) {
-        (false, _) => "turn its faces over in the program that made them".into(),
+        (false, _) => "turn the faces of the lamp over, or the `direction` of a light of the scene file".into(),
         // A half turn about an axis in the plane of the lamp turns it over.
         (true, 0) => format!("--part '{name}.rotate=[0,180,0]' turns it over"),
         (true, _) => format!("--part '{name}.rotate=[180,0,0]' turns it over"),

@@ -242,7 +242,7 @@ pub fn inspect_place(
 }
 
 /// Text of `x` > 0 with two significant digits.
-fn two_digits(x: f32) -> String {
+pub(super) fn two_digits(x: f32) -> String {
     let decimals = (1.0 - x.log10().floor()).clamp(0.0, 9.0) as usize;
     format!("{x:.decimals$}")
 }

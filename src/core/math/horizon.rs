@@ -79,6 +79,15 @@ impl Horizon {
     }
 }
 
+/// The positive or negative coordinate axis that is nearest to `v`. `None` if `v` is zero or not
+/// finite.
+pub fn nearest_axis(v: Vec3) -> Option<Vec3> {
+    let nearest = v.abs().max_position();
+    let mut axis = Vec3::ZERO;
+    axis[nearest] = v[nearest].signum();
+    (v.is_finite() && v != Vec3::ZERO).then_some(axis)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

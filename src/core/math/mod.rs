@@ -30,7 +30,7 @@ pub use glam::{
     Affine3A, DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Mat3A, Mat4, Quat, UVec2, Vec2, Vec3Swizzles, Vec4,
 };
 pub use glob::Glob;
-pub use horizon::Horizon;
+pub use horizon::{Horizon, nearest_axis};
 pub use lanes::{LANES, Lane, Vec3Lanes};
 pub use list::{list, rounded, rounded_list, significant};
 pub use ray::Ray;

@@ -203,14 +203,7 @@ impl Scene {
     }
 
     fn key_at_open(&self, geom: GeomId, prim: PrimId, inst: InstanceId) -> TriangleKey {
-        let hit = Hit {
-            t: 0.0,
-            b1: 0.0,
-            b2: 0.0,
-            prim,
-            geom,
-            inst,
-        };
+        let hit = Hit::at_corner(geom, prim, inst);
         triangle_key(self.placed(&hit, 0.0).corners, [Vec3::ZERO; 3])
     }
 }

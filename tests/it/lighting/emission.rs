@@ -624,14 +624,7 @@ fn bounding_ball_contains_moving_objects() {
     let (mut furthest, mut checked) = (0.0f32, 0);
     for (geom, inst) in [(GeomId(0), InstanceId::NONE), (GeomId(1), InstanceId(0))] {
         for prim in (0..scene.mesh(geom).triangles.len() as u32).map(PrimId) {
-            let hit = Hit {
-                t: 0.0,
-                b1: 0.0,
-                b2: 0.0,
-                prim,
-                geom,
-                inst,
-            };
+            let hit = Hit::at_corner(geom, prim, inst);
             for time in (0..=200).map(|i| i as f32 / 200.0) {
                 let places = scene.corners(&hit, time);
                 checked += 3;

@@ -50,14 +50,7 @@ impl SurfaceAreas {
 
 /// Hit at the first corner of a triangle.
 fn hit((inst, geom, prim): (InstanceId, GeomId, PrimId)) -> Hit {
-    Hit {
-        t: 0.0,
-        b1: 0.0,
-        b2: 0.0,
-        prim,
-        geom,
-        inst,
-    }
+    Hit::at_corner(geom, prim, inst)
 }
 
 /// Area of the triangle of `hit` at `time`, in squared scene units.

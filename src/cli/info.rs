@@ -9,8 +9,9 @@ use crate::geometry::PartNames;
 use crate::guess::position_text;
 use crate::io::Warning;
 use crate::light::LightId;
+use crate::material::MaterialId;
 use crate::math::{DVec3, Vec3};
-use crate::scene::{PartSize, SceneBuilder};
+use crate::scene::{LampSize, PartSize, Scene, SceneBuilder};
 use crate::session::{
     CameraSettings, FoundCamera, LitWords, Memory, Settings, all_threads, camera_and_lit, thread_pool,
 };
@@ -20,6 +21,8 @@ use std::process::ExitCode;
 
 /// Maximum number of parts in the text. JSON lists all parts.
 const MAX_PARTS: usize = 100;
+/// Maximum number of lamps in the text. JSON lists all lamps.
+const MAX_LAMPS: usize = 20;
 
 /// Prints the contents of a scene.
 pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
@@ -86,6 +89,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
         },
         "light_guess": guess.as_ref().and_then(LitWords::light),
         "ground_guess": guess.as_ref().and_then(LitWords::ground),
+        "lamps": lamps(&scene),
         "light_groups": groups.names().iter().enumerate().map(|(group, name)| json!({
             "name": name,
             "lights": members(group).count(),
@@ -128,6 +132,21 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
         print_text(&info, (&parts, names), &warnings);
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The emitting surfaces of each material, those with the most power first.
+fn lamps(scene: &Scene) -> Vec<Value> {
+    let mut lamps: Vec<_> = scene.lamp_sizes().into_iter().collect();
+    lamps.sort_by(|(_, a), (_, b)| b.power.total_cmp(&a.power));
+    let value = |(id, lamp): (MaterialId, LampSize)| {
+        json!({
+            "material": scene.materials()[id.0 as usize].name,
+            "lights": lamp.lights,
+            "area": decimal_of(lamp.area),
+            "power": decimal_of(lamp.power),
+        })
+    };
+    lamps.into_iter().map(value).collect()
 }
 
 /// The `f32` values as `f64` with the shortest decimals that restore each `f32`. A plain conversion
@@ -194,6 +213,23 @@ fn print_text(info: &Value, (parts, names): (&[PartSize], &PartNames), warnings:
         .filter(|(_, n)| n.as_u64() != Some(0));
     let kinds: Vec<String> = kinds.map(|(kind, n)| format!("{n} {kind}")).collect();
     outln!("  lights     {}", kinds.join(", "));
+    let lamps = info["lamps"].as_array().map_or(&[][..], Vec::as_slice);
+    let power = |lamp: &Value| lamp["power"].as_f64().unwrap_or(0.0);
+    let total: f64 = lamps.iter().map(power).sum();
+    for lamp in lamps.iter().take(MAX_LAMPS) {
+        let lights = words::count(lamp["lights"].as_u64().unwrap_or(0), "light");
+        let percent = if total > 0.0 { 100.0 * power(lamp) / total } else { 0.0 };
+        outln!(
+            "             {}: {lights}, area {}, power {} ({percent:.1} % of the lamps)",
+            text(&lamp["material"]),
+            lamp["area"],
+            lamp["power"]
+        );
+    }
+    if lamps.len() > MAX_LAMPS {
+        let count = lamps.len() - MAX_LAMPS;
+        outln!("             and {count} more, none of them with more power (--json lists all)");
+    }
     if let Some(words) = info["light_guess"].as_str() {
         outln!("             guessed: {words}");
     }

@@ -32,7 +32,7 @@ use std::cell::OnceCell;
 use std::fmt;
 
 /// Index of a material of the scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct MaterialId(pub u32);
 
 quantities! {

@@ -16,6 +16,7 @@ mod lamp_hulls;
 mod light_checks;
 mod lights_and_groups;
 mod made_lights;
+mod lamp_sizes;
 mod part_sizes;
 mod passing;
 mod rebuilt;
@@ -32,6 +33,7 @@ pub use made_lights::{
     DISK_NAME, DiskParameters, RECTANGLE_NAME, RectangleParameters, SPHERE_NAME, SkyParameters, SphereParameters,
     StudioParameters,
 };
+pub use lamp_sizes::LampSize;
 pub use part_sizes::PartSize;
 pub use rebuilt::UnlitBuilder;
 pub use recognise::Panes;

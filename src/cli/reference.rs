@@ -51,28 +51,43 @@ fn cells(row: &str) -> impl Iterator<Item = &str> {
     row.trim().trim_matches('|').split(" | ").map(str::trim)
 }
 
-/// Rows of the tables of codes. Each row comes with the codes in its first cell.
-fn rows_of_codes() -> impl Iterator<Item = (Vec<&'static str>, &'static str)> {
-    let mut is_table_of_codes = false;
+/// A row of a table of codes.
+struct CodeRow {
+    /// Codes in the first cell.
+    codes: Vec<&'static str>,
+    /// Line with the headers of the table.
+    header: &'static str,
+    line: &'static str,
+}
+
+/// Rows of the tables of codes. These tables have the header `code` in their first column.
+fn rows_of_codes() -> impl Iterator<Item = CodeRow> {
+    let mut header = None;
     CODES.lines().filter_map(move |line| {
-        is_table_of_codes = line.starts_with("| code |") || is_table_of_codes && line.starts_with('|');
-        let first = cells(line)
-            .next()
-            .filter(|_| is_table_of_codes && line.starts_with("| `"))?;
-        Some((first.split('`').skip(1).step_by(2).collect(), line))
+        if line.starts_with("| code |") {
+            header = Some(line);
+        } else if !line.starts_with('|') {
+            header = None;
+        }
+        let header = header.filter(|_| line.starts_with("| `"))?;
+        let codes = cells(line).next()?.split('`').skip(1).step_by(2).collect();
+        Some(CodeRow { codes, header, line })
     })
 }
 
 /// All codes of errors, warnings and notes, except `scene`, which is a page.
 pub(super) fn codes() -> impl Iterator<Item = &'static str> {
-    let codes = rows_of_codes().flat_map(|(codes, _)| codes);
+    let codes = rows_of_codes().flat_map(|row| row.codes);
     codes.filter(|code| !TOPICS.iter().any(|topic| topic.names.contains(code)))
 }
 
-/// Text with the meaning of an error, warning or note code.
+/// Text with the meaning of an error, warning or note code: its row, then its item in the list of
+/// details.
 pub(super) fn meaning(code: &str) -> Option<String> {
-    let (_, row) = rows_of_codes().find(|(codes, _)| codes.contains(&code))?;
-    Some(plain(&format!("| code | meaning | remedy |\n|---|---|---|\n{row}\n")))
+    let CodeRow { header, line, .. } = rows_of_codes().find(|row| row.codes.contains(&code))?;
+    let is_detail = |line: &&str| line.starts_with(&format!("- `{code}`:"));
+    let details: Vec<&str> = CODES.lines().filter(is_detail).collect();
+    Some(plain(&format!("{header}\n|---|\n{line}\n\n{}\n", details.join("\n"))))
 }
 
 impl Topic {
@@ -104,8 +119,8 @@ fn plain(markdown: &str) -> String {
     let mut is_code = false;
     let mut paragraph = String::new();
     for line in markdown.lines().chain([""]) {
-        let is_part = !is_code && line.starts_with(|c: char| c.is_alphanumeric() || "`*([\"".contains(c));
-        if is_part && !line.starts_with("```") {
+        let is_part = line.starts_with(|c: char| c.is_alphanumeric() || "`*([\"".contains(c));
+        if is_part && !is_code && !line.starts_with("```") && numbered_item(line).is_none() {
             paragraph += &format!("{}{line}", if paragraph.is_empty() { "" } else { " " });
             continue;
         }
@@ -139,6 +154,8 @@ fn plain(markdown: &str) -> String {
         } else if let Some(item) = line.trim_start().strip_prefix("- ") {
             let indent = " ".repeat(line.len() - line.trim_start().len());
             wrap(&mut text, &format!("{indent}- "), &format!("{indent}  "), item);
+        } else if let Some((number, item)) = numbered_item(line) {
+            wrap(&mut text, &format!("{number}. "), "   ", item);
         } else if !line.is_empty() {
             wrap(&mut text, "", "  ", line);
         } else if !text.ends_with("\n\n") && !text.is_empty() {
@@ -148,6 +165,13 @@ fn plain(markdown: &str) -> String {
     }
     text.truncate(text.trim_end().len());
     text + "\n"
+}
+
+/// Number and text of an item of a numbered list, such as `1. text`.
+fn numbered_item(line: &str) -> Option<(&str, &str)> {
+    let (number, item) = line.split_once(". ")?;
+    let is_number = !number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit());
+    is_number.then_some((number, item))
 }
 
 /// Appends `words` in lines of [`WIDTH`] characters. The first line begins with `first`, the others
@@ -195,8 +219,23 @@ mod tests {
 
     #[test]
     fn markdown_becomes_plain_text() {
-        let page = "# Title\n\nSome [words](a.md#b) of\n**text**.\n\n| code | meaning | remedy |\n|---|---|---|\n| `a`, `b` | first | do |\n\n- item\n\n```toml\nkey = 1\n```\n";
-        let expected = "Title\n=====\n\nSome words of text.\n\n  `a`, `b`\n      first\n      remedy: do\n\n- item\n\n    key = 1\n";
+        let page = "# Title\n\nSome [words](a.md#b) of\n**text**.\n\n| code | meaning | remedy |\n|---|---|---|\n| `a`, `b` | first | do |\n\n- item\n\n1. first\n2. second\n\n```toml\nkey = 1\n```\n";
+        let expected = "Title\n=====\n\nSome words of text.\n\n  `a`, `b`\n      first\n      remedy: do\n\n- item\n\n1. first\n2. second\n\n    key = 1\n";
         assert_eq!(plain(page), expected);
+    }
+
+    #[test]
+    fn meaning_of_code_has_headers_of_its_table() {
+        let text = meaning("missing-tile").unwrap();
+        assert!(text.contains("\n      example: "), "{text}");
+        assert!(text.contains("\n      remedy: "), "{text}");
+        assert_eq!(meaning("no-such-code"), None);
+    }
+
+    #[test]
+    fn meaning_of_code_has_its_details() {
+        let details = |code: &str| meaning(code).unwrap().contains(&format!("\n\n- `{code}`: "));
+        assert!(details("two-sided"));
+        assert!(!details("missing-tile"));
     }
 }

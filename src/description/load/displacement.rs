@@ -134,7 +134,7 @@ impl Loader<'_> {
         };
         let loaded = load_textures_within(&[wanted], self.allowance, self.observer)?;
         for warning in loaded.warnings {
-            self.findings.add(Severity::Warning, "texture", warning);
+            self.findings.add(Severity::Warning, "bad-texels", warning);
         }
         self.files.push(path.clone());
         match loaded.ids.into_iter().next() {

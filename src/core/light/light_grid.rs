@@ -10,24 +10,31 @@
 //!
 //! A table has an entry for each of up to 64 clusters of lights. The clusters are a cut of a
 //! hierarchy of the lights (`tree`; Walter et al. 2005). Within a cluster, a light is chosen by
-//! power. Without tables, the hierarchy would be traversed at each vertex, with two nodes evaluated
-//! per level. A table needs one binary search.
+//! power. A table needs one binary search.
+//!
+//! A cell with many lights around it is larger than the distance between lights. One table cannot
+//! describe the light at all points of such a cell. There the hierarchy itself is descended: at each
+//! node, one of the two children is chosen by its estimated irradiance at the receiving point (Conty
+//! and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting"). The descent
+//! ends at a node that is small as seen from the point. In this node, a light is chosen by power.
+//! `Node::irradiance_at` has the estimate.
 //!
 //! 2 % of the choices are made by power, independent of the estimates, and each cluster has a
 //! probability of at least 2⁻²⁰. So every light can be sampled. docs/notebook/2026-11.md, "By
 //! place", has the gain and the variants that were tried.
 
-use super::tree::{LightTree, ReceiverRegion};
+mod grids;
+
+use super::tree::{Cluster, LightTree, Node, ReceiverRegion};
 use super::{Light, LightId, LightSampleContext};
 use crate::math::{Bounds3, Vec3};
+use grids::Grids;
 use std::sync::OnceLock;
 
-/// Cells along the longest side of a grid.
-const RESOLUTION: u32 = 24;
-/// Maximum number of grids.
-const MAX_LEVELS: u32 = 16;
 /// Maximum number of light clusters per cell.
 const MAX_CLUSTERS: usize = 64;
+/// Maximum ratio of radius to distance of a group of lights in which a light is chosen by power.
+const FAR: f32 = 0.25;
 /// Number of representative normals: each coordinate is negative, near zero or positive. If all
 /// coordinates are near zero, the point has no normal.
 pub(super) const NORMALS: usize = 27;
@@ -54,6 +61,9 @@ pub(super) struct LightGrid {
     power_before: Vec<f64>,
     scene_radius: f32,
     grids: Grids,
+    /// For each cell of the innermost grid, true if many lights are around it; empty if this is so
+    /// for no cell.
+    dense: Vec<bool>,
     cells: Vec<OnceLock<Box<Cell>>>,
 }
 
@@ -70,6 +80,10 @@ pub(super) struct Entry {
     /// Position of the cluster's first light in the order of the lights.
     first: u32,
     count: u32,
+    /// Index of the cluster's node in the tree.
+    node: u32,
+    /// True if a descent of the tree chooses a light of the cluster; false if power decides.
+    is_descended: bool,
 }
 
 impl LightGrid {
@@ -82,7 +96,8 @@ impl LightGrid {
         }
         let emitting = || lights.iter().zip(powers).enumerate().filter(|(_, (_, p))| **p > 0.0);
         let sources: Vec<_> = emitting().filter_map(|(i, (l, _))| Some((i, l.bounds()?))).collect();
-        let grids = Grids::new(sources.iter().map(|(_, s)| s.center).collect(), bounds, scene_radius);
+        let centers: Vec<Vec3> = sources.iter().map(|(_, s)| s.center).collect();
+        let grids = Grids::new(&centers, bounds, scene_radius);
         let tree = LightTree::new(sources);
         let infinite = emitting().filter(|(_, (l, _))| l.bounds().is_none()).map(|(i, _)| i);
         let indices: Vec<usize> = tree.order().iter().copied().chain(infinite).collect();
@@ -103,6 +118,7 @@ impl LightGrid {
             power_before,
             scene_radius,
             cells: vec![OnceLock::new(); grids.len()],
+            dense: grids.dense_cells(&centers),
             grids,
         })
     }
@@ -110,10 +126,10 @@ impl LightGrid {
     /// Splits all lights except `except` into clusters: at most `max` clusters of finite lights, as
     /// seen from the middle of the grids, and one cluster per light at infinity.
     pub fn clusters(&self, lights: &[Light], except: Option<LightId>, max: usize) -> Vec<Vec<LightId>> {
-        let half = self.grids.half * 2f32.powi(self.grids.levels as i32 - 1);
+        let (center, radius) = self.grids.ball_of_all();
         let region = ReceiverRegion {
-            center: self.grids.center,
-            radius: half.length(),
+            center,
+            radius,
             normal: Vec3::ZERO,
         };
         let ids = |range: std::ops::Range<usize>| self.order.get(range).unwrap_or_default().to_vec();
@@ -129,11 +145,12 @@ impl LightGrid {
     /// Samples a light for `context`; returns it with its probability.
     #[inline]
     pub fn sample(&self, lights: &[Light], context: &LightSampleContext, u: f32) -> Option<(LightId, f32)> {
-        self.sample_entries(self.entries(lights, context)?, u)
+        self.sample_entries(self.entries(lights, context)?, context, u)
     }
 
-    /// Samples a light from the distribution `entries`; returns it with its probability.
-    pub fn sample_entries(&self, entries: &[Entry], u: f32) -> Option<(LightId, f32)> {
+    /// Samples a light for `context` from the distribution `entries`; returns it with its
+    /// probability.
+    pub fn sample_entries(&self, entries: &[Entry], context: &LightSampleContext, u: f32) -> Option<(LightId, f32)> {
         let i = entries
             .partition_point(|e| e.upper <= u)
             .min(entries.len().saturating_sub(1));
@@ -141,42 +158,49 @@ impl LightGrid {
         if entry.count == 1 {
             return Some((*self.order.get(entry.first as usize)?, entry.pmf));
         }
-        // The position of `u` in the interval chooses a light of the cluster by power.
-        let v = 1.0 - (entry.upper - u) / entry.pmf;
-        let (range, before, power) = self.cluster(entry)?;
-        let x = before[0] + v as f64 * power;
-        let k = before[1..].partition_point(|&p| p <= x).min(range.len() - 1);
-        let share = (before[k + 1] - before[k]) / power;
-        Some((*self.order.get(range.start + k)?, entry.pmf * share as f32))
+        // The position of `u` in the interval chooses a light of the cluster.
+        let v = f64::from(1.0 - (entry.upper - u) / entry.pmf);
+        let cluster = self.tree.nodes().get(entry.node as usize)?;
+        let (position, share) = match entry.is_descended {
+            true => self.descent(context).sample(entry.node as usize, v)?,
+            false => {
+                let position = by_power(&self.power_before, cluster, v);
+                (position, power_share(&self.power_before, cluster, position))
+            }
+        };
+        Some((*self.order.get(position as usize)?, entry.pmf * share as f32))
     }
 
     /// Probability of `light` for `context`.
     pub fn pmf(&self, lights: &[Light], context: &LightSampleContext, light: LightId) -> f32 {
         let entries = self.entries(lights, context);
-        entries.map_or(0.0, |entries| self.pmf_of_entries(entries, light))
+        entries.map_or(0.0, |entries| self.pmf_of_entries(entries, context, light))
     }
 
-    /// Probability of `light` in the distribution `entries`.
-    pub fn pmf_of_entries(&self, entries: &[Entry], light: LightId) -> f32 {
+    /// Probability of `light` for `context` in the distribution `entries`.
+    pub fn pmf_of_entries(&self, entries: &[Entry], context: &LightSampleContext, light: LightId) -> f32 {
         let pmf = || {
             let position = (*self.positions.get(light.0 as usize)?)?;
             let entry = entries.get(entries.partition_point(|e| e.first <= position).checked_sub(1)?)?;
             if entry.count == 1 {
                 return Some(entry.pmf);
             }
-            let (_, before, power) = self.cluster(entry)?;
-            let k = (position - entry.first) as usize;
-            Some(entry.pmf * ((before.get(k + 1)? - before.get(k)?) / power) as f32)
+            let cluster = self.tree.nodes().get(entry.node as usize)?;
+            let share = match entry.is_descended {
+                true => self.descent(context).share(entry.node as usize, position)?,
+                false => power_share(&self.power_before, cluster, position),
+            };
+            Some(entry.pmf * share as f32)
         };
         pmf().unwrap_or(0.0)
     }
 
-    /// Returns three values for a cluster: the range of its lights in the order of the lights, the
-    /// cumulative power before each of these lights and after the last, and the total power.
-    fn cluster(&self, entry: &Entry) -> Option<(std::ops::Range<usize>, &[f64], f64)> {
-        let range = entry.first as usize..(entry.first + entry.count) as usize;
-        let before = self.power_before.get(range.start..=range.end)?;
-        Some((range.clone(), before, before[range.len()] - before[0]))
+    fn descent(&self, context: &LightSampleContext) -> Descent<'_> {
+        Descent {
+            nodes: self.tree.nodes(),
+            power_before: &self.power_before,
+            context: *context,
+        }
     }
 
     /// Distribution of the lights in the cell of `context`. The first request computes it.
@@ -213,34 +237,46 @@ impl LightGrid {
         corrected: &dyn Fn(LightId, f64) -> f64,
     ) -> Box<[Entry]> {
         // Collect the clusters, and a separate entry for each light at infinity
-        let cut = self.tree.cut(lights, region, MAX_CLUSTERS).into_iter();
-        let mut parts: Vec<(u32, u32, f64)> = cut
-            .map(|c| {
-                let ids = self
-                    .order
-                    .get(c.first as usize..(c.first + c.count) as usize)
-                    .unwrap_or_default();
-                let share = c.irradiance as f64 / ids.len().max(1) as f64;
-                (c.first, c.count, ids.iter().map(|&id| corrected(id, share)).sum())
-            })
-            .collect();
+        let cut = self.tree.cut(lights, region, MAX_CLUSTERS);
+        let is_dense = self.is_dense(region.center);
+        let mut parts: Vec<(Cluster, f64)> = match self.tree.nodes().first() {
+            Some(root) if is_dense => {
+                let all = Cluster {
+                    first: 0,
+                    count: root.count,
+                    node: 0,
+                    irradiance: cut.iter().map(|cluster| cluster.irradiance).sum(),
+                };
+                vec![(all, f64::from(all.irradiance))]
+            }
+            _ => cut
+                .into_iter()
+                .map(|cluster| (cluster, self.corrected(&cluster, corrected)))
+                .collect(),
+        };
         for (position, id) in (0..).zip(&self.order).skip(self.tree.order().len()) {
             let light = lights.get(id.0 as usize);
             let irradiance = light.map_or(0.0, |l| l.irradiance_from_infinity(region, self.scene_radius));
-            parts.push((position, 1, corrected(*id, irradiance)));
+            let cluster = Cluster {
+                first: position,
+                count: 1,
+                node: 0,
+                irradiance: irradiance as f32,
+            };
+            parts.push((cluster, corrected(*id, irradiance)));
         }
 
         // Mix the probability by irradiance with a little probability by power, and apply the
         // minimum
-        let sum: f64 = parts.iter().map(|(.., e)| e).sum();
+        let sum: f64 = parts.iter().map(|(_, irradiance)| irradiance).sum();
         let by_place = if sum > 0.0 && sum.is_finite() {
             1.0 - BY_POWER
         } else {
             0.0
         };
         let total_power = self.power_before.last().copied().unwrap_or(1.0);
-        let weight = |&(first, count, irradiance): &(u32, u32, f64)| {
-            let power = self.power_before[(first + count) as usize] - self.power_before[first as usize];
+        let weight = |&(cluster, irradiance): &(Cluster, f64)| {
+            let power = power_of(&self.power_before, cluster.first, cluster.count);
             let by_irradiance = if by_place > 0.0 {
                 by_place * irradiance / sum
             } else {
@@ -264,12 +300,122 @@ impl LightGrid {
             Entry {
                 upper,
                 pmf,
-                first: part.0,
-                count: part.1,
+                first: part.0.first,
+                count: part.0.count,
+                node: part.0.node,
+                is_descended: is_dense,
             }
         });
         entries.collect()
     }
+
+    /// Sum of the refined irradiances of the lights of `cluster`.
+    fn corrected(&self, cluster: &Cluster, corrected: &dyn Fn(LightId, f64) -> f64) -> f64 {
+        let ids = self
+            .order
+            .get(cluster.first as usize..(cluster.first + cluster.count) as usize);
+        let ids = ids.unwrap_or_default();
+        let share = f64::from(cluster.irradiance) / ids.len().max(1) as f64;
+        ids.iter().map(|&id| corrected(id, share)).sum()
+    }
+
+    /// Returns true if many lights are around `p`.
+    fn is_dense(&self, p: Vec3) -> bool {
+        self.dense.get(self.grids.cell(p)).copied().unwrap_or(false)
+    }
+}
+
+/// Choice of a light of a cluster by its irradiance at a point: a descent of the hierarchy.
+struct Descent<'a> {
+    nodes: &'a [Node],
+    power_before: &'a [f64],
+    /// The receiving point.
+    context: LightSampleContext,
+}
+
+impl Descent<'_> {
+    /// Samples a light of the node `root` by the random number `v`. Returns the position of the
+    /// light in the order of the lights, and its probability.
+    fn sample(&self, root: usize, v: f64) -> Option<(u32, f64)> {
+        let all = self.nodes.get(root)?;
+        // A small part of the lights is chosen by power, for which no estimate can be wrong.
+        if v < BY_POWER {
+            let position = by_power(self.power_before, all, v / BY_POWER);
+            return Some((position, self.share(root, position)?));
+        }
+        let (mut index, mut node, mut share) = (root, all, 1.0);
+        let mut x = (v - BY_POWER) / (1.0 - BY_POWER);
+        while node.count > 1 && !self.is_far(node) {
+            let q = self.first_share(index);
+            (index, x, share) = match x < q {
+                true => (index + 1, x / q, share * q),
+                false => (node.second as usize, (x - q) / (1.0 - q), share * (1.0 - q)),
+            };
+            node = self.nodes.get(index)?;
+        }
+        let position = by_power(self.power_before, node, x);
+        share *= power_share(self.power_before, node, position);
+        Some((position, self.mixed(all, position, share)))
+    }
+
+    /// Probability that [`Descent::sample`] samples the light at `position`.
+    fn share(&self, root: usize, position: u32) -> Option<f64> {
+        let all = self.nodes.get(root)?;
+        let (mut index, mut node, mut share) = (root, all, 1.0);
+        while node.count > 1 && !self.is_far(node) {
+            let q = self.first_share(index);
+            let second = self.nodes.get(node.second as usize)?;
+            (index, share) = match position < second.first {
+                true => (index + 1, share * q),
+                false => (node.second as usize, share * (1.0 - q)),
+            };
+            node = self.nodes.get(index)?;
+        }
+        share *= power_share(self.power_before, node, position);
+        Some(self.mixed(all, position, share))
+    }
+
+    /// Probability of the light at `position` of the node `all`. The descent has the probability
+    /// `share`.
+    fn mixed(&self, all: &Node, position: u32, share: f64) -> f64 {
+        BY_POWER * power_share(self.power_before, all, position) + (1.0 - BY_POWER) * share
+    }
+
+    /// Returns true if the lights of `node` are so far away that their power decides.
+    fn is_far(&self, node: &Node) -> bool {
+        node.angle_squared(self.context.p) < FAR * FAR
+    }
+
+    /// Probability of the first child of the node `index`.
+    fn first_share(&self, index: usize) -> f64 {
+        let [first, second] = [index + 1, self.nodes[index].second as usize].map(|child| &self.nodes[child]);
+        let [a, b] = [first, second].map(|node| f64::from(node.irradiance_at(self.context.p, self.context.n)));
+        match a + b > 0.0 {
+            true => a / (a + b),
+            false => {
+                let [a, b] = [first, second].map(|node| power_of(self.power_before, node.first, node.count));
+                a / (a + b)
+            }
+        }
+    }
+}
+
+/// Position of a light of `node`, chosen by power. `before` has the summed power before each light.
+fn by_power(before: &[f64], node: &Node, v: f64) -> u32 {
+    let first = node.first as usize;
+    let before = &before[first..=first + node.count as usize];
+    let x = before[0] + v * (before[before.len() - 1] - before[0]);
+    node.first + before[1..].partition_point(|&p| p <= x).min(before.len() - 2) as u32
+}
+
+/// Probability of the light at `position` if a light of `node` is chosen by power.
+fn power_share(before: &[f64], node: &Node, position: u32) -> f64 {
+    power_of(before, position, 1) / power_of(before, node.first, node.count)
+}
+
+/// Power of the `count` lights from `first` on. `before` has the summed power before each light.
+fn power_of(before: &[f64], first: u32, count: u32) -> f64 {
+    before[(first + count) as usize] - before[first as usize]
 }
 
 /// Index, below [`NORMALS`], of the representative normal nearest to `n`. Returns the middle index
@@ -286,92 +432,6 @@ pub(super) fn normal_index(n: Vec3) -> usize {
 pub(super) fn normal_direction(index: usize) -> Vec3 {
     let digit = |i: usize| (i % 3) as f32 - 1.0;
     Vec3::new(digit(index), digit(index / 3), digit(index / 9)).normalize_or_zero()
-}
-
-/// Concentric grids, each twice as large as the one within it.
-#[derive(Clone, Copy, Debug)]
-struct Grids {
-    center: Vec3,
-    /// Half the side lengths of the innermost grid.
-    half: Vec3,
-    /// Number of cells along each side of a grid.
-    counts: [u32; 3],
-    levels: u32,
-}
-
-impl Grids {
-    /// Grids for lights in the box `lights`, in a scene within `bounds`.
-    fn new(lights: Bounds3, bounds: Bounds3, scene_radius: f32) -> Self {
-        // Extend the box of the lights by half its size
-        let mut inner = lights;
-        if !lights.is_empty() {
-            let margin = (0.5 * (lights.max - lights.min).max_element()).max(scene_radius / 64.0);
-            inner.min = (lights.min - Vec3::splat(margin)).max(bounds.min);
-            inner.max = (lights.max + Vec3::splat(margin)).min(bounds.max);
-        }
-        if inner.is_empty() {
-            inner = bounds;
-        }
-        // The margins are unusual fractions of the size. Walls often have round coordinates or are
-        // the scene's bounds, so borders between cells then do not lie on walls. On a border,
-        // rounding errors would decide the cell of a point.
-        let margins =
-            [0.013, 0.029].map(|share| share * (inner.max - inner.min).max_element().max(scene_radius / 64.0));
-        inner.min -= margins[0];
-        inner.max += margins[1];
-        let extent = inner.max - inner.min;
-        let size = extent.max_element() / RESOLUTION as f32;
-        let size = if size > 0.0 && size.is_finite() { size } else { 1.0 };
-        let counts = extent
-            .to_array()
-            .map(|e| ((e / size).ceil() as u32).clamp(1, RESOLUTION));
-        let half = 0.5 * size * Vec3::from_array(counts.map(|n| n as f32));
-        let center = inner.center();
-        let reach = ((bounds.max - center).max(center - bounds.min) / half).max_element();
-        Self {
-            center,
-            half,
-            counts,
-            levels: 1 + level_of(reach).min(MAX_LEVELS - 1),
-        }
-    }
-
-    fn len(&self) -> usize {
-        self.levels as usize * self.cells_of_level()
-    }
-
-    fn cells_of_level(&self) -> usize {
-        self.counts.iter().map(|&n| n as usize).product()
-    }
-
-    /// The cell of `p`; the nearest cell if `p` is outside.
-    #[inline(always)]
-    fn cell(&self, p: Vec3) -> usize {
-        let x = (p - self.center) / self.half;
-        let level = level_of(x.abs().max_element()).min(self.levels - 1);
-        let shrunk = x * f32::from_bits((127 - level) << 23);
-        let [nx, ny, nz] = self.counts;
-        let digit = |x: f32, n: u32| (((0.5 * x + 0.5) * n as f32) as u32).min(n - 1);
-        let [i, j, k] = [digit(shrunk.x, nx), digit(shrunk.y, ny), digit(shrunk.z, nz)];
-        (((level * nz + k) * ny + j) * nx + i) as usize
-    }
-
-    /// Middle of a cell, and the radius of a ball that encloses it.
-    fn ball(&self, cell: usize) -> (Vec3, f32) {
-        let [nx, ny, nz] = self.counts.map(|n| n as usize);
-        let index = [cell % nx, cell / nx % ny, cell / (nx * ny) % nz];
-        let scale = 2f32.powi((cell / self.cells_of_level()) as i32);
-        let counts = Vec3::from_array(self.counts.map(|n| n as f32));
-        let x = (Vec3::from_array(index.map(|i| i as f32)) + 0.5) / counts * 2.0 - 1.0;
-        let size = 2.0 * self.half / counts * scale;
-        (self.center + x * self.half * scale, 0.5 * size.length())
-    }
-}
-
-/// Smallest integer k ≥ 0 for which 2ᵏ is larger than `x`.
-#[inline(always)]
-fn level_of(x: f32) -> u32 {
-    (x.to_bits() >> 23).saturating_sub(126)
 }
 
 #[cfg(test)]

@@ -276,7 +276,7 @@ impl VisibilityGrid {
     ) -> Option<Option<(LightId, f32)>> {
         let table = self.table((lights, grid), context)?;
         match (grid, &self.sky) {
-            (Some(grid), _) => Some(grid.sample_entries(&table.entries, u)),
+            (Some(grid), _) => Some(grid.sample_entries(&table.entries, context, u)),
             (None, Some(sky)) => Some((u < table.rate).then_some((sky.id, table.rate))),
             (None, None) => None,
         }
@@ -293,7 +293,7 @@ impl VisibilityGrid {
     ) -> Option<f32> {
         let table = self.table((lights, grid), context)?;
         match (grid, &self.sky) {
-            (Some(grid), _) => Some(grid.pmf_of_entries(&table.entries, light)),
+            (Some(grid), _) => Some(grid.pmf_of_entries(&table.entries, context, light)),
             (None, Some(sky)) => Some(if sky.id == light { table.rate } else { 0.0 }),
             (None, None) => None,
         }

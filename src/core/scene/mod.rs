@@ -13,10 +13,10 @@ mod freeze;
 mod ground;
 mod incident;
 mod lamp_hulls;
+mod lamp_sizes;
 mod light_checks;
 mod lights_and_groups;
 mod made_lights;
-mod lamp_sizes;
 mod part_sizes;
 mod passing;
 mod rebuilt;
@@ -29,11 +29,11 @@ pub use duplicates::{CoincidentEmitters, MANY_COINCIDENT};
 pub use ground::{Ground, GroundPlane};
 pub use incident::Incident;
 pub(crate) use lamp_hulls::HullHit;
+pub use lamp_sizes::LampSize;
 pub use made_lights::{
     DISK_NAME, DiskParameters, RECTANGLE_NAME, RectangleParameters, SPHERE_NAME, SkyParameters, SphereParameters,
     StudioParameters,
 };
-pub use lamp_sizes::LampSize;
 pub use part_sizes::PartSize;
 pub use rebuilt::UnlitBuilder;
 pub use recognise::Panes;

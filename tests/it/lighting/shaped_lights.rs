@@ -274,11 +274,21 @@ fn every_integrator_finds_shaped_lamps() {
     for (lamp, (name, factor)) in [("sphere light", 4.0), ("disk light", 1.0)].into_iter().enumerate() {
         let lamp = &info["lamps"][lamp];
         let near = |key: &str, expected: f64| (lamp[key].as_f64().unwrap() / expected - 1.0).abs() < 1e-5;
-        assert_eq!((&lamp["material"], &lamp["lights"]), (&name.into(), &1.into()), "{lamp}");
-        assert!(near("area", factor * area) && near("power", factor * area * 3.0 * PI), "{lamp}");
+        assert_eq!(
+            (&lamp["material"], &lamp["lights"]),
+            (&name.into(), &1.into()),
+            "{lamp}"
+        );
+        assert!(
+            near("area", factor * area) && near("power", factor * area * 3.0 * PI),
+            "{lamp}"
+        );
     }
     let text = printed(&done(folder.path(), &split("info s.toml")));
-    assert!(text.contains("sphere light: 1 light, area 2.01062, power 18.9496 (80.0 % of the lamps)"), "{text}");
+    assert!(
+        text.contains("sphere light: 1 light, area 2.01062, power 18.9496 (80.0 % of the lamps)"),
+        "{text}"
+    );
     let check = printed(&done(folder.path(), &split("check s.toml")));
     assert!(check.contains("0 errors, 1 warning"), "{check}");
 }

@@ -214,7 +214,7 @@ fn left_out(significance: &Significance) -> Option<String> {
             )
         }),
         CommonErrors::Sample => Some(
-            "left out: tests of regions, because the pixels of one sample have errors in common; the tests of tiles and of the whole are weaker for the same reason; to find more, compare means of several seeds"
+            "left out: tests of regions, because the pixels of one sample have errors in common; the tests of tiles and of the whole picture are weaker for the same reason; to find more, compare means of several seeds"
                 .into(),
         ),
         CommonErrors::Picture => Some(

@@ -2,6 +2,7 @@
 
 use super::{CHANNELS, Comparison, Outcome, heavy_tails, left_out, scale_name};
 use crate::cli::words::number;
+use crate::compare::Scale;
 use crate::film::Rect;
 
 impl Comparison<'_> {
@@ -163,19 +164,29 @@ impl Comparison<'_> {
         let p = format!("p = {} over all tests, significance {level}", chance(significance.p));
         match (self.outcome, significance.worst()) {
             (Outcome::Differs, Some(e)) if significance.differs() => {
-                let (what, channel) = (place(e.window), CHANNELS[e.channel.min(2)]);
+                let (window, channel) = (place_of_test(e.scale, e.window), CHANNELS[e.channel.min(2)]);
                 let by = if e.difference.is_finite() {
                     format!("{} %", percent(e.difference))
                 } else {
                     format!("{:+.6}", e.image - e.reference)
                 };
-                outln!(
-                    "  result: differs by {by} in {channel}, here: {} {what} ({p})",
-                    scale_name(e.scale)
-                );
+                outln!("  result: differs by {by} in {channel}, in {window} ({p})");
             }
             (Outcome::Differs, _) => outln!("  result: differs: some values are not finite"),
             (outcome, _) => outln!("  result: {} ({p})", outcome.words()),
+        }
+    }
+}
+
+/// Text for the window of a test, with the name of its scale.
+fn place_of_test(scale: Scale, window: Rect) -> String {
+    let (at, size) = (window.min, window.size());
+    match scale {
+        Scale::Whole => "the whole picture".into(),
+        Scale::Pixel => format!("pixel {},{}", at.x, at.y),
+        Scale::Tile | Scale::Region => {
+            let name = scale_name(scale);
+            format!("the {name} of {}x{} pixels at {},{}", size.x, size.y, at.x, at.y)
         }
     }
 }

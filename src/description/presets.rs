@@ -91,7 +91,7 @@ pub const PRESETS: &[Preset] = &[
     ),
     preset(
         "brushed-steel",
-        "brushed stainless steel; highlights are long across the direction of increasing u",
+        "brushed stainless steel; the brush lines run along u, so highlights are stretched at right angles to u",
         STAINLESS,
         "metallic = 1\ndiffuse = [0.669, 0.639, 0.598]\nroughness = 0.4\nanisotropy = 0.8\nanisotropy_rotation = 90",
     ),

@@ -40,7 +40,7 @@ pub(in crate::cli) struct LoadArgs {
     #[arg(long, value_name = "GLOB")]
     pub only: Vec<String>,
 
-    /// Cut the scene: 'z=1.2' keeps what is below, '-z=1.2' what is above; repeatable
+    /// Cut the scene: 'z=1.2' keeps the part below, '-z=1.2' the part above; repeatable
     #[arg(long, value_name = "AXIS=VALUE", allow_hyphen_values = true)]
     pub cut: Vec<String>,
 

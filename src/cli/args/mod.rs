@@ -177,7 +177,7 @@ Examples:
     Views(ViewsArgs),
     /// Write a commented scene file for an OBJ: camera, light, exposure, every material
     Init(Box<InitArgs>),
-    /// Report errors, warnings and assumptions of a scene's files: file:line:column
+    /// Report errors, warnings and assumptions about a scene, each at file:line:column
     #[command(after_help = "\
 The exit code is 1 if there is an error; warnings and notes give 0.
 Examples:

@@ -46,7 +46,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "point-light",
-        about: "floor under a point light: reflectance / pi, intensity, cosine / distance^2",
+        about: "floor under a point light: reflectance / pi * intensity * cosine / distance^2",
         is_quick: true,
         run: point_light,
     },

@@ -33,7 +33,9 @@ pub fn reason_for_darkness(
         return finding.error.message;
     }
     let of_lamps = dark_lamps(accel, scene, camera, resolution);
-    of_lamps.unwrap_or("no light reaches what the camera sees").into()
+    of_lamps
+        .unwrap_or("no light reaches the surfaces that the camera sees")
+        .into()
 }
 
 /// Text for a message that says what is wrong with the lamps of `scene`. `None` if no fault is

@@ -18,7 +18,7 @@ impl SceneFile {
             let span = self.flag_span(&written);
             let Some(mut section) = CutSection::of_flag(text, span) else {
                 let error = self.whole(format!("--cut {}: not a plane", excerpt(text))).of_flag();
-                let help = "use AXIS=VALUE: z=1.2 keeps what is below the plane, -z=1.2 what is above";
+                let help = "use AXIS=VALUE: z=1.2 keeps the part below the plane, -z=1.2 the part above";
                 return Err(error.help(help));
             };
             let axis = section.axis.as_ref().map_or("", |axis| axis.get_ref());

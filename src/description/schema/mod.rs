@@ -32,7 +32,7 @@ fn schema() -> Value {
     if let Some(properties) = patch["properties"].as_object_mut() {
         properties.remove("patch");
     }
-    patch["description"] = json!("Changes of all materials whose names match");
+    patch["description"] = json!("Changes to all materials whose names match the pattern in the section's name");
     json!({
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": "Embrasure scene file",
@@ -47,8 +47,8 @@ fn schema() -> Value {
             "render": options("render", "Samples, integrator and reading of files", &lists()),
             "object": list(object(), 1, "Objects"),
             "material": named(material, "Materials that replace those of MTL files, by name"),
-            "patch": named(patch, "Changes of materials, by globs of their names"),
-            "part": named(part(), "Changes of parts of OBJ files, by globs of their `o` and `g` names"),
+            "patch": named(patch, "Changes to materials, by globs of their names"),
+            "part": named(part(), "Changes to parts of OBJ files, by globs of their `o` and `g` names"),
             "light": list(light(), 0, "Lights besides emitting triangles"),
             "ground": table::<GroundSection>(Some("A plane that shows only shadows")),
             "section": list(table::<CutSection>(Some("Plane that cuts the scene open")), 0, "Sections"),
@@ -143,7 +143,7 @@ fn object() -> Value {
 fn part() -> Value {
     let properties = PartSection::all_keys().map(|key| (key.key.into(), described(key)));
     closed(
-        Some("Changes of all parts whose names match"),
+        Some("Changes to all parts (`o`, `g`) whose names match the pattern in the section's name"),
         properties.collect(),
         &[],
     )

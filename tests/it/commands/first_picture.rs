@@ -483,7 +483,12 @@ fn black_image_has_a_reason() {
     for (name, camera, light, reason) in [
         ("bulb", far, "", "the lamps face inwards"),
         ("none", far, &invisible, "all surfaces are invisible"),
-        ("black", far, white, "no light reaches what the camera sees"),
+        (
+            "black",
+            far,
+            white,
+            "no light reaches the surfaces that the camera sees",
+        ),
         (
             "shown",
             "position = [0, 3, 12]\nlook_at = [0, 99, 0]",

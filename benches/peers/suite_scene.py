@@ -47,8 +47,8 @@ def load(path: Path) -> SuiteScene:
     """
     description = json.loads(path.read_text())
     obj = path.parent / description["obj"]
-    # The file of a matte scene is called scene.json, and the file of a glossy scene has the key
-    # bsdf.
+    # A scene is a room unless it is matte (its file is called scene.json) or glossy (its file has
+    # the key bsdf).
     is_room = path.name != "scene.json" and "bsdf" not in description
     camera = description["camera"]
     return SuiteScene(

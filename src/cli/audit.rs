@@ -56,7 +56,7 @@ pub(super) struct Report {
     causes: BTreeMap<&'static str, u64>,
     /// Number of errors of each backend in `rays`.
     wrong: BTreeMap<&'static str, u64>,
-    /// The disagreements that were kept: unexplained ones first, then leaks.
+    /// The disagreements that were kept: first unexplained disagreements, then leaks.
     rays: Vec<Entry>,
 }
 

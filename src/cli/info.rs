@@ -134,7 +134,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The emitting surfaces of each material, those with the most power first.
+/// Emitting surfaces of each material, sorted by decreasing power.
 fn lamps(scene: &Scene) -> Vec<Value> {
     let mut lamps: Vec<_> = scene.lamp_sizes().into_iter().collect();
     lamps.sort_by(|(_, a), (_, b)| b.power.total_cmp(&a.power));

@@ -27,7 +27,7 @@ pub(super) struct Job {
     pub scene: SceneFile,
     pub scene_path: PathBuf,
     pub settings: Settings,
-    /// Options of the picture: those of the scene file, overridden by flags.
+    /// Options of the picture: the options of the scene file, overridden by flags.
     pub options: SceneOptions,
     /// Maximum render time in seconds.
     pub time_limit: Option<f64>,

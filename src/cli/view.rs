@@ -178,7 +178,7 @@ fn request(job: Job, lights: Vec<FileLight>, render: &RenderArgs) -> Result<Scen
     })
 }
 
-/// The command line as the host of the viewer.
+/// Implements [`Host`], the functions that the command line provides for the viewer.
 struct Commands<'a> {
     render: &'a RenderArgs,
     args: &'a ViewArgs,

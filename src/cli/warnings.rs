@@ -55,7 +55,7 @@ impl ShownWarnings {
             Self::All => warnings.iter().map(|warning| (warning, with_code(warning))).collect(),
             Self::None => Vec::new(),
             Self::Summary => {
-                // First warning of each kind, and the number of others
+                // First warning of each kind, and the number of further warnings of the kind
                 let mut kinds: Vec<(&'a Warning, usize)> = Vec::new();
                 for warning in warnings {
                     match kinds.iter_mut().find(|(first, _)| first.kind == warning.kind) {
@@ -82,8 +82,8 @@ fn with_code(warning: &Warning) -> String {
     format!("{line} [{}]{rest}", warning.kind)
 }
 
-/// Text for the warning `first` and `others` more of its kind: the text of the first, the number of
-/// others, a hint to `embrasure check`, and the remedy of the first.
+/// Text for the warning `first` and for `others` further warnings of its kind: the text of `first`,
+/// the number `others`, a hint to `embrasure check`, and the remedy of `first`.
 fn summary(first: &Warning, others: usize, path: &Path) -> String {
     let (line, remedy) = first.text.split_at(first.text.find('\n').unwrap_or(first.text.len()));
     let path = path.display();

@@ -91,8 +91,8 @@ impl SceneFile {
     }
 
     /// Copy of the scene file in which no number of subdivision steps depends on the camera.
-    /// `levels` has the number of steps of an object by the object's index. Other objects whose
-    /// number depends on the camera get 0 steps.
+    /// `levels` has the number of steps of an object by the object's index. If the number of an
+    /// object depends on the camera and is not in `levels`, the object gets 0 steps.
     pub(crate) fn with_levels(&self, levels: &BTreeMap<usize, u32>) -> Self {
         let mut file = self.clone();
         for (index, object) in file.object.iter_mut().enumerate() {

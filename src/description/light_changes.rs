@@ -1,5 +1,5 @@
-//! Changes of the light of a scene file by flags. The position of a changed light may depend on the
-//! camera, and the camera may be guessed only after the scene was read.
+//! Changes that flags make to the light of a scene file. The position of a changed light may depend
+//! on the camera, and the camera may be guessed only after the scene was read.
 
 use super::{DEFAULT_SUN, LightSection, Rotation};
 use crate::light::sky::DEFAULT_TURBIDITY;
@@ -8,8 +8,8 @@ use std::ops::Range;
 use std::path::PathBuf;
 use toml::Spanned;
 
-/// Changes of the light of a scene file. Each change has the text of its flag, such as `--env sky`,
-/// for error messages.
+/// Changes that flags make to the light of a scene file. Each change has the text of its flag, such
+/// as `--env sky`, for error messages.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LightChanges {
     /// Environment that replaces all environments of the file, and text of its flag.
@@ -54,7 +54,7 @@ pub(crate) struct Viewpoint {
     pub scene_up: Option<Vec3>,
 }
 
-/// Changes of the light of a scene file, and the light sections before the changes.
+/// Changes to the light of a scene file, and the light sections before the changes.
 #[derive(Clone, Debug)]
 pub(super) struct ChangedLight {
     pub changes: LightChanges,

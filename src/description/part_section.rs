@@ -40,7 +40,7 @@ pub struct PartSection {
     /// Keys that only parts have.
     #[serde(flatten)]
     pub keys: PartKeys,
-    /// Changes of the material.
+    /// Changes to the material.
     #[serde(flatten)]
     pub material: MaterialSection,
 }

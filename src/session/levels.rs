@@ -120,8 +120,8 @@ fn levels(
     Ok(cages.iter().map(|cage| (cage.object, level(cage, &cameras))).collect())
 }
 
-/// Number of subdivision steps of the object of `cage` in a picture of `cameras`. It is the maximum
-/// over all placements, at both ends of the motion.
+/// Number of subdivision steps that the object of `cage` needs in the pictures of `cameras`. It is
+/// the maximum over all placements, at both ends of the motion.
 fn level(cage: &ObjectCage, cameras: &[Camera]) -> u32 {
     let mut level = 0;
     for placement in &cage.placements {

@@ -215,8 +215,8 @@ impl Session {
     }
 
     /// Session with the light of `file`. Keeps the triangles and textures of `scene`. If `unlit` is
-    /// missing, or if the triangles or textures are not those that were read with `unlit`, the
-    /// scene is read again.
+    /// missing, or if the triangles or textures differ from the triangles or textures that were
+    /// read with `unlit`, the scene is read again.
     fn relit(
         (file, settings): (&SceneFile, Settings),
         (scene, unlit): (Scene, Option<UnlitScene>),
@@ -353,7 +353,7 @@ impl Session {
         self.lit_words.as_ref()?.light()
     }
 
-    /// Description of the ground that was guessed without light, if any.
+    /// Description of the guessed ground, if a ground was guessed and no light.
     pub(crate) fn ground_guess(&self) -> Option<&str> {
         self.lit_words.as_ref()?.ground()
     }
@@ -474,7 +474,7 @@ pub(crate) struct LitFile {
 pub(crate) enum LitWords {
     /// Description of guessed light. It includes the ground, if a ground was also guessed.
     Light(String),
-    /// Description of a ground that was guessed without light.
+    /// Description of a guessed ground, if no light was guessed.
     Ground(String),
 }
 
@@ -487,7 +487,7 @@ impl LitWords {
         }
     }
 
-    /// Description of the ground that was guessed without light, if any.
+    /// Description of the guessed ground, if a ground was guessed and no light.
     pub fn ground(&self) -> Option<&str> {
         match self {
             Self::Light(_) => None,

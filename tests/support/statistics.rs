@@ -6,8 +6,8 @@
 //! code uses other random numbers.
 //!
 //! The statistic is Welch's t: the difference of two means over its standard error. Its degrees of
-//! freedom are those of Welch and Satterthwaite (Welch 1947, "The generalization of 'Student's'
-//! problem when several different population variances are involved", Biometrika 34).
+//! freedom follow Welch and Satterthwaite (Welch 1947, "The generalization of 'Student's' problem
+//! when several different population variances are involved", Biometrika 34).
 
 use embrasure::film::{Accumulator, Film};
 use statrs::distribution::{ContinuousCDF, StudentsT};

@@ -4,7 +4,7 @@ use super::Viewer;
 use crate::support::program::{assert_same_bits, code, done, lit_floor, run, split, words};
 use std::fs;
 
-/// Both renders complete, and take about the same time. Their images equal those of separate
+/// Both renders complete, and take about the same time. Their images equal the images of separate
 /// renders. Errors against a reference decrease.
 #[test]
 #[cfg_attr(not(long), ignore = "long")]

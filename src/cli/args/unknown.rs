@@ -1,6 +1,6 @@
 //! Advice for unknown flags: the known flag to write instead.
 //!
-//! Users of other renderers write the flags of those renderers. A table translates them, because
+//! Users of other renderers write the flags that they know. A table translates these flags, because
 //! the most similar flag here may have another meaning. For example, the flag most similar to
 //! `--engine` is `--origin`.
 

@@ -106,7 +106,7 @@ pub(in crate::cli) fn parse_svg_output(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// Parses the name of a path file to write.
+/// Parses the name of an output file for light paths: .svg, .obj or .json.
 pub(in crate::cli) fn parse_paths_output(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
     let is_known = |extension: &std::ffi::OsStr| {

@@ -199,7 +199,7 @@ fn color_of(bits: u32) -> [u8; 3] {
     let hash = mix(u64::from(bits).wrapping_add(1).wrapping_mul(GOLDEN_GAMMA));
     let hue = (hash >> 40) as f32 / (1u32 << 24) as f32 * 6.0;
     let value = 0.65 + 0.35 * ((hash & 0xffff) as f32 / 65535.0);
-    // Hue, saturation 0.7 and value as red, green and blue
+    // Convert hue, saturation (0.7) and value to red, green and blue
     [5.0f32, 3.0, 1.0].map(|n| {
         let k = (n + hue) % 6.0;
         let dip = 0.7 * k.min(4.0 - k).clamp(0.0, 1.0);

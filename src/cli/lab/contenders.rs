@@ -1,5 +1,5 @@
-//! The contenders are the estimators to compare: those of `--methods`, or the ladder if this flag
-//! is missing. Each rung of the ladder adds one idea to the rung below.
+//! The contenders are the estimators to compare: the methods of `--methods`, or the ladder if this
+//! flag is missing. Each rung of the ladder adds one idea to the rung below.
 
 use super::lessons::{self, Lesson};
 use crate::cli::args::MethodFlag;

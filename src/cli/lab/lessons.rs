@@ -122,7 +122,7 @@ fn paper(kind: IntegratorKind) -> Option<Paper> {
     })
 }
 
-/// Description of the integrator of `flag`, of each setting in `flag`, and of the bias.
+/// Describes the integrator of `flag`, then each setting in `flag`, then the bias.
 pub(super) fn of_method(flag: &MethodFlag, settings: &Settings) -> Lesson {
     let kind = flag.integrator.integrator();
     let mut sentence = String::from(kind.help());

@@ -233,8 +233,7 @@ impl Files {
     }
 }
 
-/// Arguments of a render of the scene. The settings of each contender are those of this render,
-/// changed by the contender.
+/// Arguments of a render of the scene. Each contender changes some settings of this render.
 fn render_args(args: &LabArgs, budgets: &[Budget]) -> RenderArgs {
     let samples = budgets.iter().rev().find_map(|budget| match budget {
         Budget::Samples(samples) => Some(*samples),

@@ -56,9 +56,9 @@ pub(super) struct Run {
 }
 
 impl Run {
-    /// Time of the first snapshot in seconds, and the largest budget in seconds that this time
-    /// exceeds by more than a tenth. `None` if there is no such budget. The first snapshot always
-    /// has one sample per pixel, even if this takes longer than a budget.
+    /// Time of the first snapshot, and the largest budget that this time exceeds by more than a
+    /// tenth; both in seconds. `None` if there is no such budget. The first snapshot always has one
+    /// sample per pixel, even if this takes longer than a budget.
     pub fn overspent(&self, budgets: &[Budget]) -> Option<[f64; 2]> {
         let first = self.snapshots.first()?;
         let budgets = first.budgets.iter().filter_map(|&index| match budgets[index] {

@@ -72,7 +72,7 @@ pub(super) fn paths(trace: &Trace) -> Vec<Vec<Vec3>> {
     .collect()
 }
 
-/// Shadow rays of `trace`: the occluded ones if `is_occluded` is true, else the others.
+/// Shadow rays of `trace`: the occluded rays if `is_occluded` is true, else the rays that are not.
 pub(super) fn shadow_rays(trace: &Trace, is_occluded: bool) -> Vec<Vec<Vec3>> {
     let points = trace.vertices.iter().map(|vertex| vertex.p);
     let size = points

@@ -80,7 +80,8 @@ fn begin(text: &mut String, name: &str, x: f64) {
     );
 }
 
-/// Edges to draw: those of all triangles for a small scene, else those of the boxes of the meshes.
+/// Edges to draw: the edges of all triangles if the scene is small, else the edges of the meshes'
+/// boxes.
 fn context(scene: &Scene) -> Vec<[Vec3; 2]> {
     let mut edges = Vec::new();
     if scene.placed_triangle_count() <= MAX_TRIANGLES {

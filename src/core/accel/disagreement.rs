@@ -115,7 +115,7 @@ impl Disagreement {
 }
 
 /// Sort key of an answer: smaller for nearer hits, and smaller for occluded rays than for visible
-/// ones.
+/// rays.
 fn nearness(answer: &Answer) -> f32 {
     match answer {
         Answer::Closest(hit) => hit.map_or(f32::INFINITY, |hit| hit.t),

@@ -50,7 +50,7 @@ impl Face {
             Self::Front => return axes,
             Self::Back => [-right, up, -forward],
         };
-        // Turn −0 into +0, so that the axes are bit-identical to those of a camera that looks in
+        // Turn −0 into +0, so that the axes are bit-identical to the axes of a camera that looks in
         // this direction
         turned.map(|axis| axis + Vec3::ZERO)
     }

@@ -55,8 +55,8 @@ fn prefix(target: &Path) -> String {
 
 /// Creates a temporary file in the folder of `target`. The file is removed when the result is
 /// dropped, unless it was kept. It is locked while it is open, so that other runs do not remove it.
-/// It gets the owner, the group and the permissions of the file at `target`, or those of a new file
-/// if there is no such file.
+/// It gets the owner, the group and the permissions of the file at `target`. If there is no such
+/// file, it gets them as any new file does.
 pub(super) fn temporary(target: &Path) -> io::Result<NamedTempFile> {
     let replaced = fs::symlink_metadata(target).ok().filter(Metadata::is_file);
     let prefix = prefix(target);

@@ -83,8 +83,8 @@ impl Aov {
         }
     }
 
-    /// Names of the channels that are means over the samples that hit a surface. The names are
-    /// those in [`SUMS`](super::features::SUMS).
+    /// Names of the channels that are means over the samples that hit a surface. Each name is an
+    /// entry of [`SUMS`](super::features::SUMS).
     fn means(self) -> &'static [&'static str] {
         match self {
             Self::Position => &["P.X", "P.Y", "P.Z"],

@@ -8,7 +8,7 @@
 use super::Fixed;
 use crate::math::{Vec2, Vec3};
 
-/// Properties of the first surface for channels beyond the default ones.
+/// Properties of the first surface, for channels in addition to the default channels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Features {
     /// Position in world space.

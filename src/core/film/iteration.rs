@@ -29,7 +29,7 @@ struct IterationPixel {
 }
 
 impl Iteration {
-    /// Black iteration for the pixels of `film`.
+    /// Iteration without any light yet, for the pixels of `film`.
     pub fn of(film: &Film) -> Self {
         let crop = film.crop();
         let parts = film.parts_before_paths() + film.light_paths().map_or(0, LightPaths::classes);

@@ -71,8 +71,7 @@ const SUBJECT: f32 = 0.2;
 const MAX_SHIFT: f32 = 1.0;
 /// Edge of a block in pixels.
 const BLOCK_EDGE: u32 = 4;
-/// Minimum number of pixels of a picture for blocks of several pixels. In smaller pictures, each
-/// pixel is a block.
+/// In pictures with fewer pixels than this, a block is one pixel, not 4 × 4 pixels.
 const MIN_PIXELS: u64 = 128 * 128;
 
 /// `tone` with an automatic exposure metered in `image`; other tones are returned unchanged.

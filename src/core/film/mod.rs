@@ -299,7 +299,7 @@ impl Film {
         })
     }
 
-    /// Bytes of the sums of coverage, and of the coverage channels, for all pixels of `crop`.
+    /// Memory for coverage in all pixels of `crop`, in bytes: the sums and the channels.
     pub fn coverage_bytes(crop: Rect) -> u64 {
         crop.area()
             .saturating_mul((size_of::<BackgroundSum>() + 3 * size_of::<f32>()) as u64)
@@ -422,21 +422,22 @@ impl Film {
         crop.area().saturating_mul(size_of::<Accumulator>() as u64)
     }
 
-    /// Bytes of the sums of `parts` parts of the light, and of the channels of these parts, for all
-    /// pixels of `crop`.
+    /// Memory for `parts` parts of the light in all pixels of `crop`, in bytes: the sums and the
+    /// channels.
     pub fn part_bytes(crop: Rect, parts: usize) -> u64 {
         crop.area()
             .saturating_mul((parts * (size_of::<PartSum>() + size_of::<[f32; 3]>())) as u64)
     }
 
-    /// Bytes of the sums of features in all pixels of this crop, including heap memory for up to
-    /// four ids per pixel and kind.
+    /// Memory for the sums of features in all pixels of `crop`, in bytes. It includes heap memory
+    /// for up to four ids per pixel and kind.
     pub fn feature_bytes(crop: Rect) -> u64 {
         crop.area()
             .saturating_mul((size_of::<FeatureSums>() + 3 * Coverage::USUAL_BYTES) as u64)
     }
 
-    /// Bytes of the channels of `aovs` in all pixels of this crop, without parts of the light.
+    /// Memory for the channels of `aovs` in all pixels of `crop`, in bytes. Parts of the light are
+    /// not included.
     pub fn aov_bytes(crop: Rect, aovs: &[Aov]) -> u64 {
         let channels: usize = aovs.iter().map(|aov| aov.channel_count()).sum();
         crop.area().saturating_mul((channels * size_of::<f32>()) as u64)

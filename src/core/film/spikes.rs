@@ -11,8 +11,8 @@ use crate::math::UVec2;
 const MIN_SAMPLES: u32 = 16;
 /// Minimum standard error of a spike, relative to its value.
 const MIN_ERROR: f64 = 0.5;
-/// Minimum value of a spike, relative to the median of the pixels around it and to the mean of the
-/// picture.
+/// A spike is more than this many times as bright as the median of the pixels around it, and as the
+/// mean of the picture.
 const MIN_CONTRAST: f64 = 8.0;
 /// Maximum distance, in columns and in rows, of the surrounding pixels from a spike.
 const REACH: u32 = 2;

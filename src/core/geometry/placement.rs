@@ -176,8 +176,8 @@ impl PlacedTriangle {
         let mut b = [1.0 - b1 - b2, b1, b2];
         let facet = Facet::new(self.corners);
         let mut point = SurfacePoint::new(self.corners, facet, b1, b2);
-        // Include the rounding error of the interpolation of corners in time, in this module and in
-        // an intersector
+        // This module and the intersector interpolate the corners in time. Include the rounding
+        // errors of both.
         let mut error = gamma(4) * point.p.abs();
         if let Some(m) = &self.placement {
             error += rounding(m, point.p);

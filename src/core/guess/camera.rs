@@ -362,7 +362,7 @@ impl<'a> CameraFinder<'a> {
     }
 
     /// Upright axis of drawings, and direction of the front of the scene: coordinate axes. An
-    /// interior has no front of its own, and gets the usual one.
+    /// interior has no front, and gets the usual front.
     pub fn drawing_axes(&self) -> [Vec3; 2] {
         let usual = drawing_axes(Some(self.horizon().up()), &self.request.axes);
         if self.survey.is_interior {

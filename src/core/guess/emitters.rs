@@ -62,7 +62,7 @@ pub(super) fn light(
     median >= DARK * PI && points[darkest_lit] >= requirement.irradiance * median
 }
 
-/// Estimate of the irradiance at the point `p` of the hit `seen` of a ray in the direction `w`. `i`
+/// Estimates the irradiance at `p`, where a ray in the direction `w` hits the surface `seen`. `i`
 /// is the index of the point.
 fn irradiance(
     (tracer, selection): (&SceneTracer, &LightSelection),

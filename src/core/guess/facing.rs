@@ -53,7 +53,7 @@ const FOOT: RangeInclusive<f32> = 0.05..=0.35;
 /// Length by which the toes stick out farther than the heel, as a fraction of the person's height.
 const TOES: RangeInclusive<f32> = 0.03..=0.25;
 
-/// Range of the ratio of height to length of an animal on four legs.
+/// Minimum and maximum of height divided by length, for an animal on four legs.
 const ON_LEGS: RangeInclusive<f32> = 0.4..=1.6;
 /// Minimum ratio of length to width of an animal on four legs.
 const LONG_BODY: f32 = 1.5;
@@ -83,11 +83,11 @@ const ALIKE: f32 = 0.8;
 /// Minimum difference between the similarity of the left and right halves and the similarity of the
 /// front and back halves.
 const LESS_ALIKE: f32 = 0.12;
-/// Range of the ratio of length to width of vehicles and animals.
+/// Minimum and maximum of length divided by width, for vehicles and animals.
 const LENGTH: RangeInclusive<f32> = 1.6..=4.0;
-/// Range of the ratio of height to width of vehicles and animals.
+/// Minimum and maximum of height divided by width, for vehicles and animals.
 const VEHICLE: RangeInclusive<f32> = 0.45..=1.6;
-/// Maximum ratio of height to length of vehicles and animals.
+/// Maximum of height divided by length, for vehicles and animals.
 const LOW: f32 = 0.8;
 
 /// A point in coordinates of one side: to the right, up and to the front.

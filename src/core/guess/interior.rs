@@ -72,8 +72,8 @@ pub(super) enum PlaceKind {
     Hulls,
 }
 
-/// Best view of each place of the floor with room to stand, the best first. The floor has `count`
-/// places along each side.
+/// Best view from each place of the floor where a person can stand, sorted by decreasing score. The
+/// floor has `count` places along each side.
 pub(super) fn views(tracer: &SceneTracer, horizon: &Horizon, inside: PlaceKind, count: u32) -> Vec<InteriorView> {
     let floors = Floors::new(tracer, horizon);
     let width = floors.width();

@@ -8,11 +8,11 @@ use crate::sampling::warp::uniform_disk;
 
 /// Minimum squared length of a normal's component across the axis, on the sides of a body.
 const SIDE: f32 = 0.1;
-/// Minimum fraction of points that lie on sides of the body, for full evidence.
+/// If less than this fraction of the points lies on the sides of the body, the likeness is reduced.
 const ENOUGH_SIDES: f32 = 0.2;
 /// Number of iterations that find the axis.
 const STEPS: u32 = 8;
-/// Distance of a normal's line from the axis, in radii, that halves its weight.
+/// A line along a normal has half of the full weight at this distance from the axis, in radii.
 const NEAR: f32 = 0.1;
 /// Sine of the angle between a normal and the direction away from the axis, for which the likeness
 /// is 0. Octagons have a mean of 0.19.
@@ -33,8 +33,9 @@ pub(super) struct Lathe {
 }
 
 impl Lathe {
-    /// The body with an axis parallel to the coordinate axis `axis`, at the position where the axis
-    /// is closest to the lines along the normals. `points` are pairs of position and normal.
+    /// Body of revolution around a line parallel to the coordinate axis `axis` (0 = x). The line is
+    /// placed where it is closest to the lines along the normals, because all normals of a body of
+    /// revolution meet its axis. `points` are pairs of position and normal.
     pub fn new(points: &[(Vec3, Vec3)], bounds: Bounds3, axis: usize) -> Self {
         let [a, b] = [(axis + 1) % 3, (axis + 2) % 3];
         let across = |v: Vec3| Vec2::new(v[a], v[b]);

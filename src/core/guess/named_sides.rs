@@ -45,8 +45,8 @@ const MIN_POINTS: usize = 40;
 /// Minimum distance of the named parts from the middle of the band, as a fraction of the band's
 /// extent.
 const OFF_MIDDLE: f32 = 0.12;
-/// Minimum ratio of the larger to the smaller horizontal coordinate of the vector to the named
-/// parts. A vector to a corner shows no front.
+/// The vector to the named parts has two horizontal coordinates. The larger must be at least this
+/// multiple of the smaller, because a vector to a corner shows no front.
 const STRAIGHT: f32 = 2.0;
 
 /// Direction of the front by names, of any length; `None` if names do not show it. `points` are

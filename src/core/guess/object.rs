@@ -72,8 +72,8 @@ const FACING: f32 = 4.0;
 const BACKS: f32 = 2.0;
 /// Penalty of the long sides of a vehicle or an animal.
 const LONG_SIDE: f32 = 3.0;
-/// Minimum margin of a clear front over all other sides, without the bonus of azimuth 0, in the
-/// unit of the bonuses.
+/// A front is clear if its score exceeds the scores of all other sides by this margin. The score
+/// has the unit of the bonuses, and does not include the bonus of azimuth 0.
 const CLEAR: f32 = 1.0;
 
 /// Front side of an object.

@@ -141,7 +141,8 @@ impl HitStatistics {
         self.fronts as f32 / self.hits.max(1) as f32
     }
 
-    /// Entropies in bits over the hits: of the cells of normals, of materials, and of triangles.
+    /// Entropies of three distributions in bits: of the hits over cells of normals, over materials,
+    /// and over triangles.
     ///
     /// This is viewpoint entropy (Vázquez, Feixas, Sbert and Heidrich 2001) of three partitions of
     /// the visible surfaces. The entropy of normals does not depend on the tessellation of a

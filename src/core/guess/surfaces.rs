@@ -123,10 +123,11 @@ pub(super) struct Surfaces {
     pub off_balance: [f32; 3],
     /// Mean direction in which the texture coordinate v increases.
     pub v: Vec3,
-    /// Vector from materials with names of low things to materials with names of high things, as
-    /// fractions of the extents.
+    /// Vector from the middle of the surfaces with a word of [`LOW`] in their material names to the
+    /// middle of the surfaces with a word of [`HIGH`]. Each component is divided by the scene's
+    /// extent.
     pub named: Vec3,
-    /// Fraction of the surfaces whose materials have names of low things.
+    /// Fraction of the surfaces with a word of [`LOW`] in their material names.
     pub low: f32,
     /// Extents of the scene.
     pub extent: Vec3,
@@ -333,8 +334,9 @@ fn turn(points: &[Point], bounds: Bounds3, axis: usize) -> f32 {
     })
 }
 
-/// Vector from the middle of materials with names of low things to the middle of materials with
-/// names of high things. If there are no such materials, the middle of all materials is used.
+/// Vector from the middle of the points with a word of [`LOW`] in their material names to the
+/// middle of the points with a word of [`HIGH`]. If a list has no such point, the middle of all
+/// points is used.
 fn named(materials: &[Material], points: &[Point]) -> Vec3 {
     let levels: Vec<Option<bool>> = materials.iter().map(|material| is_high(&material.name)).collect();
     let middle = |is_in: &dyn Fn(&Point) -> bool| {

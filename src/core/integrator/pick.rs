@@ -47,8 +47,9 @@ impl<A: Accel> World<'_, A> {
         runs(rows.into_iter().flatten())
     }
 
-    /// Hit of the ray from the middle of the lens through the film point `film` (pixels), in the
-    /// view at this point. `None` for the background or a shadow-catching ground.
+    /// Traces the ray from the middle of the lens through the film point `film` (pixels), with the
+    /// camera of the view at this point. Returns the hit. `None` for the background or a
+    /// shadow-catching ground.
     fn first_hit(&self, views: &[View], film: Vec2) -> Option<Hit> {
         let (camera, film) = view_at(views, film)?;
         let ray = camera.ray(film, Vec2::splat(0.5), camera.time(0.5));

@@ -203,11 +203,11 @@ fn rgb_of_xyz([x, y, z]: [f64; 3]) -> [f64; 3] {
 /// Colour of the sun at `elevation` degrees, with luminance 1: a black body of 5778 K through air
 /// of the turbidity `turbidity`.
 ///
-/// Transmittances of air and haze are those of Preetham et al., appendix A.1 (Rayleigh, and
-/// Ångström's formula with β = 0.04608 T − 0.04586, α = 1.3). Ozone, gases and water, which colour
-/// the light little, are left out. The optical mass is Kasten's (1966), as in the paper. Matching
-/// functions of the eye are the fit of Wyman, Sloan and Shirley 2013, "Simple Analytic
-/// Approximations to the CIE XYZ Color Matching Functions".
+/// Transmittances of air and haze follow Preetham et al., appendix A.1 (Rayleigh, and Ångström's
+/// formula with β = 0.04608 T − 0.04586, α = 1.3). Ozone, gases and water, which colour the light
+/// little, are left out. The optical mass is Kasten's (1966), as in the paper. Matching functions
+/// of the eye are the fit of Wyman, Sloan and Shirley 2013, "Simple Analytic Approximations to the
+/// CIE XYZ Color Matching Functions".
 pub fn sun_color(elevation: f32, turbidity: f32) -> Spectrum {
     let degrees = f64::from(elevation).clamp(0.0, 90.0);
     let mass = 1.0 / (degrees.to_radians().sin() + 0.15 * (degrees + 3.885).powf(-1.253));

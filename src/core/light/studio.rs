@@ -18,8 +18,8 @@ use std::f64::consts::{PI, TAU};
 /// Columns and rows of the image.
 pub const STUDIO_SIZE: [usize; 2] = [256, 128];
 /// Irradiance by the key, the fill and the rim lamp, W·m⁻², each on a surface that faces this lamp.
-/// The rim lamp is the brightest, because the camera sees only surfaces that this lamp lights at
-/// grazing angles.
+/// The rim lamp is the brightest. It is behind the subject, so the surfaces that it lights and that
+/// the camera sees are lit at grazing angles.
 pub const STUDIO_IRRADIANCE: [f64; 3] = [3.2, 0.3, 4.0];
 
 /// Radiance of the wall at the nadir, at the horizon and at the zenith.

@@ -17,7 +17,8 @@ use crate::math::{Vec2, Vec3};
 use crate::sampling::warp::uniform_triangle;
 use crate::texture::{Mapping, Texture, TextureId};
 
-/// Maximum number of parts along a side of the triangle, for the mean of the texture.
+/// The mean of a texture over a triangle is computed from parts of the triangle. Maximum number of
+/// parts along a side.
 const PARTS: f32 = 8.0;
 /// Minimum weight of a triangle that may emit, in the choice of a light. It is a fraction of the
 /// weight that the triangle would have if all its texels were as bright as the brightest texel.

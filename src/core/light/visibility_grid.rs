@@ -219,7 +219,7 @@ impl VisibilityGrid {
     }
 
     /// The grid with the visible fractions `found` of all targets ([`VisibilityGrid::targets`]),
-    /// cell by cell. Few rays measure a fraction, so fractions are averaged with those of
+    /// cell by cell. Few rays measure a fraction, so fractions are averaged with the fractions of
     /// neighbouring bins and cells, which are probably similar. `counts` has the number of points
     /// of each cell.
     pub fn with_visibility(mut self, found: &[f32], counts: &[usize]) -> Self {

@@ -37,7 +37,7 @@ pub struct PathPart {
 }
 
 impl PathPart {
-    /// Prefix of the names of parts with an expression of the user.
+    /// Prefix of the name of a part that the user defines by an expression.
     const OWN: &str = "lpe:";
 
     /// Names of all parts that `--aov` accepts, for the help text.

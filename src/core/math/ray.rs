@@ -33,13 +33,13 @@ impl Ray {
         }
     }
 
-    /// The same ray at the time `time`.
+    /// Returns this ray with the time `time`.
     #[inline(always)]
     pub fn when(self, time: f32) -> Self {
         Self { time, ..self }
     }
 
-    /// The same ray, starting inside the absorbing body `body`.
+    /// Returns this ray with a start inside the absorbing body `body`.
     #[inline(always)]
     pub fn within(self, body: u32) -> Self {
         Self { body, ..self }

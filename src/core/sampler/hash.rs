@@ -21,7 +21,7 @@ pub(super) fn unit_f32(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / (1u32 << 24) as f32)
 }
 
-/// Image of `x` in a permutation of the numbers with `bits` binary digits. `key` selects the
+/// Permutes the numbers with `bits` binary digits, and returns the image of `x`. `key` selects the
 /// permutation.
 pub(super) fn permute(x: u32, bits: u32, key: u64) -> u32 {
     let words = [mix(key), mix(key ^ GOLDEN_GAMMA)].map(|hash| [hash as u32, (hash >> 32) as u32]);

@@ -3,8 +3,8 @@
 //! Samplers keep no state between samples, so the image does not depend on threads or on the order
 //! of work. Dimensions have fixed blocks: one for the camera, and one for each vertex (light
 //! choice, light point, lobe, direction, roulette). A skipped draw therefore does not shift later
-//! draws. Random numbers that belong to no pixel, such as those of photons and Markov chains, use
-//! row numbers that no image has ([`Stream`]).
+//! draws. Random numbers that belong to no pixel, such as the numbers of photons and Markov chains,
+//! use row numbers that no image has ([`Stream`]).
 
 mod antithetic;
 mod any;

@@ -8,8 +8,8 @@ use std::f32::consts::TAU;
 /// Base-2 logarithm of the maximum number of points of a set.
 pub(super) const MAX_BITS: u32 = 10;
 
-/// Base-2 logarithm of the number of points of the set for `count` samples: the largest power of 2
-/// up to `count`, at most 2^[`MAX_BITS`].
+/// Base-2 logarithm of the size of the point set for `count` samples. The size is the largest power
+/// of 2 up to `count`, at most 2^[`MAX_BITS`].
 pub(super) fn set_bits(count: u32) -> u32 {
     count.max(1).ilog2().min(MAX_BITS)
 }

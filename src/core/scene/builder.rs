@@ -35,7 +35,8 @@ pub struct SceneReport {
     pub coincident_triangles: u64,
     /// Number of triangles without area whose material emits. They are left out.
     pub degenerate_emitters: u64,
-    /// True if no light emits, although the scene has lights or had emitting triangles.
+    /// True if no light emits, although the input has lights or emitting triangles. Triangles
+    /// without area, which are left out, count too.
     pub is_dark: bool,
     /// Number of panes of glass that became thin dielectrics. Panes of a prototype count once.
     pub panes: u64,

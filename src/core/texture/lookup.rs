@@ -15,7 +15,7 @@ const FARTHEST_TEXEL: f32 = 4_194_304.0;
 /// Maximum number of texels along a side.
 const LONGEST: usize = 1 << 28;
 
-/// An immutable picture with MIP levels, each half the size of the one before (Williams 1983,
+/// An immutable picture with MIP levels, each half the size of the level before (Williams 1983,
 /// "Pyramidal Parametrics").
 ///
 /// u points to the right and v upwards. The picture fills the unit square. The first row of a file

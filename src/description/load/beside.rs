@@ -1,5 +1,6 @@
 //! Search for pictures near an OBJ file: in its folder, in texture folders within or beside this
-//! folder, and in folders within those texture folders that have the name of the OBJ file.
+//! folder, and in subfolders of these texture folders. A subfolder must have the name of the OBJ
+//! file.
 
 use super::picture_names::{
     MIN_NAME, TEXTURE_WORDS, are_alike, has_extension, is_generic, is_generic_word, is_other_word, is_texture_name,
@@ -198,7 +199,7 @@ impl NearbyFiles {
         folder.is_some_and(|folder| folder == "images") && !self.has_power_of_two_sides(image)
     }
 
-    /// Pictures for which `rule` holds, except those that this program wrote.
+    /// Pictures for which `rule` holds, except pictures that this program wrote.
     fn found(&self, rule: impl Fn(&Image) -> bool) -> Vec<&Image> {
         let images = self.images.iter().filter(|image| rule(image));
         images.filter(|image| !self.is_rendering(image)).collect()

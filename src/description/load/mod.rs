@@ -104,8 +104,8 @@ pub(crate) struct UnlitScene {
 impl UnlitScene {
     /// The scene with the lights and the ground of `file`, and with the triangles and textures of
     /// `scene`. Except for lights and ground, `file` must equal the scene file that was read
-    /// before. Returns `None` if the triangles or textures of `scene` are not those that were read
-    /// before.
+    /// before. Returns `None` if the triangles or textures of `scene` differ from the triangles or
+    /// textures that were read before.
     pub fn lit(
         self,
         file: &SceneFile,

@@ -44,7 +44,7 @@ impl MaterialSection {
         let (material, has) = (&found.material, |slot| found.has_map(slot));
         let reflects = !material.specular.is_black() || has(MapSlot::Specular);
         let refracts = !material.transmission.is_black();
-        // Write fields that differ from those of a black surface, and always `diffuse` and
+        // Write fields that differ from the fields of a black surface, and always `diffuse` and
         // `specular`
         let (mut section, black) = (Self::default(), Material::default());
         macro_rules! say {

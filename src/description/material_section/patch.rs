@@ -118,8 +118,9 @@ impl MaterialSection {
         Ok((patched, warning))
     }
 
-    /// Reflection model of `base` changed by the keys of the section. `material` already has the
-    /// values of all other keys.
+    /// Reflection model of the patched material: the model of `base`, changed by the keys of the
+    /// section that choose a model, such as `model`, `exponent` and `metallic`. `material` already
+    /// has the values of the other keys of the section.
     fn patched_gloss(
         &self,
         section: &Named,

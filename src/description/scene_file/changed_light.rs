@@ -1,5 +1,5 @@
-//! Changes of the light of a scene file by flags. They are stored as changes until the camera is
-//! known.
+//! Changes that flags make to the light of a scene file. They are stored as changes until the
+//! camera is known.
 
 use super::SceneFile;
 use crate::description::LightSection;

@@ -57,7 +57,7 @@ pub struct SceneFile {
     /// Patches of materials. The keys are globs of material names.
     #[serde(default, skip_serializing_if = "InOrder::is_empty")]
     pub patch: InOrder<MaterialSection>,
-    /// Changes of parts of OBJ files. The keys are globs of part names.
+    /// Changes to parts of OBJ files. The keys are globs of part names.
     #[serde(default, skip_serializing_if = "InOrder::is_empty")]
     pub part: InOrder<PartSection>,
     /// Lights other than emitting triangles.
@@ -88,7 +88,7 @@ pub struct SceneFile {
     /// shown.
     #[serde(skip)]
     pub only: Vec<String>,
-    /// Changes of the light that flags set.
+    /// Changes that flags make to the light.
     #[serde(skip)]
     pub(super) changed_light: Option<Box<ChangedLight>>,
     /// Path and text of the file, and the keys that flags set.

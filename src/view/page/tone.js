@@ -18,7 +18,7 @@ export const HALVES = (() => {
   return values;
 })();
 
-// Rounds non-negative numbers to the nearest 16-bit floats. Larger numbers become the maximum.
+// Rounds non-negative numbers to the nearest 16-bit floats. Numbers above the maximum, 65504, become the maximum.
 export function toHalves(numbers) {
   const bits = new Uint32Array(numbers.buffer, numbers.byteOffset, numbers.length);
   const halves = new Uint16Array(numbers.length);

@@ -216,7 +216,8 @@ fn reader_differences_match_the_guide() {
     }
 }
 
-/// No input of the fuzz targets makes the second reader panic, and each refusal has help.
+/// No input of the fuzz targets makes the reader by the crate `tobj` panic, and each error has
+/// help.
 #[test]
 fn tobj_survives_the_fuzz_corpus() {
     let place = tempfile::tempdir().unwrap();

@@ -156,7 +156,8 @@ fn flags_are_written_with_the_scene() {
         assert!(text.contains(expected), "{expected}: {text}");
     }
 
-    // Patches of the file and of flags with the same glob, and files in other folders
+    // Test names and globs that both the scene file and a flag patch. The OBJ file, its instances
+    // and a texture are in other folders.
     let scene = "version = 1\n[camera]\nposition = [3, 1, 9]\nlook_at = [4, 0.5, 0]\nlens_radius = 0.1\nshutter = [0.1, 0.9]\nposition_close = [3.1, 1, 9]\n\
         [[object]]\nobj = \"../models/a.obj\"\ninstances = \"places.txt\"\n\
         [[object]]\nobj = \"../models/a.obj\"\ntransform = { translate = [0, -1.1, 0], scale = 0.9 }\n\

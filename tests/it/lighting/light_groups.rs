@@ -354,7 +354,7 @@ fn done(folder: &Path, args: &[&str]) {
     assert!(is_done, "{args:?}: {said}");
 }
 
-/// Bits of all channels except those of the render state.
+/// Bits of all channels, except the channels of the render state.
 fn bits(path: &Path) -> BTreeMap<String, Vec<u32>> {
     use exr::prelude::*;
     let file = read_first_flat_layer_from_file(path).unwrap();

@@ -137,7 +137,8 @@ fn image_named_after_the_obj_is_its_color() {
     let render = || words(&done(folder.path(), &line));
     assert_eq!(render(), render());
     assert!(picture(&folder, "").0 == grey);
-    // The name of a texture set may contain a size, which is ignored.
+    // Sizes in names are ignored: 2k in the name of a texture, 30k and 100k in the name of the OBJ
+    // file.
     let folder = pictures(&["textures/a_001_dif_2k.png", "textures/c_albedo.png"], None);
     for name in ["a_001_30k", "a_001_100k"] {
         fs::rename(folder.path().join("a.obj"), folder.path().join(format!("{name}.obj"))).unwrap();
@@ -470,8 +471,8 @@ fn materials_are_found_in_other_case_and_with_other_separators() {
     assert!(got != expected, "{words}");
     let words = messages(&folder, "check s.toml");
     assert!(!words.contains("[unused-definition]"), "{words}");
-    // A name that fits two definitions has none. A separator may be another one, but not missing:
-    // `Mat1` does not define `Mat_1`.
+    // A name that fits two definitions has none. A separator may differ, but it must not be
+    // missing: `Mat1` does not define `Mat_1`.
     for library in [
         "newmtl Mat.1\nmap_Kd x.png\nnewmtl mat 1\n",
         "newmtl Mat1\nmap_Kd x.png\n",

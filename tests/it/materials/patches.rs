@@ -60,7 +60,7 @@ fn patch_keeps_other_keys() {
         picture(at, "[material.\"Floor.001\"]\npatch = false\nroughness = 0.2\n", &[]),
         replaced
     );
-    // Replace the texture by another one, and by none.
+    // Replace the texture by another texture, and remove it.
     let other = picture(at, "[patch.\"Floor.001\"]\ndiffuse_map = \"b.png\"\n", &[]);
     let none = picture(at, "[patch.\"Floor.001\"]\ndiffuse_map = false\n", &[]);
     assert!(other != plain && none != plain && other != none);

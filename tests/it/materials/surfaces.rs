@@ -233,8 +233,8 @@ fn interpolated_normals_match_the_sphere() {
             continue;
         };
         let got = Vec3::from_array([0, 1, 2].map(|c| 2.0 * sums.mean(c) as f32 - 1.0));
-        // Triangles are 22° wide, so their normals differ from those of the sphere by up to 0.2.
-        // The camera also sees slightly different points on a triangle and on the sphere.
+        // Triangles are 22° wide, so their normals differ from the normals of the sphere by up to
+        // 0.2. The camera also sees slightly different points on a triangle and on the sphere.
         assert!(got.distance(n) < 0.13, "{pixel}: {got} instead of {n}");
         seen += 1;
     }

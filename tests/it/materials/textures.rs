@@ -816,7 +816,7 @@ fn drawn_pictures(folder: &TempDir) -> [PathBuf; 4] {
     paths
 }
 
-/// Asserts that texels and means of a texture equal those of the image crate.
+/// Asserts that texels and means of a texture equal the texels and means by the crate `image`.
 fn assert_decoded(path: &Path) {
     let picture = image::open(path).unwrap().to_rgba8();
     let texture = load_texture(path, TextureKind::Color, Wrap::Repeat).unwrap();

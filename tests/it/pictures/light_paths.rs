@@ -189,7 +189,7 @@ fn bounces_are_differences_of_depths() {
             let bound = 1e-5 * whole.abs().max(0.1);
             assert!((difference - bounce).abs() <= bound, "{k}: {difference}, {bounce}");
         }
-        // The maximum depth limits the number of bounces, so the part for the other paths is black.
+        // No path has more than 4 bounces, so the part for longer paths (bounce.rest) is black.
         assert!(means(&film, Some(5)).iter().all(|rest| *rest == 0.0));
         before = picture;
     }
@@ -288,7 +288,8 @@ fn parts_have_equal_means_by_all_integrators() {
     }
 }
 
-/// Compares the means of `wanted` of all integrators with the means of path tracing.
+/// Renders the parts `wanted` by all integrators, and compares their means with the means by path
+/// tracing.
 fn compare_methods(scene: &Path, wanted: &[PathPart]) {
     const SEEDS: u64 = 24;
     let of = |method: (IntegratorKind, bool), seed: u64| -> Vec<f64> {
@@ -356,7 +357,7 @@ fn done(folder: &Path, args: &str, more: &[&str]) {
     assert!(is_done, "{args:?}: {said}");
 }
 
-/// Bits of all channels except those of the render state.
+/// Bits of all channels, except the channels of the render state.
 fn bits(path: PathBuf) -> BTreeMap<String, Vec<u32>> {
     use exr::prelude::*;
     let file = read_first_flat_layer_from_file(path).unwrap();

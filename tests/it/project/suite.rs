@@ -30,10 +30,12 @@ fn assert_means(what: &str, image: &[Vec<f32>; 3], reference: &[Vec<f32>; 3], to
     }
 }
 
-/// Fails unless renders of `toml` with increasing numbers of independent samples have the mean of
-/// the reference (4096 samples), and converge to the reference as 1/spp. Stratified samples, and
-/// then also path reuse, must have the same mean. `factors` are the maximum ratios of their relMSE
-/// to that of independent samples. Means agree within `tolerance`. `flags` are added to each
+/// Renders `toml` with three increasing numbers of independent samples. Fails unless relMSE falls
+/// as 1/spp, and the render with most samples has the mean of the reference (4096 samples).
+///
+/// Two more renders use the default sampler: first without path reuse, then with path reuse. Each
+/// must have the mean of the reference. Its relMSE must be below `factors` times the relMSE of the
+/// same number of independent samples. Means agree within `tolerance`. `flags` are added to each
 /// render.
 fn assert_converges(toml: &Path, flags: &[&str], reference: &[Vec<f32>; 3], (tolerance, factors): (f64, [f64; 2])) {
     let counts = [8, 32, 128].map(budget);

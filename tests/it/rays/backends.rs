@@ -778,8 +778,8 @@ fn intervals_are_open() {
                 let to = Vec3::new(0.3 * v.x, 0.3 * v.y - 0.2, 0.0);
                 let ray =
                     Ray::new(from, (0.5 + 2.0 * u.x) * (to - from)).when(if scene.is_moving() { v.x } else { 0.0 });
-                // Test single rays, and packets, whose distances may differ from those of single
-                // rays in the last digits
+                // Test single rays and packets. Distances of packets may differ from distances of
+                // single rays in the last digits.
                 for is_packet in [false, true] {
                     let ask = |ray: Ray| -> (Option<Hit>, bool) {
                         if !is_packet {

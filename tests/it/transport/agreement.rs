@@ -153,7 +153,8 @@ fn estimators(spp: u32, blind: u32) -> Vec<Estimator> {
     });
     all.push(Estimator {
         name: "distributed".into(),
-        // Each sample has 2⁶ paths, so a quarter of the samples has the error of the path tracer.
+        // Each sample has up to 2⁶ paths, but they share vertices: one sample has about the error
+        // of 4 samples of the path tracer.
         spp: spp / 4,
         render: Box::new(|world, spp| {
             let integrator = DistributedIntegrator {
@@ -241,7 +242,7 @@ fn relative_variance_about(i: usize, variances: &[f64], means: &[f64]) -> f64 {
     near.iter().sum::<f64>() / near.len().max(1) as f64
 }
 
-/// Compares all [`estimators`], except those whose names end with an entry of `skip`.
+/// Compares all [`estimators`], except estimators whose names end with an entry of `skip`.
 fn all_agree(what: &str, scene: &Scene, camera: CameraParameters, samples: (u32, u32), skip: &[&str]) {
     with_world(scene, camera, RESOLUTION, |world| {
         all_agree_in(what, world, samples, skip)

@@ -330,7 +330,7 @@ fn light_tracing_agrees_with_paths() {
     }
 }
 
-/// Connections, also those to the lens, go through thin glass and filters.
+/// Connections go through thin glass and filters, also connections to the lens.
 #[test]
 fn light_tracing_passes_glass() {
     let mut b = room_below_a_pane();

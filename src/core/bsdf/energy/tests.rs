@@ -2,7 +2,7 @@ use super::*;
 use std::f64::consts::PI;
 
 /// Albedo of single reflections, unweighted and weighted by `(1 − cos)⁵`: ∫ D G₂ / (4 cos θo) dωi
-/// in f64. The grid and the forms of `D` and `Λ` differ from those of the tables.
+/// in f64. The grid and the forms of `D` and `Λ` differ from the grid and the forms of the tables.
 fn shares(cos_o: f64, alpha: f64) -> [f64; 2] {
     const STEPS: usize = 1000;
     let lambda = |cos: f64| 0.5 * ((1.0 + alpha * alpha * (1.0 / (cos * cos) - 1.0)).sqrt() - 1.0);

@@ -325,7 +325,7 @@ fn independent_tiles(tiles: usize, common: CommonErrors) -> f64 {
     }
 }
 
-/// One test for each channel, by the spread of the relative differences of `tiles`.
+/// Tests each channel by the spread of the relative differences of `tiles`.
 fn spread_tests(tiles: &[&NoiseTile], common: CommonErrors) -> Vec<Test> {
     let test = |channel| spread_test(tiles, common, channel);
     (0..3).filter_map(test).collect()

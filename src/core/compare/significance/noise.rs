@@ -146,7 +146,8 @@ pub(super) fn ratio(a: f64, b: f64) -> Option<f64> {
     (a.is_finite() && b.is_finite()).then(|| if a == 0.0 { 0.0 } else { a / b })
 }
 
-/// A picture, and the variances of pixels, of tiles, and of the surroundings of both.
+/// A picture with four variances: of each pixel, of the pixels around it, of each tile, and of the
+/// tiles around it.
 struct NoisyPicture {
     values: Vec<[f64; 3]>,
     variance: Vec<[f64; 3]>,
@@ -310,7 +311,7 @@ impl Grid {
     }
 }
 
-/// A tile, with sums over those of its pixels whose noise is known.
+/// A tile, with sums over its pixels with known noise.
 pub(super) struct NoiseTile {
     pub(super) window: Rect,
     pub(super) pixels: f64,

@@ -108,9 +108,9 @@ fn cube_matches_closed_forms() {
             let normal = fine.normals[place.unwrap()];
             assert!(normal.distance(expected.normalize()) < 1e-6, "{normal} at {expected}");
         };
-        // After a step, the coordinates of corners are ±5/9 on three axes, those of edges ±3/4 on
-        // two axes, and those of faces ±1 on one axis. Then apply the limit masks of valence 3, (9
-        // v + 4 Σe + Σf)/24, and of valence 4, (16 v + 4 Σe + Σf)/36:
+        // After a step, corners have the coordinates ±5/9 on three axes, edges ±3/4 on two axes,
+        // and faces ±1 on one axis. Then apply the limit masks of valence 3, (9 v + 4 Σe + Σf)/24,
+        // and of valence 4, (16 v + 4 Σe + Σf)/36:
         let (c, e, f) = (5.0 / 9.0, 0.75, 1.0);
         // Corner: edges are (e, e, 0) in three orders, faces (f, 0, 0)
         let corner = (9.0 * c + 4.0 * 2.0 * e + f) / 24.0;

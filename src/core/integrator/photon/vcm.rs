@@ -58,7 +58,8 @@ pub struct WorkItemPaths<'a> {
     paths: Vec<Vec<PathVertex<'a>>>,
 }
 
-/// Light paths for merging of an iteration, with a grid of their vertices.
+/// Light paths that camera paths of an iteration merge with, and a grid of the vertices of these
+/// paths.
 #[derive(Debug)]
 pub struct MergedPaths<'a> {
     paths: Vec<Vec<PathVertex<'a>>>,
@@ -67,7 +68,7 @@ pub struct MergedPaths<'a> {
     time: f32,
 }
 
-/// A vertex of a light path for merging, as an item of the grid.
+/// Item of the grid: a vertex of a light path.
 #[derive(Clone, Copy, Debug)]
 struct Visit {
     p: [f32; 3],

@@ -440,8 +440,9 @@ fn ks_is_a_highlight_if_kd_and_ks_exceed_1() {
         messages.len() == 1 && messages[0].contains("t.mtl:7: Kd + Ks of material `roof` is 1.74, so the surface"),
         "{messages:?}"
     );
-    // The colours of a picture are darker than its factor. If `Kd` has a picture, a `Ks` that is
-    // possible for a dielectric does not determine the dialect.
+    // With a picture, the diffuse reflectance is lower than the value of `Kd`, so a sum `Kd + Ks`
+    // above 1 is possible. If a dielectric can have the `Ks`, such as 0.04, the sum does not
+    // determine the dialect. With a `Ks` of 0.5 it does.
     for (ks, gloss) in [("0.04", Gloss::Phong(20.0)), ("0.5", Gloss::Metallic(0.0))] {
         for kd in ["", "Kd 1\n", "Kd 0.512\n"] {
             let wood = material("wood", &format!("{kd}map_Kd a.png\nKs {ks}\nNs 20"));

@@ -369,8 +369,8 @@ fn excess_in_words(sum: f32) -> String {
 /// both.
 ///
 /// A library has one writer, so one such material shows that `Ks` is not a share of the light in
-/// any material of the library. The colours of a picture are darker than the factor of the picture,
-/// so the sum with `Ks` may be above 1.
+/// any material of the library. With a picture, the reflectance is lower than the value of `Kd` or
+/// `Ks`, so the sum of these values may be above 1.
 fn excess_of(sections: &[Section]) -> Option<(&Section, f32)> {
     let shines = |section: &&Section| {
         let is_given = section.specular.is_some_and(|ks| !ks.is_black());

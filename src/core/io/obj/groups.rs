@@ -22,7 +22,7 @@ pub(super) struct Faces {
     pub material: Option<String>,
     /// Line of the first `usemtl` with that name; 0 if there is none.
     pub line: usize,
-    /// Index of the list of rules for the parts of the faces.
+    /// Index of the list of rules that apply to the parts of these faces.
     pub rules: u32,
     /// Runs of faces in the order of the file.
     pub runs: Vec<Run>,

@@ -2,7 +2,7 @@
 //! all backends trace the same shapes.
 //!
 //! The cross-section of a tube is a regular polygon with the area of the circle. Shading normals
-//! are those of the round tube. Spheres close the ends and the bends of tubes.
+//! are the normals of the round tube. Spheres close the ends and the bends of tubes.
 
 use super::Group;
 use super::colors::Colors;

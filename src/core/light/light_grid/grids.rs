@@ -1,4 +1,4 @@
-//! Cells of the light grid: concentric grids, each twice as large as the one within it.
+//! Cells of the light grid: concentric grids. Each grid is twice as large as the grid within it.
 
 use crate::math::{Bounds3, Vec3};
 
@@ -11,7 +11,7 @@ const PLACES: usize = 12;
 /// Number of divisions of a cell along each axis. Lights in the same division are in one place.
 const DIVISIONS: u32 = 4;
 
-/// Concentric grids, each twice as large as the one within it.
+/// Concentric grids. Each grid is twice as large as the grid within it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Grids {
     center: Vec3,

@@ -105,7 +105,8 @@ pub(in crate::scene) fn max_thickness(bounds: Bounds3) -> f64 {
 pub(in crate::scene) struct FlatPanes {
     /// For each material seen so far, true if it is clear glass.
     is_clear: HashMap<MaterialId, bool>,
-    /// Thin dielectric of panes. The key is the material of the glass body.
+    /// Material of the panes of each glass: a thin dielectric. The key is the material of the glass
+    /// body.
     thin: HashMap<MaterialId, MaterialId>,
     /// Number of panes that were replaced.
     pub count: u64,

@@ -187,7 +187,8 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         let is_at_end = cut.kept == 0 || cut.kept + cut.count == x.len();
         VertexCounts {
             deleted: cut.count,
-            // Require a new vertex at an end of the path, or if no vertex is deleted
+            // At least one new vertex is required if the cut is at an end of the path, or deletes
+            // no vertex.
             min: usize::from(is_at_end || cut.count == 0).max(self.space.min_vertices.saturating_sub(others)),
             max: self.space.max_vertices.saturating_sub(others),
         }

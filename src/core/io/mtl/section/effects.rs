@@ -5,7 +5,8 @@ use crate::color::Spectrum;
 use crate::io::mtl::MapSlot;
 use crate::material::{Gloss, Material};
 
-/// Maximum sum of the reflected and transmitted light of a mixture, with a margin for rounding.
+/// Maximum sum of the reflected and the transmitted light of a mixture: 1, and a margin for
+/// rounding.
 const FULL: f32 = 1.0001;
 
 /// Returns true if the surface transmits light with refraction.

@@ -1,9 +1,12 @@
 use super::args::MergeArgs;
 use super::error::CliError;
-use super::outputs::Outputs;
+use super::outputs::{Outputs, face_error};
 use super::words;
+use crate::camera::cube_faces;
 use crate::files::Output;
+use crate::film::Rect;
 use crate::io::FileError;
+use crate::math::UVec2;
 use crate::session::{Parts, Settings, all_threads, thread_pool};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -23,6 +26,16 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
     settings.check()?;
     let mut outputs = Outputs::default();
     let images = outputs.prepare_images(&args.output, finish.tone, &args.exr.format()?)?;
+    let size = parts.resolution();
+    let is_cube = cube_faces(size).is_some_and(|(side, _)| parts.view_size() == UVec2::splat(side));
+    if images.has_faces() && !is_cube {
+        let help = "give a name without the placeholder, or merge parts of `render --projection cubemap`";
+        return Err(face_error("the parts belong to no cube map", help));
+    }
+    if images.has_faces() && parts.crop() != Rect::full(size) {
+        let help = "merge all parts, or write one file";
+        return Err(face_error("the parts are not the whole picture", help));
+    }
     let checkpoint = args.checkpoint.as_deref();
     let checkpoint = checkpoint
         .map(|path| outputs.prepare("--checkpoint", path))
@@ -42,7 +55,9 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
             if let Err(error) = denoised {
                 words::warning(format!("the pictures are not denoised: {error}"));
             }
-            joined.write(&image, &images)
+            let mut failures = joined.write(&image, images.whole());
+            failures.extend(images.write_faces(&image, &joined.metadata));
+            failures
         };
         unkept.into_iter().chain(unwritten).collect()
     });

@@ -9,7 +9,7 @@ use super::clock::Clock;
 use super::dump::write_scene;
 use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
-use super::outputs::{self, Images, Outputs, images_of_render};
+use super::outputs::{Images, Outputs, images_of_render};
 use super::picture_warnings::{
     cut_warning, doubtful_warning, dropped_warning, idle_aov, narrow_picture, negative_lobes, panorama_shape,
     spikes_warning,
@@ -24,7 +24,7 @@ use super::words;
 use crate::accel::{Auditor, BackendInfo};
 use crate::files::{guarded, in_words};
 use crate::film::{Image, Spikes, metered};
-use crate::io::{FileError, Format, LoadObserver, Warning};
+use crate::io::{FileError, Format, LoadObserver, Metadata, Warning};
 use crate::render::{Observer, Outcome};
 use crate::session::{BUILD, RenderState, Renderer, Session, Unfinished};
 use std::path::PathBuf;
@@ -69,7 +69,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     job.settings.resolution = session.settings().resolution;
     // The exposure may depend on the light, which is known now.
     job.settings.tone = session.settings().tone;
-    outputs::show(&mut files.images, job.settings.tone);
+    files.images.show(job.settings.tone);
     // Default names avoid the scene's files, which are known now.
     let mut renamed = None;
     if args.output.is_empty() && !job.scene.is_file() {
@@ -313,7 +313,7 @@ impl Run<'_> {
         let start = Instant::now();
         let images = &self.files.images;
         let before: Vec<_> = images.iter().map(|(_, output)| output.id()).collect();
-        let unwritten = self.renderer.write(state, &image, images, &metadata);
+        let unwritten = self.write_images(state, &image, &metadata);
         failures.extend(unwritten.iter().map(FileError::to_string));
         results.write_s = start.elapsed().as_secs_f64();
         // If `output.id()` has changed, the EXR file was replaced. The new file is complete, even
@@ -334,6 +334,14 @@ impl Run<'_> {
             }
         }
         image
+    }
+
+    /// Writes `image`, the picture of `state`, to all image files, and returns the errors.
+    fn write_images(&self, state: &RenderState, image: &Image, metadata: &Metadata) -> Vec<FileError> {
+        let images = &self.files.images;
+        let mut failures = self.renderer.write(state, image, images.whole(), metadata);
+        failures.extend(images.write_faces(image, metadata));
+        failures
     }
 
     /// The picture of `state`. If making the additional channels panics, the picture has only the
@@ -431,7 +439,7 @@ impl Run<'_> {
                 let image = self.develop(state, &mut faults);
                 faults.iter().for_each(words::warning);
                 metadata.note_exposure(self.job.settings.tone, &image);
-                failures.extend(self.renderer.write(state, &image, &self.files.images, &metadata));
+                failures.extend(self.write_images(state, &image, &metadata));
             }
             clock.images.restart();
         }

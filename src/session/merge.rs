@@ -90,6 +90,20 @@ impl Parts {
         self.parts[0].description.metadata.finish()
     }
 
+    /// Size of the whole picture.
+    pub fn resolution(&self) -> UVec2 {
+        self.extent.resolution
+    }
+
+    /// Size of one view of the picture: a face of a cube map, or the picture of an eye. The size of
+    /// the whole picture if it has one view.
+    pub fn view_size(&self) -> UVec2 {
+        let Description {
+            metadata, resolution, ..
+        } = &self.parts[0].description;
+        metadata.view_size(*resolution)
+    }
+
     /// The smallest rectangle that contains all parts.
     pub fn crop(&self) -> Rect {
         self.extent.crop

@@ -25,6 +25,8 @@ pub(in crate::cli) struct MergeArgs {
     pub parts: Vec<PathBuf>,
 
     /// Image to write, .exr (linear) or .png (display); repeatable
+    ///
+    /// {face} in the name writes the faces of a cube map, as in `render`.
     #[arg(short, long, value_name = "FILE", required_unless_present = "checkpoint")]
     pub output: Vec<PathBuf>,
 

@@ -54,6 +54,8 @@ pub(in crate::cli) struct RenderArgs {
 
     /// Image to write, .exr (linear) or .png (display); repeatable [default: SCENE's stem + .exr]
     ///
+    /// {face} in the name writes the faces of a cube map: right, left, up, down, front and back.
+    ///
     /// A bare OBJ also gets a .png. Without -o, --samples with --checkpoint writes no image.
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,

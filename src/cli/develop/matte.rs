@@ -47,7 +47,7 @@ pub(super) fn write(
     let image = scaled(image, size, true);
     let size = image.crop.size().to_array();
     let mut failures: Vec<FileError> = Vec::new();
-    for (format, output) in files {
+    for (format, output) in files.iter() {
         let written = match format {
             Format::Exr(_) => DevelopedPicture {
                 image: image.clone(),

@@ -4,14 +4,13 @@
 //! Pixels are denoised before they are cropped, so that a crop looks as in the whole picture.
 //! Scaling is the last step.
 
-mod faces;
 mod figure;
 mod layer;
 mod matte;
 
 use super::args::{DevelopArgs, Scale};
 use super::error::CliError;
-use super::outputs::{FACE, Outputs};
+use super::outputs::{Outputs, face, face_error};
 use super::words;
 use crate::camera::FACE_NAMES;
 use crate::color::{Spectrum, Tone};
@@ -22,7 +21,6 @@ use crate::math::UVec2;
 use crate::options::{Denoising, LineColor, OptionGroup, Value};
 use crate::session::Parts;
 use layer::{Kind, Layer};
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Maximum number of pixels per side of a picture.
@@ -38,15 +36,13 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     }
     let mut outputs = Outputs::default();
     let exr = args.exr.format()?;
-    let (names, faces): (Vec<PathBuf>, Vec<Option<usize>>) = faces::names(&args.output).into_iter().unzip();
-    let has_faces = faces.iter().any(Option::is_some);
-    if has_faces && (args.crop.is_some() || args.matte.is_some()) {
-        return Err(CliError::Usage(format!(
-            "-o with {FACE}: a face cannot be written with --crop or --matte\n  help: leave them out, or write one file"
-        )));
-    }
     // Use the default tone here: the tone of the picture is known only after the file is read.
-    let files = outputs.prepare_images(&names, Tone::default(), &exr)?;
+    let files = outputs.prepare_images(&args.output, Tone::default(), &exr)?;
+    let has_faces = files.has_faces();
+    if has_faces && (args.crop.is_some() || args.matte.is_some()) {
+        let help = "leave them out, or write one file";
+        return Err(face_error("a face cannot be written with --crop or --matte", help));
+    }
     outputs.refuse_inputs([&*args.input])?;
     let layers = layers(args)?;
     if args.list {
@@ -86,29 +82,30 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     // Each file has the whole picture, or a face of it.
     let face_count = if has_faces { FACE_NAMES.len() } else { 0 };
     let pictures: Vec<Image> = (0..face_count)
-        .map(|index| faces::face(&image, index))
-        .collect::<Result<_, _>>()?;
+        .map(|index| face(&image, index))
+        .collect::<Result<_, _>>()
+        .map_err(|reason| face_error(&reason, "use the whole picture of `render --projection cubemap`"))?;
     let picture_of = |face: Option<usize>| face.and_then(|index| pictures.get(index)).unwrap_or(&image);
-    let has_figure = files.iter().zip(&faces).any(|((format, _), face)| {
-        face.is_some() && matches!(format, Format::Png(_)) && !matches!(found.kind, Kind::Colors | Kind::Reflectance)
+    let has_figure = files.faces().any(|(_, (format, _))| {
+        matches!(format, Format::Png(_)) && !matches!(found.kind, Kind::Colors | Kind::Reflectance)
     });
     if has_figure {
-        return Err(CliError::Usage(format!(
-            "-o with {FACE}: the colours of data in .png files are scaled for each face, so the faces would not fit together\n  help: write .exr files, or one .png file"
-        )));
+        let reason = "the colours of data in .png files are scaled for each face, so the faces would not fit together";
+        return Err(face_error(reason, "write .exr files, or one .png file"));
     }
     let size_of = |image: &Image| {
         let size = args.scale.map(|scale| scaled_size(scale, image.crop.size()));
         size.transpose()
     };
     // Sizes are checked before a file is written.
-    for &face in &faces {
-        size_of(picture_of(face))?;
-    }
+    size_of(picture_of(None))?;
+    pictures.first().map(size_of).transpose()?;
+    let whole = files.whole().iter().map(|file| (None, file));
+    let of_faces = files.faces().map(|(index, file)| (Some(index), file));
 
     let mut failures: Vec<FileError> = Vec::new();
     let mut said = Vec::new();
-    for ((format, output), face) in files.iter().zip(faces) {
+    for (face, (format, output)) in whole.chain(of_faces) {
         let name = output.path().display();
         let image = picture_of(face);
         let size = size_of(image)?;
@@ -116,10 +113,14 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
         steps.extend(face.map(|index| format!("face={}", FACE_NAMES[index])));
         steps.extend(size.map(|[width, height]| format!("scale={width}x{height}")));
         let steps = steps.join(" ");
-        // A face or a scaled crop becomes a whole picture. The matrices of the camera do not
-        // describe this picture, so the file does not get the matrices.
+        // A scaled crop becomes a whole picture. The matrices of the camera do not describe this
+        // picture, so the file does not get the matrices.
         let is_whole = image.crop == Rect::full(image.resolution);
-        let camera = layers.camera.filter(|_| face.is_none() && (size.is_none() || is_whole));
+        let camera = layers.camera.filter(|_| size.is_none() || is_whole);
+        let camera = match face {
+            Some(index) => camera.and_then(|camera| camera.of_face(index)),
+            None => camera,
+        };
         let developed = |image| DevelopedPicture {
             image,
             camera,
@@ -308,6 +309,7 @@ fn tone(args: &DevelopArgs, layers: &Layers, kind: Kind) -> Tone {
 }
 
 /// Crops the image to the pixels from `x0, y0` to `x1, y1` of the full image. The end is excluded.
+/// `--crop` has these numbers.
 fn cropped(image: &Image, [x0, y0, x1, y1]: [u32; 4]) -> Result<Image, CliError> {
     let crop = Rect {
         min: UVec2::new(x0, y0),
@@ -321,24 +323,7 @@ fn cropped(image: &Image, [x0, y0, x1, y1]: [u32; 4]) -> Result<Image, CliError>
             min.x, min.y, max.x, max.y
         )));
     }
-    let width = there.size().x as usize;
-    let pick = |values: &[f32]| -> Vec<f32> {
-        let index = |at: UVec2| (at.y - there.min.y) as usize * width + (at.x - there.min.x) as usize;
-        crop.pixels()
-            .map(|at| values.get(index(at)).copied().unwrap_or(0.0))
-            .collect()
-    };
-    let channels = image.channels.iter().map(|channel| Channel {
-        name: channel.name.clone(),
-        values: pick(&channel.values),
-    });
-    Ok(Image {
-        resolution: image.resolution,
-        view: image.view,
-        crop,
-        channels: channels.collect(),
-        backing: image.backing,
-    })
+    Ok(image.cropped(crop))
 }
 
 /// Width and height after scaling.

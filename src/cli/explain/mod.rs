@@ -10,7 +10,7 @@ use super::args::ExplainArgs;
 use super::error::{CliError, INTERRUPTED};
 use super::info::decimal;
 use super::job::read_scene;
-use super::outputs::Outputs;
+use super::outputs::{Outputs, face_error};
 use super::progress::{InterruptGuard, Progress};
 use super::words;
 use crate::bsdf::Bsdf;
@@ -67,6 +67,12 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
     let (plots, images): (Vec<_>, Vec<_>) = args.output.iter().partition(is_plot);
     let images: Vec<PathBuf> = images.into_iter().cloned().collect();
     let images = outputs.prepare_images(&images, Tone::default(), &ExrFormat::default())?;
+    if images.has_faces() {
+        return Err(face_error(
+            "the picture is not a cube map",
+            "give a name without the placeholder",
+        ));
+    }
     let plots = plots
         .into_iter()
         .map(|path| outputs.prepare("-o", path))

@@ -1,24 +1,82 @@
 //! Images that a command writes, with their names and formats.
 
-use super::Outputs;
-use super::default_names;
+use super::faces::{FACE, face, has_face, names};
+use super::{Outputs, default_names};
+use crate::camera::{FACE_NAMES, ProjectionKind};
 use crate::cli::args::RenderArgs;
 use crate::cli::error::CliError;
 use crate::cli::job::Job;
 use crate::color::Tone;
 use crate::files::Output;
-use crate::io::{ExrFormat, Format};
+use crate::film::{Image, metered};
+use crate::io::{ExrFormat, FileError, Format, Metadata};
+use std::ops::Deref;
 use std::path::PathBuf;
 
-/// Placeholder in file names of `develop -o`. It stands for the names of the faces of a cube map.
-pub(in crate::cli) const FACE: &str = "{face}";
+/// Images to write: first the files with the whole picture, and then groups of six files, one for
+/// each face of a cube map.
+#[derive(Default)]
+pub(in crate::cli) struct Images {
+    files: Vec<(Format, Output)>,
+    /// Number of files with the whole picture.
+    whole: usize,
+}
 
-/// Images to write.
-pub(in crate::cli) type Images = Vec<(Format, Output)>;
+impl Deref for Images {
+    type Target = [(Format, Output)];
+
+    fn deref(&self) -> &[(Format, Output)] {
+        &self.files
+    }
+}
+
+impl Images {
+    /// Files with the whole picture.
+    pub fn whole(&self) -> &[(Format, Output)] {
+        &self.files[..self.whole]
+    }
+
+    /// Files with a face of a cube map, each with the index of the face.
+    pub fn faces(&self) -> impl Iterator<Item = (usize, &(Format, Output))> {
+        let faces = self.files[self.whole..].iter().enumerate();
+        faces.map(|(index, file)| (index % FACE_NAMES.len(), file))
+    }
+
+    pub fn has_faces(&self) -> bool {
+        self.faces().next().is_some()
+    }
+
+    /// Sets the tone of PNG files.
+    pub fn show(&mut self, tone: Tone) {
+        for (format, _) in &mut self.files {
+            if let Format::Png(shown) = format {
+                *shown = tone;
+            }
+        }
+    }
+
+    /// Writes the faces of the cube map `image` to their files, and returns the errors. All faces
+    /// have the exposure of the whole picture.
+    pub fn write_faces(&self, image: &Image, metadata: &Metadata) -> Vec<FileError> {
+        let write = |(index, (format, output)): (usize, &(Format, Output))| {
+            let face = face(image, index).map_err(|reason| FileError::new(output.path(), reason))?;
+            let format = match format {
+                Format::Png(tone) => &Format::Png(metered(*tone, image)),
+                format => format,
+            };
+            let metadata = Metadata {
+                camera: metadata.camera.as_ref().and_then(|camera| camera.of_face(index)),
+                ..metadata.clone()
+            };
+            output.write_image(format, &face, None, &metadata)
+        };
+        self.faces().filter_map(|file| write(file).err()).collect()
+    }
+}
 
 impl Outputs {
-    /// Checks that the images `paths` of `-o` can be written, and adds them to the outputs. PNG
-    /// files have the tone `tone`.
+    /// Checks that the images `paths` of `-o` can be written, and adds them to the outputs. A name
+    /// with the placeholder [`FACE`] becomes six files. PNG files have the tone `tone`.
     ///
     /// # Errors
     ///
@@ -27,29 +85,47 @@ impl Outputs {
     pub fn prepare_images(&mut self, paths: &[PathBuf], tone: Tone, exr: &ExrFormat) -> Result<Images, CliError> {
         // The file name of another format is wrong usage (exit code 2). An unwritable folder is a
         // failure (exit code 1).
-        let prepared = paths.iter().map(|path| {
-            if path.to_str().is_some_and(|text| text.contains(FACE)) {
-                let help = format!("render one file, and then: embrasure develop cube.exr -o 'cube_{FACE}.png'");
-                let message = format!("-o {}: only `develop` writes a file for each face", path.display());
-                return Err(CliError::Usage(format!("{message}\n  help: {help}")));
-            }
-            let format = match Format::of_path(path).map_err(|e| CliError::Usage(e.to_string()))? {
+        let (of_faces, whole): (Vec<&PathBuf>, Vec<&PathBuf>) = paths.iter().partition(|path| has_face(path));
+        let whole_count = whole.len();
+        let names = whole
+            .into_iter()
+            .cloned()
+            .chain(of_faces.into_iter().flat_map(|path| names(path)));
+        let prepared = names.map(|path| {
+            let format = match Format::of_path(&path).map_err(|e| CliError::Usage(e.to_string()))? {
                 Format::Png(_) => Format::Png(tone),
                 Format::Exr(_) => Format::Exr(exr.clone()),
             };
-            Ok((format, self.prepare("-o", path)?))
+            Ok((format, self.prepare("-o", &path)?))
         });
-        prepared.collect()
+        Ok(Images {
+            files: prepared.collect::<Result<_, CliError>>()?,
+            whole: whole_count,
+        })
     }
 }
 
-/// Sets the tone of PNG files among `images`.
-pub(in crate::cli) fn show(images: &mut Images, tone: Tone) {
-    for (format, _) in images {
-        if let Format::Png(shown) = format {
-            *shown = tone;
-        }
+/// Error of a file name with the placeholder [`FACE`], with this reason and this help.
+pub(in crate::cli) fn face_error(reason: &str, help: &str) -> CliError {
+    CliError::Usage(format!("-o with {FACE}: {reason}\n  help: {help}"))
+}
+
+/// Returns an error if `job` does not render the faces of a cube map, but `images` have faces.
+fn check_faces(images: &Images, job: &Job) -> Result<(), CliError> {
+    if !images.has_faces() {
+        return Ok(());
     }
+    if job.settings.camera.projection() != ProjectionKind::Cubemap {
+        return Err(face_error(
+            "the picture is not a cube map",
+            "add --projection cubemap, or give a name without the placeholder",
+        ));
+    }
+    if job.settings.is_part() {
+        let help = format!("write one file, and later: embrasure merge PART.exr... -o 'cube_{FACE}.png'");
+        return Err(face_error("a part of a picture has no whole faces", &help));
+    }
+    Ok(())
 }
 
 /// Returns the images of a render, and a warning if their default names do not have the stem of the
@@ -81,5 +157,6 @@ pub(in crate::cli) fn images_of_render(
         )
     });
     let images = outputs.prepare_images(&paths, job.settings.tone, &args.exr.format()?)?;
+    check_faces(&images, job)?;
     Ok((images, warning))
 }

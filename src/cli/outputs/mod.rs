@@ -2,12 +2,14 @@
 //! that the command reads (`files/identity.rs`).
 //!
 //! `images` has the formats of images and the names of rendered images. `default_names` makes the
-//! names if there is no `-o`.
+//! names if there is no `-o`. `faces` divides cube maps into six files.
 
 mod default_names;
+mod faces;
 mod images;
 
-pub(super) use images::{FACE, Images, images_of_render, show};
+pub(super) use faces::face;
+pub(super) use images::{Images, face_error, images_of_render};
 
 use super::error::CliError;
 use super::words;

@@ -6,7 +6,8 @@
 //! in the lower right corner.
 
 use super::Camera;
-use crate::math::{DVec2, DVec3, encode_fields};
+use super::cubemap::Face;
+use crate::math::{DVec2, DVec3, Vec3, encode_fields};
 
 /// A 4 × 4 matrix, by rows.
 pub type Matrix = [f32; 16];
@@ -44,6 +45,38 @@ pub(super) struct Plane {
     pub scale: DVec2,
     pub middle: DVec2,
     pub is_parallel: bool,
+}
+
+impl CameraAttributes {
+    /// Attributes of the face with this index, in the order of [`FACE_NAMES`](super::FACE_NAMES).
+    /// `self` are the attributes of the whole cube map. A face is a perspective of 90 degrees. Its
+    /// sensor has the height of full-frame film. `None` if there is no such face.
+    pub fn of_face(&self, index: usize) -> Option<Self> {
+        /// Height of full-frame film in millimetres.
+        const HEIGHT: f32 = 24.0;
+        let axes = Face::ALL.get(index)?.axes([Vec3::X, Vec3::Y, Vec3::Z]);
+        let (front, rows) = (self.world_to_camera, [0, 1, 2, 3]);
+        // Columns of the matrix to the space of the face. Each maps a point to its coordinate along
+        // an axis of the face.
+        let [right, up, depth] = axes.map(|axis| {
+            rows.map(|row: usize| {
+                let [x, y, z] = [0, 1, 2].map(|column| front[4 * row + column]);
+                axis.dot(Vec3::new(x, y, z))
+            })
+        });
+        let matrix = |columns: [[f32; 4]; 4]| std::array::from_fn(|i| columns[i % 4][i / 4]);
+        let half = |a: [f32; 4]| rows.map(|row| 0.5 * (a[row] + depth[row]));
+        let [x, y, z, one] = depth;
+        let planes = [half(right), half(up.map(|v| -v)), [x, y, z, one - 1.0], depth];
+        Some(Self {
+            world_to_camera: matrix([right, up, depth, [0.0, 0.0, 0.0, 1.0]]),
+            world_to_ndc: Some(matrix(planes)),
+            focal_length: Some(0.5 * HEIGHT),
+            sensor: Some([HEIGHT; 2]),
+            f_number: None,
+            focus: None,
+        })
+    }
 }
 
 impl Camera {
@@ -116,20 +149,23 @@ fn world_to_ndc([right, up, forward]: [DVec3; 3], position: DVec3, plane: Plane,
 mod tests {
     use super::*;
     use crate::camera::{CameraDescription, CameraParameters, Distortion, Intrinsics, Projection};
-    use crate::math::{UVec2, Vec2, Vec3};
+    use crate::math::{UVec2, Vec2};
 
-    fn camera(projection: Projection) -> Camera {
-        let parameters = CameraParameters {
+    fn camera_parameters() -> CameraParameters {
+        CameraParameters {
             position: Vec3::new(1.0, 2.0, 3.0),
             look_at: Vec3::new(-2.0, 1.0, -4.0),
             up: Vec3::new(0.1, 1.0, 0.0),
             vertical_fov: 50.0,
             lens_radius: 0.01,
             focus_distance: 4.0,
-        };
+        }
+    }
+
+    fn camera(projection: Projection) -> Camera {
         let description = CameraDescription {
             projection,
-            ..CameraDescription::still(parameters)
+            ..CameraDescription::still(camera_parameters())
         };
         description.camera(UVec2::new(120, 80)).unwrap()
     }
@@ -174,6 +210,38 @@ mod tests {
         }
         let distorted = camera(calibrated(Distortion::Pinhole([-0.1, 0.0, 0.0, 0.0, 0.0])));
         assert_eq!(distorted.attributes(0.024, 1.0).world_to_ndc, None);
+    }
+
+    /// The attributes of each face of a cube map are those of a perspective that looks towards the
+    /// face.
+    #[test]
+    fn faces_have_the_attributes_of_perspectives() {
+        let whole = CameraDescription {
+            projection: Projection::Cubemap,
+            ..CameraDescription::still(CameraParameters {
+                lens_radius: 0.0,
+                ..camera_parameters()
+            })
+        };
+        let size = UVec2::new(90, 60);
+        let attributes = whole.camera(size).unwrap().attributes(0.024, 1.0);
+        let views = whole.views(size).unwrap();
+        assert_eq!(views.len(), 6);
+        for (index, view) in views.iter().enumerate() {
+            let [found, expected] = [attributes.of_face(index).unwrap(), view.camera.attributes(0.024, 1.0)];
+            let matrices = [
+                (found.world_to_camera, expected.world_to_camera),
+                (found.world_to_ndc.unwrap(), expected.world_to_ndc.unwrap()),
+            ];
+            for (found, expected) in matrices {
+                for (found, expected) in found.into_iter().zip(expected) {
+                    assert!((found - expected).abs() < 1e-5, "{index}: {found:?} {expected:?}");
+                }
+            }
+            assert!((found.focal_length.unwrap() - expected.focal_length.unwrap()).abs() < 1e-4);
+            assert_eq!(found.sensor, expected.sensor);
+        }
+        assert_eq!(attributes.of_face(6), None);
     }
 
     /// A sensor of 24 mm and 50° has a focal length of 12 mm / tan 25°.

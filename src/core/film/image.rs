@@ -81,6 +81,27 @@ impl Image {
         CHANNELS.iter().map(|&(name, _)| name)
     }
 
+    /// The pixels of `crop`, a part of the image. Pixels that the image does not have are black.
+    pub fn cropped(&self, crop: Rect) -> Self {
+        let common = crop.intersection(self.crop);
+        let pick = |values: &[f32]| -> Vec<f32> {
+            let mut picked = vec![0.0; crop.area() as usize];
+            for pixel in common.pixels() {
+                picked[index(crop, pixel)] = values.get(index(self.crop, pixel)).copied().unwrap_or(0.0);
+            }
+            picked
+        };
+        let channel = |channel: &Channel| Channel {
+            name: channel.name.clone(),
+            values: pick(&channel.values),
+        };
+        Self {
+            crop,
+            channels: self.channels.iter().map(channel).collect(),
+            ..*self
+        }
+    }
+
     /// Image with the first `count` channels of [`CHANNELS`], and with the coverage channels if the
     /// film sums a background.
     pub(super) fn from_film(film: &Film, count: usize) -> Self {

@@ -238,6 +238,11 @@ fn faces_of_cube_maps_are_files() {
     // The file of a face is a whole picture, with its own pixel coordinates.
     done(at, &split("develop -q f_front.exr --crop 0,0,10,10 -o g.exr"));
     done(at, &split("render s.toml -q --spp 1 -o s.exr"));
+    // A perspective whose shape is that of a cube map
+    done(
+        at,
+        &split("render s.toml -q --size 30x20 --spp 65 --samples 0..64 -o narrow.exr"),
+    );
     done(
         at,
         &split("render s.toml -q --projection cubemap --size 30x20 --crop 0,0,20,20 --spp 1 -o part.exr"),
@@ -248,10 +253,52 @@ fn faces_of_cube_maps_are_files() {
         ("develop c.exr --crop 0,0,10,10 -o {face}.png", "--crop or --matte"),
         ("develop c.exr --channel Z -o {face}.png", "write .exr files"),
         ("develop c.exr --scale 99999 -o {face}.png", "--scale"),
-        ("render s.toml -o {face}.png", "develop cube.exr -o 'cube_{face}.png'"),
+        ("render s.toml -o {face}.png", "add --projection cubemap"),
+        (
+            "render s.toml --projection cubemap --size 30x20 --crop 0,0,20,20 -o {face}.png",
+            "merge PART.exr... -o 'cube_{face}.png'",
+        ),
+        (
+            "render s.toml --projection cubemap --size 30x20 --spp 65 --samples 0..64 -o {face}.exr",
+            "merge PART.exr... -o 'cube_{face}.png'",
+        ),
+        ("merge part.exr -o {face}.png", "not the whole picture"),
+        ("merge narrow.exr -o {face}.png", "no cube map"),
+        ("explain s.toml floor -o {face}.png", "the picture is not a cube map"),
     ] {
         let message = refused(at, &split(command), 2);
         assert!(message.contains(words), "{command}: {message}");
+    }
+}
+
+/// `render` and `merge` write the files that `develop` makes from the whole picture: denoised, with
+/// the exposure of the whole picture, and after a resumed render.
+#[test]
+fn render_and_merge_write_faces() {
+    let folder = scene();
+    let at = folder.path();
+    let cube = "render s.toml -q --projection cubemap --size 30x20 --exposure auto --denoise=gaussian";
+    let files = |name: &str| format!("-o {name}.exr -o {name}_{{face}}.exr -o {name}_{{face}}.png");
+    done(at, &split(&format!("{cube} --spp 66 {}", files("c"))));
+    done(at, &split("develop -q c.exr -o d_{face}.exr -o d_{face}.png"));
+    for (part, range) in [("a", "0..64"), ("b", "64..66")] {
+        done(at, &split(&format!("{cube} --spp 66 --samples {range} -o {part}.exr")));
+    }
+    done(at, &split(&format!("merge -q a.exr b.exr {}", files("m"))));
+    let state = "--checkpoint state.exr --resume";
+    done(at, &split(&format!("{cube} --spp 1 {state} -o first_{{face}}.png")));
+    done(at, &split(&format!("{cube} --spp 66 {state} {}", files("r"))));
+    for face in ["right", "left", "up", "down", "front", "back"] {
+        let name = |of: &str, extension: &str| at.join(format!("{of}_{face}.{extension}"));
+        let [light, picture] = [read_rgb(&name("d", "exr")), read_rgb(&name("c", "exr"))];
+        assert_eq!(light[0].len(), 100);
+        assert!(light == picture, "{face}");
+        for of in ["c", "m", "r"] {
+            assert!(read_rgb(&name(of, "exr")) == picture, "{of}, {face}");
+            assert!(png_of(&name(of, "png")) == png_of(&name("d", "png")), "{of}, {face}");
+        }
+        assert!(name("first", "png").is_file());
+        assert_eq!(read_channel(&name("c", "exr"), "albedo.R").len(), 100);
     }
 }
 

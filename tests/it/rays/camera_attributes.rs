@@ -33,14 +33,14 @@ fn times(p: [f64; 3], m: [f32; 16]) -> [f64; 3] {
     [0, 1, 2].map(|column| of(column) / of(3))
 }
 
-fn assert_points_lead_back(file: &Path, flags: &str) {
+fn assert_points_lead_back(file: &Path, size: [usize; 2], flags: &str) {
     let attributes = attributes(file);
     let to_ndc = attributes.world_to_normalized_device.unwrap();
     let [px, py, pz] = ["P.X", "P.Y", "P.Z"].map(|name| read_channel(file, name));
-    for i in 0..SIZE[0] * SIZE[1] {
+    for i in 0..size[0] * size[1] {
         let [x, y, _] = times([px[i], py[i], pz[i]].map(f64::from), to_ndc);
-        let center = [(i % SIZE[0]) as f64 + 0.5, (i / SIZE[0]) as f64 + 0.5];
-        let distance = (SIZE[0] as f64 * x - center[0]).hypot(SIZE[1] as f64 * y - center[1]);
+        let center = [(i % size[0]) as f64 + 0.5, (i / size[0]) as f64 + 0.5];
+        let distance = (size[0] as f64 * x - center[0]).hypot(size[1] as f64 * y - center[1]);
         assert!(
             distance < TOLERANCE,
             "{flags}: pixel {center:?} is {distance} pixels off"
@@ -61,7 +61,30 @@ fn world_to_ndc_maps_points_to_their_pixels() {
     ] {
         let args = format!("render s.toml -q -o t.exr {CENTERS} {flags}");
         done(folder.path(), &split(&args));
-        assert_points_lead_back(&folder.path().join("t.exr"), &flags);
+        assert_points_lead_back(&folder.path().join("t.exr"), SIZE, &flags);
+    }
+}
+
+/// The files of the faces of a cube map have the cameras of their faces, from `render` and from
+/// `develop`.
+#[test]
+fn faces_have_cameras_of_their_own() {
+    let folder = room();
+    let at = folder.path();
+    let place = "--projection cubemap --size 48x32 --position 1,2,3 --look-at -2,1,-4 --up 0.1,1,0.2";
+    let args = format!("render s.toml -q -o c.exr -o c_{{face}}.exr {CENTERS} {place}");
+    done(at, &split(&args));
+    done(at, &split("develop -q c.exr -o d_{face}.exr"));
+    for face in ["right", "left", "up", "down", "front", "back"] {
+        let file = at.join(format!("c_{face}.exr"));
+        assert_points_lead_back(&file, [16, 16], face);
+        let [rendered, developed] = ["c", "d"].map(|name| attributes(&at.join(format!("{name}_{face}.exr"))));
+        assert_eq!(
+            rendered.world_to_normalized_device,
+            developed.world_to_normalized_device
+        );
+        assert_eq!(rendered.world_to_camera, developed.world_to_camera);
+        assert_eq!(number(&rendered, "pinholeFocalLength"), Some(12.0));
     }
 }
 

@@ -141,7 +141,14 @@ pub(super) fn guess_picture(args: &RenderArgs, scene: &mut SceneFile) -> bool {
 /// Options of the picture. Flags override the scene file. Without `--size`, the size is that of the
 /// picture of `camera`, the camera of `--cameras`.
 fn options(args: &RenderArgs, scene: &SceneFile, camera: Option<&FileCamera>) -> SceneOptions {
-    let size = args.size.map(UVec2::from).or_else(|| camera?.size);
+    // A stereo picture has two views, each with the size in the file
+    let of_file = || {
+        let camera = camera?;
+        let layout = args.camera.0.stereo.or(camera.options.stereo);
+        let picture_size = |size| layout.map_or(size, |layout| layout.picture_size(size));
+        camera.size.map(picture_size)
+    };
+    let size = args.size.map(UVec2::from).or_else(of_file);
     let projection = args.camera.0.or(scene.options.camera).projection();
     SceneOptions {
         camera: scene.options.camera,
@@ -180,7 +187,10 @@ fn settings(
 
     let mut camera = args.camera.clone();
     if let Some(of_file) = of_file {
-        camera.0 = camera.0.or(of_file.options(settings.resolution));
+        let layout = camera.0.stereo.or(of_file.options.stereo);
+        let size = settings.resolution;
+        let view = layout.map_or(size, |layout| layout.view_size(size));
+        camera.0 = camera.0.or(of_file.options(view));
         settings.camera.options = settings.camera.options.opening();
     }
     if args.plan.is_some() {

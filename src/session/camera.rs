@@ -205,7 +205,7 @@ impl CameraSettings {
     /// computed from the focal length.
     fn fov(&self, resolution: UVec2) -> Option<f32> {
         let of = |intrinsics: Intrinsics| {
-            2.0 * (0.5 * f64::from(resolution.y) / intrinsics.focal[1])
+            2.0 * (0.5 * f64::from(self.view_size(resolution).y) / intrinsics.focal[1])
                 .atan()
                 .to_degrees()
         };

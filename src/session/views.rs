@@ -13,7 +13,11 @@ impl Session {
     /// Camera whose properties are stored in image files. For a stereo picture, it is the camera in
     /// the middle of the eyes, with the size of one view.
     pub(crate) fn mean_camera(&self) -> Camera {
-        let of_view = || self.description.camera(self.view_size()).ok();
+        let middle = CameraDescription {
+            stereo: None,
+            ..self.description
+        };
+        let of_view = || middle.camera(self.view_size()).ok();
         let is_stereo = self.description.stereo.is_some();
         is_stereo.then(of_view).flatten().unwrap_or(self.camera)
     }

@@ -33,7 +33,23 @@ pub enum Distortion {
     Fisheye([f64; 4]),
 }
 
+impl Distortion {
+    /// Returns true if the camera is a pinhole whose coefficients are all 0.
+    pub fn is_none(&self) -> bool {
+        matches!(self, Self::Pinhole(k) if *k == [0.0; 5])
+    }
+}
+
 impl Intrinsics {
+    /// Intrinsics of the same camera, for a picture whose width and height are multiplied by
+    /// `factor`.
+    pub(super) fn scaled(self, factor: DVec2) -> Self {
+        Self {
+            focal: (DVec2::from(self.focal) * factor).into(),
+            center: (DVec2::from(self.center) * factor).into(),
+        }
+    }
+
     /// Returns an error if the numbers are out of range.
     pub fn check(&self) -> Result<(), CameraError> {
         if self.focal.iter().all(|f| *f > 0.0 && f.is_finite()) && self.center.iter().all(|c| c.is_finite()) {
@@ -110,8 +126,7 @@ impl CalibratedLens {
 
     /// Focal lengths and principal point of a pinhole without distortion; `None` for other lenses.
     pub fn undistorted(&self) -> Option<(DVec2, DVec2)> {
-        let is_plain = matches!(self.distortion, Distortion::Pinhole(k) if k == [0.0; 5]);
-        is_plain.then_some((self.focal, self.center))
+        self.distortion.is_none().then_some((self.focal, self.center))
     }
 
     /// Width of a pixel in the centre, on the plane at distance 1.

@@ -89,13 +89,22 @@ impl CameraDescription {
     }
 
     /// Camera for an image of `resolution` pixels. For a stereo picture, the camera is in the
-    /// middle between the eyes.
+    /// middle between the eyes. The intrinsics of a stereo picture are those of a view, so the
+    /// image of this camera is then a view that is stretched to `resolution`.
     pub fn camera(&self, resolution: UVec2) -> Result<Camera, CameraError> {
         let camera = match self.motion {
             None => Camera::new(self.parameters, resolution),
             Some(motion) => Camera::moving(self.parameters, motion, resolution),
         };
-        let camera = camera?.with_projection(self.projection, self.parameters.vertical_fov)?;
+        let projection = match (self.projection, self.stereo) {
+            (Projection::Calibrated { intrinsics, distortion }, Some(_)) => {
+                let factor = resolution.as_dvec2() / self.view_size(resolution).as_dvec2();
+                let intrinsics = intrinsics.scaled(factor);
+                Projection::Calibrated { intrinsics, distortion }
+            }
+            (projection, _) => projection,
+        };
+        let camera = camera?.with_projection(projection, self.parameters.vertical_fov)?;
         match self.aperture {
             None => Ok(camera),
             Some(aperture) => camera.with_aperture(aperture),

@@ -7,6 +7,10 @@
 //! so that objects at this depth have no disparity. The axes stay parallel, so there is no vertical
 //! disparity.
 //!
+//! The eyes of a fisheye and of a calibrated camera are at the same positions, with parallel axes.
+//! The intrinsics of a calibrated camera are those of a view. If its lens distorts the picture, or
+//! is a fisheye, no shift removes the disparity of a whole plane, so there is no convergence depth.
+//!
 //! The eyes of a panorama are on a circle around the position of the camera (omni-directional
 //! stereo: Peleg, Ben-Ezra and Pritch 2001, "Omnistereo: Panoramic Stereo Imaging"). The ray of
 //! each pixel is a tangent of the circle.
@@ -37,6 +41,11 @@ impl StereoLayout {
         }
     }
 
+    /// Size of a picture whose views have `view` pixels.
+    pub fn picture_size(self, view: UVec2) -> UVec2 {
+        view.saturating_mul(self.grid())
+    }
+
     /// Size of a view of a picture of `resolution` pixels. An odd width or height is rounded down.
     pub fn view_size(self, resolution: UVec2) -> UVec2 {
         (resolution / self.grid()).max(UVec2::ONE)
@@ -51,7 +60,8 @@ pub struct Stereo {
     /// Distance of the eyes in scene units.
     pub eye_distance: f32,
     /// Depth along the view axis, in scene units, at which objects have no disparity; `None` if the
-    /// picture planes are not shifted. Only for perspectives.
+    /// picture planes are not shifted. Only for perspectives and for calibrated cameras without
+    /// distortion.
     pub convergence: Option<f32>,
 }
 
@@ -60,6 +70,15 @@ encode_fields!(Stereo {
     eye_distance,
     convergence,
 });
+
+/// Returns true if a shift of the picture of `projection` can remove the disparity of a plane.
+fn can_converge(projection: &Projection) -> bool {
+    match projection {
+        Projection::Perspective { .. } => true,
+        Projection::Calibrated { distortion, .. } => distortion.is_none(),
+        _ => false,
+    }
+}
 
 impl Stereo {
     /// Returns an error if a value is out of range, if the projection cannot have two eyes, or if
@@ -75,16 +94,23 @@ impl Stereo {
             }
         }
         match projection {
-            Projection::Perspective { .. } => {}
-            Projection::Panorama if self.convergence.is_none() => {}
-            Projection::Panorama => {
-                let message = "needs a perspective: the eyes of a panorama always have parallel axes";
-                return Err(CameraError::wrong("convergence", message));
+            Projection::Orthographic { .. } => {
+                let message = "has no meaning in the projection `orthographic`: both eyes would see one picture";
+                let help = "render two pictures with --orbit, whose azimuths differ by a few degrees";
+                return Err(CameraError::no_place("stereo", message.into(), help.into()));
             }
-            _ => {
-                let message = "needs a perspective without `intrinsics`, or a panorama";
-                return Err(CameraError::wrong("stereo", message));
+            Projection::Cubemap => {
+                let message = "is not possible in the projection `cubemap`: the disparity would change at each edge";
+                let help = "use --projection panorama for a stereo picture of all directions";
+                return Err(CameraError::no_place("stereo", message.into(), help.into()));
             }
+            Projection::Perspective { .. } | Projection::Panorama => {}
+            Projection::Fisheye { .. } | Projection::Calibrated { .. } => {}
+        }
+        if self.convergence.is_some() && !can_converge(projection) {
+            let message = "needs a perspective without distortion, because it shifts a plane";
+            let help = "leave out --convergence: the axes of the eyes are then parallel";
+            return Err(CameraError::no_place("convergence", message.into(), help.into()));
         }
         let (side, size) = match self.layout {
             StereoLayout::SideBySide => ("width", resolution.x),
@@ -119,6 +145,16 @@ impl Stereo {
                 let height = 2.0 * (0.5 * vertical_fov.to_radians()).tan();
                 shift.x -= eye / (depth * height);
                 Projection::Perspective { shift }
+            }
+            (
+                Projection::Calibrated {
+                    mut intrinsics,
+                    distortion,
+                },
+                Some(depth),
+            ) => {
+                intrinsics.center[0] += f64::from(eye) / f64::from(depth) * intrinsics.focal[0];
+                Projection::Calibrated { intrinsics, distortion }
             }
             (projection, _) => projection,
         }

@@ -42,7 +42,12 @@ impl CameraDescription {
             stereo.check(&self.projection, resolution)?;
             let view = |(corner, eye)| {
                 let projection = stereo.projection(eye, self.projection, self.parameters.vertical_fov);
-                let middle = Self { projection, ..*self }.camera(stereo.layout.view_size(resolution))?;
+                let middle = Self {
+                    projection,
+                    stereo: None,
+                    ..*self
+                };
+                let middle = middle.camera(stereo.layout.view_size(resolution))?;
                 Ok(View {
                     camera: middle.with_eye(eye),
                     corner,

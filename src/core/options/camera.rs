@@ -54,19 +54,21 @@ parameters! {
         fisheye_mapping: FisheyeMapping = FisheyeMapping::Equidistant;
         /// Stereo picture: the left eye's view at the left, or at the top
         ///
-        /// For perspectives with parallel axes, and for panoramas, whose eyes turn with the
-        /// direction. Each view has half of the picture.
+        /// For perspectives, fisheyes and calibrated cameras with parallel axes, and for panoramas,
+        /// whose eyes turn with the direction. Each view has half of the picture.
         stereo: StereoLayout, default "off";
         /// Distance of the eyes of a stereo picture in scene units
         eye_distance: f32, default "0.064 m; the unit is that of the OBJ file, or the metre", in Range::Above(0.0);
         /// Depth of objects without disparity, in scene units
         ///
-        /// It shifts the pictures of the eyes, and turns no axis. For a stereo perspective.
+        /// It shifts the pictures of the eyes, and turns no axis. For a stereo perspective without
+        /// distortion.
         convergence: f32, default "infinite: no shift", in Range::Above(0.0);
         /// Focal lengths and principal point of a calibrated camera
         ///
-        /// In pixels; the first pixel has its centre at 0.5, 0.5. For perspective and fisheye
-        /// cameras, in place of `vertical_fov` and `shift`.
+        /// In pixels of the picture, or of a view of a stereo picture; the first pixel has its
+        /// centre at 0.5, 0.5. For perspective and fisheye cameras, in place of `vertical_fov` and
+        /// `shift`.
         intrinsics: Intrinsics, default "off";
         /// Distortion of a calibrated camera, by OpenCV's coefficients
         ///

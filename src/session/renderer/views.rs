@@ -38,13 +38,15 @@ impl ViewData {
 /// Stages of a render with several views. All views take the samples of a stage before the next
 /// stage begins. The views of a stopped render therefore have similar numbers of samples, and no
 /// view is without samples. The stages end between passes, where a render can stop and resume
-/// without repeated work. With a noise level, each view must reach the level separately, so only
-/// one stage follows the first.
+/// without repeated work. With a noise level, each view must reach the level separately. The last
+/// stage does this, and the stages before it have the samples that every pixel gets in any case:
+/// two blocks.
 fn stages(samples: Range<u32>, noise: Option<f64>) -> Vec<StopCondition> {
     let first = render::passes(samples.clone()).next().map(|pass| pass.end);
-    let later = std::iter::successors(Some(BLOCK), |end| end.checked_mul(4));
+    let growth = if noise.is_none() { 4 } else { 2 };
+    let later = std::iter::successors(Some(BLOCK), |end| end.checked_mul(growth));
     let later = later.skip_while(|&stage| stage <= samples.start);
-    let later = later.take_while(|&stage| stage < samples.end && noise.is_none());
+    let later = later.take_while(|&stage| stage < samples.end && (noise.is_none() || stage <= 2 * BLOCK));
     let mut ends: Vec<u32> = first.into_iter().chain(later).collect();
     ends.dedup();
     ends.retain(|&end| end < samples.end);
@@ -111,9 +113,9 @@ mod tests {
         assert_eq!(ends(0..300), [1, 64, 256, 300]);
         assert_eq!(ends(60..256), [64, 256]);
         assert_eq!(ends(100..3000), [128, 256, 1024, 3000]);
-        let [first, last] = stages(0..3000, Some(0.1))[..] else {
-            panic!("two stages")
-        };
-        assert_eq!((first, last.end, last.noise), (StopCondition::at(1), 3000, Some(0.1)));
+        let to_noise = |end: u32| StopCondition { end, noise: Some(0.1) };
+        let at = StopCondition::at;
+        assert_eq!(stages(0..3000, Some(0.1)), [at(1), at(64), at(128), to_noise(3000)]);
+        assert_eq!(stages(0..100, Some(0.1)), [at(1), at(64), to_noise(100)]);
     }
 }

@@ -226,7 +226,17 @@ fn regions(folder: &TempDir, flags: &str, (width, views): (usize, usize), seeds:
 
 /// Flags of pictures with several views, width of the picture, and number of views side by side.
 /// Integrators that connect paths to the lens do not support the last picture.
-const VIEWS: [(&str, usize, usize); 4] = [
+const VIEWS: [(&str, usize, usize); 6] = [
+    (
+        "--stereo side-by-side --eye-distance 0.5 --intrinsics 10,9,6.5,5.5 --distortion=-0.1,0.01,0.01,0 --size 24x12",
+        24,
+        2,
+    ),
+    (
+        "--stereo side-by-side --eye-distance 0.5 --projection fisheye --intrinsics 6,6,6,6 --size 24x12",
+        24,
+        2,
+    ),
     ("--projection cubemap --size 48x8", 48, 6),
     ("--stereo side-by-side --eye-distance 0.5 --size 24x12", 24, 2),
     (
@@ -341,17 +351,113 @@ fn disparity_of_a_plane_is_focal_length_times_base_over_depth() {
     }
 }
 
-/// The views of the eyes are bit-identical to perspectives from the positions of the eyes.
+/// The views of the eyes are bit-identical to pictures from the positions of the eyes.
 #[test]
-fn eyes_are_perspectives() {
+fn eyes_are_pictures_from_their_positions() {
     let folder = scene(ROOM, "");
-    let flags = "--spp 66 --look-at 0.25,-0.5,-0.25";
-    let eyes = "--position 0.25,-0.5,0.75 --stereo side-by-side --eye-distance 0.5 --size 60x20";
-    render(&folder, "pair.exr", &format!("{flags} {eyes}"));
-    for (corner, x) in [(0, 0.0), (30, 0.5)] {
-        let eye = format!("--position {x},-0.5,0.75 --size 30x20 --spp 66 --look-at {x},-0.5,-0.25");
-        render(&folder, "eye.exr", &eye);
-        assert_view(&folder, ("pair.exr", 60), [corner, 0], ("eye.exr", [30, 20]), &eye);
+    for projection in [
+        "",
+        "--projection fisheye",
+        "--projection fisheye --fisheye-fov 220 --fisheye-mapping equisolid",
+        "--intrinsics 20,21,14,11 --distortion=-0.2,0.03,0.01,0.02",
+        "--projection fisheye --intrinsics 12,12,15,9 --distortion 0.05,-0.01,0,0",
+    ] {
+        let flags = format!("--spp 66 --look-at 0.25,-0.5,-0.25 {projection}");
+        let eyes = "--position 0.25,-0.5,0.75 --stereo side-by-side --eye-distance 0.5 --size 60x20";
+        render(&folder, "pair.exr", &format!("{flags} {eyes}"));
+        for (corner, x) in [(0, 0.0), (30, 0.5)] {
+            let place = format!("--position {x},-0.5,0.75 --size 30x20 --spp 66 --look-at {x},-0.5,-0.25");
+            let eye = format!("{place} {projection}");
+            render(&folder, "eye.exr", &eye);
+            assert_view(&folder, ("pair.exr", 60), [corner, 0], ("eye.exr", [30, 20]), &eye);
+        }
+    }
+}
+
+/// In the view of each eye, a small lamp is at the pixel of its model: a pinhole with and without
+/// distortion, and a fisheye. Without distortion the disparity is f b (1/z − 1/z₀).
+#[test]
+fn disparity_of_calibrated_cameras_and_fisheyes_is_that_of_their_models() {
+    let corners = "usemtl lamp\nv -0.02 -0.2 0\nv 0.02 -0.2 0\nv 0.02 0.2 0\nv -0.02 0.2 0\nf 1 2 3 4\n";
+    let folder = scene(corners, "");
+    const SIDE: usize = 200;
+    let (base, focal, center) = (0.5, 150.0, 95.5);
+    type Model = fn(f64) -> f64;
+    let plain: Model = |x| x;
+    let distorted: Model = |x| x * (1.0 - 0.2 * x * x + 0.05 * x.powi(4));
+    let lens = format!("--intrinsics {focal},{focal},{center},100");
+    let bent = format!("{lens} --distortion=-0.2,0.05,0,0");
+    let circle = "--projection fisheye --fisheye-fov 180";
+    let angles: Model = |x| x.atan();
+    // Flags, mapping from x/z to the position on the film, focal length in pixels, and centre
+    let cameras: [(&str, Model, f64, f64, f64); 4] = [
+        (&lens, plain, focal, center, f64::INFINITY),
+        (&format!("{lens} --convergence 3"), plain, focal, center, 3.0),
+        (&bent, distorted, focal, center, f64::INFINITY),
+        (circle, angles, SIDE as f64 / std::f64::consts::PI, 100.0, f64::INFINITY),
+    ];
+    for (flags, model, focal, center, convergence) in cameras {
+        for depth in [1.0, 2.5] {
+            let flags = format!(
+                "{flags} --stereo side-by-side --eye-distance {base} --size {}x{SIDE} --spp 64 --position 0,0,{depth} \
+                 --look-at 0,0,0",
+                2 * SIDE
+            );
+            let picture = green(&folder, &flags);
+            let row = &picture[SIDE / 2 * 2 * SIDE..][..2 * SIDE];
+            for (view, eye) in row.chunks(SIDE).zip([-0.5 * base, 0.5 * base]) {
+                let expected = focal * (model(-eye / depth) + eye / convergence) + center;
+                let found = middle(view);
+                assert!((found - expected).abs() < 0.1, "{flags}: {found} {expected}");
+            }
+        }
+    }
+}
+
+/// The picture of a camera of a file is the picture of each view. The stereo picture is twice as
+/// large.
+#[test]
+fn cameras_of_files_have_two_eyes() {
+    let folder = scene(ROOM, "");
+    let json = "{\"w\": 30, \"h\": 20, \"fl_x\": 20, \"fl_y\": 21, \"cx\": 14, \"cy\": 11, \"frames\": [{\"file_path\": \"a\", \
+                \"transform_matrix\": [[1,0,0,X],[0,1,0,-0.5],[0,0,1,0.75],[0,0,0,1]]}]}";
+    for (name, x) in [("middle.json", "0.25"), ("left.json", "0"), ("right.json", "0.5")] {
+        fs::write(folder.path().join(name), json.replace('X', x)).unwrap();
+    }
+    let pair = "--stereo top-bottom --eye-distance 0.5";
+    render(&folder, "pair.exr", &format!("--cameras middle.json {pair}"));
+    render(
+        &folder,
+        "large.exr",
+        &format!("--cameras middle.json {pair} --size 60x80"),
+    );
+    for (name, corner) in [("left", 0), ("right", 20)] {
+        let flags = format!("--cameras {name}.json");
+        render(&folder, "eye.exr", &flags);
+        assert_view(&folder, ("pair.exr", 30), [0, corner], ("eye.exr", [30, 20]), &flags);
+        let flags = format!("--cameras {name}.json --size 60x40");
+        render(&folder, "eye.exr", &flags);
+        assert_view(
+            &folder,
+            ("large.exr", 60),
+            [0, 2 * corner],
+            ("eye.exr", [60, 40]),
+            &flags,
+        );
+    }
+}
+
+/// A render that is stopped before it reaches its noise level has two blocks of samples in each
+/// view.
+#[test]
+fn noise_levels_begin_with_samples_in_each_view() {
+    let folder = scene(ROOM, "");
+    for views in ["--projection cubemap --size 36x6", "--stereo side-by-side --size 24x12"] {
+        let flags = format!("{views} --noise 0.000001 --spp 10000000 --time-limit 5s");
+        render(&folder, "t.exr", &flags);
+        let samples = read_channel(&folder.path().join("t.exr"), "samples");
+        let fewest = samples.iter().copied().fold(f32::INFINITY, f32::min);
+        assert!(fewest >= 128.0, "{views}: {fewest}");
     }
 }
 
@@ -445,15 +551,19 @@ fn impossible_views_are_errors() {
         ),
         (
             "--projection cubemap --size 60x10 --stereo side-by-side",
-            "perspective without `intrinsics`, or a panorama",
+            "use --projection panorama",
         ),
         (
             "--projection orthographic --stereo top-bottom",
-            "perspective without `intrinsics`, or a panorama",
+            "both eyes would see one picture",
         ),
         (
-            "--intrinsics 50,50,32,24 --stereo top-bottom",
-            "perspective without `intrinsics`, or a panorama",
+            "--intrinsics 50,50,32,24 --distortion 0.1,0,0,0 --stereo top-bottom --convergence 2",
+            "needs a perspective without distortion",
+        ),
+        (
+            "--projection fisheye --stereo side-by-side --convergence 2",
+            "needs a perspective without distortion",
         ),
         ("--stereo side-by-side --size 61x40", "61 pixels"),
         ("--stereo top-bottom --size 40x61", "61 pixels"),
@@ -466,7 +576,7 @@ fn impossible_views_are_errors() {
         ("--convergence 2", "is 2, but the picture has no `stereo`"),
         (
             "--stereo top-bottom --projection panorama --convergence 2",
-            "needs a perspective",
+            "needs a perspective without distortion",
         ),
         ("--stereo side-by-side --write-cameras c.json", "stereo `side-by-side`"),
         (

@@ -396,6 +396,63 @@ pub(crate) fn inspect_camera(
     inspect_place(accel, scene, camera, (resolution, near), whole)
 }
 
+/// Returns an error if the shift of the picture plane moves the whole scene out of the picture. The
+/// error has the range of possible shifts. Only the box of the scene is compared with the picture,
+/// so there is no error if the box is in the picture, but its contents are not.
+pub(super) fn check_shift(
+    description: &CameraDescription,
+    scene: &Scene,
+    resolution: UVec2,
+) -> Result<(), CameraError> {
+    /// Distance in pixels from which pixel filters collect light.
+    const MARGIN: f32 = 4.0;
+    let zero = Vec2::ZERO;
+    let (shift, projection) = match description.projection {
+        Projection::Perspective { shift } => (shift, Projection::Perspective { shift: zero }),
+        Projection::Orthographic { height, shift } => (shift, Projection::Orthographic { height, shift: zero }),
+        _ => return Ok(()),
+    };
+    let is_sharp = description.parameters.lens_radius == 0.0 && description.motion.is_none();
+    let has_box = scene.triangle_count() > 0 && scene.ground().is_none() && !scene.is_moving();
+    if shift == zero || !is_sharp || !has_box {
+        return Ok(());
+    }
+    let straight = CameraDescription {
+        projection,
+        stereo: None,
+        ..*description
+    };
+    let size = description.view_size(resolution);
+    let camera = straight.camera(size)?;
+    let size = size.as_vec2();
+    let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+    let bounds = scene.bounds();
+    for index in 0..8 {
+        let side = |bit: u32| if index >> bit & 1 == 0 { 0.0 } else { 1.0 };
+        let corner = bounds.min + Vec3::new(side(0), side(1), side(2)) * (bounds.max - bounds.min);
+        let Some(film) = camera.film_of(corner, 0.0) else {
+            return Ok(());
+        };
+        (low, high) = (low.min(film), high.max(film));
+    }
+    let shows_box = |move_by: Vec2| {
+        (low + move_by).cmple(size + MARGIN).all() && (high + move_by).cmpge(Vec2::splat(-MARGIN)).all()
+    };
+    if !shows_box(zero) || shows_box(Vec2::new(-shift.x, shift.y) * size.y) {
+        return Ok(());
+    }
+    let [left, right] = [low.x - size.x, high.x].map(|x| x / size.y);
+    let [down, up] = [-high.y, size.y - low.y].map(|y| y / size.y);
+    Err(CameraError::no_place(
+        "shift",
+        format!(
+            "is {},{}, which moves the whole scene out of the picture",
+            shift.x, shift.y
+        ),
+        format!("use an X from {left:.2} to {right:.2}, and a Y from {down:.2} to {up:.2}"),
+    ))
+}
+
 /// Converts `error` to an error that points to the key that causes it, or else to the key of the
 /// camera's position. `None` if the scene file has neither key.
 pub(super) fn blame(file: &SceneFile, error: &CameraError) -> Option<FileError> {

@@ -1,7 +1,7 @@
 //! Settings of a render: the options of a scene file, changed by flags or by a program. The module
 //! also checks combinations of settings.
 
-use super::camera::{FoundCamera, blame};
+use super::camera::{FoundCamera, blame, check_shift};
 use super::siblings::siblings;
 use super::{AnyAccel, CameraSettings, Error, Guesses, InvalidSetting};
 use crate::accel::Accel;
@@ -382,6 +382,7 @@ impl Settings {
         let finder = accel.map(|accel| self.finder(file, scene, accel, pool));
         let found = pool.install(|| {
             let found = self.camera.found(finder.as_ref(), self.resolution)?;
+            check_shift(&found.description, scene, self.resolution)?;
             let CameraParameters { position, look_at, .. } = found.description.parameters;
             let survey = finder.map(|finder| {
                 let light = selection.light.then(|| finder.light(position, look_at)).flatten();

@@ -200,12 +200,21 @@ fn impossible_projections_are_errors() {
             "180",
         ),
         ("--projection fisch", "fisheye"),
+        ("--shift 3,0", "use an X from -"),
+        ("--shift 0,-3", "moves the whole scene out of the picture"),
+        (
+            "--projection orthographic --ortho-height 3 --shift 0,2",
+            "and a Y from -",
+        ),
     ] {
         let output = run(folder.path(), &split(&format!("render s.toml -q -o t.png {flags}")));
         assert_ne!(code(&output), 0, "{flags}");
         let said = crate::support::program::words(&output);
         assert!(said.contains(words), "{flags}: {said}");
     }
+    // The scene is at the border of the picture
+    let shown = run(folder.path(), &split("render s.toml -q --spp 1 -o t.png --shift 0.6,0"));
+    assert_eq!(code(&shown), 0, "{}", crate::support::program::words(&shown));
 }
 
 /// Projections whose lens light paths can hit.

@@ -87,6 +87,37 @@ fn cap_area_matches_the_circle() {
     }
 }
 
+/// The volumes of both halves of a cut sphere add up to the volume of the sphere, and are those of
+/// spherical segments. The caps close both halves: parallel rays from above and from below measure
+/// the thickness.
+#[test]
+fn volumes_of_both_halves_add_up() {
+    const SIDE: f64 = 200.0;
+    let folder = folder(&[("a.obj", &sphere())]);
+    let volume = |cut: &str| {
+        let heights = [("0,9,0", "0,0,-1"), ("0,-9,0", "0,0,1")].map(|(place, up)| {
+            let args = format!(
+                "render a.obj -q -o t.exr {cut} --projection orthographic --position {place} --look-at 0,0,0 --up {up} \
+                 --ortho-height 5 --size {SIDE}x{SIDE} --spp 1 --no-ground --filter box --filter-radius 1e-5"
+            );
+            done(folder.path(), &split(&args));
+            let depths = read_channel(&folder.path().join("t.exr"), "Z");
+            let seen = depths.iter().filter(|&&depth| depth < 1e9);
+            seen.map(|&depth| 9.0 - f64::from(depth)).sum::<f64>()
+        });
+        (heights[0] + heights[1]) * (5.0 / SIDE).powi(2)
+    };
+    let whole = volume("");
+    let exact = 4.0 / 3.0 * PI * 8.0;
+    assert!((whole / exact - 1.0).abs() < 0.01, "{whole}, not {exact}");
+    for h in [0.5f64, -1.2] {
+        let (below, above) = (volume(&format!("--cut y={h}")), volume(&format!("--cut=-y={h}")));
+        assert!((below + above - whole).abs() < 2e-3 * whole, "{h}: {below} and {above}");
+        let segment = PI * (2.0 - h).powi(2) * (4.0 + h) / 3.0;
+        assert!((above / segment - 1.0).abs() < 0.02, "{h}: {above}, not {segment}");
+    }
+}
+
 /// A cut has the same effect in its three forms: a section of a scene file, a flag, and a scene
 /// file that `--dump-scene` wrote.
 #[test]

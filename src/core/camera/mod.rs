@@ -27,6 +27,7 @@ use crate::math::{Ray, UVec2, Vec2, Vec3};
 use crate::sampling::warp::uniform_disk;
 use cubemap::Face;
 use projection::Film;
+use std::borrow::Cow;
 
 /// A camera of any projection. Its rays pass through a pinhole, or through an ideal thin lens if
 /// the radius of the lens is positive.
@@ -202,25 +203,34 @@ impl Camera {
         if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// Still camera with the pose at `time`.
-    fn at(&self, time: f32) -> Self {
-        let pose = self.path.map(|[first, last]| first.lerp(&last, time));
-        match pose.and_then(|pose| Some((pose, pose.axes()?))) {
-            None => *self,
-            Some((pose, axes)) => {
+    /// Still camera with the pose at `time`: this camera itself, if it does not move.
+    #[inline]
+    fn at(&self, time: f32) -> Cow<'_, Self> {
+        match self.path {
+            None => Cow::Borrowed(self),
+            Some(path) => self.moved(path, time),
+        }
+    }
+
+    /// Still camera with the pose at `time` of a camera that moves along `path`.
+    fn moved(&self, [first, last]: [Pose; 2], time: f32) -> Cow<'_, Self> {
+        let pose = first.lerp(&last, time);
+        match pose.axes() {
+            None => Cow::Borrowed(self),
+            Some(axes) => {
                 let [right, up, forward] = self.face.axes(axes);
                 let position = match self.eye == 0.0 {
                     true => pose.position,
                     false => pose.position + self.eye * right,
                 };
-                Self {
+                Cow::Owned(Self {
                     position,
                     right,
                     up,
                     forward,
                     path: None,
                     ..*self
-                }
+                })
             }
         }
     }

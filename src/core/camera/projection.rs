@@ -296,12 +296,14 @@ impl Film {
     }
 
     /// Returns true if the point `film` belongs to the picture.
+    #[inline]
     pub fn sees(&self, film: Vec2) -> bool {
         match self.projection {
             Projection::Fisheye { mapping, fov } => {
                 (film * self.scale - self.offset).length() <= mapping.radius(0.5 * fov.to_radians())
             }
-            _ => self.lens.as_ref().is_none_or(|lens| lens.sees(film)),
+            Projection::Calibrated { .. } => self.lens.as_ref().is_none_or(|lens| lens.sees(film)),
+            _ => true,
         }
     }
 
@@ -311,6 +313,16 @@ impl Film {
     /// a unit vector.
     #[inline]
     pub fn ray(&self, film: Vec2, [right, up, forward]: [Vec3; 3]) -> (Vec3, Vec3) {
+        if let Projection::Perspective { .. } = self.projection {
+            let image = film * self.scale - self.offset;
+            return (Vec3::ZERO, image.x * right - image.y * up + forward);
+        }
+        self.ray_of_any(film, [right, up, forward])
+    }
+
+    /// [`Film::ray`] for every projection. It is not inlined, so that perspectives stay fast.
+    #[inline(never)]
+    fn ray_of_any(&self, film: Vec2, [right, up, forward]: [Vec3; 3]) -> (Vec3, Vec3) {
         let image = film * self.scale - self.offset;
         match self.projection {
             Projection::Perspective { .. } => (Vec3::ZERO, image.x * right - image.y * up + forward),

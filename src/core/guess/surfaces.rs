@@ -358,9 +358,15 @@ fn is_high(name: &str) -> Option<bool> {
 /// Returns `Some(true)` if the name has words of the list `first` only, `Some(false)` if it has
 /// words of the list `second` only, and `None` otherwise. Words may be in singular or in plural.
 pub(super) fn side_of(name: &str, first: &[&str], second: &[&str]) -> Option<bool> {
+    // Compare first letters before words, because a file may have a million names
+    let has = |list: &[&str], word: &str| {
+        let first = word.as_bytes().first();
+        list.iter()
+            .any(|known| known.as_bytes().first() == first && *known == word)
+    };
     let is_in = |list: &[&str], word: &str| {
         let singular = word.trim_end_matches('s');
-        list.contains(&word) || singular.len() < word.len() && list.contains(&singular)
+        has(list, word) || singular.len() < word.len() && has(list, singular)
     };
     let (mut has_first, mut has_second) = (false, false);
     for_each_word(name, |word| {

@@ -3,6 +3,12 @@
 use super::Scene;
 use crate::geometry::{GeomId, Mesh, PrimId, UNNAMED, triangle_area};
 use rayon::prelude::*;
+use std::ops::Range;
+
+/// Maximum number of triangles that one thread measures.
+const TRIANGLES: usize = 1 << 12;
+/// Number of ranges of triangles that are measured at a time.
+const RANGES: usize = 64;
 
 /// Size of a part of the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -33,7 +39,6 @@ impl Scene {
         }
         let ground = self.ground().map(|ground| ground.geom());
         let geoms: Vec<GeomId> = self.geom_ids().filter(|geom| Some(*geom) != ground).collect();
-        let of_meshes: Vec<Vec<PartSize>> = geoms.par_iter().map(|geom| sizes_in(self.mesh(*geom))).collect();
         let numbers = std::iter::once(UNNAMED).chain(names.parts());
         let mut sizes: Vec<PartSize> = numbers
             .map(|part| PartSize {
@@ -41,8 +46,19 @@ impl Scene {
                 ..PartSize::default()
             })
             .collect();
-        for size in of_meshes.into_iter().flatten() {
-            sizes[size.part as usize].add(size.triangles, size.area);
+        let ranges = geoms.iter().flat_map(|&geom| {
+            let count = self.mesh(geom).triangles.len();
+            let range = move |start: usize| (geom, start..count.min(start + TRIANGLES));
+            (0..count).step_by(TRIANGLES).map(range)
+        });
+        // A mesh may have as many parts as triangles, so some triangles are measured at a time.
+        let ranges: Vec<_> = ranges.collect();
+        for ranges in ranges.chunks(RANGES) {
+            let of_range = |(geom, range): &(GeomId, Range<usize>)| sizes_in(self.mesh(*geom), range.clone());
+            let of_ranges: Vec<Vec<PartSize>> = ranges.par_iter().map(of_range).collect();
+            for size in of_ranges.into_iter().flatten() {
+                sizes[size.part as usize].add(size.triangles, size.area);
+            }
         }
         sizes.rotate_left(1);
         sizes.retain(|size| size.triangles > 0);
@@ -50,10 +66,11 @@ impl Scene {
     }
 }
 
-/// Sizes of the parts in a mesh: one entry for each run of consecutive triangles of the same part.
-fn sizes_in(mesh: &Mesh) -> Vec<PartSize> {
+/// Sizes of the parts in a range of triangles of a mesh: one entry for each run of consecutive
+/// triangles of the same part.
+fn sizes_in(mesh: &Mesh, range: Range<usize>) -> Vec<PartSize> {
     let mut sizes: Vec<PartSize> = Vec::new();
-    for prim in (0..mesh.triangles.len() as u32).map(PrimId) {
+    for prim in range.map(|prim| PrimId(prim as u32)) {
         let [a, b, c] = mesh.corners(prim);
         let (part, area) = (mesh.part(prim), triangle_area(a, b, c));
         match sizes.last_mut() {

@@ -130,7 +130,7 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
     let settings = text(SETTINGS);
     let mut layers = file.layer_data.iter();
     let camera = layers.find_map(|layer| CameraAttributes::of_attributes(&layer.attributes));
-    let mattes = mattes::of_file(&file);
+    let mattes = mattes::of_file(path, &file);
     let mut channels = Vec::new();
     for (i, layer) in file.layer_data.into_iter().enumerate() {
         let part = layer.attributes.layer_name.as_ref().map(ToString::to_string);

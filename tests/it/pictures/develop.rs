@@ -484,6 +484,32 @@ fn mattes_are_the_shares_of_their_names() {
     done(at, &split("develop c.exr -q --matte floor -o c.png"));
     done(at, &split("develop a.exr -q --matte floor -o m.png"));
     assert!(png_of(&at.join("c.png")) == png_of(&at.join("m.png")));
+    // Other programs may write the manifests into files of their own.
+    use ::exr::prelude::{AttributeValue, Text, WritableImage, read_all_flat_layers_from_file};
+    let mut image = read_all_flat_layers_from_file(at.join("a.exr")).unwrap();
+    let mut count = 0;
+    for attributes in image.layer_data.iter_mut().map(|layer| &mut layer.attributes.other) {
+        let manifests: Vec<Text> = attributes
+            .keys()
+            .filter(|key| key.to_string().ends_with("/manifest"))
+            .cloned()
+            .collect();
+        for key in manifests {
+            let Some(AttributeValue::Text(manifest)) = attributes.remove(&key) else {
+                continue;
+            };
+            let name = format!("manifest{count}.json");
+            std::fs::write(at.join(&name), manifest.to_string()).unwrap();
+            let key = key.to_string().replace("/manifest", "/manif_file");
+            attributes.insert(key.as_str().into(), AttributeValue::Text(name.as_str().into()));
+            count += 1;
+        }
+    }
+    assert_eq!(count, 2);
+    image.write().to_file(at.join("sidecar.exr")).unwrap();
+    done(at, &split("develop sidecar.exr -q --matte floor -o side.png"));
+    done(at, &split("develop a.exr -q --matte floor -o m.png"));
+    assert!(png_of(&at.join("side.png")) == png_of(&at.join("m.png")));
     let message = refused(at, &split("develop a.exr --matte flor -o m.png"), 1);
     assert!(message.contains("did you mean `floor`?"), "{message}");
     done(at, &split("render s.toml -q -o plain.exr"));

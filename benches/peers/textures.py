@@ -82,12 +82,14 @@ def write(name, pixels, compression=""):
     return path
 
 
-def dds(name, four, block, size=(62, 31)):
-    """A DDS file of random blocks."""
+def dds(name, four, block, size=(62, 31), dxgi=None):
+    """A DDS file of random blocks. `dxgi` is the number of its format, in an extended header."""
     count = ((size[0] + 3) // 4) * ((size[1] + 3) // 4)
     data = random.integers(0, 256, count * block, dtype=np.uint8).tobytes()
     header = b"DDS " + struct.pack("<7I", 124, 0x1007, size[1], size[0], 0, 0, 0) + bytes(44)
     header += struct.pack("<2I4s5I", 32, 4, four, 0, 0, 0, 0, 0) + struct.pack("<5I", 0x1000, 0, 0, 0, 0)
+    if dxgi is not None:
+        header += struct.pack("<5I", dxgi, 3, 0, 1, 0)
     path = folder / name
     path.write_bytes(header + data)
     return path
@@ -102,11 +104,15 @@ for channels in (1, 3, 4):
             compare(write(f"16-{channels}.{name}", wide), kind)
     if channels > 1:
         compare(write(f"8-{channels}.webp", noise, "lossless"))
+    if channels == 3:
+        compare(write(f"8-{channels}.gif", noise))
 # Lookups at the middles of texels are exact for sizes that are powers of two.
 floats = random.random((32, 16, 3), dtype=np.float32)
 compare(write("float.tif", floats))
 compare(write("half.exr", floats.astype(np.float16)))
 for name, four, block in [("bc1", b"DXT1", 8), ("bc2", b"DXT3", 16), ("bc3", b"DXT5", 16)]:
     compare(dds(f"{name}.dds", four, block))
+compare(dds("bc6h.dds", b"DX10", 16, (64, 32), dxgi=95))
+compare(dds("bc7.dds", b"DX10", 16, dxgi=98))
 compare(dds("bc4.dds", b"ATI1", 8), "value")
 compare(dds("bc5.dds", b"ATI2", 16), "normal")

@@ -53,7 +53,8 @@ impl SceneFile {
     ///
     /// # Errors
     ///
-    /// A section `[part]` is invalid, or the OBJ reader does not read polygons.
+    /// A section `[part]` is invalid, the OBJ reader does not read polygons, or there is too little
+    /// memory.
     pub(crate) fn cages(&self) -> Result<Vec<ObjectCage>, FileError> {
         if self.load.parameters.obj_reader() == ObjReader::Tobj {
             let error = self
@@ -64,19 +65,24 @@ impl SceneFile {
         let mut options = self.load.clone();
         options.parts = self.part_filter(&self.part_patches()?);
         let mut known: BTreeMap<PathBuf, Option<Arc<Cage>>> = BTreeMap::new();
-        let mut read = |path: PathBuf| {
-            let cage = known.entry(path);
-            let cage = cage.or_insert_with_key(|path| Cage::read(path, &options).ok().map(Arc::new));
-            cage.clone()
+        let mut kept = 0;
+        let mut read = |path: PathBuf| -> Result<Option<Arc<Cage>>, FileError> {
+            if let Some(cage) = known.get(&path) {
+                return Ok(cage.clone());
+            }
+            let cage = Cage::read(&path, &options, kept)?.map(Arc::new);
+            kept += cage.as_ref().map_or(0, |cage| cage.bytes());
+            known.insert(path, cage.clone());
+            Ok(cage)
         };
         let mut cages = Vec::new();
         for (index, object) in self.object.iter().enumerate() {
             let Some(pixels) = self.subdivision_of(object).pixels() else {
                 continue;
             };
-            let open = read(self.resolve(object.obj.get_ref()));
+            let open = read(self.resolve(object.obj.get_ref()))?;
             let close = object.obj_close.as_ref().map(|name| self.resolve(name.get_ref()));
-            let close = close.and_then(&mut read);
+            let close = close.map_or(Ok(None), &mut read)?;
             if let (Some(open), Ok(place)) = (open, place(self, object)) {
                 cages.push(ObjectCage {
                     object: index,

@@ -61,7 +61,7 @@ pub use mattes::Mattes;
 pub use metadata::{FeatureNames, Metadata};
 pub use mtl::MtlDialect;
 pub use normals::{area_vector, smooth_by_angle, weld};
-pub use obj::{Cage, Face, FaceMaterial, ObjFaces};
+pub use obj::{Cage, CageNode, Face, FaceMaterial, ObjFaces};
 pub use origin::Origin;
 pub use part_filter::{PartFilter, PartMovement, PartRule};
 pub use png::{display_bytes, png_bytes};

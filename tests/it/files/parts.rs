@@ -296,6 +296,14 @@ fn wrong_movements_are_errors() {
         );
         assert!(words.contains(expected), "{flag}: {words}");
     }
+    // Each key alone is valid, but the sum overflows.
+    let flags = "render s.toml --part top.translate=[3e38,0,0] --part top.scale=[9e37,1,1] -o t.png";
+    for flags in [flags.to_string(), format!("{flags} --subdivide 1")] {
+        let words = run(folder.path(), &split(&flags));
+        let words = (code(&words), self::words(&words));
+        let expected = "the part `Table/top wood` is moved so far that its coordinates are not finite";
+        assert!(words.0 != 0 && words.1.contains(expected), "{words:?}");
+    }
 }
 
 #[test]

@@ -38,7 +38,7 @@ use crate::files::input;
 use crate::files::memory::Allowance;
 use crate::geometry::{Mesh, PartNames};
 use crate::math::{DVec3, excerpt_of_name};
-pub use cage::Cage;
+pub use cage::{Cage, CageNode};
 use chunk::DataSelection;
 use colors::{Colors, take_colors};
 use counts::Chunks;
@@ -309,7 +309,7 @@ pub(super) fn read_obj(
     let mut of_colors = Vec::new();
     let mut colors = take_colors(path, &mut outline.vertices, &options.parameters, &mut of_colors);
     findings.extend(of_colors);
-    move_parts(&mut outline, &mut colors, &options.parts);
+    move_parts(path, &mut outline, &mut colors, &options.parts)?;
     subdivide(
         path,
         &mut outline,

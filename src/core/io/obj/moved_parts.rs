@@ -4,11 +4,12 @@
 
 use super::colors::Colors;
 use super::outline::{NONE, Outline, Section};
-use crate::io::{PartFilter, PartMovement};
-use crate::math::{Bounds3, Mat3A, Vec3, affine_from_trs};
+use crate::io::{FileError, PartFilter, PartMovement};
+use crate::math::{Bounds3, Mat3A, Vec3, affine_from_trs, excerpt_of_name};
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::ops::Range;
+use std::path::Path;
 
 /// Group of the parts that do not move.
 const STILL: u32 = 0;
@@ -19,10 +20,19 @@ struct Group {
     bounds: Bounds3,
 }
 
-/// Moves the parts as the rules of `filter` require.
-pub(super) fn move_parts(outline: &mut Outline, colors: &mut Colors, filter: &PartFilter) {
+/// Moves the parts of the file `path` as the rules of `filter` require.
+///
+/// # Errors
+///
+/// If a part is moved so far that a coordinate is not finite.
+pub(super) fn move_parts(
+    path: &Path,
+    outline: &mut Outline,
+    colors: &mut Colors,
+    filter: &PartFilter,
+) -> Result<(), FileError> {
     if !filter.moves() {
-        return;
+        return Ok(());
     }
     let (group_of_part, mut groups) = groups(outline, filter);
     let group_of = |part: u32| group_of_part.get(part as usize).copied().unwrap_or(STILL);
@@ -57,7 +67,17 @@ pub(super) fn move_parts(outline: &mut Outline, colors: &mut Colors, filter: &Pa
         colors.alpha.extend(colors.alpha.get(old).copied());
     }
     for (p, &group) in outline.vertices.positions.iter_mut().zip(&positions.groups) {
-        *p = moves[group as usize].position(*p);
+        let moved = moves[group as usize].position(*p);
+        if !moved.is_finite() && p.is_finite() {
+            let part = (1..).zip(&group_of_part[1..]).find(|&(_, &of_part)| of_part == group);
+            let name = part.map(|(part, _)| outline.parts.name(part)).unwrap_or_default();
+            let message = format!(
+                "the part `{}` is moved so far that its coordinates are not finite",
+                excerpt_of_name(&name)
+            );
+            return Err(FileError::new(path, message).help("use a smaller `translate` or `scale`"));
+        }
+        *p = moved;
     }
     if moves.iter().any(|group| group.turned.is_some()) {
         let count = outline.vertices.normals.len();
@@ -69,6 +89,7 @@ pub(super) fn move_parts(outline: &mut Outline, colors: &mut Colors, filter: &Pa
             *n = moves[group as usize].normal(*n);
         }
     }
+    Ok(())
 }
 
 /// Index of the group of each part, and the groups; the first group is [`STILL`].
@@ -205,7 +226,6 @@ mod tests {
     use crate::io::obj::parse::parse;
     use crate::math::Glob;
     use half::f16;
-    use std::path::Path;
 
     /// Two quads of one object with a common edge, and a quad of another object.
     const TEXT: &str = "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 6 0 0\nv 6 2 0\nv 10 0 0\nv 14 0 0\nv 14 2 0\nv 10 2 0\n\
@@ -233,7 +253,7 @@ mod tests {
             rgb: (0..10).map(|i| [f16::from_f32(i as f32); 3]).collect(),
             alpha: Vec::new(),
         };
-        move_parts(&mut outline, &mut colors, &filter);
+        move_parts(Path::new("t.obj"), &mut outline, &mut colors, &filter).unwrap();
         let Outline { vertices, sections, .. } = &outline;
         assert_eq!(colors.rgb.len(), vertices.positions.len());
         let mut faces = Vec::new();

@@ -1,9 +1,12 @@
 //! Text of lobes and Fresnel terms for `explain` and `info`.
 
-use super::{Bsdf, Fresnel, Lobe, TransportMode};
+use super::{Bsdf, Dielectric, Fresnel, Lobe, ThinDielectric, TransportMode};
 use crate::color::Spectrum;
 use crate::math::{Vec3, rounded, rounded_list};
 use std::fmt;
+
+/// Name of a parameter, and its number, or the three numbers of a colour.
+type LobeValue = (&'static str, Vec<f32>);
 
 impl fmt::Display for Fresnel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -63,63 +66,31 @@ impl Lobe {
 
     /// Parameters of the lobe as text, with their names.
     pub fn parameters(&self) -> String {
-        match self {
-            Self::Lambert(lobe) => format!("albedo {}", rounded_list(&lobe.albedo.to_array())),
-            Self::CoatedLambert(lobe) => {
-                let (albedo, f0, roughness) = lobe.parameters();
-                let (f0, roughness) = (rounded(f0.into()), rounded(roughness.into()));
-                format!(
-                    "albedo {}, f0 {f0}, roughness {roughness}",
-                    rounded_list(&albedo.to_array())
-                )
-            }
-            Self::Phong(lobe) => {
-                let reflectance = rounded_list(&lobe.reflectance.to_array());
-                format!("reflectance {reflectance}, exponent {}", rounded(lobe.exponent.into()))
-            }
-            Self::Blinn(lobe) => {
-                let reflectance = rounded_list(&lobe.reflectance.to_array());
-                format!(
-                    "reflectance {reflectance}, exponent {}, {}",
-                    rounded(lobe.exponent.into()),
-                    lobe.fresnel
-                )
-            }
-            Self::RoughConductor(lobe) => {
-                let (reflectance, fresnel) = lobe.parameters();
-                format!(
-                    "reflectance {}, roughness {}, {fresnel}",
-                    rounded_list(&reflectance),
-                    rounded(lobe.roughness().into())
-                )
-            }
-            Self::RoughDielectric(lobe) => {
-                let (reflectance, transmittance, ior) = lobe.parameters();
-                let factors = boundary(reflectance, transmittance, ior);
-                format!("{factors}, roughness {}", rounded(lobe.roughness().into()))
-            }
-            Self::Sheen(lobe) => format!("color {}", rounded_list(&lobe.color.to_array())),
-            Self::Mirror(lobe) => format!(
-                "reflectance {}, {}",
-                rounded_list(&lobe.reflectance.to_array()),
-                lobe.fresnel
-            ),
-            Self::Dielectric(lobe) => boundary(lobe.reflectance.to_array(), lobe.transmittance.to_array(), lobe.ior),
-            Self::ThinDielectric(lobe) => {
-                boundary(lobe.reflectance.to_array(), lobe.transmittance.to_array(), lobe.ior)
-            }
-        }
+        let text = |(name, value): (&str, Vec<f32>)| match value.as_slice() {
+            [number] => format!("{name} {}", rounded((*number).into())),
+            color => format!("{name} {}", rounded_list(color)),
+        };
+        let (values, fresnel) = self.values_and_fresnel();
+        let mut texts: Vec<String> = values.into_iter().map(text).collect();
+        texts.extend(fresnel.map(|fresnel| fresnel.to_string()));
+        texts.join(", ")
     }
-}
 
-impl Lobe {
     /// Returns true if the lobe has a roughness.
     pub fn has_roughness(&self) -> bool {
         self.values().iter().any(|(name, _)| *name == "roughness")
     }
 
     /// Parameters of the lobe by name: one number, or three for colours.
-    pub fn values(&self) -> Vec<(&'static str, Vec<f32>)> {
+    pub fn values(&self) -> Vec<LobeValue> {
+        let (mut values, fresnel) = self.values_and_fresnel();
+        values.extend(fresnel.iter().flat_map(Fresnel::values));
+        values
+    }
+
+    /// Parameters of the lobe without those of its Fresnel term, and the Fresnel term. `None` if
+    /// the lobe has no choice of a Fresnel term.
+    fn values_and_fresnel(&self) -> (Vec<LobeValue>, Option<Fresnel>) {
         let color = |name, value: [f32; 3]| (name, value.to_vec());
         let number = |name, value| (name, vec![value]);
         let boundary = |reflectance, transmittance, ior| {
@@ -130,53 +101,53 @@ impl Lobe {
             ]
         };
         match self {
-            Self::Lambert(lobe) => vec![color("albedo", lobe.albedo.to_array())],
+            Self::Lambert(lobe) => (vec![color("albedo", lobe.albedo.to_array())], None),
             Self::CoatedLambert(lobe) => {
                 let (albedo, f0, roughness) = lobe.parameters();
-                vec![
-                    color("albedo", albedo.to_array()),
-                    number("f0", f0),
-                    number("roughness", roughness),
-                ]
+                let albedo = color("albedo", albedo.to_array());
+                (vec![albedo, number("f0", f0), number("roughness", roughness)], None)
             }
-            Self::Phong(lobe) => vec![
-                color("reflectance", lobe.reflectance.to_array()),
-                number("exponent", lobe.exponent),
-            ],
+            Self::Phong(lobe) => {
+                let reflectance = color("reflectance", lobe.reflectance.to_array());
+                (vec![reflectance, number("exponent", lobe.exponent)], None)
+            }
             Self::Blinn(lobe) => {
-                let values = vec![
-                    color("reflectance", lobe.reflectance.to_array()),
-                    number("exponent", lobe.exponent),
-                ];
-                [values, lobe.fresnel.values()].concat()
+                let reflectance = color("reflectance", lobe.reflectance.to_array());
+                (vec![reflectance, number("exponent", lobe.exponent)], Some(lobe.fresnel))
             }
             Self::RoughConductor(lobe) => {
                 let (reflectance, fresnel) = lobe.parameters();
-                let values = vec![color("reflectance", reflectance), number("roughness", lobe.roughness())];
-                [values, fresnel.values()].concat()
+                let reflectance = color("reflectance", reflectance);
+                (vec![reflectance, number("roughness", lobe.roughness())], Some(fresnel))
             }
             Self::RoughDielectric(lobe) => {
                 let (reflectance, transmittance, ior) = lobe.parameters();
-                let values = boundary(reflectance, transmittance, ior);
-                [values, vec![number("roughness", lobe.roughness())]].concat()
+                let mut values = boundary(reflectance, transmittance, ior);
+                values.push(number("roughness", lobe.roughness()));
+                (values, None)
             }
-            Self::Sheen(lobe) => vec![color("color", lobe.color.to_array())],
-            Self::Mirror(lobe) => [
-                vec![color("reflectance", lobe.reflectance.to_array())],
-                lobe.fresnel.values(),
-            ]
-            .concat(),
-            Self::Dielectric(lobe) => boundary(lobe.reflectance.to_array(), lobe.transmittance.to_array(), lobe.ior),
-            Self::ThinDielectric(lobe) => {
-                boundary(lobe.reflectance.to_array(), lobe.transmittance.to_array(), lobe.ior)
+            Self::Sheen(lobe) => (vec![color("color", lobe.color.to_array())], None),
+            Self::Mirror(lobe) => {
+                let reflectance = color("reflectance", lobe.reflectance.to_array());
+                (vec![reflectance], Some(lobe.fresnel))
             }
+            Self::Dielectric(Dielectric {
+                reflectance,
+                transmittance,
+                ior,
+            })
+            | Self::ThinDielectric(ThinDielectric {
+                reflectance,
+                transmittance,
+                ior,
+            }) => (boundary(reflectance.to_array(), transmittance.to_array(), *ior), None),
         }
     }
 }
 
 impl Fresnel {
     /// Parameters of the Fresnel term by name.
-    fn values(&self) -> Vec<(&'static str, Vec<f32>)> {
+    fn values(&self) -> Vec<LobeValue> {
         match self {
             Self::Full => Vec::new(),
             Self::Dielectric { eta } => vec![("eta", vec![*eta])],
@@ -184,10 +155,4 @@ impl Fresnel {
             Self::Schlick { f0 } => vec![("f0", f0.to_vec())],
         }
     }
-}
-
-fn boundary(reflectance: [f32; 3], transmittance: [f32; 3], ior: f32) -> String {
-    let (reflectance, transmittance) = (rounded_list(&reflectance), rounded_list(&transmittance));
-    let ior = rounded(ior.into());
-    format!("reflectance {reflectance}, transmittance {transmittance}, ior {ior}")
 }

@@ -8,7 +8,7 @@ use super::{
     TriangleLight, Variation,
 };
 use crate::color::Spectrum;
-use crate::math::{Encode, Vec2, Vec3};
+use crate::math::{Encode, Ray, Vec2, Vec3};
 use crate::texture::Texture;
 
 /// A light with a surface.
@@ -26,6 +26,34 @@ pub enum AreaLight {
     Disk(DiskLight),
     /// A rectangle.
     Rectangle(RectangleLight),
+}
+
+/// A light whose mesh in the scene is a hull, larger than the light (`scene/lamp_hulls.rs`).
+#[derive(Clone, Copy, Debug)]
+pub enum RoundLight<'a> {
+    /// A sphere.
+    Sphere(&'a SphereLight),
+    /// A disk.
+    Disk(&'a DiskLight),
+}
+
+impl RoundLight<'_> {
+    /// Returns true if `ray`, which hits the hull, misses the light.
+    pub fn is_missed(self, ray: &Ray) -> bool {
+        match self {
+            Self::Sphere(light) => light.is_missed(ray),
+            Self::Disk(light) => light.is_missed(ray),
+        }
+    }
+
+    /// Returns true if points of the light are not points of the hull.
+    pub fn is_curved(self) -> bool {
+        match self {
+            Self::Sphere(_) => true,
+            // The square lies in the plane of the disk.
+            Self::Disk(_) => false,
+        }
+    }
 }
 
 /// Implements the conversions of a shape to [`AreaLight`] and [`Light`].
@@ -190,6 +218,15 @@ impl AreaLight {
             Self::MovingTriangle(_) => true,
             Self::Textured(light) => light.is_moving(),
             Self::Triangle(_) | Self::Sphere(_) | Self::Disk(_) | Self::Rectangle(_) => false,
+        }
+    }
+
+    /// The light as a round light; `None` if its mesh in the scene is its surface.
+    pub fn round(&self) -> Option<RoundLight<'_>> {
+        match self {
+            Self::Sphere(light) => Some(RoundLight::Sphere(light)),
+            Self::Disk(light) => Some(RoundLight::Disk(light)),
+            Self::Triangle(_) | Self::MovingTriangle(_) | Self::Textured(_) | Self::Rectangle(_) => None,
         }
     }
 

@@ -15,15 +15,15 @@
 //! normal is zero.
 //!
 //! How to add a type of light: a light with a surface is a variant of [`AreaLight`], and needs
-//! `match` arms in `area.rs` alone. A round light also needs a hull (`scene/lamp_hulls.rs`). A
-//! light without surface needs a variant of [`Light`], and a change of `Scene::escaped`
-//! (`scene/incident.rs`) if escaped rays can find the light. Both kinds need a module, an encoding
-//! for the scene hash (`encode_fields!`), an `add_…` function of `scene/made_lights.rs`, and a
-//! section in `description/light_section.rs`. The compiler reports all missing arms of a `match`.
-//! The ground needs the irradiance of the light (`irradiance`). A light that can be a
-//! latitude-longitude image needs no variant. Like `sky` and `studio`, the module of this light
-//! makes a [`LatLongImage`], and `scene/made_lights.rs` makes an [`EnvironmentLight`] with an
-//! [`EnvironmentKind`] from this image.
+//! `match` arms in `area.rs` alone. A round light is also a variant of [`RoundLight`], and needs a
+//! hull (`scene/lamp_hulls.rs`). A light without surface needs a variant of [`Light`], and a change
+//! of `Scene::escaped` (`scene/incident.rs`) if escaped rays can find the light. Both kinds need a
+//! module, an encoding for the scene hash (`encode_fields!`), an `add_…` function of
+//! `scene/made_lights.rs`, and a section in `description/light_section.rs`. The compiler reports
+//! all missing arms of a `match`. The ground needs the irradiance of the light (`irradiance`). A
+//! light that can be a latitude-longitude image needs no variant. Like `sky` and `studio`, the
+//! module of this light makes a [`LatLongImage`], and `scene/made_lights.rs` makes an
+//! [`EnvironmentLight`] with an [`EnvironmentKind`] from this image.
 //!
 //! Moving lights are moved to their position at the time of each sample. An emitting triangle
 //! stores its normal and the largest ray offset of its points, so the end of a shadow ray is
@@ -55,7 +55,7 @@ mod tree;
 mod triangle;
 mod visibility_grid;
 
-pub use area::AreaLight;
+pub use area::{AreaLight, RoundLight};
 pub use constant::ConstantLight;
 pub use directional::DirectionalLight;
 pub use disk::DiskLight;

@@ -4,7 +4,7 @@
 use super::{Error, InvalidSetting};
 use crate::camera::Camera;
 use crate::integrator::{Background, DirectLight, strategies};
-use crate::light::{AreaLight, Light, LightSelection, SelectionMode};
+use crate::light::{Light, LightSelection, SelectionMode};
 use crate::light_paths::PathPart;
 use crate::options::{IntegratorKind, MaxDepth, Method, Named, Value, VertexMergingSettings};
 use crate::scene::Scene;
@@ -114,7 +114,7 @@ impl Method {
     /// the scene has no other lights, or if `area` would miss a sphere or disk light. Returns a
     /// warning if only part of the light is missing.
     pub fn check_lights(&self, scene: &Scene) -> Result<Option<String>, Error> {
-        let is_round = |light: &Light| matches!(light, Light::Area(AreaLight::Sphere(_) | AreaLight::Disk(_)));
+        let is_round = |light: &Light| matches!(light, Light::Area(light) if light.round().is_some());
         if self.kind() == IntegratorKind::Area && scene.lights().iter().any(is_round) {
             let words = "--integrator area samples only triangles, and misses sphere and disk lights";
             return Err(Error::Refused(format!("{words}\n  help: use --integrator path")));

@@ -10,8 +10,8 @@ use super::{Instance, LightNumbering, Scene, Shape};
 use crate::color::Spectrum;
 use crate::geometry::{Facet, GeomId, InstanceId, Mesh, PlacedTriangle, Placement, PrimId};
 use crate::light::{
-    AreaLight, ConstantLight, Light, LightGroupId, LightGroups, LightId, MovingTriangle, RectangleLight, TriangleLight,
-    TriangleSampling, Variation,
+    AreaLight, ConstantLight, Light, LightGroupId, LightGroups, LightId, MovingTriangle, RectangleLight, RoundLight,
+    TriangleLight, TriangleSampling, Variation,
 };
 use crate::material::{Map, Material, MaterialId, ThinSurface};
 use crate::math::{Affine3A, Bounds3};
@@ -86,10 +86,7 @@ impl SceneBuilder {
             is_dispersive: self.materials.iter().any(Material::is_dispersive),
             has_absorption: absorptions.iter().any(|absorption| !absorption.is_black()),
             absorptions,
-            has_lamp_hulls: self
-                .lamps
-                .values()
-                .any(|light| matches!(light, AreaLight::Sphere(_) | AreaLight::Disk(_))),
+            has_lamp_hulls: self.lamps.values().any(|light| light.round().is_some()),
             has_thin_surfaces: thin_surfaces.iter().any(Option::is_some),
             thin_surfaces,
             panes: self.report.panes,
@@ -298,6 +295,7 @@ impl Scene {
         let varies = surface.maps.varies_bsdf() || surface.maps.has_bumps() || surface.is_anisotropic();
         let is_uniform = mesh.normals.is_empty() && !varies;
         let lamp = lamps.get(&material);
+        let is_curved = lamp.and_then(AreaLight::round).is_some_and(RoundLight::is_curved);
         // A light whose surface is a whole mesh has an id even if it does not emit
         let emits = lamp.is_some() || !surface.emission_factor().is_black();
         let first_light = emits.then_some(LightId(*emitting as u32));
@@ -319,8 +317,7 @@ impl Scene {
         self.shapes.push(Shape {
             material,
             object: object.unwrap_or(0),
-            // The hit point on the hull of a sphere light is not on the sphere.
-            is_plain: keeps_place && is_uniform && !matches!(lamp, Some(AreaLight::Sphere(_))),
+            is_plain: keeps_place && is_uniform && !is_curved,
             first_light,
             light_count,
             numbering,

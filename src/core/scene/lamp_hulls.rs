@@ -30,7 +30,7 @@
 use super::builder::SceneBuilder;
 use super::{LightNumbering, Scene};
 use crate::geometry::{Hit, Mesh, SurfacePoint};
-use crate::light::{AreaLight, DiskLight, Light, LightId, SphereLight};
+use crate::light::{AreaLight, DiskLight, Light, LightId, RoundLight, SphereLight};
 use crate::math::float::gamma;
 use crate::math::{DVec3, Frame, Ray, Vec3};
 use std::collections::HashMap;
@@ -53,10 +53,10 @@ impl SceneBuilder {
         let bounds = self.bounds();
         let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
         for (mesh, material) in &mut self.meshes {
-            match self.lamps.get(material) {
-                Some(AreaLight::Sphere(light)) => *mesh = around_sphere(light, reach),
-                Some(AreaLight::Disk(light)) => *mesh = around_disk(light, reach),
-                _ => {}
+            match self.lamps.get(material).and_then(AreaLight::round) {
+                Some(RoundLight::Sphere(light)) => *mesh = around_sphere(light, reach),
+                Some(RoundLight::Disk(light)) => *mesh = around_disk(light, reach),
+                None => {}
             }
         }
     }
@@ -91,13 +91,12 @@ impl Scene {
 
     #[inline(never)]
     fn at_hull(&self, hit: &Hit, ray: &Ray) -> HullHit {
-        match self.lamp_of(hit) {
-            Some(AreaLight::Sphere(light)) if light.is_missed(ray) => HullHit::Misses,
-            Some(AreaLight::Disk(light)) if light.is_missed(ray) => HullHit::Misses,
-            Some(AreaLight::Sphere(light)) => HullHit::Enters(light.entry(ray).map_or(hit.t, |entry| entry.t)),
+        match self.lamp_of(hit).and_then(AreaLight::round) {
+            None => HullHit::NoHull,
+            Some(light) if light.is_missed(ray) => HullHit::Misses,
+            Some(RoundLight::Sphere(light)) => HullHit::Enters(light.entry(ray).map_or(hit.t, |entry| entry.t)),
             // The square lies in the plane of the disk.
-            Some(AreaLight::Disk(_)) => HullHit::Enters(hit.t),
-            _ => HullHit::NoHull,
+            Some(RoundLight::Disk(_)) => HullHit::Enters(hit.t),
         }
     }
 
@@ -118,8 +117,8 @@ impl Scene {
         if !self.has_lamp_hulls {
             return point;
         }
-        match self.lamp_of(hit) {
-            Some(AreaLight::Sphere(light)) => light.entry(ray).map_or(point, |entry| SurfacePoint {
+        match self.lamp_of(hit).and_then(AreaLight::round) {
+            Some(RoundLight::Sphere(light)) => light.entry(ray).map_or(point, |entry| SurfacePoint {
                 p: entry.p,
                 ng: entry.n,
                 ns: entry.n,
@@ -127,7 +126,7 @@ impl Scene {
                 curvature_offset: [0.0; 2],
                 ..point
             }),
-            _ => point,
+            Some(RoundLight::Disk(_)) | None => point,
         }
     }
 }

@@ -2,12 +2,13 @@
 //!
 //! A new channel of the first surface needs:
 //!
-//! 1. a variant of [`Aov`], its name in [`Aov::NAMES`], and its channels in `Aov::means`;
+//! 1. a variant of [`Aov`], and its name in [`Aov::NAMES`];
 //! 2. a field of [`Features`](super::Features), with a line of `SUMS` (`film/features.rs`) for each
-//!    component;
+//!    component, called `NAME.COMPONENT`;
 //! 3. its value, which `World::features_of` (`integrator/first_surface.rs`) or the integrator sets
 //!    when the first surface is recorded.
 
+use super::features::SUMS;
 use super::{Channel, Coverage, FeatureSums, Film};
 
 /// Name of the channel of lines.
@@ -79,26 +80,22 @@ impl Aov {
             // Three kinds (objects, parts and materials), each with six ranks of two channels
             Self::Cryptomatte => 36,
             Self::Lines => 1,
-            _ => self.means().len() + self.ids().len(),
+            _ => self.means().count() + self.ids().len(),
         }
     }
 
-    /// Names of the channels that are means over the samples that hit a surface. Each name is an
-    /// entry of [`SUMS`](super::features::SUMS).
-    fn means(self) -> &'static [&'static str] {
-        match self {
-            Self::Position => &["P.X", "P.Y", "P.Z"],
-            Self::Uv => &["uv.U", "uv.V"],
-            Self::Motion => &["motion.X", "motion.Y"],
-            Self::Points => &[
-                "points.dots",
-                "points.radius",
-                "points.count",
-                "points.caustics",
-                "points.gradient",
-            ],
-            Self::Lines | Self::Ids | Self::Cryptomatte | Self::Lights | Self::Strategies => &[],
-        }
+    /// Name for `--aov`.
+    fn name(self) -> &'static str {
+        let mut names = Self::NAMES.iter();
+        names.find(|(_, aov)| *aov == self).map_or("", |(name, _)| name)
+    }
+
+    /// Names of the channels that are means over the samples that hit a surface. They consist of
+    /// the name for `--aov`, a dot and a component.
+    fn means(self) -> impl Iterator<Item = &'static str> {
+        let name = self.name();
+        let channels = SUMS.iter().map(|(channel, _)| *channel);
+        channels.filter(move |channel| channel.split_once('.').is_some_and(|(of, _)| of == name))
     }
 
     /// Channels whose value is the id that covers most of the pixel.
@@ -131,7 +128,7 @@ pub(super) fn develop_features(film: &Film, aovs: &[Aov]) -> Vec<Channel> {
     let largest = |coverage: &Coverage| coverage.by_rank().first().map_or(0.0, |&(id, _)| id as f32 + 1.0);
     let mut channels = Vec::new();
     for aov in aovs {
-        channels.extend(aov.means().iter().map(|name| channel(name, &|f| f.mean(name))));
+        channels.extend(aov.means().map(|name| channel(name, &|f| f.mean(name))));
         if *aov == Aov::Lines {
             channels.push(lines(film));
         }
@@ -149,5 +146,19 @@ fn lines(film: &Film) -> Channel {
     Channel {
         name: LINES.into(),
         values: film.crop().pixels().map(|pixel| share(pixel).unwrap_or(0.0)).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_sum_is_a_channel_of_one_aov() {
+        let channels: Vec<_> = Aov::NAMES.iter().flat_map(|(_, aov)| aov.means()).collect();
+        let sums: Vec<_> = SUMS.iter().map(|(name, _)| *name).collect();
+        assert_eq!(channels, sums);
+        assert_eq!(Aov::Position.means().collect::<Vec<_>>(), ["P.X", "P.Y", "P.Z"]);
+        assert_eq!(Aov::Ids.means().next(), None);
     }
 }

@@ -47,8 +47,9 @@ pub struct Points {
 /// Name of a channel, and its value at a surface.
 type FeatureValue = (&'static str, fn(&Features) -> f32);
 
-/// Features that are summed as numbers, each with the name of its channel.
-pub(super) const SUMS: [FeatureValue; 12] = [
+/// Features that are summed as numbers, each with the name of its channel: the name of the AOV, a
+/// dot and a component. Checkpoints have the sums in this order.
+pub(super) const SUMS: &[FeatureValue] = &[
     ("P.X", |f| f.p.x),
     ("P.Y", |f| f.p.y),
     ("P.Z", |f| f.p.z),

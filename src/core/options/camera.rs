@@ -248,7 +248,23 @@ impl CameraOptions {
             position_close: close.map(|pose| pose.position),
             look_at_close: close.map(|pose| pose.look_at),
             up_close: close.map(|pose| pose.up),
-            ..of_projection
+            projection: of_projection.projection,
+            ortho_height: of_projection.ortho_height,
+            shift: of_projection.shift,
+            fisheye_fov: of_projection.fisheye_fov,
+            fisheye_mapping: of_projection.fisheye_mapping,
+            intrinsics: of_projection.intrinsics,
+            distortion: of_projection.distortion,
+            // A description has the results of these options
+            view: None,
+            elevation: None,
+            orbit: None,
+            stand: None,
+            yaw: None,
+            pose: None,
+            f_stop: None,
+            sensor_height: None,
+            focus_at: None,
         }
     }
 }

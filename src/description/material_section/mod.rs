@@ -138,7 +138,7 @@ section! {
 /// Calls the macro `$use` with the names of keys that are also names of material fields.
 macro_rules! fields {
     ($use:ident) => {
-        $use!(
+        $use! {
             diffuse,
             specular,
             roughness,
@@ -154,10 +154,40 @@ macro_rules! fields {
             emission,
             opacity,
             camera_visible
-        )
+        }
     };
 }
 use fields;
+
+/// Lists all keys: `fields!`, and the keys that `patch` and `describe` treat one by one. A key that
+/// is in neither list is a compile error.
+macro_rules! all_keys {
+    ($($field:ident),+) => {
+        const _: fn(MaterialSection) = |MaterialSection {
+            $($field: _,)+
+            patch: _,
+            preset: _,
+            model: _,
+            exponent: _,
+            metallic: _,
+            eta: _,
+            k: _,
+            abbe: _,
+            absorption_depth: _,
+            diffuse_map: _,
+            specular_map: _,
+            emission_map: _,
+            exponent_map: _,
+            roughness_map: _,
+            metallic_map: _,
+            opacity_map: _,
+            bump_map: _,
+            normal_map: _,
+            displacement_map: _,
+        }| ();
+    };
+}
+fields!(all_keys);
 
 fn preset_names() -> Vec<&'static str> {
     PRESETS.iter().map(|preset| preset.name).collect()

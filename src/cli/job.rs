@@ -50,6 +50,15 @@ impl Job {
         Self::of_scene(args, scene)
     }
 
+    /// Reads the scene file and resolves all settings like [`Job::new`], for renders that are
+    /// compared. A bare OBJ has the light that `render` guesses. It has no ground, which some
+    /// integrators do not support.
+    pub fn to_compare(args: &RenderArgs) -> Result<Self, CliError> {
+        let mut job = Self::new(args)?;
+        job.settings.guesses.light = !job.scene.is_file();
+        Ok(job)
+    }
+
     /// Reads the scene file and resolves all settings like [`Job::new`], for a picture to view. For
     /// a bare OBJ, exposure, tone curve and quality are guessed if neither a flag nor `--set` sets
     /// them.

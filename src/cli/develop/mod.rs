@@ -54,7 +54,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
         return matte::write(args, &layers, pattern, &files, &exr);
     }
 
-    let found = layer::find(&layers, args.channel.as_deref());
+    let found = layer::find(&layers, args.channel.as_deref().or(raw(args, &layers)));
     let found = found.map_err(|(message, help)| FileError::new(&args.input, message).help(help))?;
     let mut steps = vec![format!("channel={}", found.title())];
     let mut image = image_of(&layers, &found);
@@ -140,7 +140,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
                 picture.write_exr(output, &exr)
             }
             (Format::Png(_), Kind::Colors | Kind::Reflectance) => {
-                said.push(format!("{name}: {tone}"));
+                said.push(format!("{name}: {tone}{}", exposure_change(args, &layers, &tone)));
                 let picture = developed(scaled(image.clone(), size, true));
                 picture.write_png(output, &tone)
             }
@@ -226,6 +226,28 @@ fn image_of(layers: &Layers, found: &Layer) -> Image {
         crop: window,
         channels,
         backing,
+    }
+}
+
+/// Name of the picture before the denoiser, if `--denoise=off` asks for it and the file has it.
+fn raw(args: &DevelopArgs, layers: &Layers) -> Option<&'static str> {
+    let is_kept = || layers.channels.iter().any(|channel| channel.name == "raw.R");
+    (args.denoise == Some(Some(Denoising::Off)) && is_kept()).then_some("raw")
+}
+
+/// Difference between the exposure of `tone` and the exposure that the render stored in the file;
+/// empty without a difference. A given exposure replaces the stored one, so a user who wants one
+/// stop more must know the stored exposure.
+fn exposure_change(args: &DevelopArgs, layers: &Layers, tone: &Tone) -> String {
+    let stored = layers.finish.tone.exposure.stops().unwrap_or(0.0);
+    match (args.tone.0.exposure, tone.exposure.stops()) {
+        (Some(_), Some(stops)) if stops != stored => {
+            format!(
+                " ({:+.2} stops from the exposure {stored:+.2} of the file)",
+                stops - stored
+            )
+        }
+        _ => String::new(),
     }
 }
 

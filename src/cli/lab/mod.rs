@@ -80,7 +80,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     let files = Files::prepare(args, &mut named)?;
     named.refuse_inputs([Some(&*args.scene), args.reference.as_deref()].into_iter().flatten())?;
     let budgets = Budget::of(&args.spp, &args.time);
-    let job = Job::new(&render_args(args, &budgets))?;
+    let job = Job::to_compare(&render_args(args, &budgets))?;
     let given = args
         .reference
         .as_deref()
@@ -169,7 +169,12 @@ fn sheet_of_bounces(args: &LabArgs) -> Result<ExitCode, CliError> {
     let output = named.prepare("-o", &output_path(args, ".png"))?;
     named.refuse_inputs([&*args.scene])?;
     let budgets = Budget::of(&args.spp, &[]);
-    bounces::write_sheet(Job::new(&render_args(args, &budgets))?, &output, &named, args.quiet)?;
+    bounces::write_sheet(
+        Job::to_compare(&render_args(args, &budgets))?,
+        &output,
+        &named,
+        args.quiet,
+    )?;
     Ok(ExitCode::SUCCESS)
 }
 

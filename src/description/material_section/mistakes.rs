@@ -70,7 +70,9 @@ impl Named<'_> {
         let is_number = preset.parse::<f32>().is_ok();
         let help = match Spectrum::of_text(preset) {
             Some(_) if !is_number => {
-                format!("a colour is a value of `diffuse`, as in --material 'NAME.diffuse={preset}'")
+                format!(
+                    "a colour is a value of `diffuse`, as in --material 'NAME.diffuse={preset}' or --part 'NAME.diffuse={preset}'"
+                )
             }
             _ => format!("{meant}presets are {}", all.join(", ")),
         };

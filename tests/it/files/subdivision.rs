@@ -2,7 +2,7 @@
 //! (`geometry/subdivision`).
 
 use crate::support::program::*;
-use crate::support::{load, matte, read_channel};
+use crate::support::{budget, load, matte, read_channel};
 use embrasure::accel::Accel;
 use embrasure::geometry::Mesh;
 use embrasure::math::{Ray, Vec2, Vec3};
@@ -66,7 +66,7 @@ fn no_ray_escapes_a_closed_mesh() {
         assert!(!mesh.uvs.is_empty() && mesh.normals.iter().all(|n| n.is_normalized()));
     }
     for_each_backend(&scene, |accel| {
-        assert_eq!(escaping(accel, Vec3::new(0.1, -0.2, 0.05), 1_000_000), 0);
+        assert_eq!(escaping(accel, Vec3::new(0.1, -0.2, 0.05), budget(10_000_000)), 0);
     });
 }
 

@@ -1,8 +1,8 @@
 //! Displacement by material textures, from scene files and libraries.
 
 use crate::files::subdivision::{escaping, for_each_backend};
-use crate::support::load;
 use crate::support::program::*;
+use crate::support::{budget, load};
 use embrasure::math::Vec3;
 use std::fs;
 use std::path::Path;
@@ -178,6 +178,6 @@ fn no_ray_escapes_a_displaced_box() {
     let scene = load(&with.path().join("s.toml"));
     assert_eq!(scene.triangle_count(), 12 << 10);
     for_each_backend(&scene, |accel| {
-        assert_eq!(escaping(accel, Vec3::new(0.1, -0.2, 0.05), 1_000_000), 0);
+        assert_eq!(escaping(accel, Vec3::new(0.1, -0.2, 0.05), budget(10_000_000)), 0);
     });
 }

@@ -269,6 +269,16 @@ impl SceneFile {
         }
     }
 
+    /// Returns true if a material section or a patch, or one of the part patches `parts`, sets an
+    /// emission.
+    pub(super) fn may_emit(&self, parts: &[Patch<PartSection>]) -> bool {
+        let emits = |section: &MaterialSection| section.emission.is_some() || section.emission_map.is_some();
+        let patches = self.patches().unwrap_or_default();
+        self.material.values().any(emits)
+            || patches.iter().any(|patch| emits(&patch.section))
+            || parts.iter().any(|patch| emits(&patch.section.material))
+    }
+
     /// Adds the patches of flags. Patches with equal globs are joined to one patch. Flags such as
     /// `--material Gold.metallic=1` and `--material Gold.specular=0.5` therefore may be in any
     /// order.

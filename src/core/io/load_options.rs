@@ -227,6 +227,9 @@ pub struct LoadOptions {
     /// True if a missing or unusable file, or a wrong statement, is an error even if a render is
     /// possible without it.
     pub strict: bool,
+    /// True if materials may emit light although their library does not say so. Faces on the back
+    /// of others are then listed for all materials.
+    pub may_emit: bool,
 }
 
 impl LoadOptions {

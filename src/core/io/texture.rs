@@ -72,6 +72,8 @@ pub struct TextureRequest {
     pub kind: TextureKind,
     /// Extension of the picture beyond the unit square.
     pub wrap: Wrap,
+    /// True for a texture of one texel, the mean of the picture. A normal map becomes flat.
+    pub is_mean: bool,
 }
 
 /// Loaded textures. A texture that is requested several times is loaded once.
@@ -96,9 +98,9 @@ impl LoadedTextures {
     }
 }
 
-/// Loads textures in the current rayon pool. Requests for the same file with the same kind and wrap
-/// share one texture, even if the paths of the file differ. Textures do not depend on the number of
-/// threads. If all textures together need more memory than is free, no texture is loaded.
+/// Loads textures in the current rayon pool. Requests that differ only in the path to the same
+/// file share one texture. Textures do not depend on the number of threads. If all textures
+/// together need more memory than is free, no texture is loaded.
 pub fn load_textures(requests: &[TextureRequest], observer: &dyn LoadObserver) -> LoadedTextures {
     load_textures_within(requests, Allowance::of_system(), observer).unwrap_or_else(|error| LoadedTextures {
         textures: Vec::new(),
@@ -122,10 +124,12 @@ pub fn load_textures_within(
         .iter()
         .map(|request| {
             let path = request.path.canonicalize().unwrap_or_else(|_| request.path.clone());
-            *firsts.entry((path, request.kind, request.wrap)).or_insert_with(|| {
-                distinct.push(request);
-                distinct.len() - 1
-            })
+            *firsts
+                .entry((path, request.kind, request.wrap, request.is_mean))
+                .or_insert_with(|| {
+                    distinct.push(request);
+                    distinct.len() - 1
+                })
         })
         .collect();
     if !distinct.is_empty() {
@@ -152,6 +156,11 @@ pub fn load_textures_within(
                 };
                 warnings.push(FileError::new(&request.path, message));
             }
+            let texture = match request.is_mean {
+                true if kind.is_normal() => flat_normals(request.wrap).unwrap_or(texture),
+                true => texture.mean(),
+                false => texture,
+            };
             textures.push(texture);
             kinds.push(kind);
             TextureId(textures.len() as u32 - 1)
@@ -164,6 +173,11 @@ pub fn load_textures_within(
         warnings,
         ignored,
     })
+}
+
+/// Normal map of one texel, whose normal is that of the surface.
+fn flat_normals(wrap: Wrap) -> Option<Texture> {
+    Texture::new(1, 1, 3, Texels::Floats(vec![0.5, 0.5, 1.0]), wrap)
 }
 
 /// Returns an error if all textures together need too much memory. The memory is estimated from the

@@ -127,7 +127,7 @@ impl<'a> FaceLint<'a> {
                     );
                     (
                         message,
-                        "export texture coordinates (`vt`); without them, these faces show the texel at (0, 0)",
+                        "export texture coordinates (`vt`); without them, these faces show the mean colour of the texture",
                     )
                 }));
             }
@@ -172,7 +172,8 @@ impl<'a> FaceLint<'a> {
             for (i, face) in place.iter().enumerate().skip(1) {
                 let first = &place[0];
                 let is_harmless = if face.material == first.material {
-                    self.uses.get(face.material).is_some_and(Use::is_same_from_behind)
+                    let used = self.uses.get(face.material);
+                    used.is_some_and(|used| used.is_same_from_behind() && (!used.emits || place.len() == 2))
                 } else {
                     are_apart && place.len() == 2
                 };
@@ -210,7 +211,7 @@ impl<'a> FaceLint<'a> {
                 let effect = if are_apart {
                     "nothing to do: each side shows its own material"
                 } else {
-                    "nothing to do: both sides show the same material"
+                    "nothing to do: both sides show the same material, and emit if it emits"
                 };
                 (message, effect)
             }),

@@ -68,15 +68,18 @@ pub fn inspect(inspection: &Inspection, eye: Option<Vec3>, whole: SceneErrorMake
 struct Use {
     name: String,
     emits: bool,
+    is_opaque: bool,
     /// True if light enters the body that the faces enclose.
     refracts: bool,
     has_maps: bool,
 }
 
 impl Use {
-    /// Returns true if a duplicate face with opposite winding does not change the picture.
+    /// Returns true if one duplicate face with opposite winding is right. If the material emits,
+    /// loading moves both faces apart, and both sides emit. Faces that are not opaque are not
+    /// moved, because both faces together would be more opaque than one.
     fn is_same_from_behind(&self) -> bool {
-        !self.emits && !self.refracts
+        !self.refracts && (!self.emits || self.is_opaque)
     }
 }
 
@@ -101,6 +104,7 @@ impl Use {
         Self {
             name: material.name.clone(),
             emits: !material.emission_factor().is_black(),
+            is_opaque: material.opacity == 1.0 && maps.opacity.is_none() && !maps.vertex_alpha,
             refracts: !material.transmission.is_black() && !material.thin,
             has_maps: maps.by_key().iter().any(|(_, map)| map.is_some()),
         }

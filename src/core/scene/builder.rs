@@ -257,6 +257,15 @@ impl SceneBuilder {
         material.is_some_and(|material| material.maps.diffuse.is_some())
     }
 
+    /// Returns true if `material` emits light and is opaque everywhere.
+    pub fn is_opaque_lamp(&self, material: MaterialId) -> bool {
+        let material = self.materials.get(material.0 as usize);
+        material.is_some_and(|material| {
+            let is_opaque = material.opacity == 1.0 && material.maps.opacity.is_none() && !material.maps.vertex_alpha;
+            is_opaque && !material.emission_factor().is_black()
+        })
+    }
+
     /// Number of materials added.
     pub fn material_count(&self) -> usize {
         self.materials.len()

@@ -98,6 +98,25 @@ impl Texture {
         })
     }
 
+    /// Texture of one texel, the mean of this texture.
+    pub fn mean(self) -> Self {
+        let start = self.levels.last().map_or(0, |last| last.start);
+        let level = Level {
+            start: 0,
+            width: 1,
+            height: 1,
+        };
+        let mut mean = Self {
+            samples: self.samples.after(start),
+            levels: vec![level],
+            size: Vec2::ONE,
+            short_side: 1.0,
+            ..self
+        };
+        mean.max_value = mean.color(Vec2::ZERO, 0.0).max_component();
+        mean
+    }
+
     /// Linear colour at `uv`; greys have three equal channels.
     pub fn color(&self, uv: Vec2, footprint: f32) -> Spectrum {
         if self.channels < 3 {

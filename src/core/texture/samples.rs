@@ -153,6 +153,20 @@ impl Texels {
 }
 
 impl Samples {
+    /// The samples from index `start` on.
+    pub fn after(&self, start: usize) -> Self {
+        fn rest<T: Copy>(samples: &[T], start: usize) -> Vec<T> {
+            samples.get(start..).unwrap_or_default().to_vec()
+        }
+        match self {
+            Self::Bytes(samples, codes) => Self::Bytes(rest(samples, start), codes),
+            Self::Shorts(samples) => Self::Shorts(rest(samples, start)),
+            Self::EncodedShorts(samples, codes) => Self::EncodedShorts(rest(samples, start), codes),
+            Self::Halves(samples) => Self::Halves(rest(samples, start)),
+            Self::Floats(samples) => Self::Floats(rest(samples, start)),
+        }
+    }
+
     /// Size of all levels in bytes.
     pub fn bytes(&self) -> usize {
         match self {

@@ -3,7 +3,7 @@
 use super::{Loader, Shape};
 use crate::color::Spectrum;
 use crate::description::mtl::FileMaterial;
-use crate::description::obj::{Group, ObjFile};
+use crate::description::obj::{Group, ObjFile, Twins};
 use crate::description::{CutSection, FileError, Finding, Severity};
 use crate::geometry::Mesh;
 use crate::io::CutCaps;
@@ -48,6 +48,7 @@ impl Loader<'_> {
                         line: 0,
                         rules: Vec::new(),
                         mesh: Mesh::default(),
+                        twins: Twins::default(),
                     };
                     Some(self.material_in(&group, objs))
                 }

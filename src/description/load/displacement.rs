@@ -131,6 +131,7 @@ impl Loader<'_> {
             path: path.clone(),
             kind: kind_of(request),
             wrap: mapping.wrap,
+            is_mean: false,
         };
         let loaded = load_textures_within(&[wanted], self.allowance, self.observer)?;
         for warning in loaded.warnings {

@@ -34,12 +34,14 @@ impl Loader<'_> {
         let name = name.map_or(DEFAULT_MATERIAL, String::as_str);
         let section = file.replacement(name);
         let source = section.is_none().then(|| path.to_path_buf());
-        let used = UsedMaterial {
+        let mut used = UsedMaterial {
             obj: source.clone(),
             name: name.to_string(),
             parts,
+            lacks_uvs: mesh.uvs.is_empty(),
         };
-        if let Some(&id) = self.used.get(&used) {
+        if let Some(id) = self.known_material(&used) {
+            self.count_unmapped(id, mesh);
             return id;
         }
         let (found, place) = match section {
@@ -118,7 +120,18 @@ impl Loader<'_> {
             untextured.libraries.clone_from(&obj.libraries);
             untextured.material.get_or_insert_with(|| name.to_string());
         }
-        let material = self.textured(&mut found, path, mesh);
+        // Without textures, the material is the same for faces with texture coordinates.
+        used.lacks_uvs &= has_textures(&found);
+        if used.lacks_uvs {
+            let unmapped = self.unmapped.entry((path.to_path_buf(), name.to_string())).or_default();
+            unmapped.is_colored = !mesh.colors.is_empty();
+            // A texture without coordinates does not give the colour, so the vertices give it.
+            let is_left_out = |slot: MapSlot| slot == MapSlot::Diffuse && !mesh.colors.is_empty();
+            found
+                .maps
+                .retain(|request| !request.if_cut_out && !is_left_out(request.statement.slot));
+        }
+        let material = self.textured(&mut found, path, (mesh, used.lacks_uvs));
         *self.emits.entry(name.to_string()).or_default() |= !material.emission_factor().is_black();
         let added = self.builder.add_material(material).or_else(|error| {
             let error = match section {
@@ -134,6 +147,9 @@ impl Loader<'_> {
             self.builder.group_material(id, group);
         }
         let name = name.to_string();
+        if used.lacks_uvs {
+            self.unmapped_materials.insert(id, (path.to_path_buf(), name.clone()));
+        }
         self.used.insert(used, id);
         self.materials.push(MaterialSource {
             name,
@@ -141,7 +157,80 @@ impl Loader<'_> {
             place,
             found,
         });
+        self.count_unmapped(id, mesh);
         id
+    }
+
+    /// The material `used`, if it was added before. If it has no textures, faces with and without
+    /// texture coordinates share it.
+    fn known_material(&self, used: &UsedMaterial) -> Option<MaterialId> {
+        let known = self.used.get(used).copied();
+        let shared = || {
+            let of_others = UsedMaterial {
+                lacks_uvs: false,
+                ..used.clone()
+            };
+            let id = *self.used.get(&of_others)?;
+            let source = self.materials.get(id.0 as usize)?;
+            (!has_textures(&source.found)).then_some(id)
+        };
+        known.or_else(|| used.lacks_uvs.then(shared).flatten())
+    }
+
+    /// Counts the triangles of `mesh`, if its material `id` has textures that need texture
+    /// coordinates.
+    fn count_unmapped(&mut self, id: MaterialId, mesh: &Mesh) {
+        let key = self.unmapped_materials.get(&id);
+        if let Some(unmapped) = key.and_then(|key| self.unmapped.get_mut(key)) {
+            unmapped.triangles += mesh.triangles.len();
+        }
+    }
+
+    /// Reports textured materials whose faces have no texture coordinates, once for each material.
+    /// `embrasure check` reports them with the lines of the faces.
+    pub(super) fn report_unmapped(&mut self) {
+        for ((path, name), unmapped) in std::mem::take(&mut self.unmapped) {
+            if self.continues_after_errors || unmapped.triangles == 0 {
+                continue;
+            }
+            let (triangles, verb) = match unmapped.triangles {
+                1 => ("1 triangle".to_string(), "has"),
+                n => (format!("{n} triangles"), "have"),
+            };
+            let look = if unmapped.is_colored {
+                "the colours of their vertices, and the mean of each other texture"
+            } else {
+                "the mean colour of the texture"
+            };
+            let message = format!(
+                "{triangles} of the textured material `{}` {verb} no texture coordinates; {} {look}",
+                excerpt_of_name(&name),
+                if unmapped.triangles == 1 {
+                    "it shows"
+                } else {
+                    "they show"
+                }
+            );
+            let error = FileError::new(&path, message).help("export texture coordinates (`vt`)");
+            self.findings
+                .add(Severity::Warning, "missing-texture-coordinates", error);
+        }
+    }
+
+    /// Reports that `pairs` pairs of opposite faces of the emitting material `id` are moved apart.
+    pub(super) fn report_two_sided_lamp(&mut self, id: MaterialId, pairs: usize, path: &Path) {
+        let name = self.materials.get(id.0 as usize).map_or("", |source| &source.name);
+        let faces = match pairs {
+            1 => "1 face of the emitting material".to_string(),
+            n => format!("{n} faces of the emitting material"),
+        };
+        let verb = if pairs == 1 { "lies" } else { "lie" };
+        let message = format!(
+            "{faces} `{}` {verb} on the back of others; both sides emit",
+            excerpt_of_name(name)
+        );
+        self.findings
+            .add(Severity::Note, "two-sided", FileError::new(path, message));
     }
 
     /// Reports that the OBJ file `path` names a material `name`, and that the material `found` is
@@ -399,6 +488,20 @@ fn has_one_color(obj: &ObjFile) -> bool {
     let mut colors = maps.filter(|map| map.statement.slot == MapSlot::Diffuse);
     let first = colors.next().map(|map| &map.statement.file);
     first.is_some_and(|first| colors.all(|map| map.statement.file == *first))
+}
+
+/// Returns true if a material has textures that surfaces show. Displacement does not count.
+fn has_textures(found: &FileMaterial) -> bool {
+    let mut maps = found.maps.iter();
+    maps.any(|request| request.statement.slot != MapSlot::Displacement && !request.if_cut_out)
+}
+
+/// Triangles of a textured material that have no texture coordinates.
+#[derive(Default)]
+pub(super) struct Unmapped {
+    triangles: usize,
+    /// True if vertices have colours, which then replace the texture of the diffuse colour.
+    is_colored: bool,
 }
 
 /// Materials of an OBJ file with texture coordinates.

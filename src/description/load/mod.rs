@@ -30,7 +30,7 @@ use crate::light::LightGroupId;
 use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 use crate::material::MaterialId;
 use crate::scene::{DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NAME, Scene, SceneBuilder, UnlitBuilder};
-use materials::{UndefinedMaterials, UntexturedMaterials};
+use materials::{UndefinedMaterials, Unmapped, UntexturedMaterials};
 use named_maps::NamedMaps;
 use reports::{ground_error, report_findings, scene_error};
 use shapes::{Shape, Shapes};
@@ -181,6 +181,11 @@ struct Loader<'a> {
     stand_ins: BTreeMap<(PathBuf, PathBuf), Vec<MapRequest>>,
     /// Height maps of materials that displace their surfaces.
     heights: HashMap<MaterialId, Option<displacement::DisplacementMap>>,
+    /// Numbers of triangles without texture coordinates, by the OBJ file and the name of their
+    /// textured material.
+    unmapped: BTreeMap<(PathBuf, String), Unmapped>,
+    /// Keys in `unmapped` of the materials for these triangles.
+    unmapped_materials: HashMap<MaterialId, (PathBuf, String)>,
     /// Materials without texture of each OBJ file with texture coordinates.
     untextured: BTreeMap<PathBuf, UntexturedMaterials>,
     /// Options for reading OBJ files.
@@ -204,6 +209,9 @@ struct UsedMaterial {
     name: String,
     /// Indices of the part patches that change the material.
     parts: Vec<u32>,
+    /// True if the material has textures, but the faces have no texture coordinates. Each texture
+    /// is then replaced by its mean.
+    lacks_uvs: bool,
 }
 
 impl<'a> Loader<'a> {
@@ -256,6 +264,8 @@ impl<'a> Loader<'a> {
             part_names: BTreeMap::new(),
             stand_ins: BTreeMap::new(),
             heights: HashMap::new(),
+            unmapped: BTreeMap::new(),
+            unmapped_materials: HashMap::new(),
             untextured: BTreeMap::new(),
             load: file.load.clone(),
             part_fits: Vec::new(),

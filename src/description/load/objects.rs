@@ -3,7 +3,7 @@
 use super::{Loader, Shape, Shapes};
 use crate::description::FileError;
 use crate::description::MadeObject;
-use crate::description::obj::{Group, ObjFile};
+use crate::description::obj::{Group, ObjFile, Twins};
 use crate::description::object_section::{Instances, ObjectSection};
 use crate::description::placement::{ObjectPlacement, place};
 use crate::geometry::Mesh;
@@ -85,6 +85,7 @@ impl Loader<'_> {
             line: 0,
             rules: Vec::new(),
             mesh: Mesh::clone(&object.mesh),
+            twins: Twins::default(),
         };
         let material = self.material_in(&group, objs);
         self.builder.add_mesh(group.mesh, material).map_err(|error| {
@@ -137,6 +138,10 @@ impl Loader<'_> {
                 mesh.normals_close = last.mesh.normals.clone();
             }
             let material = self.material_of(group, &mesh, &path, obj);
+            if !group.twins.pairs.is_empty() && self.builder.is_opaque_lamp(material) {
+                group.twins.move_apart(&mut mesh);
+                self.report_two_sided_lamp(material, group.twins.pairs.len(), &path);
+            }
             let is_auto = self.file.load.parameters.vertex_colors() == VertexColors::Auto;
             if is_auto && !mesh.colors.is_empty() && self.builder.has_diffuse_map(material) {
                 mesh.colors = Vec::new();

@@ -81,6 +81,7 @@ impl Loader<'_> {
             Err(error) => self.wrong("wrong-part", error),
         }
         self.load.parts = self.file.part_filter(&self.parts);
+        self.load.may_emit = self.file.may_emit(&self.parts);
         self.part_fits = vec![false; self.load.parts.globs().count()];
         // Read a file that several objects use only once
         let mut objs: BTreeMap<Shape, ObjFile> = BTreeMap::new();
@@ -134,6 +135,7 @@ impl Loader<'_> {
             }
         }
         self.report_undefined();
+        self.report_unmapped();
         self.report_offers();
         self.make_visible();
         self.cut_sections(&objs);

@@ -38,8 +38,14 @@ impl MaterialTexture {
 impl Loader<'_> {
     /// Material whose texture ids are numbers of texture requests. Id 2 i is request i in the slot
     /// of its statement. Id 2 i + 1 is the same request in the other slot (bump map or normal map),
-    /// for pictures that belong there. `mesh` uses the material.
-    pub(super) fn textured(&mut self, found: &mut FileMaterial, obj: &Path, mesh: &Mesh) -> Material {
+    /// for pictures that belong there. `mesh` uses the material. If `is_mean` is true, the means of
+    /// the textures are used, because the mesh has no texture coordinates.
+    pub(super) fn textured(
+        &mut self,
+        found: &mut FileMaterial,
+        obj: &Path,
+        (mesh, is_mean): (&Mesh, bool),
+    ) -> Material {
         let mut material = found.material.clone();
         let slots: Vec<MapSlot> = found.maps.iter().map(|request| request.statement.slot).collect();
         let mut colors: Option<(String, PathBuf)> = None;
@@ -86,6 +92,7 @@ impl Loader<'_> {
                 path,
                 kind: kind_of(request),
                 wrap: mapping.wrap,
+                is_mean,
             });
             self.material_textures.push(MaterialTexture {
                 request: request.clone(),

@@ -8,4 +8,5 @@ mod light_groups;
 mod lights;
 mod shaped_lights;
 mod small_lamps;
+mod two_sided_lamps;
 mod visibility;

@@ -1,7 +1,10 @@
 //! Textures from files of every format. Some images are made in this test, others come from real
 //! scenes.
 
-use crate::support::{add, film_by, from_front, material, panel, path_tracer, shared, sobol, with_world};
+use crate::support::program::{done, folder, printed, run, split, words};
+use crate::support::{
+    add, film_by, from_front, material, panel, path_tracer, read_channel, shared, sobol, with_world, write_png,
+};
 use ::exr::prelude::{self as exr, WritableImage, f16};
 use embrasure::color::{Spectrum, srgb};
 use embrasure::geometry::Mesh;
@@ -41,6 +44,79 @@ fn picture(channels: usize) -> Vec<u8> {
         }
     };
     (0..6).flat_map(texel).collect()
+}
+
+/// Faces without texture coordinates show the means of the textures, with one warning for each
+/// material. Faces of the same material with texture coordinates show the texture.
+#[test]
+fn faces_without_coordinates_show_the_mean() {
+    let folder = folder(&[
+        (
+            "a.mtl",
+            "newmtl m\nKd 1 1 1\nmap_Kd a.png\nmap_Bump n.png\nnewmtl n\nKd 0.2 0.2 0.2\n",
+        ),
+        (
+            "s.toml",
+            "version = 1\n[camera]\nposition = [0, 0, 4]\nlook_at = [0, 0, 0]\n[image]\nwidth = 16\nheight = 8\n\
+             [render]\nsamples = 16\n[[object]]\nobj = \"a.obj\"\n[[light]]\ntype = \"constant\"\nradiance = 1\n",
+        ),
+    ]);
+    let at = folder.path();
+    // The texel at (0, 0) is black.
+    write_png(
+        &at.join("a.png"),
+        2,
+        &[[200, 0, 90], [200, 160, 90], [0, 0, 90], [200, 0, 90]],
+    );
+    write_png(&at.join("n.png"), 1, &[[190, 60, 200]]);
+    let mean = [
+        0.75 * srgb::decode(200.0 / 255.0),
+        0.25 * srgb::decode(160.0 / 255.0),
+        srgb::decode(90.0 / 255.0),
+    ];
+    let render = |obj: &str| {
+        std::fs::write(at.join("a.obj"), format!("mtllib a.mtl\n{obj}")).unwrap();
+        let text = words(&done(at, &split("render s.toml --denoise=off -o t.exr")));
+        let channels = ["albedo.R", "albedo.G", "albedo.B", "N.Z"].map(|name| read_channel(&at.join("t.exr"), name));
+        (channels, text)
+    };
+    const LEFT: &str = "v -6 -6 0\nv 0 -6 0\nv 0 6 0\nv -6 6 0\nv 6 -6 0\nv 6 6 0\n";
+    const UVS: &str = "vt 0.25 0.25\nvt 0.25 0.25\nvt 0.25 0.25\n";
+    let left = "usemtl m\nf 1 2 3 4\n";
+    let is_mean = |channels: &[Vec<f32>; 4], x: usize| {
+        let near = |c: usize| channels[c].chunks(16).all(|row| (row[x] - mean[c]).abs() < 0.005);
+        // A normal map without texture coordinates has no effect.
+        (0..3).all(near) && channels[3].chunks(16).all(|row| row[x] > 0.999)
+    };
+    let (whole, text) = render(&format!("{LEFT}{left}f 2 5 6 3\n"));
+    assert!(is_mean(&whole, 2) && is_mean(&whole, 13));
+    let warning = "4 triangles of the textured material `m` have no texture coordinates; they show the mean colour of the texture";
+    assert_eq!(text.matches(warning).count(), 1, "{text}");
+    // With texture coordinates on the right, in any order of the faces
+    let right = "usemtl m\nf 2/1 5/2 6/3 3/1\n";
+    for (faces, part) in [
+        (format!("{left}{right}"), ""),
+        (format!("{right}{left}"), ""),
+        (format!("{right}o x\n{left}"), "o x"),
+    ] {
+        let (mixed, text) = render(&format!("{LEFT}{UVS}{faces}"));
+        assert!(is_mean(&mixed, 2), "{faces} {part}");
+        assert!(mixed[0].chunks(16).all(|row| row[13] == 0.0), "{faces}");
+        assert!(text.contains("2 triangles of the textured material `m`"), "{text}");
+    }
+    // Materials without textures need no texture coordinates.
+    let (_, text) = render(&format!("{LEFT}usemtl n\nf 1 2 3 4\n"));
+    assert!(!text.contains("texture coordinates"), "{text}");
+    // Colours of vertices replace the texture.
+    let (colored, text) = render(&format!("{}{left}", LEFT.replace(" 0\n", " 0 1 0 0\n")));
+    assert!(
+        colored[0].chunks(16).all(|row| (row[2] - 1.0).abs() < 0.005),
+        "{:?}",
+        colored[0]
+    );
+    assert!(text.contains("the colours of their vertices"), "{text}");
+    let checked = printed(&run(at, &split("check s.toml")));
+    assert_eq!(checked.matches("[missing-texture-coordinates]").count(), 1, "{checked}");
 }
 
 fn png_file(color: ColorType, depth: BitDepth, data: &[u8], palette: &[u8], alphas: &[u8]) -> Vec<u8> {
@@ -558,6 +634,7 @@ fn repaired_texels_are_reported() {
         path,
         kind: TextureKind::Color,
         wrap: Wrap::Repeat,
+        is_mean: false,
     };
     let loaded = load_textures(&[request], &());
     assert!(
@@ -586,6 +663,7 @@ fn textures_are_read_once_with_any_thread_count() {
                 path: path.clone(),
                 kind,
                 wrap: Wrap::Repeat,
+                is_mean: false,
             });
         }
     }
@@ -605,6 +683,7 @@ fn textures_are_read_once_with_any_thread_count() {
     });
     requests.push(TextureRequest {
         wrap: Wrap::Clamp,
+        is_mean: false,
         ..requests[0].clone()
     });
 

@@ -1,5 +1,6 @@
 //! Meshes from the faces of an OBJ file. Faces are in the same mesh if they have the same material
-//! and the same list of scene-file rules that change the material.
+//! and the same list of scene-file rules that change the material. Faces with texture coordinates
+//! and faces without are in two meshes.
 //!
 //! Faces are cut into triangles (`polygon`), and each distinct triple of indices becomes a vertex.
 //! If only some corners have normals, the other corners get normals from smoothing groups
@@ -12,6 +13,7 @@ use super::colors::Colors;
 use super::outline::{FaceRange, NONE, Outline, Section, VertexData};
 use super::parts::MaterialRules;
 use super::polygon::triangulate;
+use super::twins::{Coincident, Twins};
 use crate::geometry::{Mesh, UNNAMED, triangle_normal};
 use crate::math::{Vec2, Vec3};
 use std::collections::HashMap;
@@ -38,10 +40,10 @@ pub(super) struct Run {
     pub smoothing: u32,
 }
 
-/// Faces by material and rules, in the order of first use.
+/// Faces by material, rules and existence of texture coordinates, in the order of first use.
 pub(super) fn by_material(sections: &[Section], rules: &MaterialRules) -> Vec<Faces> {
     let mut all: Vec<Faces> = Vec::new();
-    let mut index_of: HashMap<(Option<&str>, u32), usize> = HashMap::new();
+    let mut index_of: HashMap<(Option<&str>, u32, bool), usize> = HashMap::new();
     let (mut material, mut line, mut smoothing) = (None, 0, 0);
     for (index, section) in sections.iter().enumerate() {
         for (state_change, faces) in section.states() {
@@ -57,8 +59,12 @@ pub(super) fn by_material(sections: &[Section], rules: &MaterialRules) -> Vec<Fa
             } else {
                 section.split_by(&faces, |part| rules.list_of(part))
             };
-            for (rules, faces) in ranges {
-                let group = *index_of.entry((material, rules)).or_insert_with(|| {
+            let ranges = ranges.into_iter().flat_map(|(rules, faces)| {
+                let by_uvs = section.split_by_uvs(faces).into_iter();
+                by_uvs.map(move |(has_uvs, faces)| (rules, has_uvs, faces))
+            });
+            for (rules, has_uvs, faces) in ranges {
+                let group = *index_of.entry((material, rules, has_uvs)).or_insert_with(|| {
                     all.push(Faces {
                         material: material.map(str::to_string),
                         line,
@@ -79,14 +85,42 @@ pub(super) fn by_material(sections: &[Section], rules: &MaterialRules) -> Vec<Fa
 }
 
 impl Faces {
-    /// Converts the faces to triangles.
-    pub fn into_group(self, outline: &Outline, colors: &Colors, rules: &MaterialRules) -> Group {
+    /// Converts the faces to triangles. `index` is the index of the group in `coincident`.
+    pub fn into_group(
+        self,
+        index: usize,
+        (outline, colors): (&Outline, &Colors),
+        rules: &MaterialRules,
+        coincident: &Coincident,
+    ) -> Group {
         Group {
             rules: rules.list(self.rules).to_vec(),
             mesh: mesh(outline, colors, &self.runs),
+            twins: self.twins(index, outline, coincident),
             material: self.material,
             line: self.line,
         }
+    }
+
+    /// Triangles of the faces that lie on the back of each other.
+    fn twins(&self, index: usize, outline: &Outline, coincident: &Coincident) -> Twins {
+        let twins_of = coincident.twins_of(index);
+        if twins_of.is_empty() {
+            return Twins::default();
+        }
+        let mut pairs = vec![[0..0, 0..0]; twins_of.len() / 2];
+        let mut first = 0;
+        for run in &self.runs {
+            for face in outline.sections[run.section].faces(&run.faces) {
+                let end = first + face.len() as u32 - 2;
+                if let Some(&(pair, side)) = twins_of.get(&(run.section, face.start)) {
+                    pairs[pair][side] = first..end;
+                }
+                first = end;
+            }
+        }
+        let gap = coincident.gap();
+        Twins { pairs, gap }
     }
 }
 

@@ -2,8 +2,8 @@
 //! contents of the file (`outline`), faces by material (`groups`) or in the order of the file
 //! (`faces`), triangulation of polygons (`polygon`), smoothing groups (`smoothing`), material
 //! libraries (`libraries`), movement of parts (`moved_parts`), pairs of front and back faces at the
-//! same place (`sides`), subdivision (`subdivide`) and the edges before it (`cage`), lines and
-//! points (`wires`).
+//! same place (`sides`, `twins`), subdivision (`subdivide`) and the edges before it (`cage`), lines
+//! and points (`wires`).
 //!
 //! A text is cut between statements into chunks of a fixed size, which are read in parallel and
 //! joined in order. The result is bit-identical for any size of chunks and any number of threads.
@@ -29,9 +29,10 @@ mod remarks;
 mod sides;
 mod smoothing;
 mod subdivide;
+mod twins;
 mod wires;
 
-use super::mtl::{FileMaterial, MtlDialect, ObjContext, Signature, key_of_name};
+use super::mtl::{FileMaterial, MapSlot, MtlDialect, ObjContext, Signature, key_of_name};
 use super::statements::with_line_feeds;
 use super::{FileError, Findings, LoadObserver, LoadOptions, Position, Severity};
 use crate::files::input;
@@ -56,6 +57,8 @@ use std::collections::{HashMap, HashSet};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use subdivide::subdivide;
+use twins::Coincident;
+pub use twins::Twins;
 use wires::add_wires;
 
 /// Bytes of text per chunk. With this size, a large file has many chunks, and a chunk has enough
@@ -83,6 +86,10 @@ pub struct Group {
     pub rules: Vec<u32>,
     /// Triangles of the group, in units of the file.
     pub mesh: Mesh,
+    /// Pairs of faces of the group that lie on the back of each other. Only fronts emit light, so
+    /// these faces are to be moved apart if the material emits. The list is empty if no material of
+    /// the library emits and the options do not say that a material may emit.
+    pub twins: Twins,
 }
 
 /// An OBJ file and its material libraries.
@@ -324,7 +331,15 @@ pub(super) fn read_obj(
     if let Some(width) = options.parameters.line_width() {
         wires = add_wires(path, &outline, &colors, &rules, width, allowance)?;
     }
-    let (mut groups, pairs) = into_groups(outline, colors, &rules, changes.moves_apart);
+    let emits = |found: &FileMaterial| {
+        let maps = &found.maps;
+        !found.material.emission.is_black() || maps.iter().any(|map| map.statement.slot == MapSlot::Emission)
+    };
+    let search = PairSearch {
+        is_on: changes.moves_apart,
+        may_emit: options.may_emit || materials.iter().any(emits),
+    };
+    let (mut groups, pairs) = into_groups(outline, colors, &rules, search);
     groups.append(&mut wires);
     if takes_only {
         give_only_material(path, &mut groups, &materials, findings);
@@ -382,28 +397,36 @@ fn open_regular(path: &Path) -> Option<File> {
     is_regular.then(|| File::open(path).ok()).flatten()
 }
 
+/// Search for pairs of faces at the same place.
+#[derive(Clone, Copy, Default)]
+struct PairSearch {
+    /// True if pairs are searched.
+    is_on: bool,
+    /// True if a material may emit light.
+    may_emit: bool,
+}
+
 /// Groups of triangles by material, in the order of first use. The second value is the number of
 /// pairs of faces at the same place with different materials on the front and on the back.
 fn into_groups(
     mut outline: Outline,
     mut colors: Colors,
     rules: &MaterialRules,
-    moves_apart: bool,
+    search: PairSearch,
 ) -> (Vec<Group>, usize) {
     let faces = groups::by_material(&outline.sections, rules);
     smoothing::smooth(&mut outline, faces.iter().flat_map(|f| &f.runs));
-    let pairs = if moves_apart {
-        sides::separate(&mut outline, &mut colors, &faces)
+    let coincident = if search.is_on {
+        sides::separate(&mut outline, &mut colors, &faces, search.may_emit)
     } else {
-        0
+        Coincident::default()
     };
-    (
-        faces
-            .into_par_iter()
-            .map(|f| f.into_group(&outline, &colors, rules))
-            .collect(),
-        pairs,
-    )
+    let data = (&outline, &colors);
+    let groups = faces
+        .into_par_iter()
+        .enumerate()
+        .map(|(i, faces)| faces.into_group(i, data, rules, &coincident));
+    (groups.collect(), coincident.separated())
 }
 
 #[cfg(test)]

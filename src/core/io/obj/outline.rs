@@ -271,6 +271,29 @@ impl Section {
         ranges
     }
 
+    /// Cuts `range` into ranges of faces with texture coordinates (true) and without (false). A
+    /// face has texture coordinates if any of its corners has.
+    pub fn split_by_uvs(&self, range: FaceRange) -> Vec<(bool, FaceRange)> {
+        let end = self.faces(&range).last().map_or(range.corner, |face| face.end);
+        let uvs = part(&self.vt, range.corner..end);
+        if uvs.is_empty() || !uvs.contains(&NONE) {
+            return vec![(!uvs.is_empty(), range)];
+        }
+        let mut ranges: Vec<(bool, FaceRange)> = Vec::new();
+        for (face, corners) in range.faces.clone().zip(self.faces(&range)) {
+            let corner = corners.start;
+            let has_uvs = part(&self.vt, corners).iter().any(|&vt| vt != NONE);
+            match ranges.last_mut() {
+                Some((last, range)) if *last == has_uvs => range.faces.end = face + 1,
+                _ => {
+                    let faces = face..face + 1;
+                    ranges.push((has_uvs, FaceRange { faces, corner }));
+                }
+            }
+        }
+        ranges
+    }
+
     /// Lines of the faces, if lines are kept.
     pub fn lines(&self, range: &FaceRange) -> impl Iterator<Item = usize> {
         let lines = self.lines.get(range.faces.clone()).unwrap_or_default();

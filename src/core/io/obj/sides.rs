@@ -1,15 +1,20 @@
-//! Faces at the same place, with opposite orders of their corners and different materials.
-//! Exporters of SketchUp, ShapeNet and Minecraft write the front and the back of a wall in this
-//! way.
+//! Faces at the same place, with opposite orders of their corners. Exporters of SketchUp, ShapeNet
+//! and Minecraft write the front and the back of a wall in this way.
 //!
 //! Without a correction, rounding errors would decide which of both faces a ray hits. Each face is
 //! moved along its normal by 1/100,000 of the file's diagonal. In every backend, a ray then hits
 //! the face whose front is on the side of the ray's origin.
+//!
+//! Faces of two materials are moved when the file is read. Two faces of one material look the same,
+//! unless the material emits light, because only fronts emit. The final material is not known here.
+//! These pairs are therefore listed (`twins`), and the code that adds the mesh to a scene decides
+//! about their movement.
 
 use super::ObjFaces;
 use super::colors::Colors;
 use super::groups::Faces;
 use super::outline::{Outline, Section, VertexData};
+use super::twins::Coincident;
 use crate::math::hash::mix;
 use crate::math::{Bounds3, Vec3};
 use rayon::prelude::*;
@@ -23,11 +28,12 @@ const GAP: f32 = 1e-5;
 /// moved.
 const MIN_SHARE: f32 = 0.25;
 
-/// A face: the indices of its material and of its section, and the range of its corners in the
-/// section.
+/// A face: the indices of its material, of its group and of its section, and the range of its
+/// corners in the section.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Place {
     material: usize,
+    group: usize,
     section: usize,
     first: usize,
     end: usize,
@@ -39,14 +45,20 @@ impl Place {
     }
 }
 
-/// Moves the front and the back of each pair apart. Returns the number of pairs.
-pub(super) fn separate(outline: &mut Outline, colors: &mut Colors, faces: &[Faces]) -> usize {
-    let pairs = two_sided(outline, faces);
-    if pairs.is_empty() {
-        return 0;
+/// Moves the front and the back of each pair of two materials apart, and lists the pairs of one
+/// material. `may_emit` is true if a material may emit light. Otherwise a file of one material is
+/// not searched.
+pub(super) fn separate(outline: &mut Outline, colors: &mut Colors, faces: &[Faces], may_emit: bool) -> Coincident {
+    let (pairs, twins) = coincident(outline, faces, may_emit);
+    if pairs.is_empty() && twins.is_empty() {
+        return Coincident::default();
     }
     let bounds: Bounds3 = outline.vertices.positions.iter().copied().collect();
     let gap = GAP * 2.0 * bounds.radius();
+    let mut found = Coincident::new(pairs.len(), gap);
+    for [a, b] in twins {
+        found.add_twins(a.group, [(a.section, a.first), (b.section, b.first)]);
+    }
     for face in pairs.iter().flatten() {
         move_out(
             (&mut outline.vertices, colors),
@@ -55,13 +67,21 @@ pub(super) fn separate(outline: &mut Outline, colors: &mut Colors, faces: &[Face
             gap,
         );
     }
-    pairs.len()
+    found
 }
 
-/// Pairs of faces of different materials with the same corners in opposite orders.
-fn two_sided(outline: &Outline, faces: &[Faces]) -> Vec<[Place; 2]> {
-    if faces.len() < 2 {
-        return Vec::new();
+/// Pairs of faces with the same corners in opposite orders: pairs of two materials that are to be
+/// moved apart, and pairs of one material in one group.
+fn coincident(outline: &Outline, faces: &[Faces], may_emit: bool) -> (Vec<[Place; 2]>, Vec<[Place; 2]>) {
+    // Groups of one material and one list of rules differ only by their texture coordinates.
+    let mut ids = HashMap::new();
+    let mut id_of = |faces: &Faces| {
+        let next = ids.len();
+        *ids.entry((faces.material.clone(), faces.rules)).or_insert(next)
+    };
+    let materials: Vec<usize> = faces.iter().map(&mut id_of).collect();
+    if ids.len() < 2 && !may_emit {
+        return <_>::default();
     }
     let Outline { vertices, sections, .. } = outline;
     let positions = |section: usize, corners: Range<usize>| -> Vec<Vec3> {
@@ -87,10 +107,10 @@ fn two_sided(outline: &Outline, faces: &[Faces]) -> Vec<[Place; 2]> {
         .map(|equal| equal[0])
         .collect();
     if several.is_empty() {
-        return Vec::new();
+        return <_>::default();
     }
     let mut at: HashMap<u64, Vec<Place>> = HashMap::new();
-    for (material, run) in (0..)
+    for (group, run) in (0..)
         .zip(faces)
         .flat_map(|(i, faces)| faces.runs.iter().map(move |run| (i, run)))
     {
@@ -98,7 +118,8 @@ fn two_sided(outline: &Outline, faces: &[Faces]) -> Vec<[Place; 2]> {
             let hash = hash(run.section, face.clone());
             if several.binary_search(&hash).is_ok() {
                 at.entry(hash).or_default().push(Place {
-                    material,
+                    material: materials[group],
+                    group,
                     section: run.section,
                     first: face.start,
                     end: face.end,
@@ -106,19 +127,22 @@ fn two_sided(outline: &Outline, faces: &[Faces]) -> Vec<[Place; 2]> {
             }
         }
     }
-    let is_two_sided = |[a, b]: &[Place; 2]| {
+    let are_opposite = |[a, b]: &[Place; 2]| {
         let [front, back] = [a, b].map(|place| positions(place.section, place.corners()));
-        a.material != b.material && is_opposite(&front, &back)
+        is_opposite(&front, &back)
     };
     let pairs = at
         .into_values()
         .filter_map(|places| <[Place; 2]>::try_from(places).ok());
-    let mut pairs: Vec<_> = pairs.filter(is_two_sided).collect();
+    let is_of_two = |[a, b]: &[Place; 2]| a.material != b.material;
+    let (mut pairs, mut twins): (Vec<_>, Vec<_>) = pairs.filter(are_opposite).partition(is_of_two);
     if !ObjFaces::are_two_sided(pairs.len(), hashes.len()) {
-        return Vec::new();
+        pairs.clear();
     }
+    twins.retain(|[a, b]| may_emit && a.group == b.group);
     pairs.sort_unstable();
-    pairs
+    twins.sort_unstable();
+    (pairs, twins)
 }
 
 impl ObjFaces {
@@ -171,9 +195,10 @@ fn move_out(
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Colors, Group, MaterialRules, into_groups};
+    use super::super::{Colors, Group, MaterialRules, PairSearch, into_groups};
     use super::super::{chunk::DataSelection, counts::Chunks, parse::parse};
     use crate::io::PartFilter;
+    use crate::math::Vec3;
     use std::path::Path;
 
     /// Reads a file with the corners of a square of side 1 and the statements `faces`. Returns the
@@ -184,7 +209,11 @@ mod tests {
         let filter = PartFilter::default();
         let selection = DataSelection::of_faces(&filter);
         let outline = parse(Path::new("t.obj"), &chunks, selection, &|_| ()).unwrap();
-        into_groups(outline, Colors::default(), &MaterialRules::default(), true)
+        let search = PairSearch {
+            is_on: true,
+            may_emit: true,
+        };
+        into_groups(outline, Colors::default(), &MaterialRules::default(), search)
     }
 
     #[test]
@@ -199,6 +228,35 @@ mod tests {
             assert_eq!(heights(&groups[0]), [gap; 4]);
             assert_eq!(heights(&groups[1]), [-gap; 4]);
         }
+    }
+
+    /// Pairs of one material are listed, and can be moved apart later. Other faces do not move.
+    #[test]
+    fn pairs_of_one_material_are_listed() {
+        let (mut groups, pairs) = groups("usemtl a\nf 1 2 3\nf 1 2 3 4\nf 1 4 3 2\nusemtl b\nf 1 2 4\n");
+        assert_eq!(pairs, 0);
+        assert_eq!(groups[0].twins.pairs, [[1..3, 3..5]]);
+        assert!(groups[1].twins.pairs.is_empty());
+        let Group { mesh, twins, .. } = &mut groups[0];
+        mesh.positions_close = mesh.positions.iter().map(|p| 2.0 * *p).collect();
+        let before = mesh.clone();
+        twins.move_apart(mesh);
+        assert_eq!(mesh.triangles[0], before.triangles[0]);
+        for (triangles, side) in [(1..3, 1.0), (3..5, -1.0)] {
+            for (new, old) in mesh.triangles[triangles.clone()]
+                .iter()
+                .zip(&before.triangles[triangles])
+            {
+                for (&new, &old) in new.iter().zip(old) {
+                    let offset = mesh.positions[new as usize] - before.positions[old as usize];
+                    assert_eq!(offset, side * twins.gap * Vec3::Z);
+                    let close = mesh.positions_close[new as usize] - before.positions_close[old as usize];
+                    assert_eq!(close, offset);
+                }
+            }
+        }
+        assert_eq!(mesh.positions.len(), before.positions.len() + 8);
+        assert_eq!(mesh.positions.len(), mesh.positions_close.len());
     }
 
     #[test]

@@ -9,6 +9,7 @@ use super::colors::Colors;
 use super::groups::{Faces, by_material};
 use super::outline::Outline;
 use super::parts::MaterialRules;
+use super::twins::Twins;
 use crate::files::memory::Allowance;
 use crate::files::{MemoryLimit, in_words};
 use crate::geometry::Mesh;
@@ -162,6 +163,7 @@ impl WireBuilder<'_> {
             material: faces.material,
             line: faces.line,
             mesh,
+            twins: Twins::default(),
         }
     }
 

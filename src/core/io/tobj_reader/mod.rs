@@ -10,7 +10,7 @@
 mod materials;
 
 use super::mtl::{FileMaterial, ObjContext, Signature, library_path};
-use super::obj::{FacelessFile, Group, ObjFile, chosen_origin, no_faces};
+use super::obj::{FacelessFile, Group, ObjFile, Twins, chosen_origin, no_faces};
 use super::{FileError, Findings, LoadObserver, LoadOptions, Severity};
 use crate::files::input::Input;
 use crate::files::memory::Allowance;
@@ -194,12 +194,14 @@ fn open_library(path: PathBuf, options: &LoadOptions, findings: &mut Findings) -
         .ok()
 }
 
-/// Triangles of each material, in the order of first use.
+/// Triangles of each material, in the order of first use. Triangles without texture coordinates are
+/// in another group than triangles with texture coordinates.
 fn into_groups(parts: Vec<MaterialRun>) -> Vec<Group> {
     let mut members: Vec<Vec<MaterialRun>> = Vec::new();
-    let mut index_of: HashMap<Option<String>, usize> = HashMap::new();
+    let mut index_of: HashMap<(Option<String>, bool), usize> = HashMap::new();
     for part in parts {
-        let index = *index_of.entry(part.material.clone()).or_insert(members.len());
+        let key = (part.material.clone(), !part.mesh.uvs.is_empty());
+        let index = *index_of.entry(key).or_insert(members.len());
         match members.get_mut(index) {
             Some(members) => members.push(part),
             None => members.push(vec![part]),
@@ -208,13 +210,12 @@ fn into_groups(parts: Vec<MaterialRun>) -> Vec<Group> {
     members.into_iter().map(joined).collect()
 }
 
-/// Joins parts of one material to a group. If some parts have normals, the other parts get the
-/// normals of their triangles. Missing texture coordinates are 0.
+/// Joins parts of one material to a group. Either all parts have texture coordinates, or none has.
+/// If some parts have normals, the other parts get the normals of their triangles.
 fn joined(parts: Vec<MaterialRun>) -> Group {
     let material = parts.first().and_then(|part| part.material.clone());
-    let has_uvs = parts.iter().any(|part| !part.mesh.uvs.is_empty());
     let has_normals = parts.iter().any(|part| !part.mesh.normals.is_empty());
-    let mut meshes = parts.into_iter().map(|part| completed(part.mesh, has_uvs, has_normals));
+    let mut meshes = parts.into_iter().map(|part| completed(part.mesh, has_normals));
     let mut mesh = meshes.next().unwrap_or_default();
     for mut more in meshes {
         let first = mesh.positions.len() as u32;
@@ -229,15 +230,12 @@ fn joined(parts: Vec<MaterialRun>) -> Group {
         material,
         line: 0,
         mesh,
+        twins: Twins::default(),
     }
 }
 
-/// Fills in the arrays that `mesh` lacks and another part of the group has: texture coordinates of
-/// 0 (`has_uvs`), and normals of the triangles (`has_normals`).
-fn completed(mut mesh: Mesh, has_uvs: bool, has_normals: bool) -> Mesh {
-    if has_uvs && mesh.uvs.is_empty() {
-        mesh.uvs = vec![Vec2::ZERO; mesh.positions.len()];
-    }
+/// If `has_normals` is true and `mesh` has no normals, computes the normals of its triangles.
+fn completed(mesh: Mesh, has_normals: bool) -> Mesh {
     if !has_normals || !mesh.normals.is_empty() {
         return mesh;
     }

@@ -1,4 +1,4 @@
-use super::super::{Colors, Group, MaterialRules, into_groups};
+use super::super::{Colors, Group, MaterialRules, PairSearch, into_groups};
 use super::super::{chunk::DataSelection, counts::Chunks, parse};
 use crate::geometry::triangle_normal;
 use crate::io::FileError;
@@ -148,7 +148,13 @@ fn read(text: &str, chunk_bytes: usize) -> Result<Vec<Group>, FileError> {
     let wrong = std::mem::take(&mut outline.wrong).into_iter();
     match wrong.min_by_key(|error| error.position.map(|place| place.line)) {
         Some(error) => Err(error),
-        None => Ok(into_groups(outline, Colors::default(), &MaterialRules::default(), false).0),
+        None => Ok(into_groups(
+            outline,
+            Colors::default(),
+            &MaterialRules::default(),
+            PairSearch::default(),
+        )
+        .0),
     }
 }
 

@@ -386,6 +386,7 @@ fn command_line_uses_the_library_only() {
     let allowed = [
         "accel::Auditor",
         "accel::BackendInfo",
+        "camera",
         "session",
         "io",
         "files",

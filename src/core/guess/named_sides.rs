@@ -10,33 +10,53 @@ use rayon::prelude::*;
 /// Maximum number of triangles that are used, evenly spread over the scene's triangles.
 const MAX_TRIANGLES: u64 = 1 << 20;
 /// Words in names of things at the front.
-const FRONT: [&str; 23] = [
+const FRONT: [&str; 33] = [
     "beak",
+    "button",
     "cornea",
+    "dial",
+    "display",
     "eye",
     "eyeball",
     "eyebrow",
     "eyelash",
     "eyelid",
     "face",
+    "front",
     "grill",
     "grille",
+    "headlamp",
     "headlight",
     "iris",
+    "keyboard",
+    "keypad",
+    "knob",
     "lip",
     "mouth",
     "muzzle",
     "nose",
     "pupil",
     "sclera",
+    "screen",
     "snout",
     "teeth",
     "tongue",
     "tooth",
     "windscreen",
+    "windshield",
 ];
 /// Words in names of things at the back.
-const BACK: [&str; 6] = ["backpack", "exhaust", "rear", "tail", "taillamp", "taillight"];
+const BACK: [&str; 9] = [
+    "backlight",
+    "backpack",
+    "brakelight",
+    "exhaust",
+    "rear",
+    "rearlight",
+    "tail",
+    "taillamp",
+    "taillight",
+];
 /// Margin of the band of heights in which named parts and the object are compared, as a fraction of
 /// the object's height.
 const BAND: f32 = 0.02;

@@ -276,7 +276,8 @@ impl<'a> CameraFinder<'a> {
         }
         let inside = candidates.len();
         let front = self.front().azimuth;
-        let (azimuth, elevation) = object::three_quarter(&self.tracer, self.horizon(), &self.frame(), front);
+        let (azimuth, elevation) =
+            object::three_quarter(&self.tracer, self.horizon(), &self.frame(), front, &self.request.axes);
         let mirrored = 2.0 * front - azimuth;
         for azimuth in [azimuth, mirrored, azimuth + 180.0, mirrored + 180.0] {
             let azimuth = wrapped(azimuth);
@@ -347,8 +348,13 @@ impl<'a> CameraFinder<'a> {
         let (azimuth, elevation, what) = match view.angles() {
             Some((turn, elevation)) => (wrapped(front.azimuth + turn), elevation, "the object"),
             None => {
-                let (azimuth, elevation) =
-                    object::three_quarter(&self.tracer, self.horizon(), &self.frame(), front.azimuth);
+                let (azimuth, elevation) = object::three_quarter(
+                    &self.tracer,
+                    self.horizon(),
+                    &self.frame(),
+                    front.azimuth,
+                    &self.request.axes,
+                );
                 (wrapped(azimuth), elevation, "an object,")
             }
         };
@@ -429,15 +435,20 @@ impl<'a> CameraFinder<'a> {
             None => {
                 let axis = horizon.up().abs().max_position();
                 let sign = if horizon.up()[axis] < 0.0 { '-' } else { '+' };
-                let other = if horizon.up() == Vec3::Y { "0,0,1" } else { "0,1,0" };
+                let usual_other = if horizon.up() == Vec3::Y { Vec3::Z } else { Vec3::Y };
+                let mut other = usual_other;
                 let (doubt, reason) = match self.survey.up_scores {
                     _ if self.request.axes.declared.is_some() => ("", " as the file says"),
                     _ if self.is_up_of_siblings => ("", " as in other files of its folder"),
-                    Some(scores) if scores.margin() < UNSURE => ("probably ", ""),
+                    Some(scores) if scores.margin() < UNSURE => {
+                        other = scores.second();
+                        ("probably ", "")
+                    }
                     _ => ("", ""),
                 };
                 let axis = ["x", "y", "z"][axis];
-                format!("{words}; {doubt}{sign}{axis} is up{reason} (--up {other} changes that)")
+                let [x, y, z] = other.to_array();
+                format!("{words}; {doubt}{sign}{axis} is up{reason} (--up {x},{y},{z} changes that)")
             }
             Some(_) => words,
         };

@@ -12,12 +12,29 @@ pub struct FileAxes {
     pub keeps_usual_up: bool,
     /// Axis that is up in all files of the program that wrote this file.
     pub only_up: Option<Vec3>,
-    /// True if the file has the name of a building, of rooms or of land, which are wider than high.
-    pub is_of_land: bool,
-    /// True if the file has the name of letters or of a logo, which are read upright.
-    pub is_of_letters: bool,
+    /// Kind of the thing that the name of the file names.
+    pub thing: Option<NamedThing>,
     /// Side that is the front in most files of the program that wrote this file.
     pub usual_front: Option<Vec3>,
+}
+
+/// Kind of the thing that a file name names. It is evidence for the upright axis of the scene, and
+/// for the view from inside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum NamedThing {
+    /// Rooms, which are seen from inside and are wider than high.
+    Rooms,
+    /// A building or land, which is wider than high.
+    Land,
+    /// Letters or a logo, which are read upright.
+    Letters,
+    /// A thing that is higher than wide, such as a door, a person or a bottle.
+    Tall,
+    /// A thing that does not lie on its wide side, such as a chair or a bookcase.
+    Standing,
+    /// A thing that does not stand on its end, such as a car, an animal or a sofa.
+    Long,
 }
 
 /// Axes that a file declares: unit vectors along its coordinates, at a right angle.

@@ -41,7 +41,7 @@ mod views;
 
 pub use camera::{CameraFinder, CameraGuess, CameraRequest, position_text};
 pub use elevation::{DrawingAxes, Elevation, drawing_axes};
-pub use file_axes::{DeclaredAxes, FileAxes};
+pub use file_axes::{DeclaredAxes, FileAxes, NamedThing};
 pub use light::LightGuess;
 pub use plan::{Plan, PlanCamera};
 pub use scale::near_distance;

@@ -1,7 +1,7 @@
 //! The view of an object: its front, and the azimuth around it with the most information.
 
 use super::facing::{facing, is_long_body};
-use super::file_axes::FileAxes;
+use super::file_axes::{FileAxes, NamedThing};
 use super::framing::Frame;
 use super::interior::upright_bounds;
 use super::named_sides::named_front;
@@ -200,9 +200,16 @@ impl Side {
 
 /// Azimuth and elevation, in degrees, of the three-quarter view with the most information. `front`
 /// is the azimuth of the object's front.
-pub(super) fn three_quarter(tracer: &SceneTracer, horizon: &Horizon, frame: &Frame, front: f32) -> (f32, f32) {
-    if let Some(azimuth) = open_house::azimuth(tracer, horizon, front) {
-        return (azimuth, open_house::ELEVATION);
+pub(super) fn three_quarter(
+    tracer: &SceneTracer,
+    horizon: &Horizon,
+    frame: &Frame,
+    front: f32,
+    axes: &FileAxes,
+) -> (f32, f32) {
+    let is_of_rooms = axes.thing == Some(NamedThing::Rooms);
+    if let Some(angles) = open_house::angles(tracer, horizon, front, is_of_rooms) {
+        return angles;
     }
     let side = Side::new(tracer, horizon, front);
     let is_plate = side.width >= WIDE * side.depth;

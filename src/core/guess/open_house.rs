@@ -6,9 +6,14 @@ use super::scene_tracer::SceneTracer;
 use crate::math::{Horizon, Vec3};
 
 /// Elevation of the view of rooms without a ceiling, in degrees.
-pub(super) const ELEVATION: f32 = 35.0;
-/// Maximum ratio of a scene's height to its smaller width: cups and crates are higher.
-const LOW: f32 = 0.6;
+const ELEVATION: f32 = 35.0;
+/// The same elevation for a file with the name of rooms, if less than the fraction [`SHOWN`] of the
+/// places is visible from [`ELEVATION`]: its walls are high.
+const HIGH_ELEVATION: f32 = 55.0;
+const SHOWN: f32 = 0.6;
+/// Maximum ratio of a scene's height to its smaller width: cups and crates are higher. The second
+/// ratio is for files with the name of rooms.
+const LOW: [f32; 2] = [0.6, 1.2];
 /// Maximum height of the highest surface at a place inside, as a fraction of the scene's height.
 const INSIDE: f32 = 0.6;
 /// Height above the ground at which walls are searched, as a fraction of the scene's height.
@@ -26,13 +31,13 @@ const TURNS: [f32; 12] = [
 /// A later azimuth is used if its fraction of visible places is larger by more than `MORE`.
 const MORE: f32 = 0.04;
 
-/// Azimuth from which most of the rooms is visible, in degrees; `None` if the scene has no rooms
-/// without a ceiling.
-pub(super) fn azimuth(tracer: &SceneTracer, horizon: &Horizon, front: f32) -> Option<f32> {
+/// Azimuth and elevation from which most of the rooms is visible, in degrees; `None` if the scene
+/// has no rooms without a ceiling. `is_named` is true if the file has the name of rooms.
+pub(super) fn angles(tracer: &SceneTracer, horizon: &Horizon, front: f32, is_named: bool) -> Option<(f32, f32)> {
     let floors = Floors::new(tracer, horizon);
     let (bounds, height) = (floors.bounds(), floors.height());
     let size = bounds.max - bounds.min;
-    if height > LOW * size.x.min(size.z) {
+    if height > LOW[usize::from(is_named)] * size.x.min(size.z) {
         return None;
     }
     let places = floors.places(PLACES);
@@ -51,14 +56,21 @@ pub(super) fn azimuth(tracer: &SceneTracer, horizon: &Horizon, front: f32) -> Op
     if (points.len() as f32) < ROOMS * count as f32 {
         return None;
     }
-    let mut best = (front, f32::NEG_INFINITY);
-    for turn in TURNS {
-        let back = horizon.direction(front + turn, ELEVATION);
-        let shown = points.iter().filter(|&&p| tracer.trace(p, back).is_none()).count();
-        let share = shown as f32 / points.len() as f32;
-        if share > best.1 + MORE {
-            best = (front + turn, share);
+    let best_of = |elevation: f32| {
+        let mut best = (front, f32::NEG_INFINITY);
+        for turn in TURNS {
+            let back = horizon.direction(front + turn, elevation);
+            let shown = points.iter().filter(|&&p| tracer.trace(p, back).is_none()).count();
+            let share = shown as f32 / points.len() as f32;
+            if share > best.1 + MORE {
+                best = (front + turn, share);
+            }
         }
-    }
-    Some(best.0)
+        best
+    };
+    let (azimuth, share) = best_of(ELEVATION);
+    Some(match is_named && share < SHOWN {
+        true => (best_of(HIGH_ELEVATION).0, HIGH_ELEVATION),
+        false => (azimuth, ELEVATION),
+    })
 }

@@ -1,5 +1,6 @@
 //! Rooms: points of a scene that surfaces enclose with their fronts.
 
+use super::file_axes::NamedThing;
 use super::scene_tracer::{HitStatistics, SceneTracer};
 use super::spread::{POINTS, directions, points_inside};
 use crate::math::Vec3;
@@ -13,11 +14,20 @@ const MIN_ROOM: f32 = 0.2;
 const MIN_DETAILED_ROOM: f32 = 0.12;
 /// Fraction of the hits from outside that are on fronts. If it is lower, the scene is a hull that
 /// is not made to be seen from outside.
-const HULL: f32 = 0.75;
+const HULL: f32 = 0.6;
 /// Minimum additional information inside compared to outside, in bits: for a hull; for a hull with
 /// little room; and for a body, which is closed on the outside. Hollow bricks and cupboards are
 /// bodies.
 const MORE_INSIDE: [f32; 3] = [-0.3, 1.0, 2.5];
+/// The same limits for a file with the name of rooms.
+const MORE_IN_NAMED: [f32; 3] = [-0.3, 1.0, 0.0];
+/// Minimum additional information inside compared to outside, in bits, for a closed hull: bodies
+/// whose faces are all turned over look alike from inside and from outside.
+const MORE_IN_CLOSED: f32 = 0.5;
+/// Maximum openness of a closed hull.
+const CLOSED: f32 = 0.003;
+/// Maximum fraction of the points in rooms, for such a body: rooms fill their boxes.
+const FILLED: f32 = 0.8;
 
 /// Minimum fraction of the scene's corners in a group of parts that is a room among other groups.
 const MIN_GROUP: f32 = 0.5;
@@ -126,14 +136,24 @@ impl Rooms {
         }
     }
 
-    /// Returns true if the region was made to be seen from inside.
-    pub fn are_interior(&self) -> bool {
+    /// Returns true if the region was made to be seen from inside. `thing` is the thing that the
+    /// file name names.
+    pub fn are_interior(&self, thing: Option<NamedThing>) -> bool {
+        let kinds = [NamedThing::Tall, NamedThing::Standing, NamedThing::Long];
+        if thing.is_some_and(|thing| kinds.contains(&thing)) {
+            return false;
+        }
         let rooms = self.points.len() as f32 / POINTS as f32;
         let is_open = || rooms < MIN_ROOM_OF_GROUP || self.openness > MAX_OPENNESS;
         if self.group.is_some_and(|share| share < MIN_GROUP || is_open()) {
             return false;
         }
-        let [hull, partly, body] = MORE_INSIDE;
+        let is_named = thing == Some(NamedThing::Rooms);
+        let is_body = self.openness < CLOSED && rooms < FILLED && self.more < MORE_IN_CLOSED;
+        if is_body && !is_named {
+            return false;
+        }
+        let [hull, partly, body] = if is_named { MORE_IN_NAMED } else { MORE_INSIDE };
         match self.fronts < HULL {
             true => rooms >= MIN_ROOM && self.more > hull || rooms >= MIN_DETAILED_ROOM && self.more > partly,
             false => rooms >= MIN_ROOM && self.more > body,

@@ -5,9 +5,10 @@ use super::parts::Parts;
 use super::scene_tracer::SceneTracer;
 use super::spread::radical_inverse;
 use super::triangles::{Triangle, for_each_triangle};
-use crate::material::Material;
 use crate::math::{Bounds3, Vec2, Vec3};
 use crate::sampling::warp::uniform_triangle;
+use crate::scene::Scene;
+use rayon::prelude::*;
 use std::collections::HashMap;
 
 /// Maximum number of triangles that are measured, evenly spread over the scene's triangles.
@@ -32,32 +33,15 @@ const AT_ORIGIN: f32 = 0.02;
 /// evidence.
 const FEW_STAND: f32 = 0.02;
 
-/// Words in names of materials that belong to high things in an object or a room.
-const HIGH: [&str; 22] = [
-    "antenna",
-    "bulb",
-    "ceiling",
-    "chimney",
-    "crown",
-    "eye",
-    "eyebrow",
-    "face",
-    "flame",
-    "foliage",
-    "hair",
-    "hat",
-    "head",
-    "leaf",
-    "leave",
-    "roof",
-    "sky",
-    "smoke",
-    "teeth",
-    "top",
-    "window",
-    "windscreen",
+/// Words in names of materials and parts that belong to high things in an object or a room.
+const HIGH: [&str; 17] = [
+    "antenna", "bulb", "ceiling", "chimney", "crown", "flame", "foliage", "hair", "hat", "head", "leaf", "leave",
+    "roof", "sky", "smoke", "top", "window",
 ];
-/// Words in names of materials that belong to low things in an object or a room.
+/// Words in names of materials and parts that belong to a face, or to the front of a vehicle. They
+/// are high or in front, and rarely low.
+const FACE: [&str; 5] = ["eye", "eyebrow", "face", "teeth", "windscreen"];
+/// Words in names of materials and parts that belong to low things in an object or a room.
 const LOW: [&str; 28] = [
     "asphalt", "bark", "base", "boot", "bottom", "carpet", "dirt", "feet", "floor", "foot", "grass", "ground", "jean",
     "leg", "pant", "rim", "road", "rug", "sand", "shoe", "sole", "stem", "street", "terrain", "tire", "trunk", "tyre",
@@ -123,11 +107,14 @@ pub(super) struct Surfaces {
     pub off_balance: [f32; 3],
     /// Mean direction in which the texture coordinate v increases.
     pub v: Vec3,
-    /// Vector from the middle of the surfaces with a word of [`LOW`] in their material names to the
-    /// middle of the surfaces with a word of [`HIGH`]. Each component is divided by the scene's
-    /// extent.
+    /// Vector from the middle of the surfaces with a word of [`LOW`] in the names of their
+    /// materials or parts to the middle of the surfaces with a word of [`HIGH`]. Each component is
+    /// divided by the scene's extent.
     pub named: Vec3,
-    /// Fraction of the surfaces with a word of [`LOW`] in their material names.
+    /// Vector from the middle of all surfaces to the middle of the surfaces with names of a face.
+    /// Each component is divided by the scene's extent.
+    pub face: Vec3,
+    /// Fraction of the surfaces with a word of [`LOW`] in the names of their materials.
     pub low: f32,
     /// Extents of the scene.
     pub extent: Vec3,
@@ -170,6 +157,9 @@ impl Surfaces {
             .iter()
             .map(|material| is_high(&material.name) == Some(false))
             .collect();
+        let levels = levels(tracer.scene, &points, is_high);
+        let is_face = |name: &str| side_of(name, &FACE, &[]);
+        let faces = self::levels(tracer.scene, &points, is_face);
         Self {
             mirror: [0, 1, 2].map(|axis| cells.mirror(axis)),
             turn: [0, 1, 2].map(|axis| turn(&points, bounds, axis)),
@@ -178,7 +168,8 @@ impl Surfaces {
             off_center: (bounds.center().abs() / extent).min(Vec3::splat(0.5)).to_array(),
             off_balance: ((mean(|point| point.p) - bounds.center()).abs() / extent).to_array(),
             v: mean(|point| point.v),
-            named: named(materials, &points) / extent,
+            named: offset(&points, &levels) / extent,
+            face: offset(&points, &faces) / extent,
             low: share(&points, |point| are_low[point.material as usize]),
             extent,
             measures: Direction::ALL.map(|up| UprightMeasures {
@@ -205,6 +196,7 @@ pub(super) struct Point {
     /// Direction in which the texture coordinate v increases; zero without texture coordinates.
     v: Vec3,
     material: u32,
+    part: u32,
 }
 
 /// Points all over the scene's surfaces; empty if the surfaces have no area.
@@ -224,6 +216,7 @@ pub(super) fn points(tracer: &SceneTracer) -> Vec<Point> {
                 n: triangle.normal,
                 v: v_direction(triangle),
                 material: triangle.material,
+                part: triangle.part,
             });
         }
     });
@@ -334,18 +327,32 @@ fn turn(points: &[Point], bounds: Bounds3, axis: usize) -> f32 {
     })
 }
 
-/// Vector from the middle of the points with a word of [`LOW`] in their material names to the
-/// middle of the points with a word of [`HIGH`]. If a list has no such point, the middle of all
-/// points is used.
-fn named(materials: &[Material], points: &[Point]) -> Vec3 {
-    let levels: Vec<Option<bool>> = materials.iter().map(|material| is_high(&material.name)).collect();
-    let middle = |is_in: &dyn Fn(&Point) -> bool| {
-        let chosen = points.iter().filter(|point| is_in(point));
-        let (sum, count) = chosen.fold((Vec3::ZERO, 0.0f32), |(sum, count), point| (sum + point.p, count + 1.0));
+/// Level of each point by the name of its material, or else of its part: `level_of` returns true
+/// for the names of one kind, false for the names of the opposite kind.
+fn levels(scene: &Scene, points: &[Point], level_of: impl Fn(&str) -> Option<bool> + Sync) -> Vec<Option<bool>> {
+    let materials: Vec<Option<bool>> = scene.materials().iter().map(|m| level_of(&m.name)).collect();
+    let names = scene.part_names();
+    let parts: Vec<Option<bool>> = (0..=names.len() as u32)
+        .into_par_iter()
+        .map(|part| level_of(&names.name(part)))
+        .collect();
+    let of = |list: &[Option<bool>], i: u32| list.get(i as usize).copied().flatten();
+    let level = |point: &Point| of(&materials, point.material).or(of(&parts, point.part));
+    points.iter().map(level).collect()
+}
+
+/// Vector from the middle of the points with the level false to the middle of the points with the
+/// level true. If a level has no points, the middle of all points is used.
+fn offset(points: &[Point], levels: &[Option<bool>]) -> Vec3 {
+    let middle = |is_in: &dyn Fn(Option<bool>) -> bool| {
+        let chosen = points.iter().zip(levels).filter(|(_, level)| is_in(**level));
+        let (sum, count) = chosen.fold((Vec3::ZERO, 0.0f32), |(sum, count), (point, _)| {
+            (sum + point.p, count + 1.0)
+        });
         (count > 0.0).then(|| sum / count)
     };
     let all = middle(&|_| true).unwrap_or_default();
-    let of_level = |level: bool| middle(&|point| levels[point.material as usize] == Some(level)).unwrap_or(all);
+    let of_level = |of: bool| middle(&|level| level == Some(of)).unwrap_or(all);
     of_level(true) - of_level(false)
 }
 

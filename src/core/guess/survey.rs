@@ -72,11 +72,11 @@ impl Survey {
             return of_object(None);
         }
         let mut found = (*tracer, Rooms::of(tracer));
-        if !found.1.are_interior() {
+        if !found.1.are_interior(axes.thing) {
             for region in groups(tracer) {
                 let group = SceneTracer { region, ..*tracer };
                 let rooms = Rooms::of(&group);
-                if rooms.are_interior() {
+                if rooms.are_interior(axes.thing) {
                     found = (group, rooms);
                     break;
                 }
@@ -86,7 +86,7 @@ impl Survey {
             }
         }
         let (place, rooms) = found;
-        if rooms.are_interior() {
+        if rooms.are_interior(axes.thing) {
             let up_scores = scores(&place, Some(&rooms.points));
             let (survey, region) = survey(up_scores, Some((rooms.openness, place.region)));
             if Floors::new(&place, &survey.horizon).has_wide_floor() {

@@ -429,3 +429,50 @@ fn long_side_is_not_the_front() {
         "{words}"
     );
 }
+
+/// The name of a file excludes axes: doors do not lie on their wide side, and cars do not stand on
+/// their end.
+#[test]
+fn names_of_files_exclude_axes() {
+    // A door with a handle, whose origin is in its middle
+    let door = Boxes::default()
+        .add([-0.47, -1.05, 0.0], [0.47, 1.05, 0.05])
+        .add([0.3, -0.05, 0.05], [0.4, 0.05, 0.1])
+        .add([-0.5, -1.1, -0.02], [-0.47, 1.1, 0.07]);
+    let body = Boxes::default()
+        .add([-0.9, -2.0, 0.0], [0.9, 2.0, 0.7])
+        .add([-0.8, -1.2, 0.7], [0.8, 1.2, 1.3]);
+    for (name, text, up) in [
+        ("front_door.obj", &door.text, [0.0, 1.0, 0.0]),
+        ("plate.obj", &door.text, [0.0, 0.0, 1.0]),
+        ("racing_car2.obj", &body.text, [0.0, 0.0, 1.0]),
+    ] {
+        assert_eq!(up_of(name, text), up, "{name}");
+    }
+}
+
+/// Names of parts raise an axis, as names of materials do. Eyes are in front as often as they are
+/// high, so they raise no axis.
+#[test]
+fn names_of_parts_raise_an_axis() {
+    let cube = Boxes::default().add([-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]);
+    let with = |name: &str, low: [f32; 3], high: [f32; 3]| {
+        let more = Boxes {
+            text: format!("{}g {name}\n", cube.text),
+            corners: cube.corners,
+        };
+        more.add(low, high).text
+    };
+    let on_top = ([-0.4, -0.4, 0.5], [0.4, 0.4, 0.52]);
+    assert_eq!(up(&with("roof", on_top.0, on_top.1)), [0.0, 0.0, 1.0]);
+    assert_eq!(up(&with("wheels", on_top.0, on_top.1)), [0.0, 0.0, -1.0]);
+    assert_eq!(up(&with("eyes", on_top.0, on_top.1)), [0.0, 1.0, 0.0]);
+}
+
+/// A doubtful upright axis is printed with the flag for the second best.
+#[test]
+fn doubtful_axis_is_printed_with_the_next_best() {
+    let cube = Boxes::default().add([-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]).text;
+    let (_, words) = seen(&cube);
+    assert!(words.contains("probably +y is up (--up 0,0,1 changes that)"), "{words}");
+}

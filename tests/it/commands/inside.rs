@@ -444,3 +444,59 @@ fn cameras_behind_walls_cause_warnings() {
         .collect();
     assert!(codes.contains(&"camera-behind"), "{codes:?}");
 }
+
+/// A closed room of thick walls with furniture is seen from inside if the file has the name of
+/// rooms. A body whose faces are all turned over is seen from outside.
+#[test]
+fn names_of_rooms_and_things_decide_about_inside() {
+    let office = Boxes::default()
+        .add([-5.0, 0.0, -4.0], [5.0, 0.2, 4.0])
+        .add([-5.0, 0.2, -4.0], [5.0, 2.9, -3.75])
+        .add([-5.0, 0.2, 3.75], [5.0, 2.9, 4.0])
+        .add([-5.0, 0.2, -3.75], [-4.75, 2.9, 3.75])
+        .add([4.75, 0.2, -3.75], [5.0, 2.9, 3.75])
+        .add([-5.0, 2.9, -4.0], [5.0, 3.1, 4.0])
+        .add([-3.2, 0.9, -0.4], [-1.8, 0.95, 0.4])
+        .add([-3.0, 0.2, -0.3], [-2.9, 0.9, -0.2])
+        .add([2.0, 0.2, 2.0], [4.0, 1.0, 3.0])
+        .add([1.0, 0.2, -3.7], [3.0, 2.2, -3.2])
+        .text;
+    let bench =
+        Boxes::default()
+            .room([-1.0, 0.0, -0.5], [1.0, 0.5, 0.5], &[])
+            .room([-1.0, 0.5, -0.5], [1.0, 1.2, -0.3], &[]);
+    let folder = folder(&[
+        ("office.obj", &office),
+        ("block.obj", &office),
+        ("body.obj", &bench.text),
+        ("sofa.obj", &room(&[])),
+    ]);
+    for (scene, expected) in [
+        ("office.obj", "an interior, from inside"),
+        ("block.obj", "an object"),
+        ("body.obj", "an object"),
+        ("sofa.obj", "an object"),
+    ] {
+        let camera = camera(folder.path(), scene);
+        let guess = camera["guess"].as_str().unwrap();
+        assert!(guess.starts_with(expected), "{scene}: {guess}");
+    }
+}
+
+/// Open rooms with high walls are seen from higher above if the file has their name.
+#[test]
+fn open_rooms_with_high_walls_are_seen_from_high_above() {
+    let walls = Boxes::default()
+        .add([-2.0, -0.2, -2.0], [2.0, 0.0, 2.0])
+        .add([-2.0, 0.0, -2.0], [2.0, 3.0, -1.9])
+        .add([-2.0, 0.0, 1.9], [2.0, 3.0, 2.0])
+        .add([-2.0, 0.0, -1.9], [-1.9, 3.0, 1.9])
+        .add([1.9, 0.0, -1.9], [2.0, 3.0, 1.9])
+        .text;
+    let folder = folder(&[("roomWalls.obj", &walls), ("crate.obj", &walls)]);
+    for (scene, is_high) in [("roomWalls.obj", true), ("crate.obj", false)] {
+        let camera = camera(folder.path(), scene);
+        let guess = camera["guess"].as_str().unwrap();
+        assert_eq!(guess.contains("elevation 55°"), is_high, "{scene}: {guess}");
+    }
+}

@@ -2,7 +2,7 @@
 //! declare, and the usual axes of the program that wrote the file.
 
 use super::open_regular;
-use crate::guess::{DeclaredAxes, FileAxes};
+use crate::guess::{DeclaredAxes, FileAxes, NamedThing};
 use crate::io::mtl::{MtlDialect, Signature};
 use crate::math::Vec3;
 use std::io::Read;
@@ -12,7 +12,7 @@ use std::path::Path;
 const HEAD: u64 = 4096;
 /// Programs that usually write models with +y up, as most viewers expect. Programs with an MTL
 /// dialect are not listed.
-const TURN: [&str; 7] = [
+const TURN: [&str; 8] = [
     "sweet home",
     "art of illusion",
     "magicavoxel",
@@ -20,6 +20,7 @@ const TURN: [&str; 7] = [
     "kenney",
     "mineways",
     "houdini",
+    "probuilder",
 ];
 /// Programs of surveyors, scanners and engineers that usually write models with +z up. Programs
 /// with an MTL dialect are not listed.
@@ -40,32 +41,168 @@ const KEEP: [&str; 10] = [
 const ONLY_Y: [&str; 1] = ["apple modelio"];
 /// Text in the names of meshes that were imported from VRML. In VRML, +y is up.
 const OF_VRML: &str = "indexedfaceset";
-/// Words in file names of buildings, rooms and land.
-const LAND: [&str; 21] = [
-    "apartment",
-    "arena",
-    "building",
-    "campus",
-    "city",
-    "floor",
-    "floorplan",
-    "garden",
-    "ground",
-    "house",
-    "island",
-    "land",
-    "landscape",
-    "map",
-    "office",
-    "park",
-    "room",
-    "stadium",
-    "street",
-    "terrain",
-    "town",
+/// Words in file names, by the kind of thing that they name. Words may be in plural.
+///
+/// 343 public files of 108 repositories, whose upright axis was identified by eye, have these
+/// names: 30 files of rooms and land, all wider than high; 14 of tall things, of which 1 is wider
+/// than high (a handle of a door); 26 of standing things, none on its wide side; 38 of long things,
+/// of which 1 stands on its end (a jellyfish).
+const THINGS: [(NamedThing, &[&str]); 6] = [
+    (
+        NamedThing::Rooms,
+        &[
+            "apartment",
+            "basement",
+            "bathroom",
+            "bedroom",
+            "classroom",
+            "corridor",
+            "dungeon",
+            "floorplan",
+            "hall",
+            "hallway",
+            "hangar",
+            "interior",
+            "kitchen",
+            "lobby",
+            "lounge",
+            "office",
+            "room",
+        ],
+    ),
+    (
+        NamedThing::Land,
+        &[
+            "arena",
+            "building",
+            "campus",
+            "city",
+            "floor",
+            "garden",
+            "ground",
+            "house",
+            "island",
+            "land",
+            "landscape",
+            "map",
+            "park",
+            "stadium",
+            "street",
+            "terrain",
+            "town",
+        ],
+    ),
+    (
+        NamedThing::Letters,
+        &["font", "letter", "logo", "logotype", "text", "title", "wordmark"],
+    ),
+    (
+        NamedThing::Tall,
+        &[
+            "bottle",
+            "boy",
+            "child",
+            "door",
+            "figurine",
+            "fridge",
+            "girl",
+            "guard",
+            "human",
+            "knight",
+            "ladder",
+            "lady",
+            "lamppost",
+            "man",
+            "mannequin",
+            "person",
+            "refrigerator",
+            "soldier",
+            "statue",
+            "streetlamp",
+            "tree",
+            "warrior",
+            "woman",
+            "zombie",
+        ],
+    ),
+    (
+        NamedThing::Standing,
+        &[
+            "armoire",
+            "armour",
+            "bookcase",
+            "bookshelf",
+            "bust",
+            "cabinet",
+            "chair",
+            "character",
+            "cupboard",
+            "head",
+            "mushroom",
+            "people",
+            "pillar",
+            "portrait",
+            "robot",
+            "skull",
+            "stool",
+            "target",
+            "tower",
+            "vase",
+            "wardrobe",
+        ],
+    ),
+    (
+        NamedThing::Long,
+        &[
+            "aeroplane",
+            "aircraft",
+            "airplane",
+            "bed",
+            "bench",
+            "bicycle",
+            "bike",
+            "boat",
+            "bus",
+            "car",
+            "cat",
+            "couch",
+            "cow",
+            "desk",
+            "dog",
+            "dolphin",
+            "fish",
+            "fox",
+            "gun",
+            "helicopter",
+            "horse",
+            "jeep",
+            "jet",
+            "lion",
+            "motorbike",
+            "motorcycle",
+            "pig",
+            "pistol",
+            "rifle",
+            "shark",
+            "sheep",
+            "ship",
+            "sofa",
+            "submarine",
+            "tank",
+            "tiger",
+            "trailer",
+            "train",
+            "truck",
+            "van",
+            "vehicle",
+            "wagon",
+            "whale",
+            "wolf",
+        ],
+    ),
 ];
-/// Words in names of files with letters.
-const LETTERS: [&str; 6] = ["font", "letters", "logo", "logotype", "text", "wordmark"];
+/// Minimum length of a word of [`THINGS`] that may be the end of a longer word: `myroom`.
+const MIN_END: usize = 4;
 
 /// Programs whose models face −z.
 const FACE_BACK: [&str; 1] = ["blockbench"];
@@ -79,16 +216,42 @@ pub fn file_axes(path: &Path) -> FileAxes {
         Some(_) => axes_of(&String::from_utf8_lossy(&head).to_lowercase()),
         None => FileAxes::default(),
     };
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase();
-    let has_word = |words: &[&str]| {
-        let mut own = stem.split(|c: char| !c.is_alphabetic());
-        own.any(|word| words.contains(&word))
-    };
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     FileAxes {
-        is_of_land: has_word(&LAND),
-        is_of_letters: has_word(&LETTERS),
+        thing: named_thing(&stem),
         ..axes
     }
+}
+
+/// Kind of the thing that a file name without its extension names. If the name has several words
+/// with a kind, the last one decides: an office chair is a chair.
+fn named_thing(stem: &str) -> Option<NamedThing> {
+    let mut words: Vec<String> = vec![String::new()];
+    let mut was_lower = false;
+    for c in stem.chars() {
+        if !c.is_alphabetic() || was_lower && c.is_uppercase() {
+            words.push(String::new());
+        }
+        was_lower = c.is_lowercase();
+        if let Some(word) = words.last_mut().filter(|_| c.is_alphabetic()) {
+            word.extend(c.to_lowercase());
+        }
+    }
+    let kind_of = |word: &str| {
+        let singular = word.strip_suffix('s').unwrap_or(word);
+        let find = |is: &dyn Fn(&str) -> bool| {
+            let mut kinds = THINGS.iter();
+            kinds.find_map(|(kind, list)| list.iter().any(|of_kind| is(of_kind)).then_some(*kind))
+        };
+        let is_end = |of_kind: &str| of_kind.len() >= MIN_END && singular.ends_with(of_kind);
+        let kind = find(&|of_kind| of_kind == word || of_kind == singular).or_else(|| find(&is_end));
+        match kind {
+            // Several tall things beside each other are not tall together
+            Some(NamedThing::Tall) if singular != word => Some(NamedThing::Standing),
+            _ => kind,
+        }
+    };
+    words.iter().rev().find_map(|word| kind_of(word))
 }
 
 /// Axes from the text at the beginning of a file, in lower case.
@@ -193,6 +356,27 @@ mod tests {
             assert_eq!(axes.keeps_usual_up, text.contains("# Blender"), "{text}");
         }
         assert_eq!(file_axes(&folder.path().join("b.obj")), FileAxes::default());
+    }
+
+    #[test]
+    fn file_names_name_things() {
+        for (name, expected) in [
+            ("myRoom2", Some(NamedThing::Rooms)),
+            ("livingroom", Some(NamedThing::Rooms)),
+            ("mushroom", Some(NamedThing::Standing)),
+            ("office_chair", Some(NamedThing::Standing)),
+            ("city-map", Some(NamedThing::Land)),
+            ("my_text", Some(NamedThing::Letters)),
+            ("house_door.001", Some(NamedThing::Tall)),
+            ("TwoTrees", Some(NamedThing::Standing)),
+            ("carDoor", Some(NamedThing::Tall)),
+            ("Bus", Some(NamedThing::Long)),
+            ("scar", None),
+            ("model", None),
+            ("", None),
+        ] {
+            assert_eq!(named_thing(name), expected, "{name}");
+        }
     }
 
     #[test]

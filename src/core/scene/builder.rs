@@ -5,6 +5,7 @@ use super::duplicates::{CoincidentEmitters, TriangleSamples, remove_repeated_tri
 use super::ground::GroundPlane;
 use super::recognise::Panes;
 use super::validate::{BuildError, check_extent, check_material, check_mesh, check_placement, remove_degenerate};
+use crate::color::Spectrum;
 use crate::geometry::{Mesh, PartNames, Placement};
 use crate::light::{AreaLight, EnvironmentLight, Light, LightGroupId, TriangleSampling};
 use crate::material::{Map, Material, MaterialId};
@@ -317,6 +318,15 @@ impl SceneBuilder {
         for id in [Some(id), self.hidden.get(&id).copied()].into_iter().flatten() {
             if let Some(material) = self.materials.get_mut(id.0 as usize) {
                 material.opacity = opacity;
+            }
+        }
+    }
+
+    /// Sets the diffuse colour of a material and of its hidden copy.
+    pub fn set_diffuse(&mut self, id: MaterialId, diffuse: Spectrum) {
+        for id in [Some(id), self.hidden.get(&id).copied()].into_iter().flatten() {
+            if let Some(material) = self.materials.get_mut(id.0 as usize) {
+                material.diffuse = diffuse;
             }
         }
     }

@@ -11,7 +11,7 @@ use crate::description::unknown_key::nearest_names;
 use crate::description::{FileError, Finding, Position, SceneFile, Severity};
 use crate::geometry::Mesh;
 use crate::io::{MapsByName, MtlDialect};
-use crate::material::MaterialId;
+use crate::material::{Material, MaterialId};
 use crate::math::excerpt_of_name;
 use crate::texture::Channel;
 use std::collections::{BTreeSet, HashSet};
@@ -22,6 +22,13 @@ use toml::Spanned;
 /// Maximum number of unused materials that are named in warnings. Further materials are only
 /// counted.
 const MAX_NAMED: usize = 100;
+
+/// Returns true if a material without textures reflects, transmits and emits no light.
+fn is_black(material: &Material) -> bool {
+    let has_base = !material.diffuse.is_black() || !material.specular.is_black();
+    let has_layers = material.clearcoat > 0.0 || !material.sheen.is_black();
+    !has_base && !has_layers && !material.emits_or_transmits()
+}
 
 impl Loader<'_> {
     /// Material with the name of the group. It is searched in the scene file, then in the libraries
@@ -87,7 +94,7 @@ impl Loader<'_> {
         let is_file = section.is_none() && obj.has_uvs;
         let names_maps = self.file.load.parameters.maps_by_name() == MapsByName::Auto;
         if is_file && names_maps && found.maps.is_empty() && !found.material.emits_or_transmits() {
-            self.add_named_maps(&mut found, path, obj);
+            self.add_named_maps(&mut found, mesh, path, obj);
         }
         if let Some(name) = group
             .material
@@ -346,6 +353,44 @@ impl Loader<'_> {
         for (id, source) in (0..).map(MaterialId).zip(&mut self.materials) {
             source.found.material.opacity = 1.0;
             self.builder.set_opacity(id, 1.0);
+        }
+    }
+
+    /// Makes all materials grey if none of them reflects, transmits or emits light. Exporters write
+    /// `Kd 0` for a colour that a texture gives, and the texture is then lost. User settings and
+    /// the literal reading of the MTL file have priority.
+    pub(super) fn lighten_black(&mut self) {
+        let is_lost = |source: &MaterialSource| {
+            let found = &source.found;
+            let is_of_library = found.line > 0 && source.obj.is_some();
+            is_of_library && found.maps.is_empty() && is_black(&found.material)
+        };
+        let is_literal = self.file.load.strict || self.file.load.parameters.mtl_dialect() == MtlDialect::Spec;
+        let (patches, materials) = (&mut self.patches, &self.materials);
+        let is_of_user = materials
+            .iter()
+            .any(|source| !patches.of_material(&source.name).is_empty());
+        if is_literal || is_of_user || !self.materials.iter().all(is_lost) {
+            return;
+        }
+        let Some(first) = self.materials.first() else { return };
+        let others = match self.materials.len() - 1 {
+            0 => String::new(),
+            1 => " and another one".into(),
+            n => format!(" and {n} others"),
+        };
+        let grey = default_material("").diffuse;
+        let message = format!(
+            "no material of the scene (`{}`{others}) reflects light, or has a texture; they are rendered in a plain grey (diffuse {:.1})",
+            excerpt_of_name(&first.name),
+            grey.max_component()
+        );
+        let error = FileError::new(&first.found.library, message).at(Position::line(first.found.line));
+        let error = error.help("write `Kd` in the library, or name a texture; --strict keeps the materials black");
+        self.warn("black-scene", error);
+        for (id, source) in (0..).map(MaterialId).zip(&mut self.materials) {
+            source.found.material.diffuse = grey;
+            self.builder.set_diffuse(id, grey);
         }
     }
 

@@ -138,6 +138,7 @@ impl Loader<'_> {
         self.report_unmapped();
         self.report_offers();
         self.make_visible();
+        self.lighten_black();
         self.cut_sections(&objs);
         sources
     }

@@ -772,3 +772,29 @@ fn names_in_other_encodings_match() {
         assert!(!checked.contains("missing-texture"), "{checked}");
     }
 }
+
+/// Exporters write `Kd 0` for a colour that a texture gives: a scene that reflects nothing is grey.
+#[test]
+fn scene_without_any_reflection_is_grey() {
+    let obj = format!("mtllib a.mtl\n{TRIANGLE}usemtl m\nf 1 2 3\nusemtl n\nf 1 3 2\n");
+    let mtl = "newmtl m\nKd 0 0 0\nnewmtl n\nKd 0 0 0\n";
+    let folder = folder(&[("a.obj", &obj), ("a.mtl", mtl)]);
+    let at = folder.path();
+    let picture = |flags: &str| {
+        let args = format!("render a.obj --size 16x16 --spp 1 -o x.exr {flags}");
+        let said = words(&done(at, &split(&args)));
+        (read_rgb(&at.join("x.exr")), said)
+    };
+    let (grey, said) = picture("");
+    let told = "a.mtl:1: no material of the scene (`m` and another one) reflects light, or has a texture";
+    assert!(said.contains(told) && said.contains("[black-scene]"), "{said}");
+    for flags in ["--strict", "--mtl-dialect spec", "--material m.roughness=0.5"] {
+        let (black, said) = picture(flags);
+        assert!(black != grey && !said.contains("[black-scene]"), "{flags}: {said}");
+    }
+    fs::write(at.join("a.mtl"), mtl.replace("Kd 0 0 0", "Kd 0.8 0.8 0.8")).unwrap();
+    assert!(picture("").0 == grey);
+    // If one material reflects light, black materials stay.
+    fs::write(at.join("a.mtl"), mtl.replacen("Kd 0 0 0", "Kd 0.8 0.8 0.8", 1)).unwrap();
+    assert!(!picture("").1.contains("[black-scene]"));
+}

@@ -6,9 +6,11 @@ use super::picture_names::{
     MIN_NAME, TEXTURE_WORDS, are_alike, has_extension, is_generic, is_generic_word, is_other_word, is_texture_name,
     name_of, rank_of_extension, stem_of, with_extensions, without_sizes, words_after, words_of,
 };
+use super::preview::Background;
 use crate::description::find_file::FileFinder;
 use crate::description::find_texture::is_texture_folder;
 use crate::description::texture::texture_size;
+use crate::geometry::Mesh;
 use std::cell::OnceCell;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fs::{self, File};
@@ -85,6 +87,8 @@ pub(super) struct NearbyFiles {
     libraries: Vec<PathBuf>,
     /// Cached result of the search in other folders for a picture with the name of the OBJ file.
     distant: OnceCell<Picked>,
+    /// Cached background of the picture with the name of the OBJ file.
+    background: OnceCell<Option<Background>>,
 }
 
 impl NearbyFiles {
@@ -197,6 +201,14 @@ impl NearbyFiles {
     fn may_be_view(&self, image: &Image) -> bool {
         let folder = image.path.parent().map(name_of);
         folder.is_some_and(|folder| folder == "images") && !self.has_power_of_two_sides(image)
+    }
+
+    /// Returns true if the picture with the name of the OBJ file shows the model before a
+    /// background, and is not the texture of `mesh`.
+    pub fn is_preview(&self, picture: &Path, mesh: &Mesh) -> bool {
+        let find = || Background::of(&self.here.join(picture));
+        let background = self.background.get_or_init(find).as_ref();
+        background.is_some_and(|background| background.is_used_by(mesh))
     }
 
     /// Pictures for which `rule` holds, except pictures that this program wrote.

@@ -12,6 +12,7 @@ mod named_maps;
 mod objects;
 mod parts;
 mod picture_names;
+mod preview;
 mod reports;
 mod shapes;
 mod textures;

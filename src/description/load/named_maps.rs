@@ -16,6 +16,7 @@ use crate::color::Spectrum;
 use crate::description::mtl::{FileMaterial, MapRequest, MapSlot, MapStatement};
 use crate::description::obj::ObjFile;
 use crate::description::{FileError, Position, Severity};
+use crate::geometry::Mesh;
 use crate::material::Gloss;
 use crate::math::excerpt_of_name;
 use crate::texture::{Channel, Mapping};
@@ -180,9 +181,9 @@ impl NamedMaps {
         self.beside.offers(own, color.map(PathBuf::as_path))
     }
 
-    /// Textures that fit the material `name` of the file `path`. `parts` are names of parts of the
-    /// file.
-    fn of_material(&self, name: &str, path: &Path, obj: &ObjFile, parts: &[String]) -> Option<Found> {
+    /// Textures that fit the material `name` of the file `path`. `mesh` has this material, and
+    /// `parts` are names of parts of the file.
+    fn of_material(&self, name: &str, mesh: &Mesh, path: &Path, obj: &ObjFile, parts: &[String]) -> Option<Found> {
         let (is_single, stem) = (obj.groups.len() == 1, stem_of(path));
         let [material, file] = [name, &*stem].map(|text| words_of(text).concat());
         let plain_file = without_sizes(&words_of(&stem)).concat();
@@ -191,10 +192,16 @@ impl NamedMaps {
             words_of(&stem_of(Path::new(name)))
         });
         let libraries: Vec<Vec<String>> = libraries.filter(|name| !name.is_empty()).collect();
+        // Many models have a material `default`. Beside several OBJ files, textures with this name
+        // belong to one of them only
+        let is_any = is_generic(&words_of(name)) && !self.beside.is_alone();
         let is_of_material = |set: &str| {
             let before = set.strip_suffix(&*material);
             let is_library = |before: &str| libraries.iter().any(|library| library.concat() == before);
-            before.is_some_and(|before| before.is_empty() || before == file || is_library(before))
+            before.is_some_and(|before| match before {
+                "" => !is_any,
+                _ => before == file || is_library(before),
+            })
         };
         let fit = |set: &str| {
             if !set.is_empty() && !material.is_empty() && is_of_material(set) {
@@ -226,10 +233,12 @@ impl NamedMaps {
         let is_unnamed = used.peek().is_none();
         let has_library = !obj.materials.is_empty() && (is_unnamed || used.any(|name| obj.material(name).is_some()));
         let color = |picture| BTreeMap::from([(Role::Color, picture)]);
+        let mut preview = None;
         if !has_library {
             match self.beside.picture_of_name() {
                 Picked::Nothing => {}
                 Picked::Several => return None,
+                Picked::One(picture) if self.beside.is_preview(&picture, mesh) => preview = Some(picture),
                 Picked::One(picture) => return Found::certain(&color(picture)),
             }
         }
@@ -265,7 +274,7 @@ impl NamedMaps {
         }
         let has_no_other_role = |image: &Image| {
             let role = role_of(&stem_of(&image.path));
-            role.is_none_or(|(_, role)| role == Role::Color)
+            role.is_none_or(|(_, role)| role == Role::Color) && preview.as_ref() != Some(&image.path)
         };
         if !has_library {
             match self.beside.picture_like_name(has_no_other_role, is_single) {
@@ -319,12 +328,12 @@ impl Loader<'_> {
         beside.or_insert_with(|| NamedMaps::beside(path))
     }
 
-    /// Adds to the material `found` of the OBJ file `path` the textures of the set that fits.
-    /// `found` must not have textures.
-    pub(super) fn add_named_maps(&mut self, found: &mut FileMaterial, path: &Path, obj: &ObjFile) {
+    /// Adds to the material `found` of the OBJ file `path` the textures of the set that fits. The
+    /// mesh `mesh` has the material. `found` must not have textures.
+    pub(super) fn add_named_maps(&mut self, found: &mut FileMaterial, mesh: &Mesh, path: &Path, obj: &ObjFile) {
         let parts = self.part_names.get(path).cloned().unwrap_or_default();
         let maps = self.maps_beside(path);
-        let Some(Found { files, is_certain }) = maps.of_material(&found.material.name, path, obj, &parts) else {
+        let Some(Found { files, is_certain }) = maps.of_material(&found.material.name, mesh, path, obj, &parts) else {
             return;
         };
         let place = FileError::new(path, "");

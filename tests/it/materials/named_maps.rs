@@ -604,3 +604,68 @@ fn cut_out_alpha_of_a_color_map_is_opacity() {
     let written = fs::read_to_string(folder.path().join("i.toml")).unwrap();
     assert!(written.contains("opacity_map"), "{written}");
 }
+
+/// A sphere with texture coordinates. `used` scales them around the middle of the picture.
+fn sphere(used: f32) -> String {
+    use std::fmt::Write;
+    const N: usize = 16;
+    let mut text = String::new();
+    for i in 0..=N {
+        for j in 0..=N {
+            let [u, v] = [i, j].map(|k| k as f32 / N as f32);
+            let [phi, theta] = [u * std::f32::consts::TAU, v * std::f32::consts::PI];
+            let [x, y, z] = [theta.sin() * phi.sin(), -theta.cos(), theta.sin() * phi.cos()];
+            writeln!(text, "v {x} {y} {z}").unwrap();
+            let [u, v] = [u, v].map(|x| 0.5 + used * (x - 0.5));
+            writeln!(text, "vt {u} {v}").unwrap();
+        }
+    }
+    for i in 0..N {
+        for j in 0..N {
+            let a = i * (N + 1) + j + 1;
+            let [b, c, d] = [a + N + 1, a + N + 2, a + 1];
+            writeln!(text, "f {a}/{a} {b}/{b} {c}/{c} {d}/{d}").unwrap();
+        }
+    }
+    text
+}
+
+/// A picture with the name of the OBJ file is a preview, if the model's surfaces use its background
+/// as much as the rest. It is the texture, if they do not use its background.
+#[test]
+fn previews_are_no_textures() {
+    // An island at the border is no background
+    for (used, has_island, is_texture) in [(1.0, false, false), (0.5, false, true), (1.0, true, true)] {
+        let folder = folder(&[("a.obj", &sphere(used)), ("s.toml", SCENE)]);
+        let mut encoder = png::Encoder::new(fs::File::create(folder.path().join("a.png")).unwrap(), 64, 64);
+        encoder.set_color(png::ColorType::Grayscale);
+        let is_island = |x: i32, y: i32| has_island && x > 50 && (20..28).contains(&y);
+        let code = |x: i32, y: i32| match (x - 32).abs().max((y - 32).abs()) < 20 || is_island(x, y) {
+            true => (60 + 37 * ((x / 3 + y / 3) % 4)) as u8,
+            false => 230,
+        };
+        let codes: Vec<u8> = (0..64 * 64).map(|i| code(i % 64, i / 64)).collect();
+        encoder.write_header().unwrap().write_image_data(&codes).unwrap();
+        let (_, words) = picture(&folder, "");
+        assert_eq!(words.contains("[maps-by-name]"), is_texture, "{used}: {words}");
+    }
+}
+
+/// Textures with a generic name such as `default` beside several OBJ files belong to one of
+/// these files only.
+#[test]
+fn generic_textures_beside_several_files_are_not_used() {
+    let obj = OBJ.replace("wood", "default");
+    let library = "newmtl default\nKd 0.3 0.3 0.3\n";
+    let used = |set: &str, has_other: bool| {
+        let folder = scene(library, &[set]);
+        fs::write(folder.path().join("a.obj"), &obj).unwrap();
+        if has_other {
+            fs::write(folder.path().join("b.obj"), &obj).unwrap();
+        }
+        picture(&folder, "").1.contains("[maps-by-name]")
+    };
+    assert!(used("default_diffuse.png", false));
+    assert!(!used("default_diffuse.png", true));
+    assert!(used("a_default_diffuse.png", true));
+}

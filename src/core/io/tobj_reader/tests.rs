@@ -33,9 +33,11 @@ fn files_become_groups_by_material() {
         .iter()
         .map(|g| (g.material.as_deref(), g.mesh.triangles.len()))
         .collect();
-    assert_eq!(named, [(Some("red"), 2), (Some("blue"), 2), (None, 1)]);
+    // Faces with and without texture coordinates have groups of their own.
+    let expected = [(Some("red"), 1), (Some("blue"), 2), (Some("red"), 1), (None, 1)];
+    assert_eq!(named, expected);
     let red = &file.groups[0].mesh;
-    assert_eq!((red.positions.len(), red.normals.len(), red.uvs.len()), (6, 6, 6));
+    assert_eq!((red.positions.len(), red.normals.len(), red.uvs.len()), (3, 3, 3));
     assert!(red.normals.iter().all(|&n| n == Vec3::Z));
     let material = &file.material("red").unwrap().material;
     assert_eq!(material.diffuse, crate::color::Spectrum::rgb(1.0, 0.0, 0.0));

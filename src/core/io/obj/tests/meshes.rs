@@ -56,7 +56,7 @@ fn corners_with_equal_indices_are_one_vertex() {
 fn faces_without_normals_stay_flat_among_others() {
     let text = format!(
         "{SQUARE}v 0 0 1\nvt 1 1\nvn 0 1 1\nvn 0 0 0\nvn nan 0 1\nvn 1.#QNAN 0 1\nvt inf 0\n\
-         f 1/1/1 2/1/1 3/1/1\nf 1 2 5\nf 1//2 3//1 4//3\nf 1 2 3\n"
+         f 1/1/1 2/1/1 3/1/1\nf 1/1 2/1 5/1\nf 1/1/2 3/1/1 4/1/3\nf 1/1 2/1 3/1\n"
     );
     let file = load(&text).unwrap();
     assert!(
@@ -77,11 +77,18 @@ fn faces_without_normals_stay_flat_among_others() {
     assert_eq!([normals(2)[0], normals(2)[2]], [Vec3::Z; 2]);
     assert!(normals(2)[1].distance(given) < 1e-6);
     assert_eq!(normals(3), [Vec3::Z; 3]);
-    let uvs = |t: usize| mesh.triangles[t].map(|i| mesh.uvs[i as usize]);
-    assert_eq!([uvs(0), uvs(1)], [[Vec2::ONE; 3], [Vec2::ZERO; 3]]);
     // A group that has only invalid normals is flat-shaded.
     let flat = load(format!("{SQUARE}vn 0 0 0\nf 1//1 2//1 3//1\n")).unwrap();
     assert!(flat.groups[0].mesh.normals.is_empty());
+}
+
+/// Faces without texture coordinates show the mean of a texture, so they have a group of their own.
+#[test]
+fn faces_without_texture_coordinates_are_separate() {
+    let file = load(format!("{SQUARE}vt 1 1\nf 1/1 2/1 3/1\nf 1 3 4\nf 2/1 3/1 4/1\n")).unwrap();
+    let [with, without] = [0, 1].map(|i| &file.groups[i].mesh);
+    assert_eq!([with.triangles.len(), without.triangles.len()], [2, 1]);
+    assert!(with.uvs.iter().all(|uv| *uv == Vec2::ONE) && without.uvs.is_empty());
 }
 
 /// A cube from -1 to 1 with one quad per side. The statement `before[i]` is before quad i.

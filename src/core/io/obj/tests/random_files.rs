@@ -125,7 +125,10 @@ fn random_file(seed: u64) -> (String, String, Vec<Triangles>) {
                     corner
                 });
                 statement(&words, &mut dice);
-                match groups.iter_mut().find(|g| g.0 == material) {
+                // Faces with and without texture coordinates have groups of their own.
+                let belongs =
+                    |(name, faces): &&mut (_, Vec<[Corner; 3]>)| *name == material && faces[0][0].1.is_some() == has_uv;
+                match groups.iter_mut().find(belongs) {
                     Some(group) => group.1.push(corners),
                     None => groups.push((material.clone(), vec![corners])),
                 }

@@ -4,7 +4,7 @@ use super::args::{RenderArgs, SceneArgs};
 use super::error::CliError;
 use super::job::{guess_picture, guesses, read_scene};
 use super::words;
-use crate::description::{LoadedScene, load_scene};
+use crate::description::{LightType, LoadedScene, load_scene};
 use crate::geometry::PartNames;
 use crate::guess::position_text;
 use crate::io::Warning;
@@ -15,7 +15,7 @@ use crate::scene::{LampSize, PartSize, Scene, SceneBuilder};
 use crate::session::{
     CameraSettings, FoundCamera, LitWords, Memory, Settings, all_threads, camera_and_lit, thread_pool,
 };
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::cmp::Reverse;
 use std::process::ExitCode;
 
@@ -51,7 +51,10 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     }
     let bounds = scene.bounds();
     let memory = Memory::new(&scene, &settings);
-    let count = |kind: &str| scene.lights().iter().filter(|l| l.kind() == kind).count();
+    // The kinds of lights in scene files, and the emitting triangles of meshes
+    let kinds = LightType::names().into_iter().chain(["triangle"]);
+    let of_kind = |kind: &str| scene.lights().iter().filter(|light| light.kind() == kind).count();
+    let count: Map<String, Value> = kinds.map(|kind| (kind.into(), json!(of_kind(kind)))).collect();
     let groups = scene.light_groups();
     let members = |group: usize| (0..scene.lights().len()).filter(move |&id| groups.of(LightId(id as u32)) == group);
     let (parts, names) = (scene.part_sizes(), scene.part_names());
@@ -74,19 +77,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
             "thin": m.thin,
             "emission": decimal(m.emission.to_array()),
         })).collect::<Vec<_>>(),
-        "lights": {
-            "triangle": count("triangle"),
-            "sphere": count("sphere"),
-            "disk": count("disk"),
-            "rectangle": count("rectangle"),
-            "point": count("point"),
-            "directional": count("directional"),
-            "spot": count("spot"),
-            "constant": count("constant"),
-            "environment": count("environment"),
-            "sky": count("sky"),
-            "studio": count("studio"),
-        },
+        "lights": count,
         "light_guess": guess.as_ref().and_then(LitWords::light),
         "ground_guess": guess.as_ref().and_then(LitWords::ground),
         "lamps": lamps(&scene),

@@ -68,9 +68,10 @@ pub(crate) use light_changes::{Environment, LightChanges, Sun, Viewpoint};
 #[cfg(all(test, feature = "cli"))]
 pub(crate) use section::Section;
 
+#[cfg(feature = "cli")]
+pub(crate) use light_section::LightType;
 #[cfg(feature = "view")]
 pub(crate) use {
-    light_section::LightType,
     patches::glob_of_name,
     schema::{light_keys, material_keys},
 };

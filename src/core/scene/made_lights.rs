@@ -15,12 +15,13 @@ use crate::light::{
 use crate::material::Material;
 use crate::math::{Horizon, Quat, Vec3, list};
 
-/// Name of the material and object of a rectangle that emits.
-pub const RECTANGLE_NAME: &str = "rectangle light";
-/// Name of the material and object of a sphere that emits.
-pub const SPHERE_NAME: &str = "sphere light";
-/// Name of the material and object of a disk that emits.
-pub const DISK_NAME: &str = "disk light";
+/// Types of the lights that the builder makes with a surface.
+pub const LAMP_KINDS: [&str; 3] = ["rectangle", "sphere", "disk"];
+
+/// Name of the material and the object of a light of the type `kind`, one of [`LAMP_KINDS`].
+pub fn lamp_name(kind: &str) -> String {
+    format!("{kind} light")
+}
 
 /// A daylight sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -208,7 +209,7 @@ impl SceneBuilder {
             return Err(bad_light(NAME, "size", list(&rectangle.size), rule));
         }
         let light = RectangleLight::new(corners[0], [2.0 * right, 2.0 * up], rectangle.radiance);
-        self.add_lamp(RECTANGLE_NAME, light, rectangle.radiance, mesh)
+        self.add_lamp(NAME, light, rectangle.radiance, mesh)
     }
 
     /// Adds a sphere light to the current light group. The sphere emits from its outer side. It is
@@ -220,7 +221,7 @@ impl SceneBuilder {
         check_place(NAME, sphere.position, sphere.radius)?;
         let light = SphereLight::new(sphere.position, sphere.radius, sphere.radiance);
         let hull = around_sphere(&light, 0.0);
-        self.add_lamp(SPHERE_NAME, light, sphere.radiance, hull)
+        self.add_lamp(NAME, light, sphere.radiance, hull)
     }
 
     /// Adds a disk light to the current light group. The disk emits on one side. It is a separate
@@ -233,20 +234,22 @@ impl SceneBuilder {
         check_place(NAME, disk.position, disk.radius)?;
         let light = DiskLight::new(disk.position, normal, disk.radius, disk.radiance);
         let hull = around_disk(&light, 0.0);
-        self.add_lamp(DISK_NAME, light, disk.radiance, hull)
+        self.add_lamp(NAME, light, disk.radiance, hull)
     }
 
-    /// Adds a light to the current light group. The surface of the light is `mesh`, in a new object
-    /// with a new material, both called `name`.
+    /// Adds a light of the type `kind` to the current light group. The surface of the light is
+    /// `mesh`, in a new object with a new material ([`lamp_name`]).
     fn add_lamp(
         &mut self,
-        name: &str,
+        kind: &str,
         light: impl Into<AreaLight>,
         radiance: Spectrum,
         mesh: Mesh,
     ) -> Result<(), BuildError> {
+        debug_assert!(LAMP_KINDS.contains(&kind));
+        let name = lamp_name(kind);
         let material = self.add_material(Material {
-            name: name.into(),
+            name: name.clone(),
             emission: radiance,
             ..Material::default()
         })?;
@@ -254,7 +257,7 @@ impl SceneBuilder {
             self.group_material(material, group);
         }
         self.lamps.insert(material, light.into());
-        self.begin_object(name);
+        self.begin_object(&name);
         self.add_checked_mesh(mesh, material);
         Ok(())
     }

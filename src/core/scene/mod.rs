@@ -31,8 +31,7 @@ pub use incident::Incident;
 pub(crate) use lamp_hulls::HullHit;
 pub use lamp_sizes::LampSize;
 pub use made_lights::{
-    DISK_NAME, DiskParameters, RECTANGLE_NAME, RectangleParameters, SPHERE_NAME, SkyParameters, SphereParameters,
-    StudioParameters,
+    DiskParameters, LAMP_KINDS, RectangleParameters, SkyParameters, SphereParameters, StudioParameters, lamp_name,
 };
 pub use part_sizes::PartSize;
 pub use rebuilt::UnlitBuilder;

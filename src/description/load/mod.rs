@@ -30,7 +30,7 @@ use crate::io::LoadOptions;
 use crate::light::LightGroupId;
 use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 use crate::material::MaterialId;
-use crate::scene::{DISK_NAME, PrototypeId, RECTANGLE_NAME, SPHERE_NAME, Scene, SceneBuilder, UnlitBuilder};
+use crate::scene::{PrototypeId, Scene, SceneBuilder, UnlitBuilder, lamp_name};
 use materials::{UndefinedMaterials, Unmapped, UntexturedMaterials};
 use named_maps::NamedMaps;
 use reports::{ground_error, report_findings, scene_error};
@@ -371,19 +371,15 @@ impl<'a> Loader<'a> {
                 self.wrong("wrong-light", error);
             }
             // A light with a shape gets a material. Choose the name of this material
-            let name = match light.kind.get_ref().as_str() {
-                "sphere" => SPHERE_NAME,
-                "disk" => DISK_NAME,
-                _ => RECTANGLE_NAME,
-            };
+            let name = lamp_name(light.kind.get_ref());
             let here = self.file.error(light.kind.span(), "");
             let place = here.position.map(|position| (here.file, position));
             self.materials
                 .resize_with(self.builder.material_count(), || MaterialSource {
-                    name: name.into(),
+                    name: name.clone(),
                     obj: None,
                     place: place.clone(),
-                    found: FileMaterial::default_of(name),
+                    found: FileMaterial::default_of(&name),
                 });
         }
         if let Some(ground) = &self.file.ground {

@@ -9,7 +9,7 @@ use crate::film::Aov;
 use crate::io::half_picture::IDS;
 use crate::light::LightGroups;
 use crate::material::Material;
-use crate::scene::{DISK_NAME, Ground, RECTANGLE_NAME, SPHERE_NAME, Scene};
+use crate::scene::{Ground, LAMP_KINDS, Scene, lamp_name};
 use crate::session::Settings;
 use crate::view::FileLight;
 use crate::view::frame::LIGHTS;
@@ -62,7 +62,7 @@ impl Engine<'_> {
 
 /// Returns true if a `[[light]]` makes materials of this name.
 pub(super) fn is_of_light(name: &str) -> bool {
-    [DISK_NAME, RECTANGLE_NAME, SPHERE_NAME].contains(&name)
+    LAMP_KINDS.iter().any(|kind| lamp_name(kind) == name)
 }
 
 /// Materials of `scene` that come from files, without the materials that the program makes for

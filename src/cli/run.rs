@@ -522,9 +522,10 @@ fn finish(failures: Vec<String>, stop: Stop, has_checkpoint: bool) -> Result<Exi
         return Ok(ExitCode::from(INTERRUPTED));
     }
     if stop == Stop::Interrupt {
-        let how = match has_checkpoint {
-            true => "--resume continues the render",
-            false => "a render with --checkpoint FILE can be continued by --resume",
+        let how = if has_checkpoint {
+            "--resume continues the render"
+        } else {
+            "a render with --checkpoint FILE can be continued by --resume"
         };
         errln!("interrupted: the files hold the samples so far; {how}");
         return Ok(ExitCode::from(INTERRUPTED));

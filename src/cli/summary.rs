@@ -16,9 +16,10 @@ pub(super) fn print_choices(session: &Session) {
     }
     if let Some(guess) = session.camera_guess() {
         let origin = session.settings().camera.origin;
-        let flags = match session.has_fov() {
-            true => guess.flags(origin),
-            false => guess.place_flags(origin),
+        let flags = if session.has_fov() {
+            guess.flags(origin)
+        } else {
+            guess.place_flags(origin)
         };
         errln!("camera: {}\n  {flags}", guess.words);
     }

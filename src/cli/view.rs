@@ -232,9 +232,10 @@ impl Host for Commands<'_> {
             return Ok(());
         };
         let needs_flags = check_text(&plain, before, part).is_err();
-        match needs_flags {
-            true => check_text(self.render, text, part).map_err(|error| error.to_string()),
-            false => Err(error.to_string()),
+        if needs_flags {
+            check_text(self.render, text, part).map_err(|error| error.to_string())
+        } else {
+            Err(error.to_string())
         }
     }
 

@@ -43,9 +43,10 @@ impl<'de> Visitor<'de> for Channels {
     type Value = [f32; 3];
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.is_color {
-            true => write!(f, "a colour: {WRITTEN_COLORS}"),
-            false => write!(f, "a number or three numbers"),
+        if self.is_color {
+            write!(f, "a colour: {WRITTEN_COLORS}")
+        } else {
+            write!(f, "a number or three numbers")
         }
     }
 

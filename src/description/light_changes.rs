@@ -128,8 +128,9 @@ impl Environment {
 /// Angles about x, y and z, in degrees, of the shortest rotation from +y to `up`. `up` is a
 /// positive or negative coordinate axis.
 fn upright(up: Vec3) -> [f32; 3] {
-    match up.y < 0.0 {
-        true => [180.0, 0.0, 0.0],
-        false => [90.0 * up.z, 0.0, 0.0 - 90.0 * up.x],
+    if up.y < 0.0 {
+        [180.0, 0.0, 0.0]
+    } else {
+        [90.0 * up.z, 0.0, 0.0 - 90.0 * up.x]
     }
 }

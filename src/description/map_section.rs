@@ -75,9 +75,10 @@ impl<'de> Deserialize<'de> for MapSection {
             }
 
             fn visit_bool<E: de::Error>(self, is_there: bool) -> Result<MapSection, E> {
-                match is_there {
-                    true => Err(de::Error::invalid_value(Unexpected::Bool(true), &self)),
-                    false => Ok(MapSection::None),
+                if is_there {
+                    Err(de::Error::invalid_value(Unexpected::Bool(true), &self))
+                } else {
+                    Ok(MapSection::None)
                 }
             }
 

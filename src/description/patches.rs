@@ -50,9 +50,10 @@ impl<'a> PatchList<'a> {
     pub fn new(patches: Vec<Patch<'a>>) -> Self {
         let mut list = Self::default();
         for (index, patch) in patches.into_iter().enumerate() {
-            match patch.glob.is_exact() {
-                true => list.by_name.entry(patch.glob.literal()).or_default().push(index),
-                false => list.by_glob.push(index),
+            if patch.glob.is_exact() {
+                list.by_name.entry(patch.glob.literal()).or_default().push(index)
+            } else {
+                list.by_glob.push(index)
             }
             list.patches.push((patch, false));
         }

@@ -229,14 +229,15 @@ fn read_instances(file: &SceneFile, instances: &Spanned<Instances>) -> Result<Ve
     };
     let read = |(i, rows): (usize, &[[f32; 4]; 4])| {
         let affine = affine_from_rows(*rows).ok_or_else(|| last_row(file, instances.span()))?;
-        match is_placement(&affine) {
-            true => Ok(affine),
-            false => Err(file
+        if is_placement(&affine) {
+            Ok(affine)
+        } else {
+            Err(file
                 .error(
                     instances.span(),
                     format!("instance {} is flattened or not finite", i + 1),
                 )
-                .help("give matrices that can be inverted")),
+                .help("give matrices that can be inverted"))
         }
     };
     list.iter().enumerate().map(read).collect()

@@ -320,9 +320,10 @@ impl CameraSettings {
     /// scene, the camera is not checked.
     #[cfg(feature = "view")]
     pub(crate) fn check(&self, resolution: UVec2) -> Result<(), CameraError> {
-        match self.position.is_some() && self.look_at.is_some() {
-            true => self.found(None, resolution).map(drop),
-            false => Ok(()),
+        if self.position.is_some() && self.look_at.is_some() {
+            self.found(None, resolution).map(drop)
+        } else {
+            Ok(())
         }
     }
 

@@ -144,9 +144,10 @@ pub(super) fn lit(
             if guesses.exposure {
                 settings.tone.exposure = Exposure::Studio;
             }
-            match catches {
-                true => "a studio, and a ground that catches shadows (--env sky, --no-ground, --background COLOUR change that)",
-                false => "a studio (--env sky, --background COLOUR change that)",
+            if catches {
+                "a studio, and a ground that catches shadows (--env sky, --no-ground, --background COLOUR change that)"
+            } else {
+                "a studio (--env sky, --background COLOUR change that)"
             }
             .into()
         }
@@ -176,12 +177,11 @@ pub(super) fn lit(
         }
     };
     let has_lamps = survey.is_interior && scene.lights().iter().any(|light| !light.is_infinite());
-    let words = match has_lamps {
-        true => {
-            words
-                + "; the lamps of the file light little of the room (`embrasure check` finds lamps that face the wrong way, and --env none leaves only the lamps)"
-        }
-        false => words,
+    let words = if has_lamps {
+        words
+            + "; the lamps of the file light little of the room (`embrasure check` finds lamps that face the wrong way, and --env none leaves only the lamps)"
+    } else {
+        words
     };
     if has_ground_to_turn(&file, guesses) {
         file.ground.get_or_insert_default().up = written(up);

@@ -124,9 +124,10 @@ impl Parts {
     /// unless `allow_gaps` is true.
     pub fn join(&self, is_enough: bool, allow_gaps: bool) -> Result<Joined, Error> {
         let Self { parts, extent } = self;
-        let wanted = match is_enough {
-            true => extent.samples.clone(),
-            false => 0..extent.total,
+        let wanted = if is_enough {
+            extent.samples.clone()
+        } else {
+            0..extent.total
         };
         let has_gaps = extent.check(parts, wanted, allow_gaps)?;
         let state = extent.join(parts)?;
@@ -189,9 +190,10 @@ impl Joined {
 /// Returns an error if the parts are not of one picture.
 fn check_kinship(first: &PicturePart, other: &PicturePart) -> Result<(), Error> {
     let (a, b) = (&first.description, &other.description);
-    let difference = match a.resolution == b.resolution {
-        true => a.metadata.difference(&b.metadata),
-        false => Some(format!("image size {} and {}", a.resolution, b.resolution)),
+    let difference = if a.resolution == b.resolution {
+        a.metadata.difference(&b.metadata)
+    } else {
+        Some(format!("image size {} and {}", a.resolution, b.resolution))
     };
     difference.map_or(Ok(()), |difference| {
         Err(other.error(

@@ -304,21 +304,22 @@ impl<'a> Renderer<'a> {
                 .map(String::from)
                 .collect(),
             objects: scene.objects().to_vec(),
-            parts_of_objects: match aovs.iter().any(|aov| aov.names_parts()) {
-                true => {
-                    let names = scene.part_names();
-                    names.parts().map(|part| names.name(part).into_owned()).collect()
-                }
-                false => Vec::new(),
+            parts_of_objects: if aovs.iter().any(|aov| aov.names_parts()) {
+                let names = scene.part_names();
+                names.parts().map(|part| names.name(part).into_owned()).collect()
+            } else {
+                Vec::new()
             },
             materials: scene.materials().iter().map(|m| m.name.clone()).collect(),
-            lights: match aovs.contains(&Aov::Lights) {
-                true => scene.light_groups().names().to_vec(),
-                false => Vec::new(),
+            lights: if aovs.contains(&Aov::Lights) {
+                scene.light_groups().names().to_vec()
+            } else {
+                Vec::new()
             },
-            strategies: match aovs.contains(&Aov::Strategies) {
-                true => self.session.settings().method().strategies(),
-                false => Vec::new(),
+            strategies: if aovs.contains(&Aov::Strategies) {
+                self.session.settings().method().strategies()
+            } else {
+                Vec::new()
             },
             paths: settings
                 .light_paths

@@ -374,9 +374,10 @@ impl Settings {
         selection: GuessSelection,
     ) -> Result<(FoundCamera, Option<SceneSurvey>), Error> {
         // Guesses trace rays, so they need an acceleration structure.
-        let accel = match selection.survey || selection.light || self.camera.needs_scene() {
-            true => Some(self.backend.for_guesses().build(scene, pool)?),
-            false => None,
+        let accel = if selection.survey || selection.light || self.camera.needs_scene() {
+            Some(self.backend.for_guesses().build(scene, pool)?)
+        } else {
+            None
         };
         let accel = accel.as_ref().map(AnyAccel::as_dyn);
         let finder = accel.map(|accel| self.finder(file, scene, accel, pool));
@@ -464,13 +465,15 @@ impl Settings {
     /// Number of light layers that have separate sums: one for each light group of `scene`, for
     /// each strategy with and without weights, and for each channel of light paths.
     pub(super) fn parts_of_light(&self, scene: &Scene) -> usize {
-        let groups = match self.aovs.contains(&Aov::Lights) {
-            true => scene.light_groups().names().len(),
-            false => 0,
+        let groups = if self.aovs.contains(&Aov::Lights) {
+            scene.light_groups().names().len()
+        } else {
+            0
         };
-        let strategies = match self.aovs.contains(&Aov::Strategies) {
-            true => self.method().strategies().len(),
-            false => 0,
+        let strategies = if self.aovs.contains(&Aov::Strategies) {
+            self.method().strategies().len()
+        } else {
+            0
         };
         groups + 2 * strategies + self.light_paths.len()
     }

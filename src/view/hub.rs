@@ -245,13 +245,14 @@ impl Hub {
         let Some(outbox) = pages.get_mut(&page) else {
             return (VecDeque::new(), Vec::new());
         };
-        let frames = match is_behind {
-            true => Vec::new(),
-            false => outbox
+        let frames = if is_behind {
+            Vec::new()
+        } else {
+            outbox
                 .channels
                 .iter_mut()
                 .filter_map(|(_, frame)| frame.take())
-                .collect(),
+                .collect()
         };
         (std::mem::take(&mut outbox.messages), frames)
     }

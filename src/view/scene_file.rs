@@ -88,9 +88,10 @@ fn changed(text: &str, change: impl FnOnce(&mut DocumentMut) -> Result<(), Strin
     let mut document: DocumentMut = content.parse().map_err(|error| format!("not TOML: {error}"))?;
     change(&mut document)?;
     let content = document.to_string();
-    Ok(match is_windows {
-        true => mark + &content.replace('\n', "\r\n"),
-        false => mark + &content,
+    Ok(if is_windows {
+        mark + &content.replace('\n', "\r\n")
+    } else {
+        mark + &content
     })
 }
 

@@ -227,9 +227,10 @@ impl Server {
 
     /// The `route` of a request with the token, or a refusal if there are too many connections.
     fn admitted(&self, id: u64, route: Route) -> Result<Route, Refusal> {
-        match self.open().admit(id) {
-            true => Ok(route),
-            false => Err((503, "Service Unavailable", "too many connections; close a page".into())),
+        if self.open().admit(id) {
+            Ok(route)
+        } else {
+            Err((503, "Service Unavailable", "too many connections; close a page".into()))
         }
     }
 

@@ -62,10 +62,10 @@ pub(super) fn explained(error: Error, program: &Command, words: &[String]) -> Er
             let has_camera = words
                 .iter()
                 .any(|word| word == "--camera" || word.starts_with("--camera="));
-            let help = match what.starts_with("--cameras") && has_camera {
-                true => "--camera chooses a camera of the file of --cameras; for a side of the scene use --view front"
-                    .into(),
-                false => lists,
+            let help = if what.starts_with("--cameras") && has_camera {
+                "--camera chooses a camera of the file of --cameras; for a side of the scene use --view front".into()
+            } else {
+                lists
             };
             (format!("{name} needs {what}"), help)
         }

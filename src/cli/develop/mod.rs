@@ -297,9 +297,10 @@ fn lines(args: &DevelopArgs, layers: &Layers, found: &Layer) -> Result<Option<Sp
     if args.lines.is_none() {
         return Ok(None);
     }
-    let message = match found.is_picture {
-        true => "the file has no channel `lines`\n  help: render with --aov lines",
-        false => "lines are drawn over the picture only\n  help: leave out --channel, or leave out --lines",
+    let message = if found.is_picture {
+        "the file has no channel `lines`\n  help: render with --aov lines"
+    } else {
+        "lines are drawn over the picture only\n  help: leave out --channel, or leave out --lines"
     };
     Err(CliError::Usage(format!("--lines: {message}")))
 }

@@ -219,9 +219,10 @@ impl Camera {
             None => Cow::Borrowed(self),
             Some(axes) => {
                 let [right, up, forward] = self.face.axes(axes);
-                let position = match self.eye == 0.0 {
-                    true => pose.position,
-                    false => pose.position + self.eye * right,
+                let position = if self.eye == 0.0 {
+                    pose.position
+                } else {
+                    pose.position + self.eye * right
                 };
                 Cow::Owned(Self {
                     position,

@@ -331,9 +331,10 @@ impl Film {
                 let latitude = (0.5 - film.y / self.size.y) * PI;
                 let (sin, cos) = image.x.sin_cos();
                 let level = sin * right + cos * forward;
-                let place = match self.eye == 0.0 {
-                    true => Vec3::ZERO,
-                    false => self.eye * (cos * right - sin * forward),
+                let place = if self.eye == 0.0 {
+                    Vec3::ZERO
+                } else {
+                    self.eye * (cos * right - sin * forward)
                 };
                 (place, latitude.cos() * level + latitude.sin() * up)
             }

@@ -493,12 +493,11 @@ fn height_axis(origin: DVec3) -> Option<Vec3> {
 pub fn position_text(p: Vec3, origin: DVec3) -> [String; 3] {
     [0, 1, 2].map(|axis| {
         let short = p[axis].to_string();
-        match origin[axis] == 0.0 {
-            true => short,
-            false => {
-                let decimals = short.split('.').nth(1).map_or(0, str::len).min(9);
-                format!("{:.decimals$}", f64::from(p[axis]) + origin[axis])
-            }
+        if origin[axis] == 0.0 {
+            short
+        } else {
+            let decimals = short.split('.').nth(1).map_or(0, str::len).min(9);
+            format!("{:.decimals$}", f64::from(p[axis]) + origin[axis])
         }
     })
 }

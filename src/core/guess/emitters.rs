@@ -115,9 +115,10 @@ fn direct((tracer, selection): (&SceneTracer, &LightSelection), p: Vec3, n: Vec3
         let seen = tracer.trace(p, ray.direction);
         seen.is_none_or(|seen| seen.distance >= ray.t_max)
     };
-    match cos > 0.0 && sample.target.is_none_or(is_met) {
-        true => sample.radiance.luminance() * cos / (sample.pdf * pmf),
-        false => 0.0,
+    if cos > 0.0 && sample.target.is_none_or(is_met) {
+        sample.radiance.luminance() * cos / (sample.pdf * pmf)
+    } else {
+        0.0
     }
 }
 

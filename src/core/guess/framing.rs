@@ -82,12 +82,11 @@ impl Frame {
         });
         let (eye, target) = frustum.camera();
         // Use a default distance for a single point and for an empty scene
-        match eye.distance(target) > 0.0 && eye.is_finite() {
-            true => (eye, target),
-            false => {
-                let target = tracer.region.bounds.center();
-                (target + back * (1.0 + target.abs().max_element()), target)
-            }
+        if eye.distance(target) > 0.0 && eye.is_finite() {
+            (eye, target)
+        } else {
+            let target = tracer.region.bounds.center();
+            (target + back * (1.0 + target.abs().max_element()), target)
         }
     }
 }

@@ -80,13 +80,12 @@ fn is_lit(tracer: &SceneTracer, survey: &Survey, position: Vec3, target: Vec3) -
         return false;
     }
     let bounds = tracer.region.bounds;
-    let (way, half_angle, requirement) = match survey.is_interior {
-        true => (target - position, INTERIOR_CONE.to_radians(), INTERIOR),
-        false => {
-            let way = bounds.center() - position;
-            let sine = bounds.radius() / way.length().max(bounds.radius());
-            (way, sine.asin().min(1.0), OBJECT)
-        }
+    let (way, half_angle, requirement) = if survey.is_interior {
+        (target - position, INTERIOR_CONE.to_radians(), INTERIOR)
+    } else {
+        let way = bounds.center() - position;
+        let sine = bounds.radius() / way.length().max(bounds.radius());
+        (way, sine.asin().min(1.0), OBJECT)
     };
     let direction = way.try_normalize().unwrap_or(Vec3::NEG_Z);
     emitters::light(tracer, position, (direction, half_angle), requirement)

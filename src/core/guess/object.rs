@@ -127,9 +127,10 @@ impl Front {
                 let Some(picture) = picture else {
                     return f32::NEG_INFINITY;
                 };
-                let drawings = match is_smooth {
-                    true => picture.drawings(&colors(tracer, horizon, frame, back(azimuth))),
-                    false => 0.0,
+                let drawings = if is_smooth {
+                    picture.drawings(&colors(tracer, horizon, frame, back(azimuth)))
+                } else {
+                    0.0
                 };
                 let detail = 1.0 + picture.curvature() + drawings;
                 let mut evidence = detail.log2() + picture.materials() + SYMMETRY * picture.symmetry();
@@ -224,9 +225,10 @@ pub(super) fn three_quarter(
     };
     let [from, to] = LONG.map(|ratio| ratio * side.width);
     let share = (side.depth - from) / (to - from).max(f32::MIN_POSITIVE);
-    let more = match side.depth >= side.height {
-        true => (LONG_TURN * share.clamp(0.0, 1.0)).round(),
-        false => 0.0,
+    let more = if side.depth >= side.height {
+        (LONG_TURN * share.clamp(0.0, 1.0)).round()
+    } else {
+        0.0
     };
     let turns: &[f32] = if is_plate { &TURNS_OF_PLATE } else { &TURNS };
     let turned = |turn: &f32| front + turn + more * turn.signum();

@@ -69,8 +69,9 @@ pub(super) fn angles(tracer: &SceneTracer, horizon: &Horizon, front: f32, is_nam
         best
     };
     let (azimuth, share) = best_of(ELEVATION);
-    Some(match is_named && share < SHOWN {
-        true => (best_of(HIGH_ELEVATION).0, HIGH_ELEVATION),
-        false => (azimuth, ELEVATION),
+    Some(if is_named && share < SHOWN {
+        (best_of(HIGH_ELEVATION).0, HIGH_ELEVATION)
+    } else {
+        (azimuth, ELEVATION)
     })
 }

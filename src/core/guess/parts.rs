@@ -117,10 +117,9 @@ impl<'a> Parts<'a> {
         let rest: Vec<[bool; 6]> = rest.collect();
         std::array::from_fn(|i| {
             let stands = rest.iter().map(|rests| rests[i] && !rests[i ^ 1]);
-            let weights = stands.zip(&tried).map(|(stands, (_, part))| match stands {
-                true => weight(part, ups[i]),
-                false => 0.0,
-            });
+            let weights = stands
+                .zip(&tried)
+                .map(|(stands, (_, part))| if stands { weight(part, ups[i]) } else { 0.0 });
             weights.sum::<f32>() / tried.len() as f32
         })
     }

@@ -181,9 +181,10 @@ impl Region {
     }
 
     fn cut(&mut self, axis: usize, at: f32, keeps_low: bool) {
-        match keeps_low {
-            true => self.limits.max[axis] = self.limits.max[axis].min(at),
-            false => self.limits.min[axis] = self.limits.min[axis].max(at),
+        if keeps_low {
+            self.limits.max[axis] = self.limits.max[axis].min(at);
+        } else {
+            self.limits.min[axis] = self.limits.min[axis].max(at);
         }
     }
 
@@ -194,13 +195,12 @@ impl Region {
         }
         let (mut bounds, mut outside) = (Bounds3::EMPTY, Bounds3::EMPTY);
         for_each_triangle(scene, MAX_TRIANGLES, |triangle| {
-            match self.contains(&triangle.corners) {
-                true => triangle.corners.iter().for_each(|&p| bounds.extend(p)),
-                false => {
-                    self.left_out += 1;
-                    let out = triangle.corners.iter().filter(|&&p| !self.has(p));
-                    out.for_each(|&p| outside.extend(p));
-                }
+            if self.contains(&triangle.corners) {
+                triangle.corners.iter().for_each(|&p| bounds.extend(p))
+            } else {
+                self.left_out += 1;
+                let out = triangle.corners.iter().filter(|&&p| !self.has(p));
+                out.for_each(|&p| outside.extend(p));
             }
         });
         if !bounds.is_empty() && !outside.is_empty() {

@@ -119,9 +119,10 @@ impl Rooms {
         let reach = 2.0 * bounds.radius().max(f32::MIN_POSITIVE);
         for (i, p) in (0..).zip(points_inside(bounds)) {
             for direction in directions(i) {
-                let reach = match tracer.region.group.is_some() {
-                    true => distance_to_surface(tracer, p, -direction),
-                    false => reach,
+                let reach = if tracer.region.group.is_some() {
+                    distance_to_surface(tracer, p, -direction)
+                } else {
+                    reach
                 };
                 without.add(tracer.trace(p - reach * direction, direction).as_ref());
             }
@@ -154,9 +155,10 @@ impl Rooms {
             return false;
         }
         let [hull, partly, body] = if is_named { MORE_IN_NAMED } else { MORE_INSIDE };
-        match self.fronts < HULL {
-            true => rooms >= MIN_ROOM && self.more > hull || rooms >= MIN_DETAILED_ROOM && self.more > partly,
-            false => rooms >= MIN_ROOM && self.more > body,
+        if self.fronts < HULL {
+            rooms >= MIN_ROOM && self.more > hull || rooms >= MIN_DETAILED_ROOM && self.more > partly
+        } else {
+            rooms >= MIN_ROOM && self.more > body
         }
     }
 }
@@ -167,9 +169,10 @@ fn distance_to_surface(tracer: &SceneTracer, p: Vec3, direction: Vec3) -> f32 {
     let margin = 1e-3 * bounds.radius();
     let way = |axis: usize| {
         let end = if direction[axis] > 0.0 { bounds.max } else { bounds.min };
-        match direction[axis] == 0.0 {
-            true => f32::INFINITY,
-            false => (end[axis] - p[axis]) / direction[axis],
+        if direction[axis] == 0.0 {
+            f32::INFINITY
+        } else {
+            (end[axis] - p[axis]) / direction[axis]
         }
     };
     way(0).min(way(1)).min(way(2)).max(0.0) + margin

@@ -232,9 +232,10 @@ fn v_direction(triangle: &Triangle) -> Vec3 {
     };
     let (d1, d2) = (t1 - t0, t2 - t0);
     let determinant = d1.perp_dot(d2);
-    match determinant == 0.0 {
-        true => Vec3::ZERO,
-        false => (determinant.signum() * (d1.x * (p2 - p0) - d2.x * (p1 - p0))).normalize_or_zero(),
+    if determinant == 0.0 {
+        Vec3::ZERO
+    } else {
+        (determinant.signum() * (d1.x * (p2 - p0) - d2.x * (p1 - p0))).normalize_or_zero()
     }
 }
 
@@ -245,9 +246,10 @@ fn share(points: &[Point], is: impl Fn(&Point) -> bool) -> f32 {
 
 /// Coordinate of the lowest points along the axis of `up`.
 fn lowest(bounds: Bounds3, up: Direction) -> f32 {
-    match up.is_negative {
-        true => bounds.max[up.axis],
-        false => bounds.min[up.axis],
+    if up.is_negative {
+        bounds.max[up.axis]
+    } else {
+        bounds.min[up.axis]
     }
 }
 
@@ -257,9 +259,10 @@ fn contact(points: &[Point], bounds: Bounds3, up: Direction) -> f32 {
     let is_low = |p: &Vec3| (p[up.axis] - lowest(bounds, up)).abs() < CONTACT * extent[up.axis];
     let low: Bounds3 = points.iter().map(|point| point.p).filter(is_low).collect();
     let shares = ((low.max - low.min) / extent).clamp(Vec3::ZERO, Vec3::ONE);
-    match low.is_empty() {
-        true => 0.0,
-        false => shares[(up.axis + 1) % 3] * shares[(up.axis + 2) % 3],
+    if low.is_empty() {
+        0.0
+    } else {
+        shares[(up.axis + 1) % 3] * shares[(up.axis + 2) % 3]
     }
 }
 

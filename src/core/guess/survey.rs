@@ -114,10 +114,7 @@ impl Survey {
             return (self, false);
         };
         let (alone, up) = (scores.best(), scores.with(siblings).best());
-        let horizon = match up == alone {
-            true => self.horizon,
-            false => Horizon::new(up),
-        };
+        let horizon = if up == alone { self.horizon } else { Horizon::new(up) };
         (Self { horizon, ..self }, up != alone)
     }
 }

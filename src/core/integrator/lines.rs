@@ -82,9 +82,10 @@ impl<A: Accel> World<'_, A> {
         out.ray(RayKind::Camera);
         let first = self.accel.intersect(ray);
         let is_drawn = |hit: &Hit| self.scene.opacity(hit) >= OPAQUE;
-        let hit = match self.lets_pass(RayKind::Camera) {
-            true => self.first_that(is_drawn, *ray, first, RayKind::Camera, out)?,
-            false => first?,
+        let hit = if self.lets_pass(RayKind::Camera) {
+            self.first_that(is_drawn, *ray, first, RayKind::Camera, out)?
+        } else {
+            first?
         };
         if self.scene.ground().is_some_and(|ground| ground.is_at(&hit)) {
             return None;

@@ -416,9 +416,10 @@ mod tests {
                     let (mut difference, mut variance) = (0.0, 0.0);
                     for rays in &rays {
                         let mut firsts = [None; 16];
-                        match in_packets {
-                            true => world.accel.intersect_coherent(rays, &mut firsts),
-                            false => firsts = rays.each_ref().map(|ray| world.accel.intersect(ray)),
+                        if in_packets {
+                            world.accel.intersect_coherent(rays, &mut firsts)
+                        } else {
+                            firsts = rays.each_ref().map(|ray| world.accel.intersect(ray));
                         }
                         for (ray, first) in rays.iter().zip(firsts) {
                             let (hit, _) = world.first_opaque(*ray, first, RayKind::Bounce, None, &mut counts);

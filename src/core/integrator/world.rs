@@ -161,10 +161,7 @@ impl<'a, A: Accel> World<'a, A> {
     /// Time at the fraction `u` of the interval between shutter open and close. Calls `u` only if
     /// anything moves.
     pub(super) fn time_at(&self, u: impl FnOnce() -> f32) -> f32 {
-        match self.moves() {
-            true => self.camera.time(u()),
-            false => 0.0,
-        }
+        if self.moves() { self.camera.time(u()) } else { 0.0 }
     }
 
     /// Chooses a light with a probability proportional to its power, by the random number `choice`.
@@ -189,9 +186,10 @@ impl<'a, A: Accel> World<'a, A> {
     /// Ray from a random point of the lens through the film point `film` (pixels, origin top left).
     #[inline(always)]
     pub(super) fn ray_through(&self, film: Vec2, time: f32, sampler: &impl Sampler) -> Ray {
-        let lens = match self.camera.has_lens() {
-            true => sampler.get_2d(Dimension::LENS),
-            false => Vec2::ZERO,
+        let lens = if self.camera.has_lens() {
+            sampler.get_2d(Dimension::LENS)
+        } else {
+            Vec2::ZERO
         };
         self.camera.ray(film, lens, time)
     }
@@ -248,9 +246,10 @@ impl<'a, A: Accel> World<'a, A> {
         u: Option<f32>,
         out: &mut impl RaySink,
     ) -> (Option<Hit>, Spectrum) {
-        let (hit, tint) = match self.lets_pass(kind) {
-            true => self.first_opaque(*ray, first, kind, u, out),
-            false => (first, Spectrum::ONE),
+        let (hit, tint) = if self.lets_pass(kind) {
+            self.first_opaque(*ray, first, kind, u, out)
+        } else {
+            (first, Spectrum::ONE)
         };
         (
             hit,
@@ -353,9 +352,10 @@ impl<'a, A: Accel> World<'a, A> {
             return self.transmittance_by_walk(*ray, false, out);
         }
         out.ray(RayKind::Shadow);
-        match self.accel.occluded(ray) {
-            true => Transmittance::BLOCKED,
-            false => Transmittance::CLEAR,
+        if self.accel.occluded(ray) {
+            Transmittance::BLOCKED
+        } else {
+            Transmittance::CLEAR
         }
     }
 
@@ -386,9 +386,10 @@ impl<'a, A: Accel> World<'a, A> {
                 return Transmittance::BLOCKED;
             }
         }
-        match walk.is_cut() {
-            true => Transmittance::BLOCKED,
-            false => transmittance,
+        if walk.is_cut() {
+            Transmittance::BLOCKED
+        } else {
+            transmittance
         }
     }
 
@@ -467,9 +468,10 @@ impl<'a, A: Accel> World<'a, A> {
     #[inline(never)]
     fn raised_origin(&self, point: &SurfacePoint, side: Side, height: f32) -> Vec3 {
         let (low, high) = (offset_to(point, side), point.raised(side, height));
-        match self.accel.occluded(&segment(low, high).when(point.time)) {
-            true => low,
-            false => high,
+        if self.accel.occluded(&segment(low, high).when(point.time)) {
+            low
+        } else {
+            high
         }
     }
 

@@ -137,15 +137,16 @@ fn open(path: &Path, selection: ChannelSelection, allowance: Allowance) -> Resul
             ))
         }
         _ => {
-            let (message, help) = match start.starts_with(b"8BPS") {
-                true => (
+            let (message, help) = if start.starts_with(b"8BPS") {
+                (
                     "pictures of Photoshop are not read",
                     "save it as PNG, in the painting program or with `magick \"a.psd[0]\" a.png` of ImageMagick",
-                ),
-                false => (
+                )
+            } else {
+                (
                     "this picture format is not supported",
                     "convert it to PNG, JPEG, TIFF, WebP, GIF, TGA, BMP, DDS, HDR or EXR",
-                ),
+                )
             };
             Err(FileError::new(path, message).help(help))
         }

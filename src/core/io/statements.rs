@@ -41,9 +41,10 @@ pub(crate) fn whole_statements(text: &str) -> impl Iterator<Item = Statement<'_>
     let has_comments = text.as_bytes().contains(&b'#');
     std::iter::from_fn(move || {
         let (index, line) = lines.next()?;
-        let (line, commented) = match has_comments {
-            true => parts(line),
-            false => (trimmed(line), None),
+        let (line, commented) = if has_comments {
+            parts(line)
+        } else {
+            (trimmed(line), None)
         };
         let (statement, commented) = match line.strip_suffix('\\') {
             None => (Cow::Borrowed(line), commented),

@@ -66,9 +66,10 @@ impl DiskLight {
 
     /// Radiance that leaves the disk in direction `w`.
     pub fn emitted(&self, w: Vec3) -> Spectrum {
-        match w.dot(self.normal) > 0.0 {
-            true => self.radiance,
-            false => Spectrum::ZERO,
+        if w.dot(self.normal) > 0.0 {
+            self.radiance
+        } else {
+            Spectrum::ZERO
         }
     }
 

@@ -101,9 +101,10 @@ impl Emission {
     /// Cosine between the light's normal and the direction; 1 for point and spot lights, and for
     /// lights at infinity.
     pub fn cos(&self) -> f32 {
-        match self.is_infinite || self.is_delta_position {
-            true => 1.0,
-            false => self.ng.dot(self.w).abs(),
+        if self.is_infinite || self.is_delta_position {
+            1.0
+        } else {
+            self.ng.dot(self.w).abs()
         }
     }
 

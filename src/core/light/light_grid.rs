@@ -161,12 +161,11 @@ impl LightGrid {
         // The position of `u` in the interval chooses a light of the cluster.
         let v = f64::from(1.0 - (entry.upper - u) / entry.pmf);
         let cluster = self.tree.nodes().get(entry.node as usize)?;
-        let (position, share) = match entry.is_descended {
-            true => self.descent(context).sample(entry.node as usize, v)?,
-            false => {
-                let position = by_power(&self.power_before, cluster, v);
-                (position, power_share(&self.power_before, cluster, position))
-            }
+        let (position, share) = if entry.is_descended {
+            self.descent(context).sample(entry.node as usize, v)?
+        } else {
+            let position = by_power(&self.power_before, cluster, v);
+            (position, power_share(&self.power_before, cluster, position))
         };
         Some((*self.order.get(position as usize)?, entry.pmf * share as f32))
     }
@@ -186,9 +185,10 @@ impl LightGrid {
                 return Some(entry.pmf);
             }
             let cluster = self.tree.nodes().get(entry.node as usize)?;
-            let share = match entry.is_descended {
-                true => self.descent(context).share(entry.node as usize, position)?,
-                false => power_share(&self.power_before, cluster, position),
+            let share = if entry.is_descended {
+                self.descent(context).share(entry.node as usize, position)?
+            } else {
+                power_share(&self.power_before, cluster, position)
             };
             Some(entry.pmf * share as f32)
         };
@@ -347,9 +347,10 @@ impl Descent<'_> {
         let mut x = (v - BY_POWER) / (1.0 - BY_POWER);
         while node.count > 1 && !self.is_far(node) {
             let q = self.first_share(index);
-            (index, x, share) = match x < q {
-                true => (index + 1, x / q, share * q),
-                false => (node.second as usize, (x - q) / (1.0 - q), share * (1.0 - q)),
+            (index, x, share) = if x < q {
+                (index + 1, x / q, share * q)
+            } else {
+                (node.second as usize, (x - q) / (1.0 - q), share * (1.0 - q))
             };
             node = self.nodes.get(index)?;
         }
@@ -365,9 +366,10 @@ impl Descent<'_> {
         while node.count > 1 && !self.is_far(node) {
             let q = self.first_share(index);
             let second = self.nodes.get(node.second as usize)?;
-            (index, share) = match position < second.first {
-                true => (index + 1, share * q),
-                false => (node.second as usize, share * (1.0 - q)),
+            (index, share) = if position < second.first {
+                (index + 1, share * q)
+            } else {
+                (node.second as usize, share * (1.0 - q))
             };
             node = self.nodes.get(index)?;
         }
@@ -390,12 +392,11 @@ impl Descent<'_> {
     fn first_share(&self, index: usize) -> f64 {
         let [first, second] = [index + 1, self.nodes[index].second as usize].map(|child| &self.nodes[child]);
         let [a, b] = [first, second].map(|node| f64::from(node.irradiance_at(self.context.p, self.context.n)));
-        match a + b > 0.0 {
-            true => a / (a + b),
-            false => {
-                let [a, b] = [first, second].map(|node| power_of(self.power_before, node.first, node.count));
-                a / (a + b)
-            }
+        if a + b > 0.0 {
+            a / (a + b)
+        } else {
+            let [a, b] = [first, second].map(|node| power_of(self.power_before, node.first, node.count));
+            a / (a + b)
         }
     }
 }

@@ -52,9 +52,10 @@ impl SpotLight {
 
     /// Density per solid angle with which emission sampling samples the unit direction `w`.
     pub(super) fn emission_pdf(&self, w: Vec3) -> f32 {
-        match w.dot(self.direction) >= self.cos_outer {
-            true => uniform_cone_pdf(self.cos_outer),
-            false => 0.0,
+        if w.dot(self.direction) >= self.cos_outer {
+            uniform_cone_pdf(self.cos_outer)
+        } else {
+            0.0
         }
     }
 

@@ -118,9 +118,10 @@ pub fn studio_image() -> LatLongImage {
 /// horizon to zenith.
 fn wall(sin: f64) -> f64 {
     let [nadir, horizon, zenith] = WALL;
-    match sin < 0.0 {
-        true => horizon + (horizon - nadir) * sin,
-        false => horizon + (zenith - horizon) * sin,
+    if sin < 0.0 {
+        horizon + (horizon - nadir) * sin
+    } else {
+        horizon + (zenith - horizon) * sin
     }
 }
 

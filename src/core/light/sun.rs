@@ -41,17 +41,15 @@ impl SunLight {
 
     /// Radiance from the unit direction `wi`; zero outside of the disc.
     pub fn radiance(&self, wi: Vec3) -> Spectrum {
-        match self.covers(wi) {
-            true => self.radiance,
-            false => Spectrum::ZERO,
-        }
+        if self.covers(wi) { self.radiance } else { Spectrum::ZERO }
     }
 
     /// Density per solid angle with which the direction `wi` is sampled; 0 outside of the disc.
     pub fn pdf(&self, wi: Vec3) -> f32 {
-        match self.covers(wi) {
-            true => uniform_cap_pdf(self.depth),
-            false => 0.0,
+        if self.covers(wi) {
+            uniform_cap_pdf(self.depth)
+        } else {
+            0.0
         }
     }
 

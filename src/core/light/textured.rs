@@ -245,9 +245,10 @@ impl TexturedTriangle {
             let corners = self.variation.uvs.map(|uv| mapping.st(uv));
             let [low, high] = [Vec2::min, Vec2::max].map(|of| of(of(corners[0], corners[1]), corners[2]));
             let keeps_black = base <= 0.0 && gain >= 0.0;
-            match keeps_black && texture.is_black_within(low, high) {
-                true => 0.0,
-                false => (base + gain * texture.max_value()).max(base).max(0.0),
+            if keeps_black && texture.is_black_within(low, high) {
+                0.0
+            } else {
+                (base + gain * texture.max_value()).max(base).max(0.0)
             }
         };
         let alpha = self.variation.alphas.into_iter().fold(0.0, f32::max);

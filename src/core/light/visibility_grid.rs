@@ -383,11 +383,12 @@ impl VisibilityGrid {
         };
         let entries = grid.map(|grid| grid.distribution(lights, &region, &corrected));
         let mean = self.sky.as_ref().map_or(0.0, |sky| sky.mean_share);
-        let rate = match mean > 0.0 {
+        let rate = if mean > 0.0 {
             // `share` includes the cosine with the normal, whose mean is about 1/2. So twice
             // `share` is about the visible fraction.
-            true => 2.0 * share / mean,
-            false => 0.0,
+            2.0 * share / mean
+        } else {
+            0.0
         };
         Box::new(Table {
             starts,
@@ -411,9 +412,10 @@ impl SkyTable {
     /// own distribution.
     fn factor(&self, bin: usize, row_units: u32, column_units: u32) -> f32 {
         let mass = self.bins.masses()[bin];
-        match mass > 0.0 {
-            true => (row_units as f32 * column_units as f32) * (1.0 / (UNITS as f32 * UNITS as f32)) / mass,
-            false => 0.0,
+        if mass > 0.0 {
+            (row_units as f32 * column_units as f32) * (1.0 / (UNITS as f32 * UNITS as f32)) / mass
+        } else {
+            0.0
         }
     }
 
@@ -423,9 +425,12 @@ impl SkyTable {
         let (rows, columns, bins) = (self.bins.rows(), self.bins.columns(), self.bins.len());
         let visible = &self.visible[cell * bins..][..bins];
         let masses = self.bins.masses();
-        let cosine = |wi: Vec3| match normal == Vec3::ZERO {
-            true => 0.5,
-            false => soft_cosine(wi.dot(normal), NORMAL_SPREAD),
+        let cosine = |wi: Vec3| {
+            if normal == Vec3::ZERO {
+                0.5
+            } else {
+                soft_cosine(wi.dot(normal), NORMAL_SPREAD)
+            }
         };
         let mut arriving = 0.0;
         let seen: Vec<f64> = (masses.iter().zip(self.bins.middles()).zip(visible))
@@ -461,9 +466,10 @@ fn push_units(table: &mut Vec<u16>, weights: &[f64]) {
     let positive = weights.iter().filter(|w| **w > 0.0).count() as u32;
     let (mut sum, mut before) = (0.0, 0);
     for &weight in weights {
-        let shared = match total > 0.0 {
-            true => (sum / total * f64::from(UNITS - positive)).round() as u32,
-            false => 0,
+        let shared = if total > 0.0 {
+            (sum / total * f64::from(UNITS - positive)).round() as u32
+        } else {
+            0
         };
         table.push((before + shared).min(UNITS - 1) as u16);
         sum += weight;

@@ -11,9 +11,10 @@ const MAX_VIEWS: u32 = 6;
 /// Text with the size of a view, to append to the settings of a file; empty if the picture of
 /// `resolution` pixels has one view.
 pub fn view_size_text(resolution: UVec2, view: UVec2) -> String {
-    match view == resolution {
-        true => String::new(),
-        false => format!(" {KEY}={}x{}", view.x, view.y),
+    if view == resolution {
+        String::new()
+    } else {
+        format!(" {KEY}={}x{}", view.x, view.y)
     }
 }
 

@@ -25,16 +25,18 @@ impl Scene {
     /// not absorb light.
     #[inline(always)]
     pub fn body_behind(&self, hit: &Hit) -> u32 {
-        match self.has_absorption {
-            true => self.absorbing_body(self.shape(hit.geom).material.0),
-            false => 0,
+        if self.has_absorption {
+            self.absorbing_body(self.shape(hit.geom).material.0)
+        } else {
+            0
         }
     }
 
     fn absorbing_body(&self, material: u32) -> u32 {
-        match self.absorptions[material as usize].is_black() {
-            true => 0,
-            false => material + 1,
+        if self.absorptions[material as usize].is_black() {
+            0
+        } else {
+            material + 1
         }
     }
 
@@ -53,9 +55,10 @@ impl Scene {
     /// length.
     #[inline(never)]
     pub fn transmittance_along(&self, ray: &Ray) -> Spectrum {
-        match ray.t_max < f32::INFINITY {
-            true => self.transmittance_within([ray.body, 0], ray.t_max * ray.direction.length()),
-            false => Spectrum::ONE,
+        if ray.t_max < f32::INFINITY {
+            self.transmittance_within([ray.body, 0], ray.t_max * ray.direction.length())
+        } else {
+            Spectrum::ONE
         }
     }
 

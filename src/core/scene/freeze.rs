@@ -100,9 +100,10 @@ impl SceneBuilder {
             is_moving: false,
             textures: self.textures,
             texture_filter: self.texture_filter,
-            objects: match self.objects.is_empty() {
-                true => vec![ONLY_OBJECT.into()],
-                false => self.objects,
+            objects: if self.objects.is_empty() {
+                vec![ONLY_OBJECT.into()]
+            } else {
+                self.objects
             },
             parts: self.parts,
             materials: self.materials,
@@ -308,9 +309,10 @@ impl Scene {
         // Store facets only for meshes in world space that do not deform. The facets of other
         // meshes change with the placement or with time
         let prims = 0..mesh.triangles.len() as u32;
-        self.facets.push(match keeps_place {
-            true => prims.map(|prim| mesh.facet(PrimId(prim))).collect(),
-            false => Vec::new(),
+        self.facets.push(if keeps_place {
+            prims.map(|prim| mesh.facet(PrimId(prim))).collect()
+        } else {
+            Vec::new()
         });
         // `make_mut` does not copy the meshes, because no other code shares them yet
         Arc::make_mut(&mut self.meshes).push(mesh);
@@ -425,8 +427,8 @@ impl Scene {
             }
         };
         let placed = |map: Option<Map>| map.map(|Map { texture, mapping }| (texture, mapping));
-        let varied = |prim| match varies_emission(material) {
-            true => {
+        let varied = |prim| {
+            if varies_emission(material) {
                 let variation = Variation {
                     uvs: mesh.corner_uvs(prim).unwrap_or_default(),
                     emission: placed(material.maps.emission),
@@ -435,8 +437,9 @@ impl Scene {
                     alphas: mesh.corner_alphas(prim),
                 };
                 light(prim).varied(variation, &self.textures)
+            } else {
+                light(prim)
             }
-            false => light(prim),
         };
         let lights: Vec<AreaLight> = match shape.numbering {
             LightNumbering::Listed(_) => recognise::parts(mesh)

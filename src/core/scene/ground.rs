@@ -267,12 +267,13 @@ impl Ground {
             ground.finite.clear();
             return Ok(ground);
         }
-        Err(match is_known {
-            false => BuildError::UnknownIrradiance,
-            true => BuildError::TooManyLightsOfGround {
+        Err(if is_known {
+            BuildError::TooManyLightsOfGround {
                 count,
                 max: MAX_FINITE_LIGHTS,
-            },
+            }
+        } else {
+            BuildError::UnknownIrradiance
         })
     }
 

@@ -83,9 +83,10 @@ impl Scene {
     /// Tests if the surface at `hit` is a hull, and if `ray` hits the light inside the hull.
     #[inline(always)]
     pub(crate) fn hull_hit(&self, hit: &Hit, ray: &Ray) -> HullHit {
-        match self.has_lamp_hulls {
-            true => self.at_hull(hit, ray),
-            false => HullHit::NoHull,
+        if self.has_lamp_hulls {
+            self.at_hull(hit, ray)
+        } else {
+            HullHit::NoHull
         }
     }
 

@@ -46,9 +46,10 @@ pub(super) fn unit_of(light: &'static str, key: &'static str, vector: Vec3) -> R
 
 /// Checks that the number `value`, the value of `key` of a light, is finite.
 pub(super) fn check_number(light: &'static str, key: &'static str, value: f32) -> Result<(), BuildError> {
-    match value.is_finite() {
-        true => Ok(()),
-        false => Err(bad_light(light, key, value.to_string(), "must be finite")),
+    if value.is_finite() {
+        Ok(())
+    } else {
+        Err(bad_light(light, key, value.to_string(), "must be finite"))
     }
 }
 

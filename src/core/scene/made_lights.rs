@@ -264,14 +264,15 @@ impl SceneBuilder {
 }
 
 fn check_radius(light: &'static str, radius: f32) -> Result<(), BuildError> {
-    match radius > 0.0 && radius.is_finite() {
-        true => Ok(()),
-        false => Err(bad_light(
+    if radius > 0.0 && radius.is_finite() {
+        Ok(())
+    } else {
+        Err(bad_light(
             light,
             "radius",
             radius.to_string(),
             "must be finite and above 0",
-        )),
+        ))
     }
 }
 
@@ -279,16 +280,15 @@ fn check_radius(light: &'static str, radius: f32) -> Result<(), BuildError> {
 /// of the light's points from `position`.
 fn check_place(light: &'static str, position: Vec3, reach: f32) -> Result<(), BuildError> {
     let farthest = position.abs().max_element() + 2.0 * reach;
-    match position.is_finite() && farthest <= MAX_COORDINATE {
-        true => Ok(()),
-        false => {
-            let value = list(&position.to_array());
-            Err(bad_light(
-                light,
-                "position",
-                value,
-                "must keep the whole light within coordinates of 1e10",
-            ))
-        }
+    if position.is_finite() && farthest <= MAX_COORDINATE {
+        Ok(())
+    } else {
+        let value = list(&position.to_array());
+        Err(bad_light(
+            light,
+            "position",
+            value,
+            "must keep the whole light within coordinates of 1e10",
+        ))
     }
 }

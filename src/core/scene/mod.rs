@@ -447,9 +447,10 @@ impl Scene {
     /// the size, in scene units, of the surface region that the viewer sees as one point.
     pub fn bsdf<'a>(&'a self, hit: &Hit, time: f32, footprint: f32, slot: &'a OnceCell<Bsdf>) -> &'a Bsdf {
         let material = self.material(hit);
-        match material.maps.varies_bsdf() {
-            true => slot.get_or_init(|| material.bsdf_at(&self.spot(hit, time, footprint))),
-            false => &self.bsdfs[self.shape(hit.geom).material.0 as usize],
+        if material.maps.varies_bsdf() {
+            slot.get_or_init(|| material.bsdf_at(&self.spot(hit, time, footprint)))
+        } else {
+            &self.bsdfs[self.shape(hit.geom).material.0 as usize]
         }
     }
 
@@ -469,9 +470,10 @@ impl Scene {
     /// BSDF at a hit. The result is owned if a texture varies the BSDF, else borrowed.
     pub fn bsdf_at(&self, hit: &Hit, time: f32, footprint: f32) -> Cow<'_, Bsdf> {
         let material = self.material(hit);
-        match material.maps.varies_bsdf() {
-            true => Cow::Owned(material.bsdf_at(&self.spot(hit, time, footprint))),
-            false => Cow::Borrowed(&self.bsdfs[self.shape(hit.geom).material.0 as usize]),
+        if material.maps.varies_bsdf() {
+            Cow::Owned(material.bsdf_at(&self.spot(hit, time, footprint)))
+        } else {
+            Cow::Borrowed(&self.bsdfs[self.shape(hit.geom).material.0 as usize])
         }
     }
 

@@ -300,9 +300,10 @@ pub(super) fn check_placement(instance: usize, placement: &Placement, bounds: Bo
 /// object in the error.
 pub(super) fn check_extent(what: &'static str, bounds: Bounds3) -> Result<(), BuildError> {
     let extent = (bounds.max - bounds.min).max_element();
-    match bounds.is_empty() || extent >= MIN_EXTENT {
-        true => Ok(()),
-        false => Err(BuildError::TooSmall { what, extent }),
+    if bounds.is_empty() || extent >= MIN_EXTENT {
+        Ok(())
+    } else {
+        Err(BuildError::TooSmall { what, extent })
     }
 }
 
@@ -314,12 +315,13 @@ pub(super) fn check_reach(instance: usize, placement: &Placement, largest: f32) 
         let growth = [inverse.x_axis, inverse.y_axis, inverse.z_axis].map(Vec3::length);
         2.0 * largest * growth.into_iter().fold(0.0, f32::max)
     };
-    match placement.steps().iter().map(reach).all(|reach| reach <= MAX_REACH) {
-        true => Ok(()),
-        false => Err(BuildError::BadPlacement {
+    if placement.steps().iter().map(reach).all(|reach| reach <= MAX_REACH) {
+        Ok(())
+    } else {
+        Err(BuildError::BadPlacement {
             instance,
             problem: "is scaled down so far that the scene is more than 1e15 units wide in the units of its object",
-        }),
+        })
     }
 }
 

@@ -142,9 +142,10 @@ impl Loader<'_> {
                     return Some(path);
                 }
                 let search = TextureSearch::new(&request.place.file, &self.texture_dirs, obj);
-                let (what, mut help) = match folder.join(&statement.file).is_dir() {
-                    true => ("is a directory", "name a picture file".into()),
-                    false => ("is missing", search.help(&statement.file, &mut self.finder)),
+                let (what, mut help) = if folder.join(&statement.file).is_dir() {
+                    ("is a directory", "name a picture file".into())
+                } else {
+                    ("is missing", search.help(&statement.file, &mut self.finder))
                 };
                 if statement.slot == MapSlot::Diffuse {
                     let offers = self.maps_beside(obj).offers(&[&request.place.file]);
@@ -352,9 +353,10 @@ impl Loader<'_> {
                 let (place, message) = (error.place(), &error.message);
                 // If the system cannot read a file, its contents may be valid: report an error
                 // instead of replacing the texture by a constant
-                let severity = match error.is_unreadable() {
-                    true => Severity::Error,
-                    false => self.file.load.severity_of_lack(),
+                let severity = if error.is_unreadable() {
+                    Severity::Error
+                } else {
+                    self.file.load.severity_of_lack()
                 };
                 let instead = match severity {
                     Severity::Error => "",

@@ -29,15 +29,17 @@ impl Engine<'_> {
         self.set_aovs(&mut settings);
         self.settings = settings;
         if shown.0 != self.shows_groups && !self.has_own_groups {
-            self.edits.groups = match self.shows_groups {
-                true => group_keys(&self.lights, &self.emitting),
-                false => Vec::new(),
+            self.edits.groups = if self.shows_groups {
+                group_keys(&self.lights, &self.emitting)
+            } else {
+                Vec::new()
             };
             return Change::Scene;
         }
-        match self.settings.aovs == before {
-            true => Change::Nothing,
-            false => Change::Picture,
+        if self.settings.aovs == before {
+            Change::Nothing
+        } else {
+            Change::Picture
         }
     }
 

@@ -49,9 +49,10 @@ impl Engine<'_> {
             self.shown.exposure = stops.or_else(|| metered(developed.get_or_insert_with(|| renderer.develop(state))));
         }
         let facts = self.facts(state);
-        let groups = match self.shows_groups && !is_preview {
-            true => renderer.session().scene().light_groups().names(),
-            false => &[],
+        let groups = if self.shows_groups && !is_preview {
+            renderer.session().scene().light_groups().names()
+        } else {
+            &[]
         };
         for channel in &channels {
             let mut facts = facts.clone();

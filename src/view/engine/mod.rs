@@ -211,9 +211,10 @@ impl Observer for Watcher<'_> {
 
     fn should_pause(&self) -> bool {
         let now = Instant::now();
-        match self.is_open.load(Ordering::Relaxed) {
-            true => now >= self.end || self.hub.has_mail(),
-            false => now >= self.end + LONGEST_SLICE,
+        if self.is_open.load(Ordering::Relaxed) {
+            now >= self.end || self.hub.has_mail()
+        } else {
+            now >= self.end + LONGEST_SLICE
         }
     }
 }
@@ -517,9 +518,10 @@ impl<'a> Engine<'a> {
             && had.resolution == wanted.resolution
             && had.seed == wanted.seed
             && taken.unwrap_or(0) <= wanted.samples().end;
-        match same {
-            true => NextStep::More(Box::new(state)),
-            false => NextStep::Picture,
+        if same {
+            NextStep::More(Box::new(state))
+        } else {
+            NextStep::Picture
         }
     }
 
@@ -551,9 +553,10 @@ impl<'a> Engine<'a> {
     /// [`RELOADING`] and the program ends with its last page.
     fn is_over(&mut self) -> bool {
         let (open, ever) = self.hub.pages();
-        self.closed_since = match open == 0 && ever > 0 {
-            true => self.closed_since.or_else(|| Some(Instant::now())),
-            false => None,
+        self.closed_since = if open == 0 && ever > 0 {
+            self.closed_since.or_else(|| Some(Instant::now()))
+        } else {
+            None
         };
         let is_closed = self.closed_since.is_some_and(|since| since.elapsed() >= RELOADING);
         self.host.is_interrupted() || (self.exits_when_closed && is_closed)

@@ -57,9 +57,10 @@ impl Engine<'_> {
     fn preview_size(&self) -> UVec2 {
         let size = self.settings.resolution;
         let pixels = f64::from(size.x) * f64::from(size.y);
-        let factor = match self.rate > 0.0 {
-            true => (pixels / (self.rate * FIRST_SAMPLE)).sqrt().ceil().clamp(1.0, 8.0) as u32,
-            false => FIRST_FACTOR,
+        let factor = if self.rate > 0.0 {
+            (pixels / (self.rate * FIRST_SAMPLE)).sqrt().ceil().clamp(1.0, 8.0) as u32
+        } else {
+            FIRST_FACTOR
         };
         // Each face of a cube map becomes smaller, so that the picture still has six squares
         let view = self.camera.view_size(size);

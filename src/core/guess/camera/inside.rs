@@ -162,9 +162,10 @@ impl CameraFinder<'_> {
             })
             .collect();
         let is_anywhere = floors.at_any(stand.coordinates(floors, self.request.origin));
-        let reason = match is_anywhere {
-            true => "has no floor with room for a camera above it",
-            false => "has no floor",
+        let reason = if is_anywhere {
+            "has no floor with room for a camera above it"
+        } else {
+            "has no floor"
         };
         CameraError::no_place(
             "stand",

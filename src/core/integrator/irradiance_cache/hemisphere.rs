@@ -86,9 +86,10 @@ impl Strata {
                 translational: self.translational(seen),
             },
             distance: count / nearness,
-            effective_rays: match squares > 0.0 {
-                true => ((radiance.luminance() as f64).powi(2) / squares) as f32,
-                false => f32::INFINITY,
+            effective_rays: if squares > 0.0 {
+                ((radiance.luminance() as f64).powi(2) / squares) as f32
+            } else {
+                f32::INFINITY
             },
         }
     }

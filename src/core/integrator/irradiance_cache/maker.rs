@@ -120,10 +120,7 @@ impl<A: Accel> RecordMaker<'_, A> {
     pub fn make<S: Sampler>(&self, place: &RecordSite, sampler: &mut S, out: &mut impl Sink) -> (Option<Record>, u64) {
         let strata = Strata::new(self.rays);
         let frame = Frame::from_z(place.n());
-        let side = match place.side < 0.0 {
-            true => Side::Back,
-            false => Side::Front,
-        };
+        let side = if place.side < 0.0 { Side::Back } else { Side::Front };
 
         // Trace rays in all directions
         let mut dropped = 0;
@@ -175,9 +172,10 @@ impl<A: Accel> RecordMaker<'_, A> {
             n: place.n(),
             radius,
             irradiance: gathered.irradiance,
-            gradients: match steepness > max_steepness {
-                true => gradients.with_translation_scaled(max_steepness / steepness),
-                false => gradients,
+            gradients: if steepness > max_steepness {
+                gradients.with_translation_scaled(max_steepness / steepness)
+            } else {
+                gradients
             },
             effective_rays: gathered.effective_rays,
         };

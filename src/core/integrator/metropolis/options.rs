@@ -84,10 +84,11 @@ pub(crate) struct FilmArea {
 impl FilmArea {
     /// Film area that contributes to the pixels of `world`.
     pub fn of<A>(world: &World<A>) -> Self {
-        let margin = match world.camera.repeats() {
+        let margin = if world.camera.repeats() {
             // Film points outside of the image have the same directions as points inside it.
-            true => 0.0,
-            false => (world.filter.radius() - 0.5).max(0.0),
+            0.0
+        } else {
+            (world.filter.radius() - 0.5).max(0.0)
         };
         Self {
             min: Vec2::splat(-margin),

@@ -161,9 +161,10 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
     type Preparation = Vec<Seed>;
 
     fn preparations(&self) -> u32 {
-        match self.lengths().is_empty() {
-            true => 0,
-            false => self.seeds().div_ceil(SEEDS_AT_ONCE),
+        if self.lengths().is_empty() {
+            0
+        } else {
+            self.seeds().div_ceil(SEEDS_AT_ONCE)
         }
     }
 
@@ -259,9 +260,10 @@ impl<A: Accel> IterationIntegrator for PrimarySpaceIntegrator<'_, A> {
             // ANCHOR: step
             let step = numbers.propose(large_step_probability);
             let mut proposal = self.state(shape, &numbers, out);
-            let acceptance = match current.target > 0.0 {
-                true => (proposal.target / current.target).min(1.0),
-                false => 1.0,
+            let acceptance = if current.target > 0.0 {
+                (proposal.target / current.target).min(1.0)
+            } else {
+                1.0
             };
             current.share += 1.0 - acceptance as f64;
             proposal.share = acceptance as f64;
@@ -364,9 +366,10 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
         let mut target = 0.0;
         for contribution in &state.found {
             let film = contribution.film.unwrap_or_default();
-            match contribution.radiance.is_valid() {
-                true => target += contribution.radiance.luminance() / self.importance.at(film),
-                false => return state,
+            if contribution.radiance.is_valid() {
+                target += contribution.radiance.luminance() / self.importance.at(film);
+            } else {
+                return state;
             }
         }
         // Keep the target at 0 if its reciprocal might be infinite.
@@ -438,9 +441,10 @@ impl<'a, A: Accel> PrimarySpaceIntegrator<'a, A> {
                 });
             }
         };
-        match paths.camera.len() < t && t > 1 {
-            true => connector.escape(&mut paths, &mut keep),
-            false => connector.strategy((s, t), &paths, numbers, out, &mut keep),
+        if paths.camera.len() < t && t > 1 {
+            connector.escape(&mut paths, &mut keep)
+        } else {
+            connector.strategy((s, t), &paths, numbers, out, &mut keep)
         }
     }
 
@@ -501,9 +505,10 @@ mod tests {
                     corner(1.0, 1.0),
                     corner(1.0, -1.0),
                 ],
-                triangles: match emission > 0.0 {
-                    true => vec![[0, 2, 1], [0, 3, 2]],
-                    false => vec![[0, 1, 2], [0, 2, 3]],
+                triangles: if emission > 0.0 {
+                    vec![[0, 2, 1], [0, 3, 2]]
+                } else {
+                    vec![[0, 1, 2], [0, 2, 3]]
                 },
                 ..Mesh::default()
             };

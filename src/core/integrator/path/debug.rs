@@ -90,10 +90,13 @@ impl<A: Accel> Integrator for DebugIntegrator<'_, A> {
             DebugView::Depth => Spectrum::splat(self.nearness(vertex.point.p, vertex.point.time)),
             DebugView::Wireframe if self.is_on_edge(&hit, &vertex) => Spectrum::ZERO,
             DebugView::Wireframe => Spectrum::splat(lit(&vertex)),
-            DebugView::Facing => match vertex.point.ng.dot(vertex.frame.to_world(vertex.wo)) >= 0.0 {
-                true => Spectrum::rgb(0.1, 0.3, 1.0) * lit(&vertex),
-                false => Spectrum::rgb(1.0, 0.15, 0.1) * lit(&vertex),
-            },
+            DebugView::Facing => {
+                if vertex.point.ng.dot(vertex.frame.to_world(vertex.wo)) >= 0.0 {
+                    Spectrum::rgb(0.1, 0.3, 1.0) * lit(&vertex)
+                } else {
+                    Spectrum::rgb(1.0, 0.15, 0.1) * lit(&vertex)
+                }
+            }
             DebugView::LightCount => {
                 let max = 1.0 + scene.lights().len() as f32;
                 scale(1.0 + self.arriving_lights(&vertex, sampler, out) as f32, max)

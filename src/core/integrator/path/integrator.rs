@@ -247,9 +247,10 @@ impl<'s, S: Sampler> PathNumbers<'s, S> {
     pub fn vertex(self, depth: u32, roulette: Roulette) -> VertexNumbers<'s, S> {
         let sampler = self.sampler;
         if depth == 0 {
-            let decisions = match roulette.depth > 0 {
-                true => Vec2::ZERO,
-                false => sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions)),
+            let decisions = if roulette.depth > 0 {
+                Vec2::ZERO
+            } else {
+                sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions))
             };
             return VertexNumbers {
                 numbers: self,

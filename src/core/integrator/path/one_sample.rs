@@ -44,9 +44,10 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
 
             // Choose direct or indirect light at random. Choose indirect light for delta lobes, for
             // which lights cannot be sampled
-            let probability = match vertex.bsdf.is_delta() {
-                true => 0.0,
-                false => self.direct_probability,
+            let probability = if vertex.bsdf.is_delta() {
+                0.0
+            } else {
+                self.direct_probability
             };
             let decisions = sampler.get_2d(Dimension::bounce(depth, Bounce::Decisions));
             if decisions.y < probability {

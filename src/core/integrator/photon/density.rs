@@ -86,9 +86,10 @@ impl<'v> Density<'v> {
     // ANCHOR: radiance
     pub fn radiance(self, paths: u32, squared: f32) -> (LightSum, f32) {
         let density = 1.0 / (PI * squared * paths as f32);
-        match density.is_finite() {
-            true => (self.sum, density),
-            false => (LightSum::default(), 0.0),
+        if density.is_finite() {
+            (self.sum, density)
+        } else {
+            (LightSum::default(), 0.0)
         }
     }
     // ANCHOR_END: radiance

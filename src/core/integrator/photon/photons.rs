@@ -101,9 +101,10 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
     /// surfaces or lights move there are several slices, so that the photons of a slice lie on
     /// their surfaces.
     pub fn slices(&self, paths: u32) -> u32 {
-        match self.world.scene.is_moving() {
-            true => (paths / MIN_PATHS_OF_A_SLICE).clamp(1, MAX_SLICES),
-            false => 1,
+        if self.world.scene.is_moving() {
+            (paths / MIN_PATHS_OF_A_SLICE).clamp(1, MAX_SLICES)
+        } else {
+            1
         }
     }
 

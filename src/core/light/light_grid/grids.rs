@@ -75,9 +75,10 @@ impl Grids {
         let mut counts = vec![0; self.cells_of_level()];
         places.iter().for_each(|(cell, _)| counts[*cell] += 1);
         let around = self.sums_around(&counts);
-        match around.iter().any(|&count| count > PLACES) {
-            true => around.iter().map(|&count| count > PLACES).collect(),
-            false => Vec::new(),
+        if around.iter().any(|&count| count > PLACES) {
+            around.iter().map(|&count| count > PLACES).collect()
+        } else {
+            Vec::new()
         }
     }
 

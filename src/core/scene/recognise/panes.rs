@@ -126,9 +126,10 @@ impl FlatPanes {
             .is_clear
             .entry(material)
             .or_insert_with(|| materials.get(material.0 as usize).is_some_and(is_clear_glass));
-        let panes = match *is_clear && !mesh.deforms() {
-            true => panes_of(&mesh, max_thickness),
-            false => Vec::new(),
+        let panes = if *is_clear && !mesh.deforms() {
+            panes_of(&mesh, max_thickness)
+        } else {
+            Vec::new()
         };
         if panes.is_empty() {
             return vec![(mesh, material)];
@@ -214,9 +215,10 @@ fn panes_of(mesh: &Mesh, max_thickness: f64) -> Vec<Pane> {
 fn component(mesh: &Mesh, (triangles, welded): (&[u32], &[u32]), max_thickness: f64) -> Component {
     let areas: Vec<DVec3> = triangles.iter().map(|&t| area_vector(mesh, t)).collect();
     let largest = areas.iter().fold(DVec3::ZERO, |largest, &area| {
-        match area.length_squared() > largest.length_squared() {
-            true => area,
-            false => largest,
+        if area.length_squared() > largest.length_squared() {
+            area
+        } else {
+            largest
         }
     });
     let Some(n) = largest.try_normalize() else {
@@ -234,9 +236,10 @@ fn component(mesh: &Mesh, (triangles, welded): (&[u32], &[u32]), max_thickness: 
     let front = Face::new(mesh, front, n);
     if front.triangles.len() == triangles.len() {
         let is_flat = front.offsets[1] - front.offsets[0] <= MAX_UNEVENNESS * max_thickness;
-        return match is_flat && front.has_its_normals(mesh) {
-            true => Component::Face(front),
-            false => Component::Other,
+        return if is_flat && front.has_its_normals(mesh) {
+            Component::Face(front)
+        } else {
+            Component::Other
         };
     }
     let back = Face::new(mesh, back, -n);

@@ -34,12 +34,11 @@ impl<'a> SampledLight<'a> {
     pub fn vertex(&self) -> PathVertex<'a> {
         let light = &self.scene.lights()[self.id.0 as usize];
         let (sample, is_infinite) = (&self.sample, self.sample.target.is_none());
-        let ng = match is_infinite {
-            true => -sample.wi,
-            false => {
-                let q = sample.target.unwrap_or(Vec3::ZERO);
-                light.normal(q, self.time).unwrap_or(Vec3::ZERO)
-            }
+        let ng = if is_infinite {
+            -sample.wi
+        } else {
+            let q = sample.target.unwrap_or(Vec3::ZERO);
+            light.normal(q, self.time).unwrap_or(Vec3::ZERO)
         };
         let [start, _] = emission_pdfs(self.scene, (self.id, is_infinite), ng, -sample.wi, self.time);
         let end = LightEnd {

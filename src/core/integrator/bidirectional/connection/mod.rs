@@ -220,9 +220,10 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         let first = PathRay {
             ray: Ray::new(emission.origin, emission.w).when(time),
             beta: emission.weight() * (1.0 / pmf),
-            pdf: match emission.is_infinite {
-                true => emission.pdf_position,
-                false => emission.pdf_direction,
+            pdf: if emission.is_infinite {
+                emission.pdf_position
+            } else {
+                emission.pdf_direction
             },
         };
         path_record::start(&first.ray, Some(id), first.beta, out);
@@ -545,9 +546,10 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
 
     /// Samples a point of the lens for a light subpath of `s` vertices.
     fn lens_point(&self, s: usize, time: f32, sampler: &impl Sampler) -> LensPoint {
-        let u = match self.world.camera.has_lens() {
-            true => sampler.get_2d(Dimension::LENS.nth(s as u32)),
-            false => Vec2::ZERO,
+        let u = if self.world.camera.has_lens() {
+            sampler.get_2d(Dimension::LENS.nth(s as u32))
+        } else {
+            Vec2::ZERO
         };
         self.world.camera.lens_point(u, time)
     }

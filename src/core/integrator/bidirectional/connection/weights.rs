@@ -121,9 +121,10 @@ impl<A: Accel> Connector<'_, '_, A> {
                     if s == 2 {
                         others *= self.raised(densities.direct, next.forward);
                     }
-                    let merges = match is_merged && other.is_delta {
-                        true => 0.0,
-                        false => self.merges_at_end(other, other.forward, time),
+                    let merges = if is_merged && other.is_delta {
+                        0.0
+                    } else {
+                        self.merges_at_end(other, other.forward, time)
                     };
                     others + merges + self.beyond(densities.next, next.forward, next.others)
                 }
@@ -212,9 +213,10 @@ impl<A: Accel> Connector<'_, '_, A> {
         let [own, onwards] = emission_pdfs(scene, (light_hit.light, end.is_infinite()), end.ng, w, time);
         ConnectionDensities {
             end: scene.emission_selection().pmf(light_hit.light) * own,
-            previous: match previous.is_one_way {
-                true => 0.0,
-                false => end.density_at(onwards, previous),
+            previous: if previous.is_one_way {
+                0.0
+            } else {
+                end.density_at(onwards, previous)
             },
             // Lights are not sampled for the lens of a camera with parallel rays.
             direct: if previous.is_infinite() { 0.0 } else { light_hit.direct },
@@ -274,20 +276,21 @@ impl<A: Accel> Connector<'_, '_, A> {
     /// Density of merging at the vertex `at`, relative to a connection of `at` with its neighbour
     /// on the light's side. `from_light` is the density of `at` from the light.
     fn merges(&self, at: &PathVertex, from_light: f32, time: f32) -> f64 {
-        match at.is_delta {
-            true => 0.0,
-            false => self.merges_at_end(at, from_light, time),
+        if at.is_delta {
+            0.0
+        } else {
+            self.merges_at_end(at, from_light, time)
         }
     }
 
     /// [`Connector::merges`] for the last vertex of a subpath, at which no delta lobe was sampled.
     fn merges_at_end(&self, at: &PathVertex, from_light: f32, time: f32) -> f64 {
         let Some(merging) = &self.merging else { return 0.0 };
-        match at.surface().is_some_and(|surface| !surface.bsdf.is_delta()) {
-            true => self
-                .heuristic
-                .raised(merging.acceptance(at.p, time) * from_light as f64),
-            false => 0.0,
+        if at.surface().is_some_and(|surface| !surface.bsdf.is_delta()) {
+            self.heuristic
+                .raised(merging.acceptance(at.p, time) * from_light as f64)
+        } else {
+            0.0
         }
     }
 

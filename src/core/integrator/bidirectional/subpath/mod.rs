@@ -68,9 +68,10 @@ pub(crate) fn emission_pdfs(
     time: f32,
 ) -> [f32; 2] {
     let [position, direction] = scene.lights()[id.0 as usize].emission_pdfs(ng, w, time, &scene.ball());
-    match is_infinite {
-        true => [direction, position],
-        false => [position, direction],
+    if is_infinite {
+        [direction, position]
+    } else {
+        [position, direction]
     }
 }
 
@@ -168,9 +169,10 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
             path[before + 1].is_delta = next.is_delta;
             path[before + 1].event = next.event;
             path[before + 1].is_one_way = next.is_one_way;
-            path[before].reverse = match path[before].is_one_way {
-                true => 0.0,
-                false => path[before + 1].density_at(next.reverse_pdf, &path[before]),
+            path[before].reverse = if path[before].is_one_way {
+                0.0
+            } else {
+                path[before + 1].density_at(next.reverse_pdf, &path[before])
             };
             beta *= next.weight;
             roulette_scale *= next.eta * next.eta;

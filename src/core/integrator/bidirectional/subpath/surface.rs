@@ -121,9 +121,10 @@ impl<'a> Surface<'a> {
     /// [`Surface::scattered`] for light of a light path that arrives from the direction `wi`.
     /// Returns 0 if only a camera path can continue in that direction ([`Surface::is_one_way`]).
     pub fn scattered_arrival(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
-        match self.is_one_way(wo, wi) {
-            true => Spectrum::ZERO,
-            false => self.scattered(scene, wo, wi),
+        if self.is_one_way(wo, wi) {
+            Spectrum::ZERO
+        } else {
+            self.scattered(scene, wo, wi)
         }
     }
 
@@ -131,9 +132,10 @@ impl<'a> Surface<'a> {
     /// weight of the lobe. The light comes from the direction `wi` and leaves in the direction
     /// `wo`. Returns 0 if a camera path cannot go in the reverse direction.
     pub fn adjoint_delta(&self, wo: Vec3, wi: Vec3) -> f32 {
-        match self.is_sample_one_way(wo, wi, true) {
-            true => 0.0,
-            false => self.point.adjoint_factor(wi, wo),
+        if self.is_sample_one_way(wo, wi, true) {
+            0.0
+        } else {
+            self.point.adjoint_factor(wi, wo)
         }
     }
 
@@ -230,12 +232,13 @@ impl<'a> Surface<'a> {
             false => u_lobe,
         };
         let sample = self.bsdf.sample(local, u_lobe, u, TransportMode::Importance)?;
-        match share > 0.0 && !sample.is_delta() {
-            true => Some(BsdfSample {
+        if share > 0.0 && !sample.is_delta() {
+            Some(BsdfSample {
                 pdf: self.pdf_from_light(wi, self.frame.to_world(sample.wi)),
                 ..sample
-            }),
-            false => Some(sample),
+            })
+        } else {
+            Some(sample)
         }
     }
 
@@ -247,9 +250,10 @@ impl<'a> Surface<'a> {
     /// misses. This choice limits both the number of badly sampled paths and the weights of the few
     /// paths in the missed directions.
     fn facet_share(&self) -> f32 {
-        match self.is_detailed {
-            true => 0.5 * (1.0 - self.point.ns.dot(self.point.ng)).clamp(0.0, 1.0).sqrt(),
-            false => 0.0,
+        if self.is_detailed {
+            0.5 * (1.0 - self.point.ns.dot(self.point.ng)).clamp(0.0, 1.0).sqrt()
+        } else {
+            0.0
         }
     }
 
@@ -283,9 +287,10 @@ impl<'a> Surface<'a> {
     /// hit the surface with this probability, although the two hits are one vertex of the path.
     /// This factor removes one of the two probabilities.
     pub fn over_opacity(&self, scene: &Scene) -> f32 {
-        match scene.lets_light_pass() {
-            true => 1.0 / scene.stopping_share(&self.hit),
-            false => 1.0,
+        if scene.lets_light_pass() {
+            1.0 / scene.stopping_share(&self.hit)
+        } else {
+            1.0
         }
     }
 
@@ -325,9 +330,10 @@ impl<'a> Surface<'a> {
     /// normal, so that both directions of a path have the same measure (Veach 1997, §5.3).
     pub fn adjoint_throughput(&self, scene: &Scene, wo: Vec3, wi: Vec3) -> Spectrum {
         let factor = 1.0 / wi.dot(self.point.ng).abs();
-        match factor.is_finite() {
-            true => self.scattered_arrival(scene, wo, wi) * factor,
-            false => Spectrum::ZERO,
+        if factor.is_finite() {
+            self.scattered_arrival(scene, wo, wi) * factor
+        } else {
+            Spectrum::ZERO
         }
     }
 }

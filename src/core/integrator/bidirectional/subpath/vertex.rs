@@ -87,9 +87,10 @@ impl<'a> PathVertex<'a> {
     /// The first vertex of a light path, at the origin of `emission`. The light `id` was chosen
     /// with probability `pmf`.
     pub fn light(id: LightId, pmf: f32, emission: &Emission) -> Self {
-        let pdf = match emission.is_infinite {
-            true => emission.pdf_direction,
-            false => emission.pdf_position,
+        let pdf = if emission.is_infinite {
+            emission.pdf_direction
+        } else {
+            emission.pdf_position
         };
         Self {
             kind: VertexKind::Light(LightEnd {
@@ -179,9 +180,10 @@ impl<'a> PathVertex<'a> {
             return pdf;
         }
         let d = to.p - self.p;
-        let (w, squared) = match self.is_infinite() {
-            true => (self.ng, 1.0),
-            false => (d.normalize_or_zero(), d.length_squared()),
+        let (w, squared) = if self.is_infinite() {
+            (self.ng, 1.0)
+        } else {
+            (d.normalize_or_zero(), d.length_squared())
         };
         pdf * to.cosine(w).abs() / squared
     }

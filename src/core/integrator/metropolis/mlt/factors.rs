@@ -40,9 +40,10 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
             VertexKind::Light(source) => self.factors_of_light(at, source, before?, time),
             VertexKind::Surface(surface) => {
                 let (wo, wi) = (at.direction_to(before?), at.direction_to(after[0]?));
-                let factors = match at.is_delta {
-                    true => self.factors_of_delta(surface, wo, wi)?,
-                    false => self.factors_of_surface(surface, wo, wi),
+                let factors = if at.is_delta {
+                    self.factors_of_delta(surface, wo, wi)?
+                } else {
+                    self.factors_of_surface(surface, wo, wi)
                 };
                 Some(Factors {
                     geometry_term,

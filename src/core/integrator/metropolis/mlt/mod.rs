@@ -230,9 +230,10 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
 
     fn preparations(&self) -> u32 {
         let space = self.space();
-        match space.min_vertices <= space.max_vertices {
-            true => self.seeds().div_ceil(SEEDS_AT_ONCE),
-            false => 0,
+        if space.min_vertices <= space.max_vertices {
+            self.seeds().div_ceil(SEEDS_AT_ONCE)
+        } else {
+            0
         }
     }
 

@@ -105,9 +105,10 @@ impl<'a> Subpath<'a> {
         for i in n.saturating_sub(3)..n {
             let at = |i: Option<usize>| i.and_then(|i| self.vertices.get(i));
             let [back, onwards] = [[i.checked_sub(1), i.checked_sub(2)], [Some(i + 1), Some(i + 2)]];
-            let (before, after) = match is_from_light {
-                true => (at(onwards[0]), back.map(at)),
-                false => (at(back[0]), onwards.map(at)),
+            let (before, after) = if is_from_light {
+                (at(onwards[0]), back.map(at))
+            } else {
+                (at(back[0]), onwards.map(at))
             };
             if let Some(factors) = space.factors(&self.vertices[i], before, after, time) {
                 self.vertices[i].factors = factors;

@@ -151,9 +151,10 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             if is_same_point(path, &hit) {
                 return None;
             }
-            let next = match left == 0 && to_light {
-                true => self.light_at(hit, &ray, numbers.next())?,
-                false => hit?,
+            let next = if left == 0 && to_light {
+                self.light_at(hit, &ray, numbers.next())?
+            } else {
+                hit?
             };
             self.note_through(path, &next, sample.time, out);
             path.push(next);
@@ -280,9 +281,10 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         time: f32,
         out: &mut impl RaySink,
     ) -> Transmittance {
-        match self.world.scene.lets_light_pass() || self.world.scene.has_absorption() {
-            true => self.visibility((before, a), b, time, out),
-            false => Transmittance::CLEAR,
+        if self.world.scene.lets_light_pass() || self.world.scene.has_absorption() {
+            self.visibility((before, a), b, time, out)
+        } else {
+            Transmittance::CLEAR
         }
     }
 
@@ -307,9 +309,10 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     ) -> Transmittance {
         let w = a.direction_to(b);
         let origin = a.origin_towards_light(self.world, before, w);
-        let ray = match b.is_infinite() {
-            true => Ray::new(origin, w),
-            false => segment(origin, b.origin_towards_camera(-w)),
+        let ray = if b.is_infinite() {
+            Ray::new(origin, w)
+        } else {
+            segment(origin, b.origin_towards_camera(-w))
         };
         let body = |vertex: &Vertex, w| vertex.surface().map_or(0, |surface| surface.body_towards(w));
         let body = match body(a, w) {

@@ -171,12 +171,11 @@ impl<'f, 'v> FirstVertices<'f, 'v> {
             pdf[i] = if self.wo_z[i] * cos[i] > 0.0 { density } else { 0.0 };
         }
         (connections.w, connections.cos, connections.geometry, connections.pdf) = (w, cos, geometry, pdf);
-        match self.others.contains(&true) {
-            false => connections.finish(&self.beta_f),
-            true => {
-                let beta_f = self.eval_others(connections);
-                connections.finish(&beta_f);
-            }
+        if self.others.contains(&true) {
+            let beta_f = self.eval_others(connections);
+            connections.finish(&beta_f);
+        } else {
+            connections.finish(&self.beta_f)
         }
     }
 

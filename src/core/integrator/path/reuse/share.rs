@@ -170,9 +170,10 @@ impl<'v> End<'v> {
                 ViewerValues::Alike(f) => *f,
                 ViewerValues::Each(f) => f[i],
             };
-            let (before, events) = match out.separates_paths() {
-                true => viewers.events(self, work, i, wi),
-                false => (self.depth, Vec::new()),
+            let (before, events) = if out.separates_paths() {
+                viewers.events(self, work, i, wi)
+            } else {
+                (self.depth, Vec::new())
             };
             let events: Vec<ScatteringEvent> = events.into_iter().chain(light.events.iter().copied()).collect();
             out.part(FoundLight {
@@ -233,11 +234,12 @@ impl<'v> End<'v> {
         u: &VertexNumbers<S>,
     ) -> Option<(BsdfSample, f32, PathState)> {
         let eta = sample.eta * sample.eta;
-        let scale = match sample.is_delta() {
-            true => self.beta * self.roulette_scale * eta,
+        let scale = if sample.is_delta() {
+            self.beta * self.roulette_scale * eta
+        } else {
             // Roulette uses the throughput of the pixel that traces the path, with a minimum for
             // dark pixels.
-            false => self.roulette_scale * (self.beta.max_component().max(MIN_SHARED_BETA) * eta),
+            self.roulette_scale * (self.beta.max_component().max(MIN_SHARED_BETA) * eta)
         };
         let factor = path.roulette.play(self.depth, sample.weight * scale, u.roulette)?;
         let next = PathState {
@@ -284,9 +286,10 @@ impl<A: Accel> PathIntegrator<'_, A> {
         light: LightSum,
         out: &mut impl Sink,
     ) -> LightSum {
-        match self.finds_emission(path, traced) {
-            true => self.with_emission((path, traced), pdf, light, out),
-            false => light,
+        if self.finds_emission(path, traced) {
+            self.with_emission((path, traced), pdf, light, out)
+        } else {
+            light
         }
     }
 

@@ -6,7 +6,6 @@ use crate::camera::cube_faces;
 use crate::files::Output;
 use crate::film::Rect;
 use crate::io::FileError;
-use crate::math::UVec2;
 use crate::session::{Parts, Settings, all_threads, thread_pool};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -27,7 +26,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
     let mut outputs = Outputs::default();
     let images = outputs.prepare_images(&args.output, finish.tone, &args.exr.format()?)?;
     let size = parts.resolution();
-    let is_cube = cube_faces(size).is_some_and(|(side, _)| parts.view_size() == UVec2::splat(side));
+    let is_cube = cube_faces(size).is_some_and(|(side, _)| parts.view_size().to_array() == [side; 2]);
     if images.has_faces() && !is_cube {
         let help = "give a name without the placeholder, or merge parts of `render --projection cubemap`";
         return Err(face_error("the parts belong to no cube map", help));

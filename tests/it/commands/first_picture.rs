@@ -455,7 +455,7 @@ fn black_image_has_a_reason() {
     let folder = folder(&[
         (
             "m.mtl",
-            "newmtl grey\nKd 0.5 0.5 0.5\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\nnewmtl none\nKd 0.5 0.5 0.5\nnewmtl black\nKd 0 0 0\n",
+            "newmtl grey\nKd 0.5 0.5 0.5\nnewmtl lamp\nKd 0 0 0\nKe 5 5 5\nnewmtl none\nKd 0.5 0.5 0.5\n",
         ),
         (
             "bulb.obj",
@@ -466,7 +466,6 @@ fn black_image_has_a_reason() {
             &format!("mtllib m.mtl\n{cube}usemtl lamp\n{outwards}{floor}"),
         ),
         ("none.obj", &format!("mtllib m.mtl\n{cube}usemtl none\n{outwards}")),
-        ("black.obj", &format!("mtllib m.mtl\n{cube}usemtl black\n{outwards}")),
     ]);
     let at = folder.path();
     let scene = |name: &str, camera: &str, light: &str| {
@@ -479,14 +478,15 @@ fn black_image_has_a_reason() {
     };
     let white = "[[light]]\ntype = \"constant\"\nradiance = [1, 1, 1]\n";
     let invisible = format!("{white}[patch.none]\nopacity = 0\n");
+    let black = format!("{white}[patch.none]\ndiffuse = 0\n");
     let far = "position = [0, 3, 12]\nlook_at = [0, -1, 0]";
     for (name, camera, light, reason) in [
         ("bulb", far, "", "the lamps face inwards"),
         ("none", far, &invisible, "all surfaces are invisible"),
         (
-            "black",
+            "none",
             far,
-            white,
+            &black,
             "no light reaches the surfaces that the camera sees",
         ),
         (
@@ -511,7 +511,7 @@ fn black_image_has_a_reason() {
         said.contains("the picture is nearly black: the lamps face inwards") && !said.contains("is brighter"),
         "{said}"
     );
-    let said = scene("black", far, faint);
+    let said = scene("none", far, &format!("{faint}[patch.none]\ndiffuse = 0\n"));
     assert!(!said.contains("nearly black"), "{said}");
     let said = scene("shown", far, "");
     assert!(

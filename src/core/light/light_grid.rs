@@ -13,11 +13,11 @@
 //! power. A table needs one binary search.
 //!
 //! A cell with many lights around it is larger than the distance between lights. One table cannot
-//! describe the light at all points of such a cell. There the hierarchy itself is descended: at each
-//! node, one of the two children is chosen by its estimated irradiance at the receiving point (Conty
-//! and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting"). The descent
-//! ends at a node that is small as seen from the point. In this node, a light is chosen by power.
-//! `Node::irradiance_at` has the estimate.
+//! describe the light at all points of such a cell. There the hierarchy itself is descended: at
+//! each node, one of the two children is chosen by its estimated irradiance at the receiving point
+//! (Conty and Kulla 2018, "Importance Sampling of Many Lights with Adaptive Tree Splitting"). The
+//! descent ends at a node that is small as seen from the point. In this node, a light is chosen by
+//! power. `Node::irradiance_at` has the estimate.
 //!
 //! 2 % of the choices are made by power, independent of the estimates, and each cluster has a
 //! probability of at least 2⁻²⁰. So every light can be sampled. docs/notebook/2026-11.md, "By

@@ -254,14 +254,14 @@ impl LightTree {
 }
 
 impl Node {
-    /// Ratio of the radius of the bounding box to its distance from `p`.
+    /// Squared ratio of the radius of the bounding box to its distance from `p`.
     pub fn angle_squared(&self, p: Vec3) -> f32 {
         let half = 0.5 * (self.bounds.max - self.bounds.min);
         half.length_squared() / self.bounds.center().distance_squared(p)
     }
 
-    /// Estimate of the irradiance at the point `p` with the normal `n`, up to a constant factor. The
-    /// normal is zero if both sides of the surface receive light.
+    /// Estimate of the irradiance at the point `p` with the normal `n`, up to a constant factor.
+    /// The normal is zero if both sides of the surface receive light.
     ///
     /// The estimate supposes that the lights are spread over a plane ring around `p`, from the
     /// smallest to the largest distance of the bounding box. With distance r, the cosine at the

@@ -61,8 +61,8 @@ impl Grids {
         }
     }
 
-    /// Returns, for each cell of the innermost grid, whether many of the `lights` are in the cell or
-    /// around it. The result is empty if this is so for no cell. Lights in one place, such as the
+    /// For each cell of the innermost grid, true if many of the `lights` are in the cell or around
+    /// it. The result is empty if this is so for no cell. Lights in one place, such as the
     /// triangles of a lamp, count once.
     pub fn dense_cells(&self, lights: &[Vec3]) -> Vec<bool> {
         let inner = lights.iter().map(|&p| self.place(p)).filter(|(level, ..)| *level == 0);

@@ -280,7 +280,7 @@ impl Node {
         let received = if n == Vec3::ZERO { f32::INFINITY } else { height(n) };
         let emitted = height(-self.source.axis) + self.source.spread * b;
         let (h, g) = (received.min(emitted), received.max(emitted));
-        if !(h > 0.0) {
+        if h.is_nan() || h <= 0.0 {
             return 0.0;
         }
         // Integrate min(1, h/r) min(1, g/r) / r over r from a to b, piece by piece

@@ -286,7 +286,7 @@ fn every_integrator_finds_shaped_lamps() {
     }
     let text = printed(&done(folder.path(), &split("info s.toml")));
     assert!(
-        text.contains("sphere light: 1 light, area 2.01062, power 18.9496 (80.0 % of the lamps)"),
+        text.contains("sphere light: 1 light, area 2.010619, power 18.94964 (80.0 % of the lamps)"),
         "{text}"
     );
     let check = printed(&done(folder.path(), &split("check s.toml")));

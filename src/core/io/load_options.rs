@@ -241,6 +241,11 @@ impl LoadOptions {
         }
     }
 
+    /// Returns true if files are read literally, without corrections of exporters' mistakes.
+    pub fn is_literal(&self) -> bool {
+        self.strict || self.parameters.mtl_dialect() == MtlDialect::Spec
+    }
+
     /// Severity of a missing or unusable file, and of a wrong statement, if a render is possible
     /// without it.
     pub fn severity_of_lack(&self) -> Severity {

@@ -195,6 +195,7 @@ impl LightGrid {
         pmf().unwrap_or(0.0)
     }
 
+    /// Choice of a light of a cluster for the receiving point `context`.
     fn descent(&self, context: &LightSampleContext) -> Descent<'_> {
         Descent {
             nodes: self.tree.nodes(),
@@ -392,9 +393,10 @@ impl Descent<'_> {
     fn first_share(&self, index: usize) -> f64 {
         let [first, second] = [index + 1, self.nodes[index].second as usize].map(|child| &self.nodes[child]);
         let [a, b] = [first, second].map(|node| f64::from(node.irradiance_at(self.context.p, self.context.n)));
-        if a + b > 0.0 {
+        if a + b > 0.0 && (a + b).is_finite() {
             a / (a + b)
         } else {
+            // The point is at a light, or no light is above its surface
             let [a, b] = [first, second].map(|node| power_of(self.power_before, node.first, node.count));
             a / (a + b)
         }

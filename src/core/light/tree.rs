@@ -271,33 +271,35 @@ impl Node {
     /// it, the variance grows with the size of the hierarchy.
     pub fn irradiance_at(&self, p: Vec3, n: Vec3) -> f32 {
         let Bounds3 { min, max } = self.bounds;
-        let squared_max = (p - min).abs().max((p - max).abs()).length_squared();
-        let b = squared_max.sqrt();
-        let a = (p.clamp(min, max) - p).length().clamp(b * NEAREST, b * FARTHEST);
-        let (middle, half) = (0.5 * (min + max) - p, 0.5 * (max - min));
+        let farthest = (p - min).abs().max((p - max).abs()).length();
+        // Lengths are fractions of the largest distance, so squares neither overflow nor vanish
+        let scale = 1.0 / farthest;
+        let nearest = scale * (p.clamp(min, max) - p).length();
+        let a = nearest.clamp(NEAREST, FARTHEST);
+        let (middle, half) = (scale * (0.5 * (min + max) - p), scale * (0.5 * (max - min)));
         // Largest distance of the box from the plane through `p` with the normal `axis`
         let height = |axis: Vec3| middle.dot(axis) + half.dot(axis.abs());
         let received = if n == Vec3::ZERO { f32::INFINITY } else { height(n) };
-        let emitted = height(-self.source.axis) + self.source.spread * b;
+        let emitted = height(-self.source.axis) + self.source.spread;
         let (h, g) = (received.min(emitted), received.max(emitted));
         if h.is_nan() || h <= 0.0 {
             return 0.0;
         }
-        // Integrate min(1, h/r) min(1, g/r) / r over r from a to b, piece by piece
+        // Integrate min(1, h/r) min(1, g/r) / r over r from a to 1, piece by piece
         let mut sum = 0.0;
-        let (from, to) = (a, b.min(h));
+        let (from, to) = (a, h.min(1.0));
         if to > from {
             sum += logarithm(to) - logarithm(from);
         }
-        let (from, to) = (a.max(h), b.min(g));
+        let (from, to) = (a.max(h), g.min(1.0));
         if to > from {
             sum += h * (to - from) / (from * to);
         }
         let from = a.max(g);
-        if b > from {
-            sum += 0.5 * h * g * (b - from) * (b + from) / (from * from * squared_max);
+        if from < 1.0 {
+            sum += 0.5 * h * g * (1.0 / (from * from) - 1.0);
         }
-        self.source.intensity * sum / ((b - a) * (b + a))
+        self.source.intensity * sum * scale * scale / (1.0 - a * a)
     }
 }
 

@@ -2,6 +2,8 @@
 //! material is used.
 
 use super::beside::offer_in_words;
+use super::library_mistakes::add_cut_out;
+use super::unmapped::has_textures;
 use super::{DEFAULT_MATERIAL, Loader, MaterialSource, UsedMaterial};
 use crate::color::Spectrum;
 use crate::description::light_group_section::idle_members;
@@ -10,10 +12,9 @@ use crate::description::obj::{Group, ObjFile};
 use crate::description::unknown_key::nearest_names;
 use crate::description::{FileError, Finding, Position, SceneFile, Severity};
 use crate::geometry::Mesh;
-use crate::io::{MapsByName, MtlDialect};
-use crate::material::{Material, MaterialId};
+use crate::io::MapsByName;
+use crate::material::MaterialId;
 use crate::math::excerpt_of_name;
-use crate::texture::Channel;
 use std::collections::{BTreeSet, HashSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -22,13 +23,6 @@ use toml::Spanned;
 /// Maximum number of unused materials that are named in warnings. Further materials are only
 /// counted.
 const MAX_NAMED: usize = 100;
-
-/// Returns true if a material without textures reflects, transmits and emits no light.
-fn is_black(material: &Material) -> bool {
-    let has_base = !material.diffuse.is_black() || !material.specular.is_black();
-    let has_layers = material.clearcoat > 0.0 || !material.sheen.is_black();
-    !has_base && !has_layers && !material.emits_or_transmits()
-}
 
 impl Loader<'_> {
     /// Material with the name of the group. It is searched in the scene file, then in the libraries
@@ -111,16 +105,15 @@ impl Loader<'_> {
                 });
             undefined.materials.push((name.clone(), group.line));
         }
-        if is_file && !self.file.load.strict && self.file.load.parameters.mtl_dialect() != MtlDialect::Spec {
+        if is_file && !self.file.load.is_literal() {
             self.leave_out_color_as_opacity(&mut found);
             add_cut_out(&mut found);
         }
         let mut found = self.patched(found, &used.parts);
         if is_file && names_maps {
-            let is_literal = self.file.load.strict || self.file.load.parameters.mtl_dialect() == MtlDialect::Spec;
             let untextured = self.untextured.entry(path.to_path_buf());
             let untextured = untextured.or_insert_with(|| UntexturedMaterials {
-                has_one_color: !is_literal && has_one_color(obj),
+                has_one_color: !self.file.load.is_literal() && has_one_color(obj),
                 ..UntexturedMaterials::default()
             });
             untextured.has_texture |= !found.maps.is_empty();
@@ -130,13 +123,7 @@ impl Loader<'_> {
         // Without textures, the material is the same for faces with texture coordinates.
         used.lacks_uvs &= has_textures(&found);
         if used.lacks_uvs {
-            let unmapped = self.unmapped.entry((path.to_path_buf(), name.to_string())).or_default();
-            unmapped.is_colored = !mesh.colors.is_empty();
-            // A texture without coordinates does not give the colour, so the vertices give it.
-            let is_left_out = |slot: MapSlot| slot == MapSlot::Diffuse && !mesh.colors.is_empty();
-            found
-                .maps
-                .retain(|request| !request.if_cut_out && !is_left_out(request.statement.slot));
+            self.unmap(&mut found, path, mesh);
         }
         let material = self.textured(&mut found, path, (mesh, used.lacks_uvs));
         *self.emits.entry(name.to_string()).or_default() |= !material.emission_factor().is_black();
@@ -166,78 +153,6 @@ impl Loader<'_> {
         });
         self.count_unmapped(id, mesh);
         id
-    }
-
-    /// The material `used`, if it was added before. If it has no textures, faces with and without
-    /// texture coordinates share it.
-    fn known_material(&self, used: &UsedMaterial) -> Option<MaterialId> {
-        let known = self.used.get(used).copied();
-        let shared = || {
-            let of_others = UsedMaterial {
-                lacks_uvs: false,
-                ..used.clone()
-            };
-            let id = *self.used.get(&of_others)?;
-            let source = self.materials.get(id.0 as usize)?;
-            (!has_textures(&source.found)).then_some(id)
-        };
-        known.or_else(|| used.lacks_uvs.then(shared).flatten())
-    }
-
-    /// Counts the triangles of `mesh`, if its material `id` has textures that need texture
-    /// coordinates.
-    fn count_unmapped(&mut self, id: MaterialId, mesh: &Mesh) {
-        let key = self.unmapped_materials.get(&id);
-        if let Some(unmapped) = key.and_then(|key| self.unmapped.get_mut(key)) {
-            unmapped.triangles += mesh.triangles.len();
-        }
-    }
-
-    /// Reports textured materials whose faces have no texture coordinates, once for each material.
-    /// `embrasure check` reports them with the lines of the faces.
-    pub(super) fn report_unmapped(&mut self) {
-        for ((path, name), unmapped) in std::mem::take(&mut self.unmapped) {
-            if self.continues_after_errors || unmapped.triangles == 0 {
-                continue;
-            }
-            let (triangles, verb) = match unmapped.triangles {
-                1 => ("1 triangle".to_string(), "has"),
-                n => (format!("{n} triangles"), "have"),
-            };
-            let look = if unmapped.is_colored {
-                "the colours of their vertices, and the mean of each other texture"
-            } else {
-                "the mean colour of the texture"
-            };
-            let message = format!(
-                "{triangles} of the textured material `{}` {verb} no texture coordinates; {} {look}",
-                excerpt_of_name(&name),
-                if unmapped.triangles == 1 {
-                    "it shows"
-                } else {
-                    "they show"
-                }
-            );
-            let error = FileError::new(&path, message).help("export texture coordinates (`vt`)");
-            self.findings
-                .add(Severity::Warning, "missing-texture-coordinates", error);
-        }
-    }
-
-    /// Reports that `pairs` pairs of opposite faces of the emitting material `id` are moved apart.
-    pub(super) fn report_two_sided_lamp(&mut self, id: MaterialId, pairs: usize, path: &Path) {
-        let name = self.materials.get(id.0 as usize).map_or("", |source| &source.name);
-        let faces = match pairs {
-            1 => "1 face of the emitting material".to_string(),
-            n => format!("{n} faces of the emitting material"),
-        };
-        let verb = if pairs == 1 { "lies" } else { "lie" };
-        let message = format!(
-            "{faces} `{}` {verb} on the back of others; both sides emit",
-            excerpt_of_name(name)
-        );
-        self.findings
-            .add(Severity::Note, "two-sided", FileError::new(path, message));
     }
 
     /// Reports that the OBJ file `path` names a material `name`, and that the material `found` is
@@ -324,76 +239,6 @@ impl Loader<'_> {
         }
     }
 
-    /// Makes all materials opaque if all of them are invisible: exporters write `d 0` for opaque
-    /// surfaces by mistake. User settings and the literal reading of the MTL file have priority.
-    pub(super) fn make_visible(&mut self) {
-        let is_invisible = |source: &MaterialSource| {
-            let found = &source.found;
-            let is_of_library = found.opacity_line.is_some() && source.obj.is_some();
-            is_of_library && found.material.opacity == 0.0
-        };
-        let is_literal = self.file.load.strict || self.file.load.parameters.mtl_dialect() == MtlDialect::Spec;
-        if is_literal || !self.materials.iter().all(is_invisible) {
-            return;
-        }
-        let Some(first) = self.materials.first() else { return };
-        let others = match self.materials.len() - 1 {
-            0 => String::new(),
-            1 => " and another one".into(),
-            n => format!(" and {n} others"),
-        };
-        let name = excerpt_of_name(&first.name);
-        let message = format!(
-            "all materials of the scene (`{name}`{others}) have the opacity 0 and would be invisible; they are rendered opaque"
-        );
-        let line = first.found.opacity_line.unwrap_or(first.found.line);
-        let error = FileError::new(&first.found.library, message).at(Position::line(line));
-        let error = error.help("write `d 1` in the library; --strict keeps the materials invisible");
-        self.warn("invisible-scene", error);
-        for (id, source) in (0..).map(MaterialId).zip(&mut self.materials) {
-            source.found.material.opacity = 1.0;
-            self.builder.set_opacity(id, 1.0);
-        }
-    }
-
-    /// Makes all materials grey if none of them reflects, transmits or emits light. Exporters write
-    /// `Kd 0` for a colour that a texture gives, and the texture is then lost. User settings and
-    /// the literal reading of the MTL file have priority.
-    pub(super) fn lighten_black(&mut self) {
-        let is_lost = |source: &MaterialSource| {
-            let found = &source.found;
-            let is_of_library = found.line > 0 && source.obj.is_some();
-            is_of_library && found.maps.is_empty() && is_black(&found.material)
-        };
-        let is_literal = self.file.load.strict || self.file.load.parameters.mtl_dialect() == MtlDialect::Spec;
-        let (patches, materials) = (&mut self.patches, &self.materials);
-        let is_of_user = materials
-            .iter()
-            .any(|source| !patches.of_material(&source.name).is_empty());
-        if is_literal || is_of_user || !self.materials.iter().all(is_lost) {
-            return;
-        }
-        let Some(first) = self.materials.first() else { return };
-        let others = match self.materials.len() - 1 {
-            0 => String::new(),
-            1 => " and another one".into(),
-            n => format!(" and {n} others"),
-        };
-        let grey = default_material("").diffuse;
-        let message = format!(
-            "no material of the scene (`{}`{others}) reflects light, or has a texture; they are rendered in a plain grey (diffuse {:.1})",
-            excerpt_of_name(&first.name),
-            grey.max_component()
-        );
-        let error = FileError::new(&first.found.library, message).at(Position::line(first.found.line));
-        let error = error.help("write `Kd` in the library, or name a texture; --strict keeps the materials black");
-        self.warn("black-scene", error);
-        for (id, source) in (0..).map(MaterialId).zip(&mut self.materials) {
-            source.found.material.diffuse = grey;
-            self.builder.set_diffuse(id, grey);
-        }
-    }
-
     /// Applies all patches of the material's name in order, and then the patches with the indices
     /// `parts`.
     fn patched(&mut self, mut found: FileMaterial, parts: &[u32]) -> FileMaterial {
@@ -405,6 +250,7 @@ impl Loader<'_> {
             match section.patched(&found, &self.file.source) {
                 Ok((patched, warning)) => {
                     found = patched;
+                    self.has_patched = true;
                     remarks.extend(warning.map(|warning| (Severity::Warning, "no-effect", warning)));
                 }
                 Err(error) => remarks.push((Severity::Error, "wrong-material", error)),
@@ -475,47 +321,6 @@ impl Loader<'_> {
     }
 }
 
-/// File extensions of pictures without alpha.
-const WITHOUT_ALPHA: [&str; 3] = ["jpg", "jpeg", "jfif"];
-
-impl Loader<'_> {
-    /// Leaves out an opacity texture that is also the colour texture, if the format of the picture
-    /// has no alpha. Exporters write `map_d` for every colour texture, and mean its alpha.
-    fn leave_out_color_as_opacity(&mut self, found: &mut FileMaterial) {
-        let of = |slot| found.maps.iter().rev().find(|map| map.statement.slot == slot);
-        let (Some(color), Some(opacity)) = (of(MapSlot::Diffuse), of(MapSlot::Opacity)) else {
-            return;
-        };
-        let statement = &opacity.statement;
-        let extension = Path::new(&statement.file).extension().and_then(|e| e.to_str());
-        let has_alpha = !extension.is_some_and(|e| WITHOUT_ALPHA.contains(&&*e.to_lowercase()));
-        if statement.file != color.statement.file || statement.mapping.channel.is_some() || has_alpha {
-            return;
-        }
-        let note = opacity.remark("is the colour texture and has no alpha, so the opacity does not follow it");
-        let note =
-            note.help("name a picture of the opacity in `map_d`; --mtl-dialect spec uses the brightness of this one");
-        self.findings.add(Severity::Note, "color-as-opacity", note);
-        found.maps.retain(|map| map.statement.slot != MapSlot::Opacity);
-    }
-}
-
-/// Uses the alpha of the colour texture as the opacity of an opaque material, if the texture is a
-/// cut-out: a picture with transparent regions.
-fn add_cut_out(found: &mut FileMaterial) {
-    if found.material.emits_or_transmits() || found.has_map(MapSlot::Opacity) {
-        return;
-    }
-    let mut colors = found.maps.iter().filter(|map| map.statement.slot == MapSlot::Diffuse);
-    let Some(request) = colors.next_back() else { return };
-    let mut request = request.clone();
-    request.if_cut_out = true;
-    request.statement.slot = MapSlot::Opacity;
-    let mapping = &mut request.statement.mapping;
-    (mapping.channel, mapping.base, mapping.gain) = (Some(Channel::Matte), 0.0, 1.0);
-    found.maps.push(request);
-}
-
 /// Materials that an OBJ file uses and no library defines.
 #[derive(Debug)]
 pub(super) struct UndefinedMaterials {
@@ -533,20 +338,6 @@ fn has_one_color(obj: &ObjFile) -> bool {
     let mut colors = maps.filter(|map| map.statement.slot == MapSlot::Diffuse);
     let first = colors.next().map(|map| &map.statement.file);
     first.is_some_and(|first| colors.all(|map| map.statement.file == *first))
-}
-
-/// Returns true if a material has textures that surfaces show. Displacement does not count.
-fn has_textures(found: &FileMaterial) -> bool {
-    let mut maps = found.maps.iter();
-    maps.any(|request| request.statement.slot != MapSlot::Displacement && !request.if_cut_out)
-}
-
-/// Triangles of a textured material that have no texture coordinates.
-#[derive(Default)]
-pub(super) struct Unmapped {
-    triangles: usize,
-    /// True if vertices have colours, which then replace the texture of the diffuse colour.
-    is_colored: bool,
 }
 
 /// Materials of an OBJ file with texture coordinates.

@@ -7,6 +7,7 @@
 mod beside;
 mod cuts;
 mod displacement;
+mod library_mistakes;
 mod materials;
 mod named_maps;
 mod objects;
@@ -15,7 +16,9 @@ mod picture_names;
 mod preview;
 mod reports;
 mod shapes;
+mod texture_reports;
 mod textures;
+mod unmapped;
 mod unseen;
 
 use super::find_file::FileFinder;
@@ -31,13 +34,14 @@ use crate::light::LightGroupId;
 use crate::lint::{DEFAULT_MATERIAL, Inspection, MaterialSource, ObjSource};
 use crate::material::MaterialId;
 use crate::scene::{PrototypeId, Scene, SceneBuilder, UnlitBuilder, lamp_name};
-use materials::{UndefinedMaterials, Unmapped, UntexturedMaterials};
+use materials::{UndefinedMaterials, UntexturedMaterials};
 use named_maps::NamedMaps;
 use reports::{ground_error, report_findings, scene_error};
 use shapes::{Shape, Shapes};
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use textures::MaterialTexture;
+use unmapped::Unmapped;
 use unseen::report_unseen;
 
 /// A scene read from files.
@@ -153,6 +157,8 @@ struct Loader<'a> {
     materials: Vec<MaterialSource>,
     /// Patches of materials, from the scene file and from flags.
     patches: PatchList<'a>,
+    /// True if a patch has changed a material.
+    has_patched: bool,
     /// Patches of parts, from the scene file and from flags.
     parts: Vec<Patch<'a, PartSection>>,
     /// Names of used materials. The value is true if any used material of this name emits.
@@ -170,7 +176,7 @@ struct Loader<'a> {
     found_elsewhere: BTreeMap<(PathBuf, PathBuf), Vec<(MapRequest, PathBuf)>>,
     /// Missing textures with their uses. The key has the file that names the texture, and the
     /// texture's name.
-    missing: BTreeMap<(PathBuf, String), Vec<textures::MissingUse>>,
+    missing: BTreeMap<(PathBuf, String), Vec<texture_reports::MissingUse>>,
     /// Materials of each OBJ file that no library defines.
     undefined: BTreeMap<PathBuf, UndefinedMaterials>,
     /// Textures near each OBJ file, found by their names.
@@ -251,6 +257,7 @@ impl<'a> Loader<'a> {
             used: HashMap::new(),
             materials: Vec::new(),
             patches: PatchList::default(),
+            has_patched: false,
             parts: Vec::new(),
             emits: HashMap::new(),
             light_groups: HashMap::new(),

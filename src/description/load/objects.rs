@@ -140,7 +140,6 @@ impl Loader<'_> {
             let material = self.material_of(group, &mesh, &path, obj);
             if !group.twins.pairs.is_empty() && self.builder.is_opaque_lamp(material) {
                 group.twins.move_apart(&mut mesh);
-                self.report_two_sided_lamp(material, group.twins.pairs.len(), &path);
             }
             let is_auto = self.file.load.parameters.vertex_colors() == VertexColors::Auto;
             if is_auto && !mesh.colors.is_empty() && self.builder.has_diffuse_map(material) {

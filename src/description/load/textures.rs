@@ -2,8 +2,8 @@
 
 use super::Loader;
 use super::beside::{Picked, offer_in_words};
-use super::materials::names_in_words;
 use super::picture_names::{has_extension, with_extensions};
+use super::texture_reports::{MissingUse, others, words_of_decision};
 use crate::color::Spectrum;
 use crate::description::Finding;
 use crate::description::find_file::case_differs;
@@ -11,7 +11,7 @@ use crate::description::find_texture::{FoundTexture, TextureSearch};
 use crate::description::mtl::{FileMaterial, MapRequest, MapSlot, MapStatement, default_material};
 use crate::description::texture::{TextureKind, TextureRequest, has_alpha, load_textures_within};
 use crate::description::{FileError, Severity};
-use crate::geometry::{Mesh, PrimId};
+use crate::geometry::Mesh;
 use crate::io::{Tiles, path_of_tiles, tile_names};
 use crate::material::{Map, Maps, Material, MaterialId};
 use crate::math::{Vec2, excerpt_of_name};
@@ -213,98 +213,6 @@ impl Loader<'_> {
         Some(picture)
     }
 
-    /// Reports pictures that replace missing textures.
-    fn report_stand_ins(&mut self) {
-        for ((_, picture), uses) in std::mem::take(&mut self.stand_ins) {
-            let Some(first) = uses.first() else { continue };
-            let words = format!(
-                "is missing; {} has the name of the OBJ file, and is used",
-                picture.display()
-            );
-            let error = first
-                .remark(&words)
-                .help("--maps-by-name off does not use this picture");
-            let more = uses.iter().skip(1).filter_map(|request| request.place.position);
-            let finding = Finding::new(Severity::Note, "maps-by-name", error);
-            self.findings.push(finding.repeated(uses.len() as u64, more));
-        }
-    }
-
-    /// Reports a texture of several tiles, and its missing tiles that triangles of `mesh` need.
-    fn report_tiles(&mut self, request: &MapRequest, tiles: &Tiles, mesh: &Mesh) {
-        let mapping = request.statement.mapping;
-        let number = |corners: [Vec2; 3]| {
-            let st = mapping.st((corners[0] + corners[1] + corners[2]) / 3.0);
-            Tiles::number_at(st.x, st.y)
-        };
-        let prims = (0..mesh.triangles.len() as u32).map(PrimId);
-        let needed: BTreeSet<u32> = prims
-            .filter_map(|prim| mesh.corner_uvs(prim))
-            .filter_map(number)
-            .collect();
-        let missing: Vec<String> = needed
-            .into_iter()
-            .filter(|number| !tiles.has(*number))
-            .map(|number| number.to_string())
-            .collect();
-        let count = tiles.files().count();
-        let found = request.remark(&format!("is a texture of {count} tiles (UDIM)"));
-        self.findings.add(Severity::Note, "udim-tiles", found);
-        if let [first, others @ ..] = missing.as_slice() {
-            let words = match others {
-                [] => format!("has no tile {first}, where the material's constant is used"),
-                _ => format!(
-                    "has no tiles {}, where the material's constant is used",
-                    missing.join(", ")
-                ),
-            };
-            let help = "put the tiles beside the others, or move the texture coordinates";
-            let severity = self.file.load.severity_of_lack();
-            self.findings
-                .add(severity, "missing-tile", request.remark(&words).help(help));
-        }
-    }
-
-    /// Reports missing textures, each once with all its uses.
-    fn report_missing(&mut self) {
-        let mut missing: Vec<Vec<MissingUse>> = std::mem::take(&mut self.missing).into_values().collect();
-        for uses in &mut missing {
-            uses.sort_by_key(|use_| use_.request.place.position.map(|position| position.line));
-        }
-        missing.sort_by_key(|uses| {
-            uses.first().map(|first| {
-                (
-                    first.request.place.file.clone(),
-                    first.request.place.position.map(|p| p.line),
-                )
-            })
-        });
-        let severity = self.file.load.severity_of_lack();
-        for uses in missing {
-            let Some(first) = uses.first() else { continue };
-            let words = format!("{}; {}", first.what, words_of_lack(&uses));
-            let error = first.request.remark(&words).help(first.help.clone());
-            let more = uses.iter().skip(1).filter_map(|use_| use_.request.place.position);
-            let finding = Finding::new(severity, "missing-texture", error);
-            self.findings.push(finding.repeated(uses.len() as u64, more));
-        }
-    }
-
-    /// Reports textures found at another path, once for each folder.
-    fn report_found_elsewhere(&mut self) {
-        for found in std::mem::take(&mut self.found_elsewhere).into_values() {
-            let Some((first, path)) = found.first() else { continue };
-            let others = others(found.len() - 1, "in that folder");
-            let here = if path.parent() == Some(Path::new("")) { "./" } else { "" };
-            let words = format!("is not where this file says; {here}{} is used{others}", path.display());
-            let error = first.remark(&words);
-            let error = error.help("write the path of the texture relative to this file");
-            let more = found.iter().skip(1).filter_map(|(request, _)| request.place.position);
-            let finding = Finding::new(Severity::Note, "found-elsewhere", error);
-            self.findings.push(finding.repeated(found.len() as u64, more));
-        }
-    }
-
     pub(super) fn load_textures(&mut self) {
         self.report_missing();
         self.report_found_elsewhere();
@@ -476,16 +384,6 @@ fn exchanged(decided: &[(&MaterialTexture, TextureKind)]) -> BTreeSet<usize> {
     &moved(MapSlot::Bump) & &moved(MapSlot::Normal)
 }
 
-/// Use of a missing texture by a material.
-pub(super) struct MissingUse {
-    request: MapRequest,
-    /// Name of the material that uses the texture.
-    material: String,
-    /// State of the file for messages, such as "is missing".
-    what: &'static str,
-    help: String,
-}
-
 /// Path pattern of all tiles, if `found` is one of several tiles (UDIM). This is so if the name in
 /// the library is a pattern of tiles, or if other tiles lie beside tile 1001. Else returns `found`.
 fn with_all_tiles(found: PathBuf, statement: &MapStatement) -> PathBuf {
@@ -496,64 +394,6 @@ fn with_all_tiles(found: PathBuf, statement: &MapStatement) -> PathBuf {
     };
     let count = Tiles::of_path(&path).map_or(0, |tiles| tiles.files().count());
     if is_said || count > 1 { path } else { found }
-}
-
-/// Text that describes how surfaces appear without their textures, with the materials for each
-/// appearance.
-fn words_of_lack(uses: &[MissingUse]) -> String {
-    let mut appearances: Vec<(&str, Vec<&str>)> = Vec::new();
-    for MissingUse { request, material, .. } in uses {
-        let appearance = appearance_without(request.statement.slot);
-        match appearances.iter_mut().find(|(known, _)| *known == appearance) {
-            Some((_, users)) if users.contains(&material.as_str()) => {}
-            Some((_, users)) => users.push(material),
-            None => appearances.push((appearance, vec![material])),
-        }
-    }
-    let appearances = appearances.into_iter().map(|(appearance, users)| {
-        let verb = if users.len() == 1 { "is" } else { "are" };
-        format!("{} {verb} rendered {appearance}", names_in_words(users.into_iter()))
-    });
-    appearances.collect::<Vec<_>>().join("; ")
-}
-
-/// Appearance of a surface without the texture of `slot`.
-fn appearance_without(slot: MapSlot) -> &'static str {
-    match slot {
-        MapSlot::Diffuse => "in one plain colour",
-        MapSlot::Specular | MapSlot::Exponent | MapSlot::Roughness | MapSlot::Metallic => "with an even gloss",
-        MapSlot::Emission => "with an even glow",
-        MapSlot::Opacity => "without holes",
-        MapSlot::Bump | MapSlot::Normal => "flat, without bumps",
-        MapSlot::Displacement => "without displacement",
-    }
-}
-
-/// Text about a picture that is of another kind than its statement; `None` if the kind is as
-/// written.
-fn words_of_decision(kind: TextureKind, is_moved: bool, has_effect: bool) -> Option<&'static str> {
-    Some(match (kind, is_moved, has_effect) {
-        (TextureKind::Normal, true, true) => "is a normal map where heights are expected, and is used as a normal map",
-        (TextureKind::EncodedNormal, true, true) => {
-            "is a normal map where heights are expected, and sRGB-encoded: it is decoded, and used as a normal map"
-        }
-        (TextureKind::EncodedNormal, false, _) => "is a normal map that is sRGB-encoded: it is decoded",
-        (TextureKind::Normal | TextureKind::EncodedNormal, true, false) => {
-            "is a normal map where heights are expected, and has no effect beside `norm`"
-        }
-        (_, true, true) => "is grey where a normal map is expected, and is used as heights",
-        (_, true, false) => "is grey where a normal map is expected, and has no effect beside `map_Bump`",
-        (_, false, _) => return None,
-    })
-}
-
-/// Text for `count` further textures that are in `place`.
-fn others(count: usize, place: &str) -> String {
-    match count {
-        0 => String::new(),
-        1 => format!(", and another one {place}"),
-        n => format!(", and {n} others {place}"),
-    }
 }
 
 /// Kind of texture that the statement of a request names.

@@ -525,7 +525,7 @@ fn normal_and_height_maps_are_detected() {
 /// Exporters write `d 0` for opaque surfaces: a scene without any visible surface becomes opaque.
 #[test]
 fn fully_invisible_scene_is_made_opaque() {
-    let obj = format!("mtllib a.mtl\n{TRIANGLE}usemtl m\nf 1 2 3\nusemtl n\nf 1 3 2\n");
+    let obj = format!("mtllib a.mtl\n{TRIANGLE}o p\nusemtl m\nf 1 2 3\nusemtl n\nf 1 3 2\n");
     let mtl = "newmtl m\nKd 0.8 0.1 0.1\nd 0\nnewmtl n\nKd 0.1 0.8 0.1\nTr 1\nd 0\nnewmtl spare\nd 1\n";
     let folder = folder(&[("a.obj", &obj), ("a.mtl", mtl)]);
     let at = folder.path();
@@ -776,7 +776,7 @@ fn names_in_other_encodings_match() {
 /// Exporters write `Kd 0` for a colour that a texture gives: a scene that reflects nothing is grey.
 #[test]
 fn scene_without_any_reflection_is_grey() {
-    let obj = format!("mtllib a.mtl\n{TRIANGLE}usemtl m\nf 1 2 3\nusemtl n\nf 1 3 2\n");
+    let obj = format!("mtllib a.mtl\n{TRIANGLE}o p\nusemtl m\nf 1 2 3\nusemtl n\nf 1 3 2\n");
     let mtl = "newmtl m\nKd 0 0 0\nnewmtl n\nKd 0 0 0\n";
     let folder = folder(&[("a.obj", &obj), ("a.mtl", mtl)]);
     let at = folder.path();
@@ -786,9 +786,14 @@ fn scene_without_any_reflection_is_grey() {
         (read_rgb(&at.join("x.exr")), said)
     };
     let (grey, said) = picture("");
-    let told = "a.mtl:1: no material of the scene (`m` and another one) reflects light, or has a texture";
+    let told = "a.mtl:1: no material of the scene (`m` and another one) reflects light or has a texture";
     assert!(said.contains(told) && said.contains("[black-scene]"), "{said}");
-    for flags in ["--strict", "--mtl-dialect spec", "--material m.roughness=0.5"] {
+    for flags in [
+        "--strict",
+        "--mtl-dialect spec",
+        "--material m.roughness=0.5",
+        "--part p.diffuse=0",
+    ] {
         let (black, said) = picture(flags);
         assert!(black != grey && !said.contains("[black-scene]"), "{flags}: {said}");
     }

@@ -32,7 +32,7 @@ mod subdivide;
 mod twins;
 mod wires;
 
-use super::mtl::{FileMaterial, MapSlot, MtlDialect, ObjContext, Signature, key_of_name};
+use super::mtl::{FileMaterial, MapSlot, ObjContext, Signature, key_of_name};
 use super::statements::with_line_feeds;
 use super::{FileError, Findings, LoadObserver, LoadOptions, Position, Severity};
 use crate::files::input;
@@ -281,7 +281,7 @@ pub(super) fn read_obj(
         findings.add(severity, "wrong-statement", error);
     }
     findings.add_unlisted(severity, path, outline.wrong_count - listed);
-    let is_literal = options.strict || options.parameters.mtl_dialect() == MtlDialect::Spec;
+    let is_literal = options.is_literal();
     let used = outline.uses_materials().then(|| outline.used_names());
     let keys = used.iter().flatten().filter(|_| !is_literal);
     let context = ObjContext {

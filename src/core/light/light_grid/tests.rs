@@ -72,6 +72,47 @@ fn mixed(count: usize, numbers: &mut Numbers) -> Vec<Light> {
     lights
 }
 
+/// 1600 lamps over a plane, some of them directed downwards, and a sun and a sky. There are many
+/// lamps around each cell of the grid near the plane.
+fn plain(numbers: &mut Numbers) -> Vec<Light> {
+    let mut lights = mixed(0, numbers);
+    lights.extend((0..1600u32).map(|i| {
+        let p = Vec3::new(0.05 * (i % 40) as f32 - 1.0, -0.5, 0.05 * (i / 40) as f32 - 1.0);
+        match i % 3 {
+            0 => triangle([p, p + 0.01 * Vec3::X, p + 0.01 * Vec3::Z]),
+            _ => point(p, 0.5 + numbers.next()),
+        }
+    }));
+    lights
+}
+
+/// Points at a light, invalid points, and distant points have probabilities that sum to 1.
+#[test]
+fn descents_have_probabilities_at_every_point() {
+    let lights = plain(&mut Numbers(8));
+    let grid = grid(&lights);
+    let near = Vec3::new(0.05 * 7.0 - 1.0, -0.5, 0.05 * 9.0 - 1.0);
+    assert!(grid.is_dense(near));
+    for p in [
+        near,
+        near + 1e-30 * Vec3::X,
+        near - 1e-3 * Vec3::Y,
+        Vec3::ZERO,
+        Vec3::NAN,
+        Vec3::INFINITY,
+        1e15 * Vec3::X,
+    ] {
+        for n in [Vec3::ZERO, Vec3::Y, Vec3::NEG_Y, Vec3::X] {
+            let context = LightSampleContext { p, n };
+            let pmf = |i: usize| f64::from(grid.pmf(&lights, &context, LightId(i as u32)));
+            let sum: f64 = (0..lights.len()).map(pmf).sum();
+            assert!((sum - 1.0).abs() < 1e-4, "{p} {n}: {sum}");
+            let (id, probability) = grid.sample(&lights, &context, 0.7).unwrap();
+            assert_eq!(f64::from(probability), pmf(id.0 as usize), "{p} {n}");
+        }
+    }
+}
+
 fn scenes() -> Vec<(&'static str, Vec<Light>)> {
     let mut numbers = Numbers(7);
     let p = Vec3::new(0.3, 0.2, -0.4);
@@ -95,6 +136,7 @@ fn scenes() -> Vec<(&'static str, Vec<Light>)> {
             (0..90).map(|_| point(100.0 * numbers.vector(), 1.0)).collect(),
         ),
         ("at infinity", mixed(0, &mut numbers).into_iter().rev().collect()),
+        ("a plain of lamps", plain(&mut numbers)),
     ]
 }
 

@@ -7,6 +7,6 @@ pub mod tone;
 mod written;
 pub mod xyz;
 
-pub use spectrum::Spectrum;
+pub use spectrum::{Spectrum, luminance};
 pub use tone::{Curve, Exposure, Tone};
 pub use written::WRITTEN_COLORS;

@@ -123,6 +123,14 @@ impl Div<f32> for Spectrum {
     }
 }
 
+/// Relative luminance Y of linear Rec.709 `rgb` in double precision (ITU-R BT.709).
+pub fn luminance(rgb: [f64; 3]) -> f64 {
+    rgb.iter()
+        .zip([0.2126, 0.7152, 0.0722])
+        .map(|(value, weight)| value * weight)
+        .sum()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

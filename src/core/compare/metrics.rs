@@ -2,8 +2,12 @@
 
 use super::relative_change;
 use crate::color::{Spectrum, srgb};
-use crate::film::{DARK, RgbImage};
+use crate::film::RgbImage;
 use thiserror::Error;
+
+/// Constant in the divisor of relative squared errors, which is the squared reference plus this
+/// constant, in squared radiance. Without the constant, dark pixels would dominate.
+const DARK: f64 = 0.01;
 
 /// Errors of an image against a reference.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,10 +1,9 @@
 //! Sums of one pixel: the sums over one pass (`Block`), and the exact totals over all passes
 //! (`Accumulator`).
 
-use super::DARK;
 use super::fixed::Narrow;
 use super::{Features, Fixed};
-use crate::color::Spectrum;
+use crate::color::{Spectrum, luminance};
 use crate::math::Vec3;
 
 /// First surface along a camera ray, for the auxiliary channels.
@@ -214,6 +213,11 @@ impl Accumulator {
         }
     }
 
+    /// Luminance of [`Accumulator::mean`].
+    pub fn luminance(&self) -> f64 {
+        luminance([0, 1, 2].map(|c| self.mean(c)))
+    }
+
     /// Unbiased estimate of the variance of [`Accumulator::mean`]; infinite with fewer than two
     /// samples.
     // ANCHOR: variance
@@ -230,29 +234,37 @@ impl Accumulator {
     // ANCHOR_END: variance
 
     /// Estimate of the pixel's squared relative error, as a mean over the channels. The relMSE of
-    /// `compare` is a mean of the same quantity, but leaves out the worst pixels. The estimate is
-    /// infinite with fewer than two blocks.
+    /// `compare` is a mean of a similar quantity, with a fixed `floor` of 0.1 and without the worst
+    /// pixels. The estimate is infinite with fewer than two blocks.
+    ///
+    /// The divisor is the squared mean plus the squared `floor`, a radiance. Without it, dark
+    /// pixels would dominate.
     ///
     /// The estimate is the variance of the mean of independent blocks. Blocks of a low-discrepancy
     /// sequence are not independent, because their samples fill each other's gaps. Their mean is
     /// more accurate, so the estimate is too large.
-    pub fn squared_error(&self) -> f64 {
+    pub fn squared_error(&self, floor: f64) -> f64 {
         if self.block_spread[0].is_nan() {
-            return self.independent_squared_error();
+            return self.independent_squared_error(floor);
         }
         let blocks = self.samples / BLOCK;
         if blocks < 2 {
             return f64::INFINITY;
         }
         let n = blocks as f64;
-        let channel = |c| self.block_spread[c] / (n * (n - 1.0)) / (self.mean(c).powi(2) + DARK);
+        let channel = |c| self.block_spread[c] / (n * (n - 1.0)) / self.divisor(c, floor);
         [0, 1, 2].map(channel).iter().sum::<f64>() / 3.0
     }
 
     /// Squared error from the variance of all samples, as if the samples were independent.
-    pub fn independent_squared_error(&self) -> f64 {
-        let channel = |c| self.variance_of_mean(c) / (self.mean(c).powi(2) + DARK);
+    pub fn independent_squared_error(&self, floor: f64) -> f64 {
+        let channel = |c| self.variance_of_mean(c) / self.divisor(c, floor);
         [0, 1, 2].map(channel).iter().sum::<f64>() / 3.0
+    }
+
+    /// Divisor of the squared relative error of channel `c`.
+    fn divisor(&self, c: usize, floor: f64) -> f64 {
+        self.mean(c).powi(2) + floor.powi(2)
     }
 
     /// Mean albedo in channel `c`. The background is black.
@@ -344,7 +356,7 @@ mod tests {
                 assert_eq!(merged.mean(c).to_bits(), all.mean(c).to_bits());
                 assert_eq!(merged.variance_of_mean(c).to_bits(), all.variance_of_mean(c).to_bits());
             }
-            let error = merged.squared_error() / all.squared_error() - 1.0;
+            let error = merged.squared_error(0.1) / all.squared_error(0.1) - 1.0;
             assert!(error.abs() < 1e-9, "{error}");
         }
     }
@@ -365,7 +377,7 @@ mod tests {
         let means = [1.0, 2.0, 4.0, 5.0];
         let mut a = Accumulator::default();
         for (i, &mean) in means.iter().enumerate() {
-            assert_eq!(a.squared_error().is_infinite(), i < 2);
+            assert_eq!(a.squared_error(0.1).is_infinite(), i < 2);
             // The first block may be added in parts.
             let parts: &[u32] = if i == 0 { &[2, 30, 32] } else { &[64] };
             for &samples in parts {
@@ -380,11 +392,11 @@ mod tests {
         }
         // The sample variance of the means is 10/3; the variance of their mean is a quarter of it.
         // The mean is 3.
-        let expected = 10.0 / 12.0 / (9.0 + DARK);
+        let expected = 10.0 / 12.0 / (9.0 + 0.01);
         assert!(
-            (a.squared_error() / expected - 1.0).abs() < 1e-6,
+            (a.squared_error(0.1) / expected - 1.0).abs() < 1e-6,
             "{}",
-            a.squared_error()
+            a.squared_error(0.1)
         );
     }
 }

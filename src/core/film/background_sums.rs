@@ -1,8 +1,11 @@
 //! Fraction of the background's light that a pixel receives.
 
+use super::Fixed;
 use super::accumulator::BLOCK;
-use super::{DARK, Fixed};
-use crate::color::Spectrum;
+use crate::color::{Spectrum, luminance};
+
+/// Floor of relative errors in front of a white background, as a fraction of white.
+const WHITE_FLOOR: f64 = 0.1;
 
 /// A background to which exposure and tone curve do not apply in pictures for display.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,16 +120,8 @@ impl BackgroundSum {
         if count < 2.0 {
             return f64::INFINITY;
         }
-        spread / (count * (count - 1.0)) / (mean.powi(2) + DARK)
+        spread / (count * (count - 1.0)) / (mean.powi(2) + WHITE_FLOOR.powi(2))
     }
-}
-
-/// Relative luminance of Rec.709 primaries.
-fn luminance(rgb: [f64; 3]) -> f64 {
-    rgb.into_iter()
-        .zip([0.2126, 0.7152, 0.0722])
-        .map(|(v, weight)| v * weight)
-        .sum()
 }
 
 #[cfg(test)]
@@ -146,7 +141,7 @@ mod tests {
         }
         // The variance of the means is 1/24; the variance of their mean is a quarter of it. The
         // mean is 1/4.
-        let expected = 0.125 / 12.0 / (0.0625 + DARK);
+        let expected = 0.125 / 12.0 / (0.0625 + 0.01);
         let error = whole.squared_error(4 * BLOCK);
         assert!((error / expected - 1.0).abs() < 1e-9, "{error} {expected}");
         let [mut merged, other] = halves;

@@ -60,9 +60,10 @@ use std::sync::Arc;
 /// Edge of a tile in pixels. The sums of a tile (52 KB) stay in the second-level cache.
 pub(crate) const TILE_SIZE: u32 = 16;
 
-/// Constant in the divisor of relative squared errors, which is the squared mean plus this
-/// constant, in squared radiance. Without the constant, dark pixels would dominate.
-pub(crate) const DARK: f64 = 0.01;
+/// Floor of relative errors of a film, as a fraction of its brightness.
+const FLOOR_OF_BRIGHTNESS: f64 = 1.0 / 3.0;
+/// Floor of the relative errors of a black film, in radiance.
+const FLOOR_OF_BLACK: f64 = 0.1;
 
 /// Maximum number of separate parts of the light: light groups, strategies of a bidirectional
 /// method, and light path expressions.
@@ -392,9 +393,36 @@ impl Film {
         &mut self.tiles
     }
 
-    /// Estimate of the mean over all pixels of [`Accumulator::squared_error`].
+    /// Floor of relative errors: a third of the brightness of the picture, in radiance. So an error
+    /// does not depend on the unit of radiance, and a dim room needs as many samples as a bright
+    /// room.
+    ///
+    /// The brightness is a power mean of the luminances of all tiles that are not black, with the
+    /// exponent 1/2, which is near the encoding of a display. In an arithmetic mean, one visible
+    /// lamp would count more than the rest of the picture, and in a geometric mean a dark corner
+    /// would.
+    pub fn error_floor(&self) -> f64 {
+        let (mut sum, mut area) = (0.0, 0.0);
+        for tile in &self.tiles {
+            let luminance = tile.mean_luminance();
+            if luminance > 0.0 && luminance.is_finite() {
+                let pixels = tile.bounds().area() as f64;
+                sum += luminance.sqrt() * pixels;
+                area += pixels;
+            }
+        }
+        if area > 0.0 {
+            FLOOR_OF_BRIGHTNESS * (sum / area).powi(2)
+        } else {
+            FLOOR_OF_BLACK
+        }
+    }
+
+    /// Estimate of the mean over all pixels of [`Accumulator::squared_error`], with
+    /// [`Film::error_floor`].
     pub fn error(&self) -> f64 {
-        let sum = |tile: &Tile| tile.error() * tile.bounds().area() as f64;
+        let floor = self.error_floor();
+        let sum = |tile: &Tile| tile.error(floor) * tile.bounds().area() as f64;
         self.tiles.iter().map(sum).sum::<f64>() / self.crop.area() as f64
     }
 
@@ -406,8 +434,9 @@ impl Film {
         let squared = if by_blocks.is_finite() {
             by_blocks
         } else {
-            let sum: f64 = self.pixels().map(|(_, sums)| sums.independent_squared_error()).sum();
-            sum / self.crop.area() as f64
+            let floor = self.error_floor();
+            let error = |(_, sums): (UVec2, &Accumulator)| sums.independent_squared_error(floor);
+            self.pixels().map(error).sum::<f64>() / self.crop.area() as f64
         };
         squared.is_finite().then(|| squared.sqrt())
     }
@@ -463,5 +492,46 @@ impl Film {
     /// Channels `R G B` of [`Film::develop`] only, in a fraction of the time.
     pub fn develop_picture(&self) -> Image {
         Image::from_film(self, 3)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::color::Spectrum;
+
+    /// Floor of a film of 64 × 64 pixels with one sample each, of the radiance that `of` returns.
+    fn floor(of: impl Fn(UVec2) -> f32) -> f64 {
+        let size = UVec2::splat(64);
+        let mut film = Film::new(size, Rect::full(size));
+        for tile in film.tiles_mut() {
+            for pixel in tile.bounds().pixels() {
+                let mut block = Block::default();
+                block.add(Spectrum::splat(of(pixel)), None);
+                tile.sums_mut(pixel).expect("pixel of the tile").add(&block);
+            }
+        }
+        film.error_floor()
+    }
+
+    #[test]
+    fn floor_is_a_third_of_brightness() {
+        for radiance in [1e-4, 0.2, 1.0, 3e4] {
+            let third = f64::from(radiance) / 3.0;
+            assert!((floor(|_| radiance) / third - 1.0).abs() < 1e-6);
+        }
+        assert_eq!(floor(|_| 0.0), FLOOR_OF_BLACK);
+    }
+
+    #[test]
+    fn black_tiles_do_not_lower_floor() {
+        let lit = floor(|_| 0.2);
+        let half = floor(|pixel| if pixel.x < 32 { 0.2 } else { 0.0 });
+        assert!((half / lit - 1.0).abs() < 1e-6);
+        // A dim half counts a little, and so does a lamp in one of sixteen tiles.
+        let dim = floor(|pixel| if pixel.x < 32 { 0.2 } else { 1e-6 });
+        assert!((0.25..0.26).contains(&(dim / lit)), "{}", dim / lit);
+        let lamp = floor(|pixel| if pixel.max_element() < 16 { 20.0 } else { 0.2 });
+        assert!(lamp / lit < 2.5, "{}", lamp / lit);
     }
 }

@@ -342,11 +342,17 @@ impl Tile {
         self.target = samples;
     }
 
-    /// Mean over the pixels of [`Accumulator::squared_error`]. With a transparent background, the
-    /// mean includes the error of the coverage, so it is the error of the picture in front of
-    /// white.
-    pub fn error(&self) -> f64 {
-        let mut sum: f64 = self.pixels.iter().map(Accumulator::squared_error).sum();
+    /// Mean over the pixels of the luminance of [`Accumulator::mean`].
+    pub fn mean_luminance(&self) -> f64 {
+        let sum: f64 = self.pixels.iter().map(Accumulator::luminance).sum();
+        sum / self.pixels.len().max(1) as f64
+    }
+
+    /// Mean over the pixels of [`Accumulator::squared_error`], with `floor`. With a transparent
+    /// background, the mean includes the error of the coverage, so it is the error of the picture
+    /// in front of white.
+    pub fn error(&self, floor: f64) -> f64 {
+        let mut sum: f64 = self.pixels.iter().map(|sums| sums.squared_error(floor)).sum();
         if self.backing == Some(Backing::Transparent) {
             let pixels = self.background.iter().zip(&self.pixels);
             sum += pixels

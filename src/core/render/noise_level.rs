@@ -1,13 +1,15 @@
 //! Adaptive sampling to a noise level: `--noise LEVEL`.
 //!
-//! A render ends when the estimated relative error of the image is at most LEVEL. This error is the
-//! square root of relMSE as `compare/metrics.rs` defines it. For each pixel, the film stores the
-//! spread between blocks of 64 samples. The error of a tile is the mean over its pixels. The
-//! estimate is unbiased for independent blocks, even if pixels share paths. For low-discrepancy
-//! points, the estimate is a little too large. The blocks complement each other, so the image is
-//! better than the estimate. Unlike relMSE, the estimate includes all pixels, so fireflies make it
-//! larger. `Accumulator::squared_error` is the estimate for a pixel. Methods that render whole
-//! iterations compare the error of the whole image with LEVEL (`render/iterations.rs`).
+//! A render ends when the estimated relative error of the image is at most LEVEL. This error is
+//! the square root of the mean of variance / (mean² + floor²). The floor is a third of the
+//! brightness of the image (`Film::error_floor`), and 0.1 in the relMSE of `compare/metrics.rs`.
+//! For each pixel, the film stores the spread between blocks of 64 samples. The error of a tile is
+//! the mean over its pixels. The estimate is unbiased for independent blocks, even if pixels share
+//! paths. For low-discrepancy points, the estimate is a little too large. The blocks complement
+//! each other, so the image is better than the estimate. Unlike relMSE, the estimate includes all
+//! pixels, so fireflies make it larger. `Accumulator::squared_error` is the estimate for a pixel.
+//! Methods that render whole iterations compare the error of the whole image with LEVEL
+//! (`render/iterations.rs`).
 //!
 //! Tiles get samples in proportion to √v, where v is the squared error of a tile after one block.
 //! This minimises the mean squared error (Neyman 1934). Stopping all tiles at the same error would
@@ -128,12 +130,12 @@ fn render_to_noise<S: Sampler>(
 /// Final number of blocks of each tile, at most `max`. 0 for all tiles if the film has reached the
 /// level.
 fn needed_blocks(film: &Film, level: f64, max: u32) -> Vec<u32> {
-    let tiles = film.tiles();
+    let (tiles, floor) = (film.tiles(), film.error_floor());
     if film.error() <= level * level {
         return vec![0; tiles.len()];
     }
     // Squared error of a tile after one block, as the mean over its pixels
-    let one_block = |tile: &Tile| tile.error() * (tile.samples() / BLOCK) as f64;
+    let one_block = |tile: &Tile| tile.error(floor) * (tile.samples() / BLOCK) as f64;
     let roots: Vec<f64> = tiles.iter().map(|tile| one_block(tile).sqrt()).collect();
     let areas: Vec<f64> = tiles.iter().map(|tile| tile.bounds().area() as f64).collect();
 
@@ -163,16 +165,21 @@ fn needed_blocks(film: &Film, level: f64, max: u32) -> Vec<u32> {
 mod tests {
     use super::*;
     use crate::color::Spectrum;
-    use crate::film::Rect;
+    use crate::film::{Accumulator, Rect};
     use crate::integrator::{Integrator, Sink};
     use crate::math::UVec2;
     use crate::sampler::{Dimension, Independent, SampleKey};
 
     /// Test integrator with mean radiance 1. The standard deviation is 0.1 in the left half of the
     /// image and 1 in the right half.
-    struct NoisyIntegrator;
+    struct NoisyIntegrator {
+        /// Factor of all radiances.
+        scale: f32,
+    }
 
     const SIZE: UVec2 = UVec2::new(128, 64);
+    /// Squared mean, plus the squared floor of an image with brightness 1.
+    const DIVISOR: f64 = 1.0 + 1.0 / 9.0;
 
     fn deviation(x: u32) -> f64 {
         if x < SIZE.x / 2 { 0.1 } else { 1.0 }
@@ -188,14 +195,20 @@ mod tests {
             } else {
                 1.0 + deviation(key.x) as f32
             };
-            out.radiance(Spectrum::splat(value));
+            out.radiance(Spectrum::splat(self.scale * value));
         }
     }
 
     fn rendered(level: f64, max: u32, seed: u64) -> Film {
         let mut film = Film::new(SIZE, Rect::full(SIZE));
-        let (outcome, statistics) =
-            render_to_noise(&NoisyIntegrator, &Independent::new(seed), &mut film, level, max, &());
+        let (outcome, statistics) = render_to_noise(
+            &NoisyIntegrator { scale: 1.0 },
+            &Independent::new(seed),
+            &mut film,
+            level,
+            max,
+            &(),
+        );
         assert_eq!(outcome, Outcome::Complete);
         let taken: u64 = film
             .tiles()
@@ -229,7 +242,21 @@ mod tests {
 
     fn mean_error(film: &Film) -> f64 {
         let pixels = film.pixels();
-        pixels.map(|(_, a)| (a.mean(0) - 1.0).powi(2) / 1.01).sum::<f64>() / film.crop().area() as f64
+        let squared = |(_, a): (UVec2, &Accumulator)| (a.mean(0) - 1.0).powi(2) / DIVISOR;
+        pixels.map(squared).sum::<f64>() / film.crop().area() as f64
+    }
+
+    /// The unit of radiance changes neither the error nor the number of samples.
+    #[test]
+    fn dim_picture_takes_as_many_samples_as_bright_picture() {
+        let [bright, dim] = [1.0, 1e-3].map(|scale| {
+            let mut film = Film::new(SIZE, Rect::full(SIZE));
+            let integrator = NoisyIntegrator { scale };
+            render_to_noise(&integrator, &Independent::new(3), &mut film, 0.03, 1 << 20, &());
+            film
+        });
+        assert_eq!(bright.samples(), dim.samples());
+        assert!((dim.error() / bright.error() - 1.0).abs() < 1e-3);
     }
 
     /// For the same error, uniform sampling would need 1.7 times as many samples.
@@ -242,7 +269,7 @@ mod tests {
                 .map(|left| mean(&film, left, |t| t.samples() as f64))
                 .iter()
                 .sum::<f64>();
-        let uniform = 0.5 * (0.01 + 1.0) / 1.01 / (level * level);
+        let uniform = 0.5 * (0.01 + 1.0) / DIVISOR / (level * level);
         assert!(uniform / all > 1.5, "{all} samples per pixel instead of {uniform}");
     }
 
@@ -250,11 +277,11 @@ mod tests {
     /// image still reaches the error.
     #[test]
     fn quiet_tiles_compensate_for_limited_tiles() {
-        // Without a limit the halves need 625 and 6250 samples.
-        let film = rendered(0.01, 5120, 3);
+        // Without a limit the halves need 500 and 5000 samples.
+        let film = rendered(0.01, 4608, 3);
         let [quiet, noisy] = [true, false].map(|left| mean(&film, left, |t| t.samples() as f64));
         assert!(film.error() <= 1e-4, "{}", film.error());
-        assert!(noisy <= 5120.0 && quiet > 1000.0, "{quiet} {noisy}");
+        assert!(noisy <= 4608.0 && quiet > 1000.0, "{quiet} {noisy}");
     }
 
     /// A single pixel takes more samples before its first decision, because its error estimate is
@@ -266,7 +293,14 @@ mod tests {
             max: UVec2::ONE,
         };
         let mut film = Film::new(SIZE, crop);
-        render_to_noise(&NoisyIntegrator, &Independent::new(0), &mut film, 0.5, 1 << 20, &());
+        render_to_noise(
+            &NoisyIntegrator { scale: 1.0 },
+            &Independent::new(0),
+            &mut film,
+            0.5,
+            1 << 20,
+            &(),
+        );
         assert!(film.tiles()[0].samples() >= 64 * 256);
     }
 

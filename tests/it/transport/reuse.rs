@@ -391,6 +391,7 @@ fn reported_error_matches_spread_of_seeds() {
             })
             .collect();
         let told = films.iter().map(Film::error).sum::<f64>() / films.len() as f64;
+        let floor = films.iter().map(Film::error_floor).sum::<f64>() / films.len() as f64;
         let values: Vec<_> = films.iter().map(means).collect();
         let mut seen = 0.0;
         for c in 0..3 {
@@ -398,7 +399,7 @@ fn reported_error_matches_spread_of_seeds() {
                 let Mean {
                     value: mean, variance, ..
                 } = Mean::of(&values.iter().map(|v| v[c][i]).collect::<Vec<_>>());
-                seen += variance * films.len() as f64 / (mean * mean + 0.01);
+                seen += variance * films.len() as f64 / (mean * mean + floor * floor);
             }
         }
         seen /= 3.0 * resolution.element_product() as f64;

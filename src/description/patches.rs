@@ -254,12 +254,15 @@ impl SceneFile {
     /// Filter that selects the parts of OBJ files, by the keys `visible` of `patches` and by the
     /// patterns of `hide` and `only`.
     pub(super) fn part_filter(&self, patches: &[Patch<PartSection>]) -> PartFilter {
-        let [hide, only] = self
+        let [mut hide, only] = self
             .part_patterns()
-            .map(|patterns| patterns.iter().map(|pattern| Glob::new(pattern)).collect());
+            .map(|patterns| patterns.iter().map(|pattern| Glob::new(pattern)).collect::<Vec<_>>());
+        if self.shows_hidden_parts {
+            hide.clear();
+        }
         let rule = |patch: &Patch<PartSection>| PartRule {
             glob: patch.glob.clone(),
-            visible: value(&patch.section.keys.visible),
+            visible: value(&patch.section.keys.visible).filter(|visible| *visible || !self.shows_hidden_parts),
             has_material: patch.section.has_material(),
             movement: patch.section.movement(),
         };
@@ -268,6 +271,12 @@ impl SceneFile {
             only,
             rules: patches.iter().map(rule).collect(),
         }
+    }
+
+    /// Returns true if a flag or a key hides parts by their names.
+    pub(crate) fn hides_parts(&self) -> bool {
+        let filter = self.part_filter(&self.part_patches().unwrap_or_default());
+        !filter.hide.is_empty() || filter.rules.iter().any(|rule| rule.visible == Some(false))
     }
 
     /// Returns true if a material section or a patch, or one of the part patches `parts`, sets an

@@ -88,6 +88,9 @@ pub struct SceneFile {
     /// shown.
     #[serde(skip)]
     pub only: Vec<String>,
+    /// True if hidden parts are read as if they were shown. Guesses use this for rooms.
+    #[serde(skip)]
+    pub(super) shows_hidden_parts: bool,
     /// Changes that flags make to the light.
     #[serde(skip)]
     pub(super) changed_light: Option<Box<ChangedLight>>,
@@ -369,6 +372,15 @@ impl SceneFile {
             let written = written.into_iter().flatten().map(|name| name.to_string());
             own.iter().cloned().chain(written).collect()
         })
+    }
+
+    /// Copy of this file in which no part is hidden. Parts that do not match the patterns of
+    /// `only` stay hidden.
+    pub(crate) fn with_hidden_parts(&self) -> Self {
+        Self {
+            shows_hidden_parts: true,
+            ..self.clone()
+        }
     }
 
     /// Returns true if a light or material is in a named light group.

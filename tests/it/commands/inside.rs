@@ -105,6 +105,37 @@ fn view_inside_without_a_room_is_an_error() {
     );
 }
 
+/// Hidden furniture and walls leave camera and light of a room where they are, in contrast to
+/// furniture that the file does not have.
+#[test]
+fn hidden_parts_do_not_move_camera_of_a_room() {
+    // A name before the vertices of each box
+    let mut text = String::new();
+    let mut was_face = true;
+    for line in room(&["+z"]).lines() {
+        if was_face && line.starts_with('v') {
+            writeln!(text, "o box{}", text.matches("o box").count()).unwrap();
+        }
+        was_face = line.starts_with('f');
+        writeln!(text, "{line}").unwrap();
+    }
+    let scene = |render: &str| format!("version = 1\n[render]\n{render}\n[[object]]\nobj = \"room.obj\"\n");
+    let report = |render: &str| {
+        let folder = folder(&[("room.obj", &*text), ("s.toml", &scene(render))]);
+        let report = json(&done(folder.path(), &["info", "s.toml", "--json"]));
+        (report["camera"].clone(), report["light_guess"].clone())
+    };
+    let whole = report("");
+    let guess = whole.0["guess"].as_str().unwrap();
+    assert!(guess.starts_with("an interior"), "{guess}");
+    for box_name in ["box1", "box2", "box3"] {
+        assert_eq!(report(&format!("hide = \"{box_name}\"")), whole, "{box_name}");
+    }
+    assert_eq!(report("hide = [\"box1\", \"box2\", \"box3\"]"), whole);
+    // `only` shows the parts alone, and leaves the others out of the guess.
+    assert_ne!(report("only = [\"box0\", \"box1\", \"box2\"]").0, whole.0);
+}
+
 #[test]
 fn rooms_with_ground_or_outliers_are_interiors() {
     let with = |more: &str| {

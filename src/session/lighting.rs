@@ -3,7 +3,7 @@
 use super::{Guesses, LitFile, LitWords, Settings};
 use crate::camera::CameraParameters;
 use crate::color::{Exposure, Spectrum};
-use crate::description::{Environment, LightSection, SceneFile, Viewpoint};
+use crate::description::{ColorValue, Environment, LightSection, SceneFile, Viewpoint};
 use crate::guess::{LightGuess, Survey};
 use crate::integrator::Background;
 use crate::io::{DEFAULT_LIGHT, Warning};
@@ -16,6 +16,10 @@ use toml::Spanned;
 /// Radiance of the guessed backdrop, W·sr⁻¹·m⁻²: a blue grey that differs from white, grey and
 /// black subjects.
 const BACKDROP: Spectrum = Spectrum::rgb(0.105, 0.14, 0.19);
+/// Albedo of the ground in front of the guessed backdrop. In the light of the studio, a Lambertian
+/// ground of this albedo has the radiance [`BACKDROP`]. So mirrors and glass show a ground as dark
+/// as the ground that the camera shows.
+const GROUND_ALBEDO: [f32; 3] = [0.0675, 0.09, 0.1222];
 /// Radiance of the guessed lamp of a closed room, W·sr⁻¹·m⁻².
 const LAMP: f32 = 20.0;
 
@@ -134,11 +138,15 @@ pub(super) fn lit(
             };
             file.light.push(Environment::Studio.section(0..0, &viewpoint));
             let catches = guesses.ground && settings.method().catches_shadows();
+            let has_backdrop = guesses.background && settings.method().shows_backgrounds();
             if catches {
-                file.ground.get_or_insert_default();
+                let ground = file.ground.get_or_insert_default();
+                if has_backdrop && ground.albedo.is_none() {
+                    ground.albedo = Some(Spanned::new(0..0, ColorValue(GROUND_ALBEDO)));
+                }
                 place_ground(&mut file, survey);
             }
-            if guesses.background && settings.method().shows_backgrounds() {
+            if has_backdrop {
                 settings.background = Background::Gradient(BACKDROP);
             }
             if guesses.exposure {
@@ -190,5 +198,28 @@ pub(super) fn lit(
         file,
         settings,
         words: Some(LitWords::Light(words)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::light::studio_image;
+    use std::f32::consts::{PI, TAU};
+
+    #[test]
+    fn ground_has_radiance_of_backdrop() {
+        let image = studio_image();
+        let (rows, columns) = (image.height as f32, image.width as f32);
+        let irradiance: f32 = (image.texels.iter().enumerate())
+            .map(|(i, radiance)| {
+                let (sin, cos) = (PI * ((i / image.width) as f32 + 0.5) / rows).sin_cos();
+                radiance.luminance() * cos.max(0.0) * sin * (PI / rows) * (TAU / columns)
+            })
+            .sum();
+        let radiance = Spectrum::from(GROUND_ALBEDO) * (irradiance / PI);
+        for (ground, backdrop) in radiance.to_array().into_iter().zip(BACKDROP.to_array()) {
+            assert!((ground / backdrop - 1.0).abs() < 0.005, "{radiance:?}, {irradiance}");
+        }
     }
 }

@@ -5,13 +5,38 @@
 use super::background::{Background, BackgroundLight, CameraView, Shadow};
 use super::vertex::Vertex;
 use super::world::World;
-use super::{LightSource, Sink};
+use super::{LightSource, RayKind, RaySink, Sink};
 use crate::accel::Accel;
+use crate::bsdf::{BsdfSample, TransportMode};
 use crate::color::Spectrum;
 use crate::film::{Features, FirstSurface};
 use crate::light::LightSampleContext;
-use crate::math::{Ray, Vec2};
+use crate::material::BsdfSlot;
+use crate::math::{Ray, Vec2, Vec3};
 use crate::scene::Ground;
+
+/// Maximum number of mirrors and glass surfaces through which guides are followed, after the first.
+/// A ray through a bottle meets four surfaces.
+const MAX_PASSED: u32 = 8;
+
+/// Albedo and normal that guide denoisers.
+#[derive(Clone, Copy, Debug)]
+struct Guide {
+    albedo: Spectrum,
+    /// Unit shading normal in world space, on the side of the viewer.
+    normal: Vec3,
+}
+
+impl Guide {
+    /// Guide of the surface at `vertex` alone.
+    #[inline(always)]
+    fn of(vertex: &Vertex) -> Self {
+        Self {
+            albedo: vertex.albedo(),
+            normal: vertex.point.ns * 1f32.copysign(vertex.wo.z),
+        }
+    }
+}
 
 impl<A: Accel> World<'_, A> {
     /// Passes `vertex`, the first surface that the camera ray `ray` hits, to the sink. The ground
@@ -23,7 +48,10 @@ impl<A: Accel> World<'_, A> {
     pub(super) fn see(&self, vertex: &Vertex, (ray, beta): (&Ray, Spectrum), out: &mut impl Sink) {
         match self.scene.ground().filter(|ground| ground.is_at(&vertex.hit)) {
             Some(ground) => out.camera_view(self.ground_view(ground, vertex, (ray, beta))),
-            None => out.first_surface(self.first_surface(vertex)),
+            None => {
+                let first = self.first_surface(vertex, out);
+                out.first_surface(first);
+            }
         }
     }
 
@@ -92,13 +120,48 @@ impl<A: Accel> World<'_, A> {
     }
 
     /// Auxiliary channels of `vertex`, the first surface of a camera path.
-    pub(super) fn first_surface(&self, vertex: &Vertex) -> FirstSurface {
+    pub(super) fn first_surface(&self, vertex: &Vertex, out: &mut impl RaySink) -> FirstSurface {
+        let guide = if vertex.bsdf.is_delta() {
+            self.guide_behind(vertex, 0, out)
+        } else {
+            Guide::of(vertex)
+        };
         FirstSurface {
             features: self.features.then(|| self.features_of(vertex)),
-            albedo: vertex.albedo(),
-            normal: vertex.point.ns * 1f32.copysign(vertex.wo.z),
+            albedo: guide.albedo,
+            normal: guide.normal,
             depth: self.camera.depth(vertex.point.p, vertex.point.time),
             emitted: self.emitted_luminance(vertex),
+        }
+    }
+
+    /// Guide of the surface that a mirror or clear glass at `vertex` shows. `passed` is the number
+    /// of mirrors and glass surfaces before `vertex`. At each of them, the ray follows the delta
+    /// lobe that scatters most light. If the ray leaves the scene, the guide is that of the last
+    /// surface.
+    ///
+    /// Denoisers keep the edges and textures of guides. So they keep those of a reflection, too.
+    #[inline(never)]
+    fn guide_behind(&self, vertex: &Vertex, passed: u32, out: &mut impl RaySink) -> Guide {
+        let own = Guide::of(vertex);
+        let flux = |sample: &BsdfSample| sample.weight.luminance() * sample.pdf;
+        let directions = vertex.bsdf.delta_directions(vertex.wo, TransportMode::Radiance);
+        let Some(brightest) = directions.max_by(|a, b| flux(a).total_cmp(&flux(b))) else {
+            return own;
+        };
+        let ray = self.ray_along(vertex, brightest.wi);
+        let (hit, tint) = self.intersect(&ray, RayKind::Bounce, out);
+        let Some(hit) = hit else { return own };
+        let slot = BsdfSlot::new();
+        let next = self.vertex(&hit, &ray, None, &slot);
+        let guide = if next.bsdf.is_delta() && passed < MAX_PASSED {
+            self.guide_behind(&next, passed + 1, out)
+        } else {
+            Guide::of(&next)
+        };
+        Guide {
+            albedo: own.albedo * tint * guide.albedo,
+            ..guide
         }
     }
 

@@ -216,7 +216,8 @@ impl<'a, A: Accel> World<'a, A> {
             return None;
         };
         let vertex = self.vertex(&hit, &ray, None, slot);
-        out.first_surface(self.first_surface(&vertex));
+        let first = self.first_surface(&vertex, out);
+        out.first_surface(first);
         Some(vertex)
     }
 

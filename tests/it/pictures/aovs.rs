@@ -78,6 +78,78 @@ fn albedo_equals_radiance_in_a_white_furnace() {
     }
 }
 
+/// Mirrors and clear glass have the albedo, times their tint, and the normal of the surface that
+/// they show. Depth and position are those of the mirror and the glass.
+#[test]
+fn albedo_and_normal_are_of_the_surface_behind_mirrors_and_glass() {
+    let wall = "v -9 -9 -5\nv 9 -9 -5\nv 9 9 -5\nv -9 9 -5\nusemtl paint\nf 1 2 3 4\n";
+    let side = "v -5 -9 9\nv -5 -9 -9\nv -5 9 -9\nv -5 9 9\nusemtl paint\nf 1 2 3 4\n";
+    // Turned by 45° between the camera and the side
+    let mirror = "v -1 -1 -1\nv 1 -1 1\nv 1 1 1\nv -1 1 -1\nusemtl m\nf 4 3 2 1\n";
+    let slab = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nusemtl m\n\
+                f 5 6 7 8\nf 4 3 2 1\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    let sheet = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nusemtl m\nf 1 2 3 4\n";
+    let silver = "model = \"mirror\"\nspecular = [0.9, 0.8, 0.7]";
+    let glass = "transmission = 1\nior = 1.5\nroughness = 0";
+    let half = 0.5f32.sqrt();
+    let (paint, toward) = ([0.2, 0.4, 0.6], [0.0, 0.0, 1.0]);
+    let painted = [0.9 * 0.2, 0.8 * 0.4, 0.7 * 0.6];
+    for (name, thing, other, material, albedo, normal) in [
+        ("mirror", mirror, side, silver, painted, [1.0, 0.0, 0.0]),
+        (
+            "mirror of nothing",
+            mirror,
+            wall,
+            silver,
+            [0.9, 0.8, 0.7],
+            [-half, 0.0, half],
+        ),
+        ("glass", slab, wall, glass, paint, toward),
+        (
+            "rough mirror",
+            sheet,
+            wall,
+            "specular = 0.5\nroughness = 0.4",
+            [0.5; 3],
+            toward,
+        ),
+    ] {
+        let scene = format!(
+            "version = 1\n[camera]\nposition = [0, 0, 40]\nlook_at = [0, 0, 0]\nvertical_fov = 1\n\
+             [image]\nwidth = 8\nheight = 8\n[[object]]\nobj = \"thing.obj\"\n[[object]]\nobj = \"other.obj\"\n\
+             [material.m]\n{material}\n[material.paint]\ndiffuse = [0.2, 0.4, 0.6]\n\
+             [[light]]\ntype = \"constant\"\nradiance = [1, 1, 1]\n"
+        );
+        let folder = folder(&[("thing.obj", thing), ("other.obj", other), ("s.toml", &scene)]);
+        for integrator in ["path", "bdpt", "photon-map"] {
+            let flags = [
+                "render",
+                "s.toml",
+                "-q",
+                "--spp",
+                "4",
+                "--integrator",
+                integrator,
+                "-o",
+                "a.exr",
+            ];
+            done(folder.path(), &flags);
+            let file = folder.path().join("a.exr");
+            for (c, [of_albedo, of_normal]) in [["R", "X"], ["G", "Y"], ["B", "Z"]].into_iter().enumerate() {
+                let mean = |channel: String| read_channel(&file, &channel).iter().sum::<f32>() / 64.0;
+                let found = [mean(format!("albedo.{of_albedo}")), mean(format!("N.{of_normal}"))];
+                let expected = [albedo[c], normal[c]];
+                assert!(
+                    found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 6e-3),
+                    "{name}, {integrator}, {c}: {found:?}, not {expected:?}"
+                );
+            }
+            let depth = read_channel(&file, "Z").iter().sum::<f32>() / 64.0;
+            assert!((depth - 40.0).abs() < 0.6, "{name}, {integrator}: {depth}");
+        }
+    }
+}
+
 #[test]
 fn channels_have_position_uv_motion_and_id() {
     let folder = scene();

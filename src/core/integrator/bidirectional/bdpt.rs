@@ -54,7 +54,7 @@ impl<A: Accel> IterationIntegrator for BidirectionalIntegrator<'_, A> {
         // Trace both subpaths
         let ray = self.world.camera_ray(key, None, sampler, out);
         let mut paths = connector.subpaths(ray, sampler, out);
-        if let Some(first) = paths.first_seen(&self.world) {
+        if let Some(first) = paths.first_seen(&self.world, out) {
             out.first_surface(first);
         }
 

@@ -47,7 +47,8 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
         if self.world.camera.lens_of(&ray).is_far {
             self.trace_to_lights(ray, sampler, out);
         } else if let (Some(hit), _) = self.world.intersect(&ray, RayKind::Camera, out) {
-            out.first_surface(Surface::new(&self.world, hit, &ray).first_seen(&self.world));
+            let first = Surface::new(&self.world, hit, &ray).first_seen(&self.world, out);
+            out.first_surface(first);
         }
 
         // Trace a light path, and connect each vertex to the camera
@@ -81,7 +82,7 @@ impl<A: Accel> LightIntegrator<'_, A> {
             time: ray.time,
             ..Subpaths::default()
         };
-        if let Some(first) = paths.first_seen(&self.world) {
+        if let Some(first) = paths.first_seen(&self.world, out) {
             out.first_surface(first);
         }
         let mut found = Vec::new();

@@ -185,7 +185,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         strategy.add_found(world, &path, vertex.as_ref(), out);
         let Some(vertex) = vertex else { return };
         if depth == 0 && world.features {
-            let mut first = world.first_surface(&vertex);
+            let mut first = world.first_surface(&vertex, out);
             if let Some(features) = &mut first.features {
                 features.points = self.photons_at(&vertex);
             }

@@ -185,7 +185,7 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
         // Trace both subpaths
         let ray = self.world.camera_ray(key, Some(prepared.time), sampler, out);
         let mut paths = connector.subpaths(ray, sampler, out);
-        if let Some(first) = paths.first_seen(&self.world) {
+        if let Some(first) = paths.first_seen(&self.world, out) {
             out.first_surface(first);
         }
 

@@ -74,9 +74,9 @@ pub(crate) struct Subpaths<'a> {
 impl Subpaths<'_> {
     /// First surface of the camera subpath, for the auxiliary channels. `None` if the subpath hits
     /// no surface.
-    pub fn first_seen<A: Accel>(&self, world: &World<A>) -> Option<FirstSurface> {
+    pub fn first_seen<A: Accel>(&self, world: &World<A>, out: &mut impl RaySink) -> Option<FirstSurface> {
         let first = self.camera.get(1).and_then(PathVertex::surface)?;
-        Some(first.first_seen(world))
+        Some(first.first_seen(world, out))
     }
 
     /// Returns `true` if the camera subpath scatters only by delta lobes before its vertex number

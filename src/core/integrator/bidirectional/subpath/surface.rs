@@ -5,8 +5,8 @@ use crate::bsdf::{Bsdf, BsdfSample, Scattering, ScatteringEvent, TransportMode};
 use crate::color::Spectrum;
 use crate::film::FirstSurface;
 use crate::geometry::{Hit, Side, SurfacePoint, offset_origin};
-use crate::integrator::World;
 use crate::integrator::vertex::Vertex;
+use crate::integrator::{RaySink, World};
 use crate::light::LightSampleContext;
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampling::warp::cosine_hemisphere;
@@ -295,7 +295,7 @@ impl<'a> Surface<'a> {
     }
 
     /// Auxiliary channels of this surface, if it is the first surface that the camera sees.
-    pub fn first_seen<A: Accel>(&self, world: &World<A>) -> FirstSurface {
+    pub fn first_seen<A: Accel>(&self, world: &World<A>, out: &mut impl RaySink) -> FirstSurface {
         let (point, frame) = self.seen_from(world.scene, self.back);
         let vertex = Vertex {
             hit: self.hit,
@@ -308,7 +308,7 @@ impl<'a> Surface<'a> {
             view: None,
             body: self.body,
         };
-        world.first_surface(&vertex)
+        world.first_surface(&vertex, out)
     }
 
     /// Emission of the surface towards the previous vertex, if the surface emits light. `from` is

@@ -184,6 +184,20 @@ impl Bsdf {
         }
     }
 
+    /// Returns true if a lobe is a delta lobe.
+    #[inline(always)]
+    pub fn has_delta(&self) -> bool {
+        match self {
+            Self::Single(lobe) => lobe.is_delta(),
+            _ => self.has_delta_lobe(),
+        }
+    }
+
+    #[inline(never)]
+    fn has_delta_lobe(&self) -> bool {
+        self.lobes().any(Lobe::is_delta)
+    }
+
     #[inline(never)]
     fn is_delta_throughout(&self) -> bool {
         self.lobes().all(Lobe::is_delta)

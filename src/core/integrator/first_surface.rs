@@ -15,8 +15,8 @@ use crate::material::BsdfSlot;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::scene::Ground;
 
-/// Maximum number of mirrors and glass surfaces through which guides are followed, after the first.
-/// A ray through a bottle meets four surfaces.
+/// Maximum number of mirrors and glass surfaces through which guides are followed. A ray through a
+/// bottle meets four surfaces.
 const MAX_PASSED: u32 = 8;
 
 /// Albedo and normal that guide denoisers.
@@ -121,11 +121,7 @@ impl<A: Accel> World<'_, A> {
 
     /// Auxiliary channels of `vertex`, the first surface of a camera path.
     pub(super) fn first_surface(&self, vertex: &Vertex, out: &mut impl RaySink) -> FirstSurface {
-        let guide = if vertex.bsdf.is_delta() {
-            self.guide_behind(vertex, 0, out)
-        } else {
-            Guide::of(vertex)
-        };
+        let guide = self.guide(vertex, 0, out);
         FirstSurface {
             features: self.features.then(|| self.features_of(vertex)),
             albedo: guide.albedo,
@@ -135,34 +131,43 @@ impl<A: Accel> World<'_, A> {
         }
     }
 
-    /// Guide of the surface that a mirror or clear glass at `vertex` shows. `passed` is the number
-    /// of mirrors and glass surfaces before `vertex`. At each of them, the ray follows the delta
-    /// lobe that scatters most light. If the ray leaves the scene, the guide is that of the last
-    /// surface.
+    /// Guide of the surface at `vertex`. If most of its light comes from one direction, such as in a
+    /// mirror or in clear glass, the guide shows the surface in this direction. `passed` is the
+    /// number of mirrors and glass surfaces before `vertex`.
     ///
     /// Denoisers keep the edges and textures of guides. So they keep those of a reflection, too.
-    #[inline(never)]
-    fn guide_behind(&self, vertex: &Vertex, passed: u32, out: &mut impl RaySink) -> Guide {
+    #[inline(always)]
+    fn guide(&self, vertex: &Vertex, passed: u32, out: &mut impl RaySink) -> Guide {
         let own = Guide::of(vertex);
-        let flux = |sample: &BsdfSample| sample.weight.luminance() * sample.pdf;
-        let directions = vertex.bsdf.delta_directions(vertex.wo, TransportMode::Radiance);
-        let Some(brightest) = directions.max_by(|a, b| flux(a).total_cmp(&flux(b))) else {
-            return own;
-        };
+        if vertex.bsdf.has_delta() && passed < MAX_PASSED {
+            self.guide_behind(vertex, own, passed, out).unwrap_or(own)
+        } else {
+            own
+        }
+    }
+
+    /// Guide of the surface that a mirror or clear glass at `vertex` shows, with the albedo of all
+    /// other light of `vertex`. `own` is the guide of `vertex` alone. `None` if no delta direction
+    /// has half of the light, or if the ray leaves the scene.
+    #[inline(never)]
+    fn guide_behind(&self, vertex: &Vertex, own: Guide, passed: u32, out: &mut impl RaySink) -> Option<Guide> {
+        // Flux towards the viewer. The mode of importance does not scale it by the squared index
+        let flux = |sample: &BsdfSample| sample.weight * sample.pdf;
+        let directions = vertex.bsdf.delta_directions(vertex.wo, TransportMode::Importance);
+        let brightest = directions.max_by(|a, b| flux(a).luminance().total_cmp(&flux(b).luminance()))?;
+        let flux = flux(&brightest);
+        if flux.luminance() < 0.5 * own.albedo.luminance() {
+            return None;
+        }
         let ray = self.ray_along(vertex, brightest.wi);
         let (hit, tint) = self.intersect(&ray, RayKind::Bounce, out);
-        let Some(hit) = hit else { return own };
         let slot = BsdfSlot::new();
-        let next = self.vertex(&hit, &ray, None, &slot);
-        let guide = if next.bsdf.is_delta() && passed < MAX_PASSED {
-            self.guide_behind(&next, passed + 1, out)
-        } else {
-            Guide::of(&next)
-        };
-        Guide {
-            albedo: own.albedo * tint * guide.albedo,
-            ..guide
-        }
+        let next = self.vertex(&hit?, &ray, None, &slot);
+        let shown = self.guide(&next, passed + 1, out);
+        Some(Guide {
+            albedo: (own.albedo - flux).max(Spectrum::ZERO) + flux * tint * shown.albedo,
+            ..shown
+        })
     }
 
     /// Luminance of the light that the surface of `vertex` emits to the camera.

@@ -94,6 +94,9 @@ fn albedo_and_normal_are_of_the_surface_behind_mirrors_and_glass() {
     let half = 0.5f32.sqrt();
     let (paint, toward) = ([0.2, 0.4, 0.6], [0.0, 0.0, 1.0]);
     let painted = [0.9 * 0.2, 0.8 * 0.4, 0.7 * 0.6];
+    let blue = [0.16, 0.32, 0.58];
+    // Two surfaces reflect 0.04 each.
+    let paint_behind = paint.map(|albedo: f32| 0.04 + 0.96 * (0.04 + 0.96 * albedo));
     for (name, thing, other, material, albedo, normal) in [
         ("mirror", mirror, side, silver, painted, [1.0, 0.0, 0.0]),
         (
@@ -104,7 +107,24 @@ fn albedo_and_normal_are_of_the_surface_behind_mirrors_and_glass() {
             [0.9, 0.8, 0.7],
             [-half, 0.0, half],
         ),
-        ("glass", slab, wall, glass, paint, toward),
+        // The diffuse rest of the mirror adds its own albedo.
+        (
+            "blue mirror",
+            mirror,
+            side,
+            "model = \"mirror\"\nspecular = 0.8\ndiffuse = [0, 0, 0.1]",
+            blue,
+            [1.0, 0.0, 0.0],
+        ),
+        (
+            "glazed",
+            sheet,
+            wall,
+            "diffuse = 0.5\nspecular = 0.04\nmodel = \"mirror\"",
+            [0.54; 3],
+            toward,
+        ),
+        ("glass", slab, wall, glass, paint_behind, toward),
         (
             "rough mirror",
             sheet,

@@ -28,7 +28,7 @@ LIMITS = {"covered": (0.20, 0.85), "white": (0.0, 0.02), "median": (0.25, 0.70)}
 def objs(folder):
     """OBJ files of the scenes, except files that are awkward or broken by design."""
     found = sorted(folder.rglob("*.obj"))
-    return [path for path in found if not {"awkward-obj", "faults"} & set(path.parts)]
+    return [path for path in found if not {"awkward-obj", "faults", "found", "found-light"} & set(path.parts)]
 
 
 def luminance(rgb):

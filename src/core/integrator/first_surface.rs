@@ -131,8 +131,8 @@ impl<A: Accel> World<'_, A> {
         }
     }
 
-    /// Guide of the surface at `vertex`. If most of its light comes from one direction, such as in a
-    /// mirror or in clear glass, the guide shows the surface in this direction. `passed` is the
+    /// Guide of the surface at `vertex`. If most of its light comes from one direction, such as in
+    /// a mirror or in clear glass, the guide shows the surface in this direction. `passed` is the
     /// number of mirrors and glass surfaces before `vertex`.
     ///
     /// Denoisers keep the edges and textures of guides. So they keep those of a reflection, too.

@@ -90,7 +90,7 @@ pub mod prelude {
 
 pub use embrasure_core::{
     accel, bsdf, camera, color, compare, denoise, files, film, geometry, guess, integrator, io, light, light_paths,
-    lint, material, math, method, options, parameter, render, sampler, sampling, scene, texture,
+    light_sampling, lint, material, math, method, options, parameter, render, sampler, sampling, scene, texture,
 };
 
 pub use description::SceneFile;

@@ -10,8 +10,10 @@
 //!
 //! - [`math`], [`color`], [`sampling`], [`sampler`]: numbers, colours, warps and random numbers
 //! - [`parameter`]: reading, writing, checking and describing a value that a user can set
-//! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`], [`film`]: the
-//!   elements of a scene, and the film that sums its pixels
+//! - [`geometry`], [`texture`], [`bsdf`], [`material`], [`light`], [`camera`]: the elements of a
+//!   scene
+//! - [`light_sampling`], [`light_paths`], [`film`]: the choice of a light, classes of light paths,
+//!   and the film that sums the pixels
 //! - [`scene`], [`denoise`], [`compare`]: the immutable scene, denoisers, and errors of an image
 //! - [`accel`]: ray queries over the scene
 //! - [`integrator`], [`guess`]: light transport of one pixel sample, or of one iteration; guesses
@@ -35,6 +37,7 @@ pub mod integrator;
 pub mod io;
 pub mod light;
 pub mod light_paths;
+pub mod light_sampling;
 pub mod lint;
 pub mod material;
 pub mod math;

@@ -12,7 +12,7 @@ use embrasure::integrator::{PathIntegrator, ReusingPathIntegrator, Roulette, Str
 use embrasure::io::{
     FileError, MtlDialect, TextureKind, describe_checkpoint, load_texture, read_checkpoint, read_layers, read_rendering,
 };
-use embrasure::light::LightChoice;
+use embrasure::light_sampling::LightChoice;
 use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::options::CameraOptions;
 use embrasure::render::render;

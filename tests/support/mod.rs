@@ -17,7 +17,7 @@ use embrasure::integrator::{
     Heuristic, ImportanceImage, ImportanceImageMaker, IterationIntegrator, PathIntegrator, ReusingPathIntegrator,
     Roulette, Strategy, World,
 };
-use embrasure::light::{LightChoice, SelectionMode};
+use embrasure::light_sampling::{LightChoice, SelectionMode};
 use embrasure::material::{Gloss, Map, Material};
 use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::method::CompiledIntegrator;

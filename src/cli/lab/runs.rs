@@ -14,7 +14,7 @@ use crate::cli::progress::{Progress, is_interrupted};
 use crate::color::Tone;
 use crate::film::{Film, Filter, RgbImage, metered};
 use crate::integrator::World;
-use crate::light::LightSelection;
+use crate::light_sampling::LightSelection;
 use crate::method::AnyAccel;
 use crate::options::Method;
 use crate::render::{Outcome, StopCondition, last_cut};

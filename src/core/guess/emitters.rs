@@ -10,7 +10,7 @@
 use super::scene_tracer::{SceneTracer, SurfaceHit};
 use super::spread::radical_inverse;
 use crate::geometry::segment;
-use crate::light::{LightChoice, LightSampleContext, LightSelection};
+use crate::light_sampling::{LightChoice, LightSampleContext, LightSelection};
 use crate::math::hash::{GOLDEN_GAMMA, mix, unit_f32};
 use crate::math::{Frame, Vec2, Vec3};
 use crate::sampling::warp::{cosine_hemisphere, uniform_cone};

@@ -10,7 +10,7 @@ use crate::accel::Accel;
 use crate::bsdf::{BsdfSample, TransportMode};
 use crate::color::Spectrum;
 use crate::film::{Features, FirstSurface};
-use crate::light::LightSampleContext;
+use crate::light_sampling::LightSampleContext;
 use crate::material::BsdfSlot;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::scene::Ground;

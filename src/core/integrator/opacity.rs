@@ -345,7 +345,7 @@ mod tests {
             focus_distance: 1.0,
         };
         let camera = Camera::new(camera, UVec2::ONE).unwrap();
-        let selection = scene.light_selection(crate::light::LightChoice::default());
+        let selection = scene.light_selection(crate::light_sampling::LightChoice::default());
         let mut show = |accel: &dyn Accel| {
             look(World::new(scene, &accel, &selection, &camera, &Filter::BOX));
         };

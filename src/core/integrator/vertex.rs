@@ -3,7 +3,7 @@
 use crate::bsdf::{Bsdf, BsdfSample, BsdfView, ScatteringEvent, TransportMode};
 use crate::color::Spectrum;
 use crate::geometry::{Hit, SurfacePoint};
-use crate::light::LightSampleContext;
+use crate::light_sampling::LightSampleContext;
 use crate::material::BsdfSlot;
 use crate::math::{Frame, Vec2, Vec3};
 

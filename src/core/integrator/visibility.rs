@@ -1,5 +1,5 @@
 //! Learns which part of the sky is visible from surfaces, before the first sample.
-//! `light/visibility_grid.rs` uses the learned visibility to sample directions of the sky.
+//! `light_sampling/visibility_grid.rs` uses the learned visibility to sample directions of the sky.
 //!
 //! First some camera paths are traced, as in the render, to find surface points. If enough rays of
 //! these paths leave the scene, sampling the sky by radiance is good enough, and nothing is
@@ -14,7 +14,8 @@ use super::vertex::Vertex;
 use super::{RayKind, RaySink, World};
 use crate::accel::Accel;
 use crate::geometry::{Side, SurfacePoint};
-use crate::light::{Light, RAYS_A_CLUSTER, SelectionMode, VisibilityGrid, VisibilityTarget};
+use crate::light::Light;
+use crate::light_sampling::{RAYS_A_CLUSTER, SelectionMode, VisibilityGrid, VisibilityTarget};
 use crate::material::BsdfSlot;
 use crate::math::{Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler, Stream};

@@ -1,8 +1,8 @@
 //! Lights with a surface that rays can hit: shapes that emit on their front.
 
+use super::bounds::{LightBounds, ReceiverRegion};
 use super::irradiance::{of_disk, of_polygon, of_triangle};
 use super::textured::UniformTriangle;
-use super::tree::{LightBounds, ReceiverRegion};
 use super::{
     DiskLight, Emission, Light, LightSample, MovingTriangle, RectangleLight, SphereLight, TexturedTriangle,
     TriangleLight, Variation,

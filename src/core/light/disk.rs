@@ -12,7 +12,7 @@
 //! The scene geometry contains the square around each disk. Rays that hit the square outside of the
 //! disk pass through it (`scene/lamp_hulls.rs`).
 
-use super::tree::LightBounds;
+use super::bounds::LightBounds;
 use super::{Emission, LightSample, area_pdf};
 use crate::color::Spectrum;
 use crate::math::{Frame, Ray, Vec2, Vec3, encode_fields, float::gamma};

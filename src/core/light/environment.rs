@@ -150,24 +150,24 @@ impl EnvironmentLight {
     }
 
     /// Columns and rows of the image.
-    pub(super) fn size(&self) -> [usize; 2] {
+    pub(crate) fn size(&self) -> [usize; 2] {
         [self.image.width, self.image.height]
     }
 
     /// Unit direction at the image coordinates `s` (0 at the left, 1 at the right) and `t` (0 at
     /// the top, 1 at the bottom), and the radiance from this direction.
-    pub(super) fn at(&self, s: f64, t: f64) -> (Vec3, Spectrum) {
+    pub(crate) fn at(&self, s: f64, t: f64) -> (Vec3, Spectrum) {
         let st = Vec2::new(s as f32, t as f32);
         (self.rotation * direction(st), self.image.interpolated(st) * self.scale)
     }
 
     /// Image coordinates, in [0, 1)², of the unit direction `wi`.
-    pub(super) fn place_of(&self, wi: Vec3) -> Vec2 {
+    pub(crate) fn place_of(&self, wi: Vec3) -> Vec2 {
         place(self.rotation.inverse() * wi)
     }
 
     /// Distribution over the image from which directions are sampled.
-    pub(super) fn distribution(&self) -> &Distribution2D {
+    pub(crate) fn distribution(&self) -> &Distribution2D {
         &self.distribution
     }
 
@@ -177,7 +177,7 @@ impl EnvironmentLight {
     }
 
     /// Light from the image point `st`, sampled with the density `pdf` over the image.
-    pub(super) fn sample_at(&self, (st, pdf): (Vec2, f32)) -> Option<LightSample> {
+    pub(crate) fn sample_at(&self, (st, pdf): (Vec2, f32)) -> Option<LightSample> {
         let w = direction(st);
         let wi = self.rotation * w;
         let pdf = pdf * solid_angle_jacobian(w);

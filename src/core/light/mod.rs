@@ -1,18 +1,7 @@
-//! Light sources: emitted radiance, sampling of incident light and of light paths, densities, and
-//! the choice of a light.
+//! Light sources: emitted radiance, sampling of incident light and of light paths, and densities.
+//! No ray is traced here.
 //!
-//! Densities of a single light do not include the probability of choosing it. [`LightSelection`]
-//! (incident light) and [`EmissionSelection`] (start of a light path) return this probability. No
-//! ray is traced here.
-//!
-//! If the scene has more than two lights, a light is chosen by place: by an estimate of its
-//! irradiance at the receiving point (`light_grid`). With fewer lights, the choice is by power. In
-//! a room with windows, directions of the sky are also chosen by place. For this, rays measure the
-//! visibility of the sky before the first sample (`visibility_grid`). The density of a direction
-//! then depends on the receiving point and its normal ([`LightSampleContext`]). `PrevVertex` stores
-//! this context for MIS. A context contains only data that are known both when a light is sampled
-//! and when the BSDF is sampled. If a surface transmits light by lobes other than delta lobes, the
-//! normal is zero.
+//! Densities of a single light do not include the probability of choosing it (`light_sampling`).
 //!
 //! How to add a type of light: a light with a surface is a variant of [`AreaLight`], and needs
 //! `match` arms in `area.rs` alone. A round light is also a variant of [`RoundLight`], and needs a
@@ -30,77 +19,50 @@
 //! computed with one multiplication.
 
 mod area;
-mod cell_grid;
+pub(crate) mod bounds;
 mod constant;
 mod directional;
 mod disk;
 mod emission;
-mod emission_selection;
 mod environment;
 mod groups;
 mod irradiance;
-mod lamps;
-mod light_grid;
 mod point;
 mod rectangle;
-mod selection;
 pub mod sky;
-mod sky_bins;
 mod sphere;
 mod spot;
 mod studio;
 mod sun;
 mod textured;
-mod tree;
 mod triangle;
-mod visibility_grid;
 
 pub use area::{AreaLight, RoundLight};
 pub use constant::ConstantLight;
 pub use directional::DirectionalLight;
 pub use disk::DiskLight;
 pub use emission::Emission;
-pub use emission_selection::EmissionSelection;
 pub use environment::{EnvironmentKind, EnvironmentLight, LatLongImage};
 pub use groups::{LightGroupId, LightGroups};
-pub use lamps::Lamps;
 pub use point::PointLight;
 pub use rectangle::RectangleLight;
-pub use selection::{LightChoice, LightSelection, SelectionMode};
 pub use sphere::SphereLight;
 pub use spot::SpotLight;
 pub use studio::{STUDIO_IRRADIANCE, STUDIO_SIZE, studio_image};
 pub use sun::SunLight;
 pub use textured::{TexturedTriangle, Variation};
 pub use triangle::{MovingTriangle, TriangleLight, TriangleSampling};
-pub use visibility_grid::{RAYS_A_CLUSTER, VisibilityGrid, VisibilityTarget};
 
 use crate::color::Spectrum;
 use crate::geometry::segment;
 use crate::math::{Encode, Ray, Vec2, Vec3};
 use crate::texture::Texture;
+use bounds::{LightBounds, ReceiverRegion};
 use std::f64::consts::PI;
-use tree::{LightBounds, ReceiverRegion};
-
-/// Data of a receiving point on which the choice of a light depends.
-#[derive(Clone, Copy, Debug)]
-pub struct LightSampleContext {
-    /// Position, world space.
-    pub p: Vec3,
-    /// Unit normal, on the side that receives light; zero if both sides receive light.
-    pub n: Vec3,
-}
 
 /// Index of a light of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LightId(pub u32);
-
-impl LightSampleContext {
-    /// A point that receives light from all directions.
-    pub fn any_side(p: Vec3) -> Self {
-        Self { p, n: Vec3::ZERO }
-    }
-}
 
 /// Sample of incident light from a light source.
 #[derive(Clone, Copy, Debug)]
@@ -277,7 +239,7 @@ impl Light {
     }
 
     /// Bounding sphere and emission of the light; `None` if the light is at infinity.
-    fn bounds(&self) -> Option<LightBounds> {
+    pub(crate) fn bounds(&self) -> Option<LightBounds> {
         match self {
             Self::Area(light) => Some(light.bounds()),
             Self::Point(light) => Some(LightBounds::isotropic(light.position, light.intensity.luminance())),
@@ -287,7 +249,7 @@ impl Light {
     }
 
     /// Estimate of the mean irradiance in `region` by a finite light, without shadows.
-    fn irradiance(&self, region: &ReceiverRegion) -> f32 {
+    pub(crate) fn irradiance(&self, region: &ReceiverRegion) -> f32 {
         match self {
             Self::Area(light) => light.irradiance(region),
             Self::Spot(light) => light.irradiance(region),
@@ -298,7 +260,7 @@ impl Light {
     }
 
     /// Irradiance by a light at infinity, in a scene with the radius `scene_radius`.
-    fn irradiance_from_infinity(&self, region: &ReceiverRegion, scene_radius: f32) -> f64 {
+    pub(crate) fn irradiance_from_infinity(&self, region: &ReceiverRegion, scene_radius: f32) -> f64 {
         // The power is the flux through a disk of the scene's radius. For light from many
         // directions, the power is the integral of this flux over all directions, each with a disk
         // perpendicular to it.

@@ -3,7 +3,7 @@
 //! Directions are uniform over the solid angle (`sampling/spherical_rectangle.rs`) if the rectangle
 //! is near. A rectangle that is far away, or is seen from near its plane, is sampled by area.
 
-use super::tree::{LightBounds, ReceiverRegion};
+use super::bounds::{LightBounds, ReceiverRegion};
 use super::{Emission, LightSample, area_pdf};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3, encode_fields, float::gamma};
@@ -113,7 +113,7 @@ impl RectangleLight {
     /// Samples incident light at `p` from four points, like four calls of
     /// [`RectangleLight::sample`].
     #[inline(never)]
-    pub(super) fn sample_four(&self, p: Vec3, u: [Vec2; 4]) -> [Option<LightSample>; 4] {
+    pub(crate) fn sample_four(&self, p: Vec3, u: [Vec2; 4]) -> [Option<LightSample>; 4] {
         self.draw(p, u)
     }
 

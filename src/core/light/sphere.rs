@@ -8,7 +8,7 @@
 //! The scene geometry contains a polyhedron around each sphere. Rays that hit the polyhedron but
 //! miss the sphere pass through it (`scene/lamp_hulls.rs`).
 
-use super::tree::LightBounds;
+use super::bounds::LightBounds;
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
 use crate::math::{DVec3, Frame, Ray, Vec2, Vec3, encode_fields, float::gamma};

@@ -1,4 +1,4 @@
-use super::tree::{LightBounds, ReceiverRegion};
+use super::bounds::{LightBounds, ReceiverRegion};
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
 use crate::math::{Frame, Vec2, Vec3, encode_fields};

@@ -10,7 +10,7 @@
 //! (`TexturedTriangle::color`). A sampled point has α Le (`TexturedTriangle::mean_color`). Both
 //! strategies estimate the same integral, so MIS weights do not depend on α.
 
-use super::tree::{LightBounds, ReceiverRegion};
+use super::bounds::{LightBounds, ReceiverRegion};
 use super::{Emission, LightSample, MovingTriangle, TriangleLight};
 use crate::color::Spectrum;
 use crate::math::{Vec2, Vec3};

@@ -4,7 +4,7 @@
 //! scenes, these cost more time than the lower error saves (docs/notebook/2026-11.md, "Sampling
 //! emitting triangles and choosing lights").
 
-use super::tree::{LightBounds, ReceiverRegion};
+use super::bounds::{LightBounds, ReceiverRegion};
 use super::{Emission, LightSample};
 use crate::color::Spectrum;
 use crate::geometry::{Facet, PlacedTriangle, Placement, SurfacePoint, corners_at, triangle_area};

@@ -4,8 +4,9 @@
 use super::{Error, InvalidSetting};
 use crate::camera::Camera;
 use crate::integrator::{Background, DirectLight, strategies};
-use crate::light::{Light, LightSelection, SelectionMode};
+use crate::light::Light;
 use crate::light_paths::PathPart;
+use crate::light_sampling::{LightSelection, SelectionMode};
 use crate::options::{IntegratorKind, MaxDepth, Method, Named, Value, VertexMergingSettings};
 use crate::scene::Scene;
 

@@ -28,7 +28,8 @@ pub use error::{Error, InvalidSetting};
 pub use run::{Preparation, RenderContext};
 
 use crate::integrator::{DirectLight, Directions, strategies};
-use crate::light::{LightChoice, SelectionMode, TriangleSampling};
+use crate::light::TriangleSampling;
+use crate::light_sampling::{LightChoice, SelectionMode};
 use crate::options::{IntegratorKind, MaxDepth, Method};
 use crate::sampler::{Fibonacci, Perturbation, PerturbedQmc, RenderSampler, SamplerKind};
 use crate::scene::SceneBuilder;

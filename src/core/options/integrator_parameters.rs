@@ -9,7 +9,8 @@ use crate::integrator::{
     Absorption, DebugView, DirectLight, Directions, EmissionCoin, Heuristic, MetropolisDirect, MetropolisTarget,
     Survival,
 };
-use crate::light::{SelectionMode, TriangleSampling};
+use crate::light::TriangleSampling;
+use crate::light_sampling::SelectionMode;
 use crate::parameter::{Range, Value, named, parameters};
 use crate::sampler::CubePoints;
 use serde_json::json;

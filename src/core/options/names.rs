@@ -8,7 +8,8 @@ use crate::guess::{Elevation, View};
 use crate::integrator::{
     Absorption, DebugView, DirectLight, Directions, EmissionCoin, Heuristic, MetropolisDirect, MetropolisTarget,
 };
-use crate::light::{SelectionMode, TriangleSampling};
+use crate::light::TriangleSampling;
+use crate::light_sampling::SelectionMode;
 use crate::parameter::{Named, named};
 use crate::sampler::{CubePoints, SamplerKind};
 use crate::texture::TextureFilter;

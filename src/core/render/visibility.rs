@@ -4,7 +4,7 @@ use super::statistics::RayCounts;
 use super::work_items::in_work_items;
 use crate::accel::Accel;
 use crate::integrator::VisibilityLearner;
-use crate::light::VisibilityGrid;
+use crate::light_sampling::VisibilityGrid;
 use crate::sampler::Sampler;
 
 /// Learns which part of the sky is visible from surfaces. Returns the visibility grid and the

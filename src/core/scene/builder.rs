@@ -487,8 +487,8 @@ pub(super) mod tests {
             .collect();
         assert_eq!(first, [Some(0), None, Some(2)]);
         assert_eq!(scene.lights().len(), 4);
-        let context = crate::light::LightSampleContext::any_side(Vec3::ONE);
-        let selection = scene.light_selection(crate::light::LightChoice::default());
+        let context = crate::light_sampling::LightSampleContext::any_side(Vec3::ONE);
+        let selection = scene.light_selection(crate::light_sampling::LightChoice::default());
         let total: f32 = (0..4)
             .map(|i| selection.pmf(scene.lights(), &context, LightId(i)))
             .sum();

@@ -3,7 +3,8 @@
 use super::{LightNumbering, Scene, Shape};
 use crate::color::Spectrum;
 use crate::geometry::{Hit, PrimId};
-use crate::light::{Light, LightId, LightSampleContext, LightSelection};
+use crate::light::{Light, LightId};
+use crate::light_sampling::{LightSampleContext, LightSelection};
 use crate::math::Vec3;
 
 /// Light that a traced ray finds.

@@ -44,9 +44,8 @@ use crate::color::Spectrum;
 use crate::geometry::{
     Facet, GeomId, Hit, InstanceId, Mesh, PartNames, PlacedTriangle, Placement, SurfacePoint, UNNAMED,
 };
-use crate::light::{
-    AreaLight, EmissionSelection, Lamps, Light, LightChoice, LightGroups, LightId, LightSelection, TexturedTriangle,
-};
+use crate::light::{AreaLight, Light, LightGroups, LightId, TexturedTriangle};
+use crate::light_sampling::{EmissionSelection, Lamps, LightChoice, LightSelection};
 use crate::material::{Material, MaterialId, Spot, ThinSurface};
 use crate::math::{Ball, Bounds3, Frame, Vec2, Vec3};
 use crate::texture::{Texture, TextureFilter};

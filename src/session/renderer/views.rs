@@ -4,7 +4,7 @@
 use super::Renderer;
 use crate::film::{BLOCK, Film};
 use crate::integrator::World;
-use crate::light::LightSelection;
+use crate::light_sampling::LightSelection;
 use crate::render::{self, Outcome, Statistics, StopCondition};
 use crate::session::{AnyAccel, Preparation, RenderContext, Session};
 use std::ops::Range;

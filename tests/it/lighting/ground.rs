@@ -10,7 +10,8 @@ use embrasure::color::Spectrum;
 use embrasure::description::{SceneFile, load_scene};
 use embrasure::film::{Backing, Film, Rect};
 use embrasure::integrator::*;
-use embrasure::light::{LatLongImage, SelectionMode};
+use embrasure::light::LatLongImage;
+use embrasure::light_sampling::SelectionMode;
 use embrasure::math::{Quat, UVec2, Vec3};
 use embrasure::scene::{GroundPlane, Scene, SceneBuilder};
 

@@ -9,6 +9,7 @@ use embrasure::color::Spectrum;
 use embrasure::geometry::{Mesh, Placement, PrimId};
 use embrasure::integrator::{DirectLight, NaiveIntegrator, PathIntegrator, Roulette, Strategy};
 use embrasure::light::*;
+use embrasure::light_sampling::*;
 use embrasure::material::{Map, Material};
 use embrasure::math::{Affine3A, Quat, UVec2, Vec2, Vec3};
 use embrasure::sampler::{Dimension, Independent, SampleKey, Sampler};

@@ -7,6 +7,7 @@ use crate::transport::bidirectional::{assert_same_means, bidirectional, light_tr
 use embrasure::color::Spectrum;
 use embrasure::integrator::{DirectLight, NaiveIntegrator, PathIntegrator, Roulette, Strategy};
 use embrasure::light::*;
+use embrasure::light_sampling::*;
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec2, Vec3};
 use embrasure::sampler::{Dimension, Independent, SampleKey, Sampler};

@@ -6,6 +6,7 @@ use crate::support::program::{assert_same_bits, done, folder, json, split};
 use crate::support::statistics::{Mean, assert_same_mean};
 use embrasure::color::Spectrum;
 use embrasure::light::*;
+use embrasure::light_sampling::*;
 use embrasure::math::{Bounds3, Quat, Vec2, Vec3};
 use embrasure::sampler::{Dimension, Independent, SampleKey, Sampler};
 use tempfile::TempDir;

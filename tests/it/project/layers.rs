@@ -12,7 +12,7 @@ const ROWS: &[&[&str]] = &[
     &["sampling", "color", "parameter"],
     &["bsdf", "geometry", "sampler", "texture"],
     &["material", "light", "camera", "light_paths"],
-    &["film"],
+    &["light_sampling", "film"],
     &["scene", "denoise", "compare"],
     &["accel"],
     &["integrator", "guess"],

@@ -5,7 +5,7 @@ use crate::support::*;
 use embrasure::accel::brute::BruteForce;
 use embrasure::accel::{Accel, BackendInfo, Cause, Crossing, Disagreement, Query, QueryKind, compare};
 use embrasure::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, offset_origin, ray_between, ray_towards};
-use embrasure::light::LightChoice;
+use embrasure::light_sampling::LightChoice;
 use embrasure::math::{Affine3A, Ray, Vec2, Vec3, Vec3Swizzles, affine_from_trs};
 use embrasure::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
 use embrasure::sampling::warp::{uniform_sphere, uniform_triangle};

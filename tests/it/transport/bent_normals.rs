@@ -13,7 +13,7 @@ use embrasure::accel::Accel;
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::film::{Film, Filter};
 use embrasure::integrator::*;
-use embrasure::light::LightChoice;
+use embrasure::light_sampling::LightChoice;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::scene::Scene;
 use std::fmt::Write as _;

@@ -9,7 +9,7 @@ use embrasure::color::Spectrum;
 use embrasure::film::{Film, Filter, FilterKind, Rect};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::*;
-use embrasure::light::{LightChoice, SelectionMode};
+use embrasure::light_sampling::{LightChoice, SelectionMode};
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
 use embrasure::method::CompiledIntegrator;

@@ -6,7 +6,7 @@ use embrasure::camera::{Aperture, Camera};
 use embrasure::color::Spectrum;
 use embrasure::film::{Film, Filter, FilterKind, Rect};
 use embrasure::integrator::{AmbientOcclusion, DirectLight, PathIntegrator, Roulette, Strategy, Survival, World};
-use embrasure::light::LightChoice;
+use embrasure::light_sampling::LightChoice;
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3};
 use embrasure::scene::{Scene, SceneBuilder};

@@ -10,7 +10,7 @@ use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::film::{Accumulator, Film, Filter, FilterKind, Rect};
 use embrasure::integrator::{Heuristic, ImportanceImage, Metropolis, MetropolisDirect, PrimarySpaceIntegrator, World};
-use embrasure::light::{LightChoice, SelectionMode};
+use embrasure::light_sampling::{LightChoice, SelectionMode};
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
 use embrasure::method::CompiledIntegrator;

@@ -527,7 +527,7 @@ mod tests {
         let camera = Camera::new(camera, UVec2::splat(8)).unwrap();
         let filter = Filter::new(FilterKind::Gaussian, 2.0);
         let accel = BruteForce::new(&scene);
-        let selection = scene.light_selection(crate::light::LightChoice::default());
+        let selection = scene.light_selection(crate::light_sampling::LightChoice::default());
         let integrator = PrimarySpaceIntegrator {
             world: World::new(&scene, &accel, &selection, &camera, &filter),
             heuristic: Heuristic::Power,

@@ -7,7 +7,7 @@
 use crate::bsdf::{Bsdf, BsdfSample, Scattering};
 use crate::color::Spectrum;
 use crate::integrator::vertex::Vertex;
-use crate::light::LightSampleContext;
+use crate::light_sampling::LightSampleContext;
 use crate::math::{Vec2, Vec3};
 use crate::sampling::mis::{balance_heuristic, power_heuristic};
 use crate::sampling::warp::{

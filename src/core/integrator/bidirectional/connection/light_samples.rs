@@ -2,7 +2,8 @@
 
 use crate::color::Spectrum;
 use crate::integrator::bidirectional::subpath::{LightEnd, PathVertex, VertexKind, emission_pdfs};
-use crate::light::{LightId, LightSample, LightSampleContext, LightSelection};
+use crate::light::{LightId, LightSample};
+use crate::light_sampling::{LightSampleContext, LightSelection};
 use crate::math::Vec3;
 use crate::sampler::{Dimension, Sampler};
 use crate::scene::Scene;

@@ -20,7 +20,8 @@
 use super::Connector;
 use crate::accel::Accel;
 use crate::integrator::bidirectional::subpath::{PathVertex, VertexKind, emission_pdfs};
-use crate::light::{LightId, LightSampleContext};
+use crate::light::LightId;
+use crate::light_sampling::LightSampleContext;
 use crate::math::Vec3;
 
 /// A light that a camera path hits. `direct` is the density with which light sampling would find

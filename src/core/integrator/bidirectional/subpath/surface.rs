@@ -7,7 +7,7 @@ use crate::film::FirstSurface;
 use crate::geometry::{Hit, Side, SurfacePoint, offset_origin};
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{RaySink, World};
-use crate::light::LightSampleContext;
+use crate::light_sampling::LightSampleContext;
 use crate::math::{Frame, Ray, Vec2, Vec3};
 use crate::sampling::warp::cosine_hemisphere;
 use crate::scene::{Incident, Scene};

@@ -115,7 +115,7 @@ fn look<T>(
         direct: MetropolisDirect::Metropolis,
         ..Metropolis::default()
     };
-    let selection = scene.light_selection(crate::light::LightChoice::default());
+    let selection = scene.light_selection(crate::light_sampling::LightChoice::default());
     let world = World::new(&scene, &accel, &selection, &camera, &Filter::BOX);
     let maker = ImportanceImageMaker {
         world,

@@ -82,7 +82,7 @@ fn in_room(mut look: impl FnMut(&Connector<BruteForce>)) {
         focus_distance: 1.0,
     };
     let camera = Camera::new(parameters, UVec2::splat(16)).unwrap();
-    let selection = scene.light_selection(crate::light::LightChoice::default());
+    let selection = scene.light_selection(crate::light_sampling::LightChoice::default());
     let world = World::new(&scene, &accel, &selection, &camera, &Filter::BOX);
     let ball = scene.ball();
     let radii = Radii::new(SearchRadius::Fixed(0.05), 1.0, &camera, &ball);

@@ -1,9 +1,10 @@
 //! Choice of a light for next-event estimation: by power, by place, or all lights.
 
+use super::LightSampleContext;
 use super::lamps::Lamps;
 use super::light_grid::LightGrid;
 use super::visibility_grid::VisibilityGrid;
-use super::{AreaLight, Light, LightId, LightSample, LightSampleContext};
+use crate::light::{AreaLight, Light, LightId, LightSample};
 use crate::math::{Bounds3, Vec2, Vec3};
 use crate::sampling::AliasTable;
 use crate::texture::Texture;

@@ -25,8 +25,10 @@
 
 mod grids;
 
-use super::tree::{Cluster, LightTree, Node, ReceiverRegion};
-use super::{Light, LightId, LightSampleContext};
+use super::LightSampleContext;
+use super::tree::{Cluster, LightTree, Node};
+use crate::light::bounds::ReceiverRegion;
+use crate::light::{Light, LightId};
 use crate::math::{Bounds3, Vec3};
 use grids::Grids;
 use std::sync::OnceLock;

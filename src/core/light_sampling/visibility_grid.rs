@@ -25,11 +25,12 @@
 //! bit-identical for any order of threads. Probabilities of bins are multiples of 2⁻¹⁶.
 //! docs/notebook/2026-11.md, "Sky through windows", has the gain.
 
+use super::LightSampleContext;
 use super::cell_grid::CellGrid;
 use super::light_grid::{Entry, LightGrid, NORMALS, normal_direction, normal_index};
 use super::sky_bins::SkyBins;
-use super::tree::{ReceiverRegion, soft_cosine};
-use super::{Light, LightId, LightSample, LightSampleContext};
+use crate::light::bounds::{ReceiverRegion, soft_cosine};
+use crate::light::{Light, LightId, LightSample};
 use crate::math::{Vec2, Vec3, float::ALMOST_ONE};
 use crate::texture::Texture;
 use std::sync::OnceLock;

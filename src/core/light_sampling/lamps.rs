@@ -5,7 +5,7 @@
 //! triangle by power. A light that is not part of a mesh, such as a point light or a sky, is a lamp
 //! of one light.
 
-use super::{Light, LightId};
+use crate::light::{Light, LightId};
 use crate::sampling::AliasTable;
 
 /// The lamps of a scene, and how many samples each lamp takes at a vertex.

@@ -1,4 +1,4 @@
-use super::{ConstantLight, EnvironmentLight, Light, LightSample};
+use crate::light::{ConstantLight, EnvironmentLight, Light, LightSample};
 use crate::math::{Vec2, Vec3, atan2, float::ALMOST_ONE, sin_cos_turns};
 use crate::sampling::warp::UNIFORM_SPHERE_PDF;
 use std::f32::consts::FRAC_1_PI;

@@ -1,6 +1,6 @@
 //! Choice of the light that a light path starts from, by power.
 
-use super::{Light, LightId};
+use crate::light::{Light, LightId};
 
 /// Number of possible random numbers in [0, 1): the multiples of 2⁻²⁴. Each multiple is a step.
 const STEPS: u32 = 1 << 24;

@@ -101,6 +101,6 @@ pub use light_paths::PathPart;
 pub use options::{Backend, IntegratorKind, IntegratorOptions, MaxDepth, PathReuse};
 pub use render::{Observer, Outcome, Statistics};
 pub use session::{
-    BUILD, CameraSettings, Error, InvalidSetting, Joined, MAX_SAMPLES_FOR_NOISE, Parts, RenderState, Renderer, Session,
-    Settings, version_text,
+    BUILD, CameraSettings, Error, InvalidSetting, JoinedPicture, MAX_SAMPLES_FOR_NOISE, PictureParts, RenderState,
+    Renderer, Session, Settings, version_text,
 };

@@ -4,11 +4,11 @@ use super::args::{AuditArgs, Flags, RenderArgs};
 use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
 use super::outputs::Outputs;
+use super::printing::percent;
 use super::progress::{InterruptGuard, Progress};
 use super::warnings::{ShownWarnings, note_middle_eye};
-use super::words::percent;
 use crate::accel::brute::{self, BruteForce};
-use crate::accel::{Accel, Answer, Auditor, BackendInfo, Cause, Disagreement, Findings, Query, QueryKind};
+use crate::accel::{Accel, Answer, AuditFindings, Auditor, BackendInfo, Cause, Disagreement, Query, QueryKind};
 use crate::files::read_text;
 use crate::film::Film;
 use crate::geometry::InstanceId;
@@ -40,7 +40,7 @@ const MAX_LISTED: usize = 5;
 /// Report of an audit as JSON. It has enough data to trace every ray again, also on another
 /// machine.
 #[derive(Debug, Serialize)]
-pub(super) struct Report {
+pub(super) struct AuditReport {
     version: &'static str,
     scene: String,
     scene_hash: String,
@@ -140,7 +140,7 @@ pub(super) fn audit(args: &AuditArgs) -> Result<ExitCode, CliError> {
         Some(replay) => (audit.retrace(replay)?, Outcome::Complete),
         None => audit.sample(args.rays.get())?,
     };
-    let report = Report::new(args.scene.display().to_string(), &session, audit.accels, &findings);
+    let report = AuditReport::new(args.scene.display().to_string(), &session, audit.accels, &findings);
     let json = serde_json::to_string_pretty(&report).map_err(|e| CliError::Failed(e.to_string()))?;
     if let Some(output) = &output {
         output.write(|w| std::io::Write::write_all(w, json.as_bytes()))?;
@@ -197,7 +197,7 @@ struct Audit<'a> {
 
 impl Audit<'_> {
     /// Checks about `rays` rays, spread evenly over the rays of a render.
-    fn sample(&self, rays: u64) -> Result<(Findings, Outcome), CliError> {
+    fn sample(&self, rays: u64) -> Result<(AuditFindings, Outcome), CliError> {
         let _interrupts = InterruptGuard::begin();
         // A render with one sample per pixel counts the rays.
         let (_, statistics) = self.render(0.0, 1);
@@ -218,7 +218,7 @@ impl Audit<'_> {
     }
 
     /// Renders `samples` samples per pixel, and checks the fraction `share` of the rays.
-    fn render(&self, share: f64, samples: u32) -> (Findings, Statistics) {
+    fn render(&self, share: f64, samples: u32) -> (AuditFindings, Statistics) {
         let settings = self.session.settings();
         let auditor = Auditor::new(self.session.scene(), self.accels, share);
         let audited = AnyAccel::Audited(&auditor);
@@ -238,7 +238,7 @@ impl Audit<'_> {
     }
 
     /// Checks the rays of a report again.
-    fn retrace(&self, replay: &Replay) -> Result<Findings, CliError> {
+    fn retrace(&self, replay: &Replay) -> Result<AuditFindings, CliError> {
         let auditor = Auditor::new(self.session.scene(), self.accels, 1.0);
         for (i, ray) in replay.rays.iter().enumerate() {
             let broken = || CliError::Failed(format!("--replay: ray {i} of the report cannot be read"));
@@ -279,8 +279,8 @@ impl ReplayRay {
     }
 }
 
-impl Report {
-    pub fn new(scene_name: String, session: &Session, accels: [&dyn Accel; 2], findings: &Findings) -> Self {
+impl AuditReport {
+    pub fn new(scene_name: String, session: &Session, accels: [&dyn Accel; 2], findings: &AuditFindings) -> Self {
         let scene = session.scene();
         let kept = &findings.disagreements;
         let backends = accels.map(|accel| accel.info());

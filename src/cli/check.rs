@@ -3,7 +3,7 @@
 use super::args::{RenderArgs, SceneArgs};
 use super::error::CliError;
 use super::job::{Job, SceneKind, kind_of, set_load};
-use super::words;
+use super::printing;
 use crate::description::{Inspection, SceneFile, SceneOptions, inspect_scene};
 use crate::io::{DEFAULT_LIGHT, FileError, Finding, MAX_PLACES, Position, Severity};
 use crate::lint;
@@ -18,7 +18,7 @@ use std::process::ExitCode;
 /// Prints the findings about a scene. If `is_verbose` is true, also prints what a render needs
 /// memory for. The exit code is 1 if there is an error.
 pub(super) fn check(args: &SceneArgs, is_verbose: bool) -> Result<ExitCode, CliError> {
-    let mut report = Report::default();
+    let mut report = CheckReport::default();
     if let Some(file) = report.open(args)? {
         report.check_scene(args, file)?;
     }
@@ -37,7 +37,7 @@ const MAX_ALIKE: usize = 12;
 
 /// Report of `embrasure check`.
 #[derive(Default)]
-struct Report {
+struct CheckReport {
     findings: Vec<Finding>,
     meshes: usize,
     triangles: u64,
@@ -49,7 +49,7 @@ struct Report {
     memory: Option<Memory>,
 }
 
-impl Report {
+impl CheckReport {
     /// Reads the scene file, and adds its errors to the report. Returns the readable part; `None`
     /// if no part is readable. Invalid flags are an error.
     fn open(&mut self, args: &SceneArgs) -> Result<Option<SceneFile>, CliError> {
@@ -269,7 +269,7 @@ impl Report {
         self.findings.iter().for_each(|finding| outln!("{finding}"));
         let counts = [Severity::Error, Severity::Warning, Severity::Note].map(|severity| {
             let count = self.count(severity);
-            words::count(count as u64, severity.name())
+            printing::count(count as u64, severity.name())
         });
         outln!("{}: {}", args.scene.display(), counts.join(", "));
         let Some(memory) = &self.memory else { return };
@@ -278,17 +278,17 @@ impl Report {
             n => format!(
                 " ({} with {})",
                 self.placed_triangles,
-                words::count(n as u64, "instance")
+                printing::count(n as u64, "instance")
             ),
         };
         outln!(
             "  {}{placed} in {}, {}",
-            words::count(self.triangles, "triangle"),
+            printing::count(self.triangles, "triangle"),
             match self.meshes {
                 1 => "1 mesh".into(),
                 n => format!("{n} meshes"),
             },
-            words::count(self.materials as u64, "material")
+            printing::count(self.materials as u64, "material")
         );
         outln!("  light: {}", self.light_words(args));
         let peak = memory.peak() as f64 / 1e6;

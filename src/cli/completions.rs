@@ -2,7 +2,7 @@
 
 use super::args::{Args, CompletionsArgs};
 use super::error::CliError;
-use super::words::print_bytes;
+use super::printing::print_bytes;
 use clap::CommandFactory;
 use std::process::ExitCode;
 

@@ -3,7 +3,7 @@
 use super::args::{RenderArgs, SceneArgs};
 use super::error::CliError;
 use super::job::{guess_picture, guesses, read_scene};
-use super::words;
+use super::printing;
 use crate::description::{LightType, LoadedScene, load_scene};
 use crate::geometry::PartNames;
 use crate::guess::position_text;
@@ -170,7 +170,7 @@ fn print_text(info: &Value, (parts, names): (&[PartSize], &PartNames), warnings:
             info["placed_triangles"]
         );
     }
-    if let Some(words) = words::panes(info["panes"].as_u64().unwrap_or(0)) {
+    if let Some(words) = printing::panes(info["panes"].as_u64().unwrap_or(0)) {
         outln!("  glass      {words}");
     }
     outln!("  bounds     {} to {}", info["bounds"][0], info["bounds"][1]);
@@ -208,7 +208,7 @@ fn print_text(info: &Value, (parts, names): (&[PartSize], &PartNames), warnings:
     let power = |lamp: &Value| lamp["power"].as_f64().unwrap_or(0.0);
     let total: f64 = lamps.iter().map(power).sum();
     for lamp in lamps.iter().take(MAX_LAMPS) {
-        let lights = words::count(lamp["lights"].as_u64().unwrap_or(0), "light");
+        let lights = printing::count(lamp["lights"].as_u64().unwrap_or(0), "light");
         let percent = if total > 0.0 { 100.0 * power(lamp) / total } else { 0.0 };
         outln!(
             "             {}: {lights}, area {}, power {} ({percent:.1} % of the lamps)",
@@ -232,7 +232,7 @@ fn print_text(info: &Value, (parts, names): (&[PartSize], &PartNames), warnings:
         outln!(
             "  group      {}: {}",
             text(&group["name"]),
-            words::count(lights, "light")
+            printing::count(lights, "light")
         );
     }
     let memory = &info["memory_forecast_bytes"];
@@ -262,7 +262,7 @@ fn print_text(info: &Value, (parts, names): (&[PartSize], &PartNames), warnings:
     for part in largest(parts) {
         let name = names.name(part.part);
         let name = if name.is_empty() { "(no name)" } else { &*name };
-        let triangles = words::count(part.triangles, "triangle");
+        let triangles = printing::count(part.triangles, "triangle");
         outln!("    {name}: {triangles}, area {}", Value::from(decimal_of(part.area)));
     }
     if parts.len() > MAX_PARTS {

@@ -4,8 +4,8 @@ use super::args::{InitArgs, RenderArgs};
 use super::error::CliError;
 use super::job::{Job, SceneKind, kind_of, read_scene};
 use super::outputs::Outputs;
+use super::printing;
 use super::warnings::ShownWarnings;
-use super::words;
 use crate::description::{LEVELS, inspect_scene};
 use crate::io::{DEFAULT_LIGHT, FileError};
 use crate::scene::SceneBuilder;
@@ -65,7 +65,7 @@ pub(super) fn init(args: &InitArgs) -> Result<ExitCode, CliError> {
     outln!(
         "{}: {}; edit it, then `embrasure render {0}`",
         path.display(),
-        words::count(inspection.materials.len() as u64, "material")
+        printing::count(inspection.materials.len() as u64, "material")
     );
     Ok(ExitCode::SUCCESS)
 }

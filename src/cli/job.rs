@@ -4,8 +4,8 @@
 use super::aov_list::aovs;
 use super::args::{LoadArgs, RenderArgs};
 use super::error::CliError;
+use super::printing;
 use super::warnings::ShownWarnings;
-use super::words;
 use crate::color::{Curve, Exposure};
 use crate::denoise::Denoiser;
 use crate::description::{FileCamera, SceneFile, SceneOptions};
@@ -234,7 +234,7 @@ fn settings(
         let spp = settings.spp;
         return Err(CliError::Usage(format!(
             "--samples {first}..{end}\n  help: the whole picture has {} per pixel: end at {spp}, or raise --spp",
-            words::count(spp.into(), "sample")
+            printing::count(spp.into(), "sample")
         )));
     }
     let wanted = aovs(&args.aov, scene, &settings.method())?;

@@ -2,7 +2,7 @@
 
 use super::args::{Args, ManArgs};
 use super::error::CliError;
-use super::words::print_bytes;
+use super::printing::print_bytes;
 use crate::files::Output;
 use clap::Command;
 use clap_mangen::Man;

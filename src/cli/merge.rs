@@ -1,19 +1,19 @@
 use super::args::MergeArgs;
 use super::error::CliError;
 use super::outputs::{Outputs, face_error};
-use super::words;
+use super::printing;
 use crate::camera::cube_faces;
 use crate::files::Output;
 use crate::film::Rect;
 use crate::io::FileError;
-use crate::session::{Parts, Settings, all_threads, thread_pool};
+use crate::session::{PictureParts, Settings, all_threads, thread_pool};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Joins parts of a picture, and writes the same picture as a single render.
 pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
     // Read the headers first, so that incompatible parts are rejected early.
-    let parts = Parts::describe(&args.parts)?;
+    let parts = PictureParts::describe(&args.parts)?;
     let finish = args.finish(parts.finish());
     let settings = Settings {
         tone: finish.tone,
@@ -52,7 +52,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
         } else {
             let (image, denoised) = joined.develop(&finish);
             if let Err(error) = denoised {
-                words::warning(format!("the pictures are not denoised: {error}"));
+                printing::warning(format!("the pictures are not denoised: {error}"));
             }
             let mut failures = joined.write(&image, images.whole());
             failures.extend(images.write_faces(&image, &joined.metadata));
@@ -67,7 +67,7 @@ pub(super) fn merge(args: &MergeArgs) -> Result<ExitCode, CliError> {
         let (samples, size) = (parts.samples(), parts.crop().size());
         errln!(
             "{}, samples {}..{} of {}x{} pixels, {:.1} s of rendering{}{}",
-            words::count(parts.count() as u64, "part"),
+            printing::count(parts.count() as u64, "part"),
             samples.start,
             samples.end,
             size.x,

@@ -7,7 +7,7 @@
 
 // This module comes first, because the following modules use its macros.
 #[macro_use]
-mod words;
+mod printing;
 
 mod aov_list;
 mod args;
@@ -78,7 +78,7 @@ pub fn main() -> ExitCode {
             Ok(_) if progress::is_interrupted() => ExitCode::from(INTERRUPTED),
             Ok(code) => code,
             Err(error) => {
-                words::error(&error);
+                printing::error(&error);
                 ExitCode::from(error.exit_code())
             }
         },
@@ -87,9 +87,9 @@ pub fn main() -> ExitCode {
             ExitCode::from(error.exit_code() as u8)
         }
     };
-    let code = match words::finish() {
+    let code = match printing::finish() {
         Err(error) => {
-            words::error(format_args!("cannot write to the standard output: {error}"));
+            printing::error(format_args!("cannot write to the standard output: {error}"));
             if code == ExitCode::SUCCESS {
                 ExitCode::FAILURE
             } else {
@@ -108,7 +108,7 @@ pub fn main() -> ExitCode {
 /// the output by the kind of `error`.
 fn print_of_clap(error: &clap::Error) {
     if !error.use_stderr() {
-        words::remember(error.print());
+        printing::remember(error.print());
         return;
     }
     let text = error.render().to_string();
@@ -116,7 +116,7 @@ fn print_of_clap(error: &clap::Error) {
         errln!("{}", text.trim_end());
         return;
     }
-    words::error(text.strip_prefix("error: ").unwrap_or(&text).trim_end());
+    printing::error(text.strip_prefix("error: ").unwrap_or(&text).trim_end());
 }
 
 fn dispatch(args: Args) -> Result<ExitCode, CliError> {

@@ -2,7 +2,7 @@
 
 use super::args::RenderArgs;
 use super::outputs::Images;
-use super::words;
+use super::printing;
 use crate::film::Spikes;
 use crate::io::{Format, Warning};
 use crate::render::Statistics;
@@ -116,6 +116,6 @@ pub(super) fn spikes_warning(spikes: Spikes) -> String {
 pub(super) fn cut_warning(walks: u64) -> String {
     format!(
         "{} passed 10,000 surfaces with an opacity below 1; everything behind them counts as opaque",
-        words::count(walks, "ray")
+        printing::count(walks, "ray")
     )
 }

@@ -10,7 +10,7 @@
 //! abandoned half a second after an interrupt. A tev viewer is abandoned if it reads no band of
 //! rows of the last picture for a second. A command with abandoned work ends without exit handlers.
 
-use super::words::{escaped, in_colour, percent};
+use super::printing::{escaped, in_colour, percent};
 use crate::film::Film;
 use crate::io::LoadObserver;
 use crate::render::Observer;
@@ -222,11 +222,11 @@ fn is_past(time: Option<Instant>) -> bool {
 }
 
 /// A bar for each stage of reading a scene on a terminal; hidden elsewhere.
-pub(super) struct Loading {
+pub(super) struct LoadingBar {
     bar: ProgressBar,
 }
 
-impl Loading {
+impl LoadingBar {
     /// A loading bar before the first stage.
     pub fn new(quiet: bool) -> Self {
         let bar = if quiet {
@@ -245,7 +245,7 @@ impl Loading {
     }
 }
 
-impl LoadObserver for Loading {
+impl LoadObserver for LoadingBar {
     fn begin(&self, what: &str, units: u64) {
         self.bar.reset();
         self.bar.set_length(units);

@@ -2,7 +2,7 @@
 //! exit code.
 
 use super::args::RenderArgs;
-use super::audit::{Report, other_backend};
+use super::audit::{AuditReport, other_backend};
 use super::camera_files::{prepare_cameras, write_camera};
 use super::checkpointer::Checkpointer;
 use super::clock::Clock;
@@ -15,12 +15,12 @@ use super::picture_warnings::{
     spikes_warning,
 };
 use super::pixel;
-use super::progress::{InterruptGuard, Loading, Progress, TimedProgress, interrupted_for, is_interrupted};
+use super::printing;
+use super::progress::{InterruptGuard, LoadingBar, Progress, TimedProgress, interrupted_for, is_interrupted};
 use super::stats::{Chains, DenoiseStats, DroppedSampleEntry, NoiseOfRender, Rays, Stats, StatsOutput, peak_rss_bytes};
 use super::stop::Stop;
 use super::summary::{self, print_camera, print_choices, print_picture};
 use super::tev::Preview;
-use super::words;
 use crate::accel::{Auditor, BackendInfo};
 use crate::files::{guarded, in_words};
 use crate::film::{Image, Spikes, metered};
@@ -38,7 +38,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     // Check first that all files can be written.
     let mut outputs = Outputs::default();
     let stats = args.stats.as_deref();
-    let mut files = Files {
+    let mut files = RenderFiles {
         images: images_of_render(args, &job, &[], &mut outputs)?.0,
         stats: stats.map(|path| StatsOutput::prepare(path, &mut outputs)).transpose()?,
         write_every: args.write_every,
@@ -58,7 +58,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         .transpose()?;
     let checkpointer = Checkpointer::new(args, checkpoint)?;
     let preview = Preview::new(args)?;
-    let loading = Loading::new(job.quiet);
+    let loading = LoadingBar::new(job.quiet);
     loading.begin("reading the scene", 1);
     let session = Session::load(&job.scene, job.settings.clone(), &loading);
     loading.finish();
@@ -102,7 +102,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
             print_picture(&session);
         }
     }
-    if let Some(words) = words::panes(session.scene().panes()).filter(|_| !job.quiet) {
+    if let Some(words) = printing::panes(session.scene().panes()).filter(|_| !job.quiet) {
         errln!("Glass: {words}");
     }
     dump.map_or(Ok(()), |output| write_scene(&output, &job, &session))?;
@@ -117,8 +117,8 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let of_camera = renderer.camera_warning(&job.scene_path);
     job.shown_warnings.show(of_camera.as_slice(), &job.scene_path);
     warnings.extend(of_camera);
-    let run = |renderer: &Renderer, audit: &dyn Fn() -> Option<Report>| {
-        let run = Run {
+    let run = |renderer: &Renderer, audit: &dyn Fn() -> Option<AuditReport>| {
+        let run = RenderInputs {
             job: &job,
             files: &files,
             renderer,
@@ -143,7 +143,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
         &Renderer::audited(&session, &auditor, renderer.build_seconds()),
         &|| {
             let name = job.scene_path.display().to_string();
-            Some(Report::new(name, &session, accels, &auditor.findings()))
+            Some(AuditReport::new(name, &session, accels, &auditor.findings()))
         },
     )
 }
@@ -152,7 +152,7 @@ pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
 const DENOISING_AT_END: Duration = Duration::from_millis(500);
 
 /// Files that a render writes.
-struct Files {
+struct RenderFiles {
     images: Images,
     stats: Option<StatsOutput>,
     /// Interval in seconds at which images are written during the render.
@@ -160,9 +160,9 @@ struct Files {
 }
 
 /// Inputs of a render.
-struct Run<'a> {
+struct RenderInputs<'a> {
     job: &'a Job,
-    files: &'a Files,
+    files: &'a RenderFiles,
     renderer: &'a Renderer<'a>,
     start: Instant,
     load_s: f64,
@@ -175,7 +175,7 @@ struct RenderResults {
     write_s: f64,
 }
 
-impl Run<'_> {
+impl RenderInputs<'_> {
     /// Renders and writes all files. If rays are audited, `audit` returns the report about the
     /// backend. It is called after the render.
     fn render(
@@ -183,7 +183,7 @@ impl Run<'_> {
         mut checkpointer: Option<Checkpointer>,
         mut preview: Preview,
         warnings: &mut Vec<Warning>,
-        audit: &dyn Fn() -> Option<Report>,
+        audit: &dyn Fn() -> Option<AuditReport>,
     ) -> Result<ExitCode, CliError> {
         let job = self.job;
         let restored = checkpointer
@@ -300,7 +300,7 @@ impl Run<'_> {
             match unfinished {
                 Unfinished::Failed(error) => failures.push(error.to_string()),
                 Unfinished::Cancelled => {
-                    words::warning("interrupted: denoising was cancelled, and the pictures are not denoised")
+                    printing::warning("interrupted: denoising was cancelled, and the pictures are not denoised")
                 }
             }
             self.develop(state, failures)
@@ -325,7 +325,7 @@ impl Run<'_> {
             match self.renderer.rescue(state, images, &metadata) {
                 Some(Ok(rescued)) => {
                     let name = rescued.path().display();
-                    words::warning(format_args!(
+                    printing::warning(format_args!(
                         "the picture and its samples are saved in {name}\n  help: repeat this command with --checkpoint {name} --resume to write the files"
                     ));
                 }
@@ -437,7 +437,7 @@ impl Run<'_> {
             if !state.is_empty() {
                 let mut faults = Vec::new();
                 let image = self.develop(state, &mut faults);
-                faults.iter().for_each(words::warning);
+                faults.iter().for_each(printing::warning);
                 metadata.note_exposure(self.job.settings.tone, &image);
                 failures.extend(self.write_images(state, &image, &metadata));
             }
@@ -502,7 +502,7 @@ impl Run<'_> {
 /// Warns of failures that do not end the render.
 fn warn_of(failures: &[FileError]) {
     for failure in failures {
-        words::warning(format_args!("{failure}; the render continues"));
+        printing::warning(format_args!("{failure}; the render continues"));
     }
 }
 

@@ -1,9 +1,9 @@
 //! `--stats`: the statistics of a render, and their output.
 
-use super::audit::Report;
+use super::audit::AuditReport;
 use super::error::CliError;
 use super::outputs::Outputs;
-use super::words;
+use super::printing;
 use crate::files::Output;
 use crate::film::{Film, Tile};
 use crate::integrator::ChainCounts;
@@ -105,7 +105,7 @@ pub(super) struct Stats<'a> {
     pub denoise: Option<DenoiseStats>,
     /// Report of `--audit-rays`.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub audit: Option<Report>,
+    pub audit: Option<AuditReport>,
     pub warnings: Vec<&'a str>,
 }
 
@@ -226,9 +226,9 @@ impl NoiseOfRender {
         } = self;
         format!(
             "noise level {} was not reached with at most {} per pixel: it is {}\n  help: raise --spp",
-            words::percent(*level),
-            words::count((*max_spp).into(), "sample"),
-            words::percent(*error)
+            printing::percent(*level),
+            printing::count((*max_spp).into(), "sample"),
+            printing::percent(*error)
         )
     }
 }

@@ -2,9 +2,9 @@
 
 use super::job::Job;
 use super::outputs::Images;
+use super::printing;
 use super::stats::Stats;
 use super::stop::Stop;
-use super::words;
 use crate::color::{Exposure, tone::MAX_EXPOSURE};
 use crate::session::Session;
 
@@ -30,7 +30,7 @@ pub(super) fn print_choices(session: &Session) {
         let distance = session.camera_description().parameters.focus_distance;
         errln!(
             "focus: at a distance of {}, by --focus-at {},{}",
-            words::number(distance.into()),
+            printing::number(distance.into()),
             at.x,
             at.y
         );
@@ -42,12 +42,12 @@ pub(super) fn print_choices(session: &Session) {
         .filter(|_| camera.eye_distance.is_none())
     {
         let unit = match camera.unit {
-            Some(metres) => format!("the unit of the OBJ file is {} m", words::number(metres.into())),
+            Some(metres) => format!("the unit of the OBJ file is {} m", printing::number(metres.into())),
             None => "no file names the unit, and a metre is assumed".into(),
         };
         errln!(
             "stereo: the eyes are {} units (0.064 m) apart, because {unit}; --eye-distance sets another distance",
-            words::number(stereo.eye_distance.into())
+            printing::number(stereo.eye_distance.into())
         );
     }
     if let Some(words) = session.light_guess() {
@@ -78,7 +78,7 @@ pub(super) fn print_picture(session: &Session) {
     errln!(
         "picture: {}{} per pixel, {denoiser}, tone curve {} (--quality draft or final, --spp N, --denoise=off, --tone NAME change that)",
         if settings.noise.is_some() { "up to " } else { "" },
-        words::count(settings.spp.into(), "sample"),
+        printing::count(settings.spp.into(), "sample"),
         settings.curve_name(),
     );
 }
@@ -88,11 +88,11 @@ pub(super) fn print_camera(session: &Session) {
     let camera = &session.camera_description().parameters;
     errln!(
         "camera: at {} towards {}, vertical field of view {} degrees, lens radius {}, in focus at a distance of {}",
-        words::list(&camera.position.to_array()),
-        words::list(&camera.look_at.to_array()),
-        words::number(camera.vertical_fov.into()),
-        words::number(camera.lens_radius.into()),
-        words::number(camera.focus_distance.into())
+        printing::list(&camera.position.to_array()),
+        printing::list(&camera.look_at.to_array()),
+        printing::number(camera.vertical_fov.into()),
+        printing::number(camera.lens_radius.into()),
+        printing::number(camera.focus_distance.into())
     );
 }
 
@@ -104,8 +104,8 @@ pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
         job.scene_path.display(),
         stats.width,
         stats.height,
-        words::number((100.0 * stats.samples as f64 / job.settings.crop().area() as f64).round() / 100.0),
-        words::count(stats.spp.into(), "sample"),
+        printing::number((100.0 * stats.samples as f64 / job.settings.crop().area() as f64).round() / 100.0),
+        printing::count(stats.spp.into(), "sample"),
         stats.render_s,
         stats.samples as f64 / stats.render_s.max(1e-9) / 1e6,
         stats.backend,
@@ -113,7 +113,7 @@ pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
         times(stats),
         stats.error.map_or(String::new(), |error| format!(
             ", relative error {}{}",
-            words::percent(error),
+            printing::percent(error),
             if stats.denoise.is_some() {
                 " before denoising"
             } else {
@@ -137,8 +137,8 @@ pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
     if job.verbose {
         errln!(
             "  {}, {}; load {:.3} s, guess {:.3} s, build {:.3} s, write {:.3} s, in all {:.3} s",
-            words::count(stats.triangles, "triangle"),
-            words::count(stats.lights as u64, "light"),
+            printing::count(stats.triangles, "triangle"),
+            printing::count(stats.lights as u64, "light"),
             stats.load_s,
             stats.guess_s,
             stats.build_s,
@@ -150,7 +150,7 @@ pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
             stats.rays.camera,
             stats.rays.bounce,
             stats.rays.shadow,
-            words::count(stats.threads as u64, "thread"),
+            printing::count(stats.threads as u64, "thread"),
             stats.isa
         );
         if let Some(chains) = &stats.chains {

@@ -62,7 +62,7 @@ struct SenderThread {
     address: String,
     /// Connection of the thread. The thread ends if this connection is closed.
     connection: TcpStream,
-    work: Sender<Work>,
+    work: Sender<ViewerMessage>,
     /// Result of each work item.
     results: Receiver<io::Result<()>>,
     /// Number of bands sent so far.
@@ -72,7 +72,7 @@ struct SenderThread {
 }
 
 /// Work item of the thread.
-enum Work {
+enum ViewerMessage {
     /// A black image with this width and height.
     Open([u32; 2]),
     Picture(Image),
@@ -104,13 +104,13 @@ impl Preview {
     /// the connection is lost, this function and the following functions return an error once.
     /// Afterwards there is no viewer.
     pub fn open(&mut self, film: &Film) -> Option<FileError> {
-        self.send(|| Work::Open(film.resolution().to_array()))
+        self.send(|| ViewerMessage::Open(film.resolution().to_array()))
     }
 
     /// Shows the current picture, unless the viewer is busy. Only the picture's channels are sent,
     /// because the other channels would take most of the time.
     pub fn update(&mut self, film: &Film) -> Option<FileError> {
-        self.send(|| Work::Picture(film.develop_picture()))
+        self.send(|| ViewerMessage::Picture(film.develop_picture()))
     }
 
     /// Shows the final `image`, limited to the default channels of image files. Waits until all
@@ -119,14 +119,14 @@ impl Preview {
         let viewer = self.viewer.as_mut()?;
         let start = Instant::now();
         let shown = viewer.wait(start).and_then(|()| {
-            viewer.give(Work::Picture(image.clone()));
+            viewer.give(ViewerMessage::Picture(image.clone()));
             viewer.wait(start)
         });
         shown.err().map(|error| self.lose(&error))
     }
 
     /// Sends `work` to the thread, unless it is busy.
-    fn send(&mut self, work: impl FnOnce() -> Work) -> Option<FileError> {
+    fn send(&mut self, work: impl FnOnce() -> ViewerMessage) -> Option<FileError> {
         let viewer = self.viewer.as_mut()?;
         match viewer.poll() {
             Ok(None) => None,
@@ -184,8 +184,8 @@ impl SenderThread {
         let send = move || {
             for work in works {
                 let sent = match work {
-                    Work::Open(size) => viewer.open(size),
-                    Work::Picture(image) => viewer.send(&image),
+                    ViewerMessage::Open(size) => viewer.open(size),
+                    ViewerMessage::Picture(image) => viewer.send(&image),
                 };
                 let is_lost = sent.is_err();
                 if outcomes.send(sent).is_err() || is_lost {
@@ -207,7 +207,7 @@ impl SenderThread {
     }
 
     /// Sends work to the idle thread.
-    fn give(&mut self, work: Work) {
+    fn give(&mut self, work: ViewerMessage) {
         // If the thread has ended, the next check reports it.
         let _ = self.work.send(work);
         self.since = Some(Instant::now());

@@ -5,10 +5,10 @@ use super::args::{LoadArgs, RenderArgs, ViewArgs};
 use super::error::CliError;
 use super::job::{Job, read_scene, scene_of_text};
 use super::paths;
-use super::progress::{InterruptGuard, Loading, is_interrupted, leave, leave_interrupted};
+use super::printing;
+use super::progress::{InterruptGuard, LoadingBar, is_interrupted, leave, leave_interrupted};
 use super::summary::print_choices;
 use super::warnings::ShownWarnings;
-use super::words;
 use crate::io::{LoadObserver, read_exr};
 use crate::session::{Error, Renderer, Session};
 use crate::view::{FileLight, Host, LightEdit, Options, SavedPart, SceneChanges, SceneRequest, serve};
@@ -42,7 +42,7 @@ pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
         started,
     };
     if !args.listen.is_loopback() {
-        words::warning(format_args!(
+        printing::warning(format_args!(
             "--listen {}: anyone who reaches this address and has the link can see and control the render, and can write its camera, materials and lights into the scene file; the link and the pictures are not encrypted\n  help: use ssh -L in place of --listen, as `embrasure view --help` shows",
             args.listen
         ));
@@ -65,13 +65,13 @@ pub(super) fn view(args: &ViewArgs) -> Result<ExitCode, CliError> {
 
 /// Reports the progress of loading on the terminal and to the page. Ends the program at an
 /// interrupt.
-struct Reading<'a> {
-    bar: Loading,
+struct LoadingReporter<'a> {
+    bar: LoadingBar,
     page: &'a dyn LoadObserver,
     commands: &'a Commands<'a>,
 }
 
-impl LoadObserver for Reading<'_> {
+impl LoadObserver for LoadingReporter<'_> {
     fn begin(&self, what: &str, units: u64) {
         self.commands.leave_if_interrupted();
         self.bar.begin(what, units);
@@ -92,7 +92,7 @@ fn two_settings(text: &str) -> Result<[String; 2], CliError> {
         [first, second] => Ok([first.into(), second.into()]),
         _ => Err(CliError::Usage(format!(
             "--compare {text}: {} in place of two\n  help: write two, such as path,bdpt or path,path+reuse=none",
-            words::count(settings.len() as u64, "setting")
+            printing::count(settings.len() as u64, "setting")
         ))),
     }
 }
@@ -203,8 +203,8 @@ impl Commands<'_> {
 
 impl Host for Commands<'_> {
     fn load(&self, request: &SceneRequest, observer: &dyn LoadObserver) -> Result<Session, Error> {
-        let reading = Reading {
-            bar: Loading::new(self.args.quiet),
+        let reading = LoadingReporter {
+            bar: LoadingBar::new(self.args.quiet),
             page: observer,
             commands: self,
         };

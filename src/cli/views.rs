@@ -4,7 +4,7 @@ use super::args::{CameraArgs, Flags, RenderArgs, ViewsArgs};
 use super::error::CliError;
 use super::job::Job;
 use super::outputs::Outputs;
-use super::progress::{InterruptGuard, Loading, Progress, TimedProgress, is_interrupted};
+use super::progress::{InterruptGuard, LoadingBar, Progress, TimedProgress, is_interrupted};
 use super::warnings::ShownWarnings;
 use crate::color::srgb;
 use crate::film::{RgbImage, metered};
@@ -52,7 +52,7 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
     let output = args.output.as_deref();
     let output = output.map(|path| named.prepare("-o", path)).transpose()?;
     named.refuse_inputs([&*args.scene])?;
-    let loading = Loading::new(job.quiet);
+    let loading = LoadingBar::new(job.quiet);
     let session = Session::load(&job.scene, job.settings.clone(), &loading);
     loading.finish();
     let mut session = session?;

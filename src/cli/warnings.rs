@@ -1,6 +1,6 @@
 //! `--warnings`: selection of the printed warnings about a scene. `--stats` has all warnings.
 
-use super::words;
+use super::printing;
 use crate::io::Warning;
 use crate::options::named;
 use crate::session::Session;
@@ -27,9 +27,9 @@ impl ShownWarnings {
     pub fn show(self, warnings: &[Warning], path: &Path) {
         for (first, text) in self.texts(warnings, path) {
             if first.is_note() {
-                words::note(text)
+                printing::note(text)
             } else {
-                words::warning(text)
+                printing::warning(text)
             }
         }
     }
@@ -40,9 +40,9 @@ impl ShownWarnings {
         if self != Self::None {
             for warning in warnings {
                 if warning.is_note() {
-                    words::note(warning)
+                    printing::note(warning)
                 } else {
-                    words::warning(warning)
+                    printing::warning(warning)
                 }
             }
         }
@@ -97,7 +97,7 @@ fn summary(first: &Warning, others: usize, path: &Path) -> String {
 /// rays of one camera.
 pub(super) fn note_middle_eye(session: &Session) {
     if session.camera_description().stereo.is_some() {
-        words::note("stereo: the rays start at one camera, in the middle of both eyes");
+        printing::note("stereo: the rays start at one camera, in the middle of both eyes");
     }
 }
 

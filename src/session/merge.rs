@@ -34,7 +34,7 @@ impl PicturePart {
 
 /// Parts of one picture. Only their headers were read.
 #[derive(Clone, Debug)]
-pub struct Parts {
+pub struct PictureParts {
     /// Parts sorted by first sample and corner; never empty.
     parts: Vec<PicturePart>,
     extent: PartsExtent,
@@ -43,7 +43,7 @@ pub struct Parts {
 /// Result of joining the parts of a picture.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct Joined {
+pub struct JoinedPicture {
     /// Sums of all parts together.
     pub state: RenderState,
     /// Metadata of the joined parts.
@@ -52,7 +52,7 @@ pub struct Joined {
     pub is_part: bool,
 }
 
-impl Parts {
+impl PictureParts {
     /// Reads only the headers of the files.
     ///
     /// # Errors
@@ -80,7 +80,7 @@ impl Parts {
         Ok(Self { parts, extent })
     }
 
-    /// Number of parts, as given to [`Parts::describe`].
+    /// Number of parts, as given to [`PictureParts::describe`].
     pub fn count(&self) -> usize {
         self.parts.len()
     }
@@ -122,7 +122,7 @@ impl Parts {
     ///
     /// Samples are repeated, or files are damaged. Samples are missing or parts are unfinished,
     /// unless `allow_gaps` is true.
-    pub fn join(&self, is_enough: bool, allow_gaps: bool) -> Result<Joined, Error> {
+    pub fn join(&self, is_enough: bool, allow_gaps: bool) -> Result<JoinedPicture, Error> {
         let Self { parts, extent } = self;
         let wanted = if is_enough {
             extent.samples.clone()
@@ -143,7 +143,7 @@ impl Parts {
             ..parts[0].description.metadata.clone()
         };
         let is_all = extent.crop == Rect::full(extent.resolution) && extent.samples == (0..extent.total);
-        Ok(Joined {
+        Ok(JoinedPicture {
             state,
             metadata,
             is_part: has_gaps || !is_all,
@@ -151,7 +151,7 @@ impl Parts {
     }
 }
 
-impl Joined {
+impl JoinedPicture {
     /// The picture of the joined sums, without denoising.
     pub fn raw(&self) -> Image {
         let with_error = self.metadata.settings.contains(" noise=");
@@ -159,7 +159,7 @@ impl Joined {
     }
 
     /// The picture of the joined sums, denoised according to `finish`. The denoiser is also written
-    /// into [`Joined::metadata`]. Uses the threads of rayon's pool.
+    /// into [`JoinedPicture::metadata`]. Uses the threads of rayon's pool.
     ///
     /// # Errors
     ///
@@ -178,7 +178,7 @@ impl Joined {
         (image, done)
     }
 
-    /// Writes `image`, the result of [`Joined::develop`], to all `outputs`, and returns the errors.
+    /// Writes `image`, the result of [`JoinedPicture::develop`], to all `outputs`, and returns the errors.
     /// If pixels or samples are missing, EXR files also get the sums, so that further parts can be
     /// joined.
     #[must_use = "the errors name the files that were not written"]

@@ -34,7 +34,7 @@ pub use crate::method::{Error, InvalidSetting};
 pub use camera::CameraSettings;
 pub(crate) use camera::{FoundCamera, inspect_camera};
 pub use guesses::Guesses;
-pub use merge::{Joined, Parts};
+pub use merge::{JoinedPicture, PictureParts};
 pub use renderer::{Renderer, Unfinished};
 pub use settings::{MAX_SAMPLES_FOR_NOISE, Settings};
 pub use state::RenderState;

@@ -30,7 +30,7 @@ pub(super) struct Frame {
 
 /// Encoding of the pixel values in a message.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Coding {
+pub(super) enum Encoding {
     /// The 16-bit floats are sent unchanged.
     Plain,
     /// The 16-bit floats are packed, and rounded if the picture is not final.
@@ -91,13 +91,13 @@ impl Frame {
     }
 
     /// The message for pages, with the pixel values encoded as `coding`.
-    pub fn message(&self, coding: Coding) -> Bytes {
+    pub fn message(&self, coding: Encoding) -> Bytes {
         let mut header = (*self.header).clone();
         let rounding = match (coding, self.is_exact) {
-            (Coding::Packed, false) => ROUNDING,
+            (Encoding::Packed, false) => ROUNDING,
             _ => 0,
         };
-        let packed = (coding == Coding::Packed).then(|| pack(&self.halves, self.width, rounding));
+        let packed = (coding == Encoding::Packed).then(|| pack(&self.halves, self.width, rounding));
         if packed.is_some() {
             header.insert(
                 "packed".into(),
@@ -138,7 +138,7 @@ mod tests {
         }
         let values = light(&film);
         let frame = Frame::new(7, PICTURE, size.to_array(), &values, &json!({ "samples": 1 }), false);
-        let bytes = frame.message(Coding::Plain);
+        let bytes = frame.message(Encoding::Plain);
         let (length, rest) = bytes.split_at(4);
         let length = u32::from_le_bytes(length.try_into().unwrap()) as usize;
         let (header, pixels) = rest.split_at(length);
@@ -160,7 +160,7 @@ mod tests {
     fn ids_are_not_rounded() {
         let rounding = |channel, is_final| {
             let frame = Frame::new(1, channel, [1, 1], &[129.0, 3.0, 0.0], &json!({}), is_final);
-            let bytes = frame.message(Coding::Packed);
+            let bytes = frame.message(Encoding::Packed);
             let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
             let header: Value = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
             header["packed"]["rounding"].as_u64().unwrap()

@@ -12,23 +12,23 @@ const KIND: &str = "0 loading";
 const INTERVAL: Duration = Duration::from_millis(100);
 
 /// Progress of loading a scene, for pages.
-pub(super) struct Loading<'a> {
+pub(super) struct LoadingMessages<'a> {
     hub: &'a Hub,
-    work: Mutex<Work>,
+    work: Mutex<LoadingStep>,
 }
 
 /// Current part of the work.
-struct Work {
+struct LoadingStep {
     doing: String,
     units: u64,
     done: u64,
     reported: Instant,
 }
 
-impl<'a> Loading<'a> {
+impl<'a> LoadingMessages<'a> {
     /// Progress before the first part of the work starts.
     pub fn new(hub: &'a Hub) -> Self {
-        let work = Work {
+        let work = LoadingStep {
             doing: String::new(),
             units: 1,
             done: 0,
@@ -38,7 +38,7 @@ impl<'a> Loading<'a> {
         Self { hub, work }
     }
 
-    fn report(&self, work: &mut Work) {
+    fn report(&self, work: &mut LoadingStep) {
         work.reported = Instant::now();
         let share = work.done.min(work.units) as f64 / work.units.max(1) as f64;
         let text = json!({ "type": "status", "phase": "loading", "doing": work.doing, "share": share });
@@ -46,7 +46,7 @@ impl<'a> Loading<'a> {
     }
 }
 
-impl LoadObserver for Loading<'_> {
+impl LoadObserver for LoadingMessages<'_> {
     fn begin(&self, what: &str, units: u64) {
         let mut work = self.work.lock().unwrap_or_else(PoisonError::into_inner);
         (work.doing, work.units, work.done) = (what.into(), units, 0);
@@ -62,7 +62,7 @@ impl LoadObserver for Loading<'_> {
     }
 }
 
-impl Drop for Loading<'_> {
+impl Drop for LoadingMessages<'_> {
     /// Removes the loading message, so that new pages do not get it.
     fn drop(&mut self) {
         self.hub.remove_greeting(KIND);
@@ -77,7 +77,7 @@ mod tests {
     fn pages_are_told_what_is_done() {
         let hub = Hub::new();
         let page = hub.join();
-        let loading = Loading::new(&hub);
+        let loading = LoadingMessages::new(&hub);
         loading.begin("reading a.obj", 4);
         std::thread::sleep(INTERVAL);
         loading.advance(1);

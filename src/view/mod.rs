@@ -36,7 +36,7 @@ use crate::io::{ExrFormat, LoadObserver};
 use crate::session::{Error, Renderer, Session, Settings};
 use engine::Engine;
 use hub::Hub;
-use loading::Loading;
+use loading::LoadingMessages;
 use serde::Serialize;
 use serde_json::{Value, json};
 use server::Server;
@@ -206,7 +206,7 @@ pub(crate) fn serve(options: Options, host: &dyn Host, request: SceneRequest) ->
             hub.greet("3 end", &text.to_string());
             error
         };
-        let loading = Loading::new(&hub);
+        let loading = LoadingMessages::new(&hub);
         let session = host.load(&request, &loading).map_err(announce)?;
         drop(loading);
         let engine = Engine::new(&hub, host, request, &session, options)?;

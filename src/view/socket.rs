@@ -6,7 +6,7 @@
 //! the transit time, and pictures are packed for slow links. The rate of commands is limited: a
 //! page that sends more must wait, and a page that sends many invalid messages is closed.
 
-use super::frame::Coding;
+use super::frame::Encoding;
 use super::hub::{Hub, Mail, PageId};
 use super::protocol::Command;
 use crate::io::half_picture::PICTURE;
@@ -110,8 +110,8 @@ impl Page<'_> {
         }
         for frame in frames {
             let coding = match self.speed {
-                Some(speed) if speed >= SLOW => Coding::Plain,
-                _ => Coding::Packed,
+                Some(speed) if speed >= SLOW => Encoding::Plain,
+                _ => Encoding::Packed,
             };
             let bytes = frame.message(coding);
             self.sent.push((frame.id, bytes.len(), Instant::now()));

@@ -45,12 +45,12 @@ struct WatchedFile {
 }
 
 /// State of the files before they are read.
-pub(super) struct Reading {
+pub(super) struct FileStamps {
     since: SystemTime,
     before: Vec<(PathBuf, Stamp)>,
 }
 
-impl Reading {
+impl FileStamps {
     /// First reading of all files. It started after the time `since`.
     pub fn first(since: SystemTime) -> Self {
         let before = Vec::new();
@@ -79,8 +79,8 @@ impl Watch {
     }
 
     /// Starts another reading of the files. If the reading fails, the old stamps stay valid.
-    pub fn begin(&self) -> Reading {
-        Reading {
+    pub fn begin(&self) -> FileStamps {
+        FileStamps {
             since: SystemTime::now(),
             before: self
                 .files
@@ -91,7 +91,7 @@ impl Watch {
     }
 
     /// Watches `files`, which were read in `reading`.
-    pub fn finish(&mut self, reading: &Reading, files: impl IntoIterator<Item = PathBuf>) {
+    pub fn finish(&mut self, reading: &FileStamps, files: impl IntoIterator<Item = PathBuf>) {
         let watched = |path: PathBuf| WatchedFile {
             known: reading.stamp_of(&path),
             path,
@@ -152,7 +152,7 @@ mod tests {
         fs::write(&file, "a").unwrap();
         let mut watch = Watch::new();
         watch.finish(
-            &Reading::first(SystemTime::now() + Duration::from_secs(60)),
+            &FileStamps::first(SystemTime::now() + Duration::from_secs(60)),
             [file.clone()],
         );
         (folder, file, watch)

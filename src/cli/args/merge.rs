@@ -3,7 +3,7 @@
 use super::exr::ExrArgs;
 use super::flags::{Flags, NameParser};
 use super::values::parse_radius;
-use crate::cli::words;
+use crate::cli::printing;
 use crate::denoise::Denoiser;
 use crate::options::{Denoising, Finish, ToneOptions};
 use clap::Parser;
@@ -89,7 +89,7 @@ impl MergeArgs {
 fn is_there(denoiser: Denoiser) -> bool {
     let version = denoiser.version();
     if let Err(error) = &version {
-        words::warning(format!("the pictures are not denoised: {error}"));
+        printing::warning(format!("the pictures are not denoised: {error}"));
     }
     version.is_ok()
 }

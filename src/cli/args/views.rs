@@ -3,7 +3,7 @@
 use super::flags::NameParser;
 use super::load::LoadArgs;
 use super::values::parse_size;
-use crate::guess::View;
+use crate::guess::NamedView;
 use crate::options::Backend;
 use clap::Parser;
 use std::path::PathBuf;
@@ -23,8 +23,8 @@ pub(in crate::cli) struct ViewsArgs {
     pub output: Option<PathBuf>,
 
     /// Views to show; inside: cameras in the rooms, and a plan; auto: by the scene [default: auto]
-    #[arg(long, value_name = "NAME", value_parser = NameParser::<View>::new())]
-    pub view: Option<View>,
+    #[arg(long, value_name = "NAME", value_parser = NameParser::<NamedView>::new())]
+    pub view: Option<NamedView>,
 
     /// Size of each picture in pixels, in the aspect ratio of your render [default: 240x240]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]

@@ -34,7 +34,7 @@ const SHORTEST: f64 = 0.05;
 
 /// Report of `embrasure bench`.
 #[derive(Debug, Serialize)]
-struct Report {
+struct BenchReport {
     pub version: &'static str,
     pub cpu: Option<String>,
     pub cores: usize,
@@ -62,12 +62,12 @@ struct BackendReport {
     pub build_s: f64,
     pub bytes: u64,
     pub bytes_per_triangle: f64,
-    pub runs: Vec<Run>,
+    pub runs: Vec<ThreadRun>,
 }
 
 /// Measurements with `threads` threads.
 #[derive(Debug, Serialize)]
-struct Run {
+struct ThreadRun {
     pub threads: usize,
     pub mrays_per_s: Rates,
     pub rays: usize,
@@ -95,7 +95,7 @@ pub(super) fn bench(args: &BenchArgs) -> Result<ExitCode, CliError> {
     let mut jobs = jobs?;
     jobs.iter_mut().for_each(shrink);
     let scenes: Result<Vec<_>, CliError> = jobs.into_iter().map(|job| bench_scene(args, job)).collect();
-    let report = Report {
+    let report = BenchReport {
         version: env!("CARGO_PKG_VERSION"),
         cpu: cpu_name(),
         cores: std::thread::available_parallelism().map_or(1, |n| n.get()),
@@ -159,7 +159,7 @@ fn bench_scene(args: &BenchArgs, job: Job) -> Result<SceneRuns, CliError> {
             build_s.push(start.elapsed().as_secs_f64());
         }
         print_step("rays");
-        let measure = Measure {
+        let measure = BackendMeasurement {
             session: &session,
             accel: backend.build(scene, session.pool())?,
             prepared: session.prepared(),
@@ -190,7 +190,7 @@ fn shrink(job: &mut Job) {
 }
 
 /// Measurements of one backend on one scene.
-struct Measure<'a> {
+struct BackendMeasurement<'a> {
     session: &'a Session,
     accel: AnyAccel<'a>,
     prepared: Preparation,
@@ -200,7 +200,7 @@ struct Measure<'a> {
 
 /// The rays of a render, tile by tile in the order of tracing.
 #[derive(Default)]
-struct Recording {
+struct RecordedRays {
     all: Vec<Vec<Query>>,
     /// Closest-hit rays after 0, 1 and 2 scattering events, and shadow rays.
     by_kind: [Vec<Vec<Query>>; 4],
@@ -209,12 +209,12 @@ struct Recording {
 /// Index of the shadow rays in `by_kind`.
 const SHADOW: usize = 3;
 
-impl Measure<'_> {
+impl BackendMeasurement<'_> {
     fn run(&self) -> Result<BackendReport, CliError> {
         let recording = self.session.install(|| self.record());
         let mut threads = vec![1, self.session.settings().threads];
         threads.dedup();
-        let runs: Result<Vec<Run>, CliError> = threads.iter().map(|&n| self.measure(&recording, n)).collect();
+        let runs: Result<Vec<ThreadRun>, CliError> = threads.iter().map(|&n| self.measure(&recording, n)).collect();
         let accel = self.accel.as_dyn();
         let info = accel.info();
         Ok(BackendReport {
@@ -229,7 +229,7 @@ impl Measure<'_> {
     }
 
     /// Renders once, and stores the rays.
-    fn record(&self) -> Recording {
+    fn record(&self) -> RecordedRays {
         let settings = self.session.settings();
         let (method, progress) = (settings.method(), Progress::new(0, true));
         let context = RenderContext {
@@ -272,7 +272,7 @@ impl Measure<'_> {
             (all, rays)
         });
         let tiles: Vec<_> = tiles.collect();
-        let mut recording = Recording::default();
+        let mut recording = RecordedRays::default();
         for (all, rays) in tiles {
             recording.all.push(all);
             for (list, rays) in recording.by_kind.iter_mut().zip(rays) {
@@ -282,7 +282,7 @@ impl Measure<'_> {
         recording
     }
 
-    fn measure(&self, recording: &Recording, threads: usize) -> Result<Run, CliError> {
+    fn measure(&self, recording: &RecordedRays, threads: usize) -> Result<ThreadRun, CliError> {
         let pool = thread_pool(threads)?;
         let seconds = |work: &(dyn Fn() + Sync)| pool.install(|| repeated_seconds(work));
         let accel = self.accel.as_dyn();
@@ -301,7 +301,7 @@ impl Measure<'_> {
             (count > 0).then(|| count as f64 / median(times.collect()) / 1e6)
         };
         let [camera, first_bounce, second_bounce, shadow] = &recording.by_kind;
-        Ok(Run {
+        Ok(ThreadRun {
             threads,
             mrays_per_s: Rates {
                 camera: rate(camera),

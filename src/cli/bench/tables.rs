@@ -1,9 +1,9 @@
-use super::{BackendReport, Report, Run, SceneRuns};
+use super::{BackendReport, BenchReport, SceneRuns, ThreadRun};
 use std::fmt::Write;
 
 /// Measurements as three Markdown tables: rays, renders, and the ratio of each other backend to the
 /// first backend.
-pub(super) fn tables(report: &Report) -> String {
+pub(super) fn tables(report: &BenchReport) -> String {
     let mut text = format!(
         "{}, {} cores; embrasure {}",
         report.cpu.as_deref().unwrap_or("unknown processor"),
@@ -83,14 +83,14 @@ pub(super) fn tables(report: &Report) -> String {
     text
 }
 
-fn runs(report: &Report) -> impl Iterator<Item = (&SceneRuns, &BackendReport, &Run)> {
+fn runs(report: &BenchReport) -> impl Iterator<Item = (&SceneRuns, &BackendReport, &ThreadRun)> {
     report.scenes.iter().flat_map(|scene| {
         let backends = scene.backends.iter();
         backends.flat_map(move |backend| backend.runs.iter().map(move |run| (scene, backend, run)))
     })
 }
 
-fn heads(scene: &SceneRuns, backend: &BackendReport, run: &Run) -> Vec<String> {
+fn heads(scene: &SceneRuns, backend: &BackendReport, run: &ThreadRun) -> Vec<String> {
     vec![
         scene.scene.clone(),
         scene.triangles.to_string(),

@@ -1,7 +1,7 @@
 //! Text output of `embrasure compare`.
 
 use super::{CHANNELS, Comparison, Outcome, heavy_tails, left_out, scale_name};
-use crate::cli::words::number;
+use crate::cli::printing::number;
 use crate::compare::Scale;
 use crate::film::Rect;
 

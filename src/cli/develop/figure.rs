@@ -1,6 +1,6 @@
 //! Numbers as pictures in false colours.
 
-use super::layer::{Kind, Layer};
+use super::layer::{Layer, LayerKind};
 use crate::color::{false_color, srgb};
 use crate::film::{Image, Z_BACKGROUND, resample, resample_nearest};
 use crate::io::Figure;
@@ -26,7 +26,7 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
     };
     let title = layer.title();
     let (colors, legend): (Vec<[u8; 3]>, String) = match layer.kind {
-        Kind::Normals => {
+        LayerKind::Normals => {
             let normal = |i| match vector(i) {
                 [0.0, 0.0, 0.0] => NOTHING,
                 v => v.map(|v| unit_code(0.5 + 0.5 * v)),
@@ -36,14 +36,14 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
                 "x, y and z from -1 to 1 as red, green and blue".into(),
             )
         }
-        Kind::Coordinates => {
+        LayerKind::Coordinates => {
             let code = |i| vector(i).map(|v| unit_code(v - v.floor()));
             (
                 (0..pixels).map(code).collect(),
                 "fractional parts of u and v as red and green".into(),
             )
         }
-        Kind::Positions => {
+        LayerKind::Positions => {
             let ranges = [0, 1, 2].map(|c| range(channels.get(c).copied().unwrap_or_default().iter().copied()));
             let code = |i| {
                 let v = vector(i);
@@ -54,11 +54,11 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
                 "x, y and z, each scaled to its range, as red, green and blue".into(),
             )
         }
-        Kind::Ids => (
+        LayerKind::Ids => (
             first().into_iter().map(id_color).collect(),
             "a colour for each id; black for 0".into(),
         ),
-        Kind::Matte => {
+        LayerKind::Matte => {
             // Name hash and coverage of the object that covers the largest part of the pixel
             let color = |i| {
                 let [name, share, _] = vector(i);
@@ -75,7 +75,7 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
                 "a colour for each name, of the name that covers most of the pixel; brighter if it covers more".into(),
             )
         }
-        Kind::Depth => {
+        LayerKind::Depth => {
             let values = first();
             let [near, far] = range(values.iter().copied().filter(|&z| is_depth(z)));
             let color = |z: f32| {
@@ -90,7 +90,7 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
                 format!("colour map magma, bright for {near} and dark for {far}; pixels without a surface are black"),
             )
         }
-        Kind::Magnitudes => {
+        LayerKind::Magnitudes => {
             let values: Vec<f32> = (0..pixels).map(length).collect();
             let logs = || values.iter().map(|v| v.log10()).filter(|log| log.is_finite());
             let [low, high] = range(logs());
@@ -109,7 +109,7 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
                 format!("colour map magma, logarithmic from 10^{low:.2} to 10^{high:.2}"),
             )
         }
-        Kind::Numbers | Kind::Colors | Kind::Reflectance => {
+        LayerKind::Numbers | LayerKind::Colors | LayerKind::Reflectance => {
             let values = if channels.len() > 1 {
                 (0..pixels).map(length).collect()
             } else {
@@ -145,7 +145,7 @@ pub(super) fn draw(layer: &Layer, image: &Image, size: Option<[u32; 2]>) -> Figu
         }
     };
     let from = image.crop.size().to_array();
-    let is_exact = matches!(layer.kind, Kind::Ids | Kind::Matte);
+    let is_exact = matches!(layer.kind, LayerKind::Ids | LayerKind::Matte);
     let to = size.unwrap_or(from);
     Figure {
         size: to,

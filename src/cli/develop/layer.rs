@@ -13,7 +13,7 @@ const PICTURES: [&str; 6] = ["combined", "beauty", "rgba", "rgb", "image", "colo
 
 /// Kind of the numbers in a layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum LayerKind {
     /// Light, as red, green and blue or as luminance.
     Colors,
     /// Reflectances, which are shown without tone mapping.
@@ -36,7 +36,7 @@ pub(super) enum Kind {
     Numbers,
 }
 
-impl Kind {
+impl LayerKind {
     /// Returns true if values may be averaged.
     pub fn is_colors(self) -> bool {
         matches!(self, Self::Colors | Self::Reflectance)
@@ -63,7 +63,7 @@ impl Kind {
 pub(super) struct Layer {
     /// Name without components, such as `albedo` for `albedo.R`. Empty for `R G B` of the file.
     pub name: String,
-    pub kind: Kind,
+    pub kind: LayerKind,
     /// True if the components are the colours of the file's picture.
     pub is_picture: bool,
     /// Components in order, with the indices of their channels.
@@ -184,7 +184,7 @@ pub(super) fn all(layers: &Layers) -> Vec<Layer> {
             Some(layer) => layer.components.push((component.into(), index)),
             None => found.push(Layer {
                 name: name.into(),
-                kind: Kind::Numbers,
+                kind: LayerKind::Numbers,
                 is_picture: false,
                 components: vec![(component.into(), index)],
             }),
@@ -199,12 +199,12 @@ pub(super) fn all(layers: &Layers) -> Vec<Layer> {
     let last_word = |layer: &Layer| layer.name.rsplit('.').next().unwrap_or_default().to_lowercase();
     let picture = found
         .iter()
-        .position(|layer| layer.name.is_empty() && layer.kind == Kind::Colors)
+        .position(|layer| layer.name.is_empty() && layer.kind == LayerKind::Colors)
         .or_else(|| {
             let mut named = found.iter();
-            named.position(|layer| layer.kind == Kind::Colors && PICTURES.contains(&last_word(layer).as_str()))
+            named.position(|layer| layer.kind == LayerKind::Colors && PICTURES.contains(&last_word(layer).as_str()))
         })
-        .or_else(|| found.iter().position(|layer| layer.kind == Kind::Colors));
+        .or_else(|| found.iter().position(|layer| layer.kind == LayerKind::Colors));
     if let Some(picture) = picture {
         found[picture].is_picture = true;
         let first = found.remove(picture);
@@ -273,13 +273,13 @@ fn single(layers: &Layers, index: usize) -> Layer {
     let (layer, component) = split(&name);
     let whole = Layer {
         name: layer.into(),
-        kind: Kind::Numbers,
+        kind: LayerKind::Numbers,
         is_picture: false,
         components: vec![(component.into(), index)],
     };
     let kind = match kind(&whole, layers) {
-        kind @ (Kind::Depth | Kind::Ids | Kind::Magnitudes) => kind,
-        _ => Kind::Numbers,
+        kind @ (LayerKind::Depth | LayerKind::Ids | LayerKind::Magnitudes) => kind,
+        _ => LayerKind::Numbers,
     };
     Layer {
         components: vec![(name.clone(), index)],
@@ -354,7 +354,7 @@ fn rank(component: &str) -> usize {
 }
 
 /// Kind of the numbers in a layer, according to its names and its number format.
-fn kind(layer: &Layer, layers: &Layers) -> Kind {
+fn kind(layer: &Layer, layers: &Layers) -> LayerKind {
     let name = layer.name.to_lowercase();
     let last = name.rsplit('.').next().unwrap_or_default();
     let mut components: Vec<String> = layer
@@ -371,7 +371,7 @@ fn kind(layer: &Layer, layers: &Layers) -> Kind {
     let is_one_of = |words: &[&str]| words.contains(&last);
     let single = components.len() == 1;
     if last.starts_with("crypto") {
-        return Kind::Matte;
+        return LayerKind::Matte;
     }
     if is_whole
         || is_one_of(&[
@@ -385,41 +385,41 @@ fn kind(layer: &Layer, layers: &Layers) -> Kind {
             "instid",
         ])
     {
-        return Kind::Ids;
+        return LayerKind::Ids;
     }
     if name == LINES {
-        return Kind::Reflectance;
+        return LayerKind::Reflectance;
     }
     if last.contains("variance") {
-        return Kind::Magnitudes;
+        return LayerKind::Magnitudes;
     }
     if single
         && (is_one_of(&["z", "depth", "mist", "zback"])
             || last.ends_with("depth")
             || (components[0] == "z" && last != "n"))
     {
-        return Kind::Depth;
+        return LayerKind::Depth;
     }
     if has(&["x", "y", "z"]) {
         return match last {
-            "n" | "ng" | "ns" => Kind::Normals,
-            _ if last.contains("normal") => Kind::Normals,
-            "p" | "position" | "pref" => Kind::Positions,
-            _ => Kind::Numbers,
+            "n" | "ng" | "ns" => LayerKind::Normals,
+            _ if last.contains("normal") => LayerKind::Normals,
+            "p" | "position" | "pref" => LayerKind::Positions,
+            _ => LayerKind::Numbers,
         };
     }
     if has(&["u", "v"]) || (is_one_of(&["uv"]) && components.len() >= 2) {
-        return Kind::Coordinates;
+        return LayerKind::Coordinates;
     }
     if has(&["r", "g", "b"]) || (components.iter().any(|c| c == "y") && components.iter().all(|c| c == "y" || c == "a"))
     {
         return if last.contains("albedo") || is_one_of(&["diffcol", "glosscol", "transcol"]) {
-            Kind::Reflectance
+            LayerKind::Reflectance
         } else {
-            Kind::Colors
+            LayerKind::Colors
         };
     }
-    Kind::Numbers
+    LayerKind::Numbers
 }
 
 #[cfg(test)]
@@ -471,21 +471,21 @@ mod tests {
             "motion.Y",
             "CryptoObject00.R",
         ]);
-        let found: Vec<(String, Kind)> = all(&file).iter().map(|l| (l.title().to_string(), l.kind)).collect();
-        let found: Vec<(&str, Kind)> = found.iter().map(|(name, kind)| (name.as_str(), *kind)).collect();
+        let found: Vec<(String, LayerKind)> = all(&file).iter().map(|l| (l.title().to_string(), l.kind)).collect();
+        let found: Vec<(&str, LayerKind)> = found.iter().map(|(name, kind)| (name.as_str(), *kind)).collect();
         assert_eq!(
             found,
             [
-                ("RGB", Kind::Colors),
-                ("N", Kind::Normals),
-                ("Z", Kind::Depth),
-                ("albedo", Kind::Reflectance),
-                ("id", Kind::Ids),
-                ("samples", Kind::Numbers),
-                ("uv", Kind::Coordinates),
-                ("variance", Kind::Magnitudes),
-                ("motion", Kind::Numbers),
-                ("CryptoObject00", Kind::Matte),
+                ("RGB", LayerKind::Colors),
+                ("N", LayerKind::Normals),
+                ("Z", LayerKind::Depth),
+                ("albedo", LayerKind::Reflectance),
+                ("id", LayerKind::Ids),
+                ("samples", LayerKind::Numbers),
+                ("uv", LayerKind::Coordinates),
+                ("variance", LayerKind::Magnitudes),
+                ("motion", LayerKind::Numbers),
+                ("CryptoObject00", LayerKind::Matte),
             ]
         );
         let picture = find(&file, None).unwrap();
@@ -494,7 +494,7 @@ mod tests {
             find(&file, Some("N")).unwrap().outputs().collect::<Vec<_>>(),
             ["N.X", "N.Y", "N.Z"]
         );
-        assert_eq!(find(&file, Some("id.object")).unwrap().kind, Kind::Ids);
+        assert_eq!(find(&file, Some("id.object")).unwrap().kind, LayerKind::Ids);
         let (message, help) = find(&file, Some("albedos")).unwrap_err();
         assert!(
             message.contains("albedos") && help.starts_with("did you mean albedo? the file has RGB, N, Z"),
@@ -520,10 +520,10 @@ mod tests {
         let picture = find(&cycles, None).unwrap();
         assert_eq!(
             (picture.name.as_str(), picture.kind),
-            ("ViewLayer.Combined", Kind::Colors)
+            ("ViewLayer.Combined", LayerKind::Colors)
         );
-        assert_eq!(find(&cycles, Some("depth")).unwrap().kind, Kind::Depth);
-        assert_eq!(find(&cycles, Some("Normal")).unwrap().kind, Kind::Normals);
+        assert_eq!(find(&cycles, Some("depth")).unwrap().kind, LayerKind::Depth);
+        assert_eq!(find(&cycles, Some("Normal")).unwrap().kind, LayerKind::Normals);
         let grey = layers(&["Y"]);
         assert_eq!(
             find(&grey, None).unwrap().outputs().collect::<Vec<_>>(),

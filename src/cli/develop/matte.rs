@@ -4,7 +4,7 @@ use super::{cropped, scaled, scaled_size};
 use crate::cli::args::DevelopArgs;
 use crate::cli::error::CliError;
 use crate::cli::outputs::Images;
-use crate::cli::words;
+use crate::cli::printing;
 use crate::film::{Channel, Image};
 use crate::io::{DevelopedPicture, ExrFormat, FileError, Format, Layers, png_bytes};
 use crate::options::nearest;
@@ -77,7 +77,7 @@ pub(super) fn write(
             mask.layer,
             shown.collect::<Vec<_>>().join(", "),
             if more > 0 {
-                format!(" and {}", words::count(more as u64, "other name"))
+                format!(" and {}", printing::count(more as u64, "other name"))
             } else {
                 String::new()
             }

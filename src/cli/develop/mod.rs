@@ -11,7 +11,7 @@ mod matte;
 use super::args::{DevelopArgs, Scale};
 use super::error::CliError;
 use super::outputs::{Outputs, face, face_error};
-use super::words;
+use super::printing;
 use crate::camera::FACE_NAMES;
 use crate::color::{Spectrum, Tone};
 use crate::denoise::Denoiser;
@@ -20,7 +20,7 @@ use crate::io::{DevelopedPicture, FileError, Format, Layers, describe_checkpoint
 use crate::math::UVec2;
 use crate::options::{Denoising, LineColor, OptionGroup, Value};
 use crate::session::Parts;
-use layer::{Kind, Layer};
+use layer::{Layer, LayerKind};
 use std::process::ExitCode;
 
 /// Maximum number of pixels per side of a picture.
@@ -87,7 +87,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
         .map_err(|reason| face_error(&reason, "use the whole picture of `render --projection cubemap`"))?;
     let picture_of = |face: Option<usize>| face.and_then(|index| pictures.get(index)).unwrap_or(&image);
     let has_figure = files.faces().any(|(_, (format, _))| {
-        matches!(format, Format::Png(_)) && !matches!(found.kind, Kind::Colors | Kind::Reflectance)
+        matches!(format, Format::Png(_)) && !matches!(found.kind, LayerKind::Colors | LayerKind::Reflectance)
     });
     if has_figure {
         let reason = "the colours of data in .png files are scaled for each face, so the faces would not fit together";
@@ -139,7 +139,7 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
                 let picture = developed(image);
                 picture.write_exr(output, &exr)
             }
-            (Format::Png(_), Kind::Colors | Kind::Reflectance) => {
+            (Format::Png(_), LayerKind::Colors | LayerKind::Reflectance) => {
                 said.push(format!("{name}: {tone}{}", exposure_change(args, &layers, &tone)));
                 let picture = developed(scaled(image.clone(), size, true));
                 picture.write_png(output, &tone)
@@ -184,7 +184,7 @@ fn list(layers: &Layers, json: bool) {
     let UVec2 { x, y } = layers.resolution;
     outln!(
         "{x}x{y} pixels, {}",
-        words::count(layers.channels.len() as u64, "channel")
+        printing::count(layers.channels.len() as u64, "channel")
     );
     for layer in all {
         outln!("  {}", layer.describe(layers));
@@ -266,7 +266,7 @@ fn denoiser(args: &DevelopArgs, layers: &Layers, found: &Layer) -> Result<(Optio
         Some(Some(wanted)) => wanted,
     };
     let denoiser = match wanted.denoiser() {
-        Some(_) if found.kind != Kind::Colors => Err(CliError::Usage(format!(
+        Some(_) if found.kind != LayerKind::Colors => Err(CliError::Usage(format!(
             "--denoise {}: {} is not a layer of light\n  help: remove --denoise, or choose a layer of light with --channel",
             wanted.text(),
             found.title()
@@ -323,9 +323,9 @@ fn draw_lines(image: &mut Image, color: Spectrum) {
 
 /// Tone curve and exposure. Missing flags keep the values that the render stored in the file.
 /// Reflectances are shown without a tone curve.
-fn tone(args: &DevelopArgs, layers: &Layers, kind: Kind) -> Tone {
+fn tone(args: &DevelopArgs, layers: &Layers, kind: LayerKind) -> Tone {
     let noted = match kind {
-        Kind::Colors => layers.finish.tone,
+        LayerKind::Colors => layers.finish.tone,
         _ => Tone::default(),
     };
     args.tone.0.over(noted)

@@ -11,8 +11,8 @@ use super::error::{CliError, INTERRUPTED};
 use super::info::decimal;
 use super::job::read_scene;
 use super::outputs::{Outputs, face_error};
+use super::printing;
 use super::progress::{InterruptGuard, Progress};
-use super::words;
 use crate::bsdf::Bsdf;
 use crate::color::{Spectrum, Tone};
 use crate::description::{Inspection, MaterialSource, inspect_scene};
@@ -105,7 +105,7 @@ pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
         return Err(unknown(args, &file.whole(""), &materials).into());
     };
     if found.next().is_some() {
-        words::warning(
+        printing::warning(
             "several OBJ files of the scene have a material of this name; the first of these materials is shown",
         );
     }
@@ -315,7 +315,7 @@ fn text(value: &Value) -> String {
     match value {
         Value::String(text) => text.clone(),
         Value::Array(values) => format!("[{}]", values.iter().map(text).collect::<Vec<_>>().join(", ")),
-        Value::Number(number) if number.is_f64() => number.as_f64().map_or_else(String::new, words::number),
+        Value::Number(number) if number.is_f64() => number.as_f64().map_or_else(String::new, printing::number),
         value => value.to_string(),
     }
 }
@@ -356,7 +356,7 @@ fn print_text(facts: &Value) {
         for view in VIEWS {
             let probability = lobe["probability"][view].as_f64();
             let chosen = probability.map_or_else(String::new, |p| {
-                format!(", chosen with probability {}", words::number(p))
+                format!(", chosen with probability {}", printing::number(p))
             });
             outln!(
                 "    {:<13} albedo {}{chosen}",

@@ -1,7 +1,7 @@
 //! SVG picture of a BSDF: polar plots in the plane of incidence, and the albedo over the angle of
 //! the viewer.
 
-use crate::cli::plot::{Place, color, escaped, points, svg_head};
+use crate::cli::plot::{SvgTarget, color, escaped, points, svg_head};
 use crate::color::Spectrum;
 use crate::lint::{LobeProfile, Profile};
 use std::fmt::Write;
@@ -31,7 +31,7 @@ pub(super) fn svg(name: &str, profiles: &[Profile], albedos: &[(f32, Spectrum)])
     let mut text = svg_head(
         size,
         &format!("Scattering of {name} in the plane of incidence"),
-        Place::File,
+        SvgTarget::File,
     );
     let _ = writeln!(
         text,

@@ -3,9 +3,9 @@
 use crate::cli::error::CliError;
 use crate::cli::job::Job;
 use crate::cli::outputs::Outputs;
+use crate::cli::printing::count;
 use crate::cli::progress::{InterruptGuard, Progress};
 use crate::cli::warnings::ShownWarnings;
-use crate::cli::words::count;
 use crate::color::Spectrum;
 use crate::files::Output;
 use crate::film::{Image, RgbImage};

@@ -3,7 +3,7 @@
 
 use super::Comparison;
 use super::runs::Snapshot;
-use crate::cli::plot::{LogLog, PLOT_SIZE, Place, escaped, mark, slope, svg_head};
+use crate::cli::plot::{LogLog, PLOT_SIZE, SvgTarget, escaped, mark, slope, svg_head};
 use std::fmt::Write;
 
 /// Horizontal axis of a curve.
@@ -54,7 +54,7 @@ const LEGEND: [f64; 2] = [72.0, 366.0];
 const LINE: f64 = 20.0;
 
 /// Picture of the curves of all estimators: two plots side by side, and a legend below.
-pub(super) fn svg(comparison: &Comparison, place: Place) -> String {
+pub(super) fn svg(comparison: &Comparison, place: SvgTarget) -> String {
     let rows = comparison.rendered().count();
     let size = [2.0 * PLOT_SIZE[0], LEGEND[1] + LINE * rows as f64];
     let mut text = svg_head(size, "Convergence: relMSE against samples and against seconds", place);
@@ -62,7 +62,7 @@ pub(super) fn svg(comparison: &Comparison, place: Place) -> String {
         (Measure::Samples, "samples", "relMSE against samples per pixel", 0.0),
         (Measure::Seconds, "seconds", "relMSE against seconds", PLOT_SIZE[0]),
     ] {
-        let curve = |(_, run): (_, &super::Run)| measure.points(&run.snapshots);
+        let curve = |(_, run): (_, &super::ContenderRun)| measure.points(&run.snapshots);
         let curves: Vec<_> = comparison.rendered().map(curve).collect();
         let plot = LogLog {
             title,

@@ -3,7 +3,7 @@
 
 use super::budget::Budget;
 use super::contenders::Contender;
-use super::runs::{self, Run, Snapshot};
+use super::runs::{self, ContenderRun, Snapshot};
 use crate::cli::error::CliError;
 use crate::cli::job::Job;
 use crate::cli::progress::is_interrupted;
@@ -64,12 +64,16 @@ pub(super) struct Laboratory<'a> {
 
 impl Laboratory<'_> {
     /// Renders all contenders that are not refused, until an interrupt.
-    pub fn runs(&mut self, contenders: Vec<Contender>, budgets: &[Budget]) -> Result<Vec<(Contender, Run)>, CliError> {
+    pub fn runs(
+        &mut self,
+        contenders: Vec<Contender>,
+        budgets: &[Budget],
+    ) -> Result<Vec<(Contender, ContenderRun)>, CliError> {
         let mut runs = Vec::new();
         let mut rest = contenders.into_iter().peekable();
         loop {
             if let Some(skipped) = rest.next_if(|next| next.refused.is_some() || is_interrupted()) {
-                runs.push((skipped, Run::default()));
+                runs.push((skipped, ContenderRun::default()));
                 continue;
             }
             let Some(first) = rest.peek() else { return Ok(runs) };
@@ -77,7 +81,7 @@ impl Laboratory<'_> {
             let renderer = session.renderer()?;
             while let Some(contender) = rest.next_if(|next| next.shares_scene(session.settings())) {
                 let run = if contender.refused.is_some() || is_interrupted() {
-                    Run::default()
+                    ContenderRun::default()
                 } else {
                     runs::run(&renderer, &contender, budgets, self.quiet)?
                 };
@@ -98,7 +102,7 @@ impl Laboratory<'_> {
     }
 
     /// Reference rendered by `contender` with more samples than `run`; `None` after an interrupt.
-    pub fn reference(&mut self, contender: &Contender, run: &Run) -> Result<Option<Reference>, CliError> {
+    pub fn reference(&mut self, contender: &Contender, run: &ContenderRun) -> Result<Option<Reference>, CliError> {
         let Some(last) = run.snapshots.last() else {
             return Ok(None);
         };

@@ -20,10 +20,10 @@ use super::args::{Flags, LabArgs, RenderArgs};
 use super::error::CliError;
 use super::job::Job;
 use super::outputs::Outputs;
-use super::plot::Place;
+use super::plot::SvgTarget;
+use super::printing;
 use super::progress::{InterruptGuard, is_interrupted};
 use super::warnings::{ShownWarnings, note_middle_eye};
-use super::words;
 use crate::color::Tone;
 use crate::compare::Errors;
 use crate::files::{MemoryLimit, Output, in_words};
@@ -33,7 +33,7 @@ use crate::session::Session;
 use budget::Budget;
 use contenders::{Contender, idle_keys, ladder, methods};
 use laboratory::{Laboratory, Reference};
-use runs::Run;
+use runs::ContenderRun;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -45,7 +45,7 @@ struct Comparison {
     /// Width and height of the pictures in pixels.
     size: [usize; 2],
     budgets: Vec<Budget>,
-    runs: Vec<(Contender, Run)>,
+    runs: Vec<(Contender, ContenderRun)>,
     /// `None` if an interrupt ended the render of the reference.
     reference: Option<Reference>,
     /// Tone of the pictures.
@@ -54,14 +54,14 @@ struct Comparison {
 
 impl Comparison {
     /// Estimators with at least one snapshot.
-    fn rendered(&self) -> impl Iterator<Item = (&Contender, &Run)> {
+    fn rendered(&self) -> impl Iterator<Item = (&Contender, &ContenderRun)> {
         let runs = self.runs.iter().map(|(contender, run)| (contender, run));
         runs.filter(|(_, run)| !run.snapshots.is_empty())
     }
 }
 
 /// Files that `embrasure lab` writes.
-struct Files {
+struct LabFiles {
     sheet: Output,
     csv: Output,
     markdown: Output,
@@ -77,7 +77,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     }
     // All arguments are checked before the first ray.
     let mut named = Outputs::default();
-    let files = Files::prepare(args, &mut named)?;
+    let files = LabFiles::prepare(args, &mut named)?;
     named.refuse_inputs([Some(&*args.scene), args.reference.as_deref()].into_iter().flatten())?;
     let budgets = Budget::of(&args.spp, &args.time);
     let job = Job::to_compare(&render_args(args, &budgets))?;
@@ -107,7 +107,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
         let integrator = flag.name.split(':').next().unwrap_or_default();
         idle_keys(flag)
             .iter()
-            .for_each(|key| words::warning(format_args!("{}: {integrator} does not use {key}", flag.name)));
+            .for_each(|key| printing::warning(format_args!("{}: {integrator} does not use {key}", flag.name)));
     }
     contenders.iter_mut().for_each(|contender| contender.judge(&session));
     let truth = contenders.iter().rposition(Contender::finds_all_light);
@@ -125,11 +125,11 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     runs.iter()
         .filter_map(|(contender, run)| Some((contender, run.overspent(&budgets)?)))
         .for_each(|(contender, [seconds, budget])| {
-            words::warning(format_args!(
+            printing::warning(format_args!(
                 "{}: one sample per pixel takes {} s, with preparation and denoising: more than --time {budget}s\n  \
                  help: allow more time, or render fewer pixels with --size",
                 contender.name,
-                words::measured(seconds)
+                printing::measured(seconds)
             ));
         });
     if runs.iter().all(|(_, run)| run.snapshots.is_empty()) && is_interrupted() {
@@ -191,7 +191,7 @@ fn output_path(args: &LabArgs, ending: &str) -> PathBuf {
     name.into()
 }
 
-impl Files {
+impl LabFiles {
     fn prepare(args: &LabArgs, named: &mut Outputs) -> Result<Self, CliError> {
         let mut output = |ending: &str| named.prepare("-o", &output_path(args, ending));
         Ok(Self {
@@ -217,7 +217,7 @@ impl Files {
             (&self.csv, comparison.csv()),
             (&self.markdown, table.clone()),
             (&self.curves_csv, comparison.curves_csv()),
-            (&self.curves, curves::svg(comparison, Place::File)),
+            (&self.curves, curves::svg(comparison, SvgTarget::File)),
         ];
         for (output, text) in &texts {
             output.write(|w| w.write_all(text.as_bytes()))?;
@@ -320,7 +320,7 @@ impl Comparison {
 
     /// Text that names the results that are missing after an interrupt.
     fn interruption(&self) -> String {
-        let is_missing = |(contender, run): &&(Contender, Run)| {
+        let is_missing = |(contender, run): &&(Contender, ContenderRun)| {
             contender.refused.is_none() && (run.is_interrupted || run.snapshots.is_empty())
         };
         let during = match self.runs.iter().find(is_missing) {

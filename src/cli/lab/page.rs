@@ -9,10 +9,10 @@ use super::Comparison;
 use super::budget::Budget;
 use super::contenders::Contender;
 use super::curves::{self, Measure};
-use super::runs::{Run, Snapshot};
+use super::runs::{ContenderRun, Snapshot};
 use super::sheet::shown;
-use crate::cli::plot::{self, Place};
-use crate::cli::words::count;
+use crate::cli::plot::{self, SvgTarget};
+use crate::cli::printing::count;
 use crate::color::{false_color, srgb};
 use crate::compare::relative_differences;
 use crate::film::RgbImage;
@@ -32,7 +32,7 @@ const COLORS: usize = 65;
 pub(super) fn write(writer: &mut impl Write, comparison: &Comparison) -> io::Result<()> {
     let data = data(comparison)?.to_string();
     let title = format!("Estimators compared: {}", comparison.scene);
-    let curves = curves::svg(comparison, Place::Page);
+    let curves = curves::svg(comparison, SvgTarget::Page);
     let values = [
         ("style", include_str!("page/page.css").trim_end()),
         ("script", include_str!("page/page.js").trim_end()),
@@ -137,7 +137,7 @@ impl Pictures<'_> {
         )
     }
 
-    fn estimator(&self, contender: &Contender, run: &Run, color: Option<&str>) -> io::Result<Value> {
+    fn estimator(&self, contender: &Contender, run: &ContenderRun, color: Option<&str>) -> io::Result<Value> {
         let points: io::Result<Vec<Value>> = run.snapshots.iter().map(|snapshot| self.point(snapshot)).collect();
         let paper = contender.lesson.paper;
         Ok(json!({

@@ -46,7 +46,7 @@ impl Snapshot {
 
 /// Results of a contender.
 #[derive(Default)]
-pub(super) struct Run {
+pub(super) struct ContenderRun {
     /// Snapshots in the order of their samples.
     pub snapshots: Vec<Snapshot>,
     /// Tone of the contender's pictures. An automatic exposure is metered in the last picture.
@@ -55,7 +55,7 @@ pub(super) struct Run {
     pub is_interrupted: bool,
 }
 
-impl Run {
+impl ContenderRun {
     /// Time of the first snapshot, and the largest budget that this time exceeds by more than a
     /// tenth; both in seconds. `None` if there is no such budget. The first snapshot always has one
     /// sample per pixel, even if this takes longer than a budget.
@@ -80,14 +80,14 @@ pub(super) fn run(
     contender: &Contender,
     budgets: &[Budget],
     quiet: bool,
-) -> Result<Run, CliError> {
+) -> Result<ContenderRun, CliError> {
     let samples = match budgets.last() {
         Some(Budget::Samples(samples)) => *samples,
         _ => 0,
     };
     let pixels = contender.settings.crop().area();
     let progress = Progress::new(pixels * u64::from(samples), quiet || samples == 0);
-    let mut run = Run::default();
+    let mut run = ContenderRun::default();
     let spent = Estimate::new(renderer, contender, &progress).spend(budgets, &mut run);
     progress.finish();
     spent?;
@@ -148,7 +148,7 @@ impl<'a> Estimate<'a> {
     }
 
     /// Spends all budgets, and stores their snapshots and the snapshots of the curve in `run`.
-    fn spend(&mut self, budgets: &[Budget], run: &mut Run) -> Result<(), CliError> {
+    fn spend(&mut self, budgets: &[Budget], run: &mut ContenderRun) -> Result<(), CliError> {
         if self.prepare().is_err() {
             run.is_interrupted = true;
             return Ok(());
@@ -236,7 +236,13 @@ impl<'a> Estimate<'a> {
     }
 
     /// The picture of `film`, denoised if requested; `None` after an interrupt.
-    fn snapshot(&self, film: &Film, samples: u32, seconds: f64, run: &mut Run) -> Result<Option<Snapshot>, CliError> {
+    fn snapshot(
+        &self,
+        film: &Film,
+        samples: u32,
+        seconds: f64,
+        run: &mut ContenderRun,
+    ) -> Result<Option<Snapshot>, CliError> {
         let settings = &self.contender.settings;
         let start = Instant::now();
         let image = match denoise(settings, film.develop(), &is_interrupted) {

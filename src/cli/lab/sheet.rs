@@ -3,7 +3,7 @@
 use super::Comparison;
 use super::contenders::Contender;
 use super::runs::Snapshot;
-use crate::cli::words::{count, measured};
+use crate::cli::printing::{count, measured};
 use crate::color::{Tone, srgb};
 use crate::film::RgbImage;
 use crate::io::Panel;

@@ -3,7 +3,7 @@
 use super::Comparison;
 use super::curves::Measure;
 use super::runs::Snapshot;
-use crate::cli::words::measured;
+use crate::cli::printing::measured;
 use std::fmt::Write;
 
 /// Header of both CSV files.

@@ -12,7 +12,7 @@ pub(super) use faces::face;
 pub(super) use images::{Images, face_error, images_of_render};
 
 use super::error::CliError;
-use super::words;
+use super::printing;
 use crate::files::{FileId, Output};
 use std::path::Path;
 
@@ -48,7 +48,7 @@ impl Outputs {
         };
         self.warned.push(id);
         let name = output.path().display();
-        words::warning(format_args!(
+        printing::warning(format_args!(
             "{flag} {name}: other names of this file (hard links) keep its old contents"
         ));
     }

@@ -1,6 +1,6 @@
 //! Builds a trace from recorded events.
 
-use super::trace::{Contribution, Place, Technique, Trace, Vertex};
+use super::trace::{Contribution, Technique, Trace, Vertex, VertexPlace};
 use crate::color::Spectrum;
 use crate::film::Filter;
 use crate::integrator::PathEvent;
@@ -61,12 +61,13 @@ impl Builder<'_> {
             PathEvent::Start { p, light, beta, .. } => {
                 // Ignore a second start at the camera. A bidirectional method starts its path at
                 // the camera, although the camera ray has already started the path.
-                let is_same =
-                    |v: usize| self.trace.vertices[v].p == p && matches!(self.trace.vertices[v].place, Place::Camera);
+                let is_same = |v: usize| {
+                    self.trace.vertices[v].p == p && matches!(self.trace.vertices[v].place, VertexPlace::Camera)
+                };
                 if light.is_none() && self.stack.len() == 1 && is_same(self.stack[0]) {
                     return;
                 }
-                let place = light.map_or(Place::Camera, Place::Light);
+                let place = light.map_or(VertexPlace::Camera, VertexPlace::Light);
                 let first = self.add(None, place, p, beta);
                 self.stack = vec![first];
                 self.is_shared = false;
@@ -76,7 +77,7 @@ impl Builder<'_> {
                 // Index 0 is the start of the path.
                 self.stack.truncate(depth as usize + 1);
                 let parent = self.stack.last().copied();
-                let vertex = self.add(parent, Place::Surface { hit, n, depth }, p, beta);
+                let vertex = self.add(parent, VertexPlace::Surface { hit, n, depth }, p, beta);
                 self.stack.push(vertex);
                 let root = self.stack[0];
                 let path = self.stack.clone();
@@ -144,7 +145,7 @@ impl Builder<'_> {
         }
     }
 
-    fn add(&mut self, parent: Option<usize>, place: Place, p: Vec3, beta: Spectrum) -> usize {
+    fn add(&mut self, parent: Option<usize>, place: VertexPlace, p: Vec3, beta: Spectrum) -> usize {
         self.technique = Technique::Other;
         self.trace.vertices.push(Vertex {
             parent,
@@ -166,7 +167,7 @@ impl Builder<'_> {
     /// Vertices of the path that starts at `root`.
     fn path_of(&mut self, root: usize) -> &mut Vec<usize> {
         match self.trace.vertices[root].place {
-            Place::Light(_) => &mut self.light,
+            VertexPlace::Light(_) => &mut self.light,
             _ => &mut self.camera,
         }
     }

@@ -1,6 +1,6 @@
 //! Traces as JSON.
 
-use super::trace::{Contribution, Place, Technique, Trace, Vertex};
+use super::trace::{Contribution, Technique, Trace, Vertex, VertexPlace};
 use crate::bsdf::Lobe;
 use crate::cli::info::{decimal, in_file};
 use crate::color::Spectrum;
@@ -56,12 +56,12 @@ fn vertex(session: &Session, vertex: &Vertex) -> Value {
         "beta": color(vertex.beta),
     });
     match vertex.place {
-        Place::Camera => value["on"] = json!("camera"),
-        Place::Light(id) => {
+        VertexPlace::Camera => value["on"] = json!("camera"),
+        VertexPlace::Light(id) => {
             value["on"] = json!("light");
             value["light"] = light(scene, id);
         }
-        Place::Surface { hit, n, depth } => {
+        VertexPlace::Surface { hit, n, depth } => {
             value["on"] = json!("surface");
             value["depth"] = json!(depth);
             value["normal"] = json!(vector(n));

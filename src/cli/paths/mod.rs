@@ -16,9 +16,9 @@ use super::args::{PathsArgs, RenderArgs};
 use super::error::CliError;
 use super::job::Job;
 use super::outputs::Outputs;
-use super::progress::Loading;
+use super::printing;
+use super::progress::LoadingBar;
 use super::warnings::ShownWarnings;
-use super::words;
 use crate::color::Spectrum;
 use crate::files::Output;
 use crate::film::Rect;
@@ -39,7 +39,7 @@ pub(super) fn paths(args: &PathsArgs) -> Result<ExitCode, CliError> {
     let files: Vec<Output> = files.collect::<Result<_, _>>()?;
     outputs.refuse_inputs([&*args.scene])?;
     let job = Job::to_show(&render_args(args))?;
-    let loading = Loading::new(args.quiet);
+    let loading = LoadingBar::new(args.quiet);
     let session = Session::load(&job.scene, job.settings.clone(), &loading);
     loading.finish();
     let session = session?;
@@ -143,12 +143,12 @@ fn print_text(renderer: &Renderer, args: &PathsArgs, samples: &[(u32, Vec<Trace>
         let count = |of: fn(&Trace) -> usize| traces.iter().map(of).sum::<usize>() as u64;
         outln!(
             "sample {sample}: {}, {}, {}; radiance {}",
-            words::count(traces.len() as u64, "path"),
+            printing::count(traces.len() as u64, "path"),
             match count(|trace| trace.vertices.len()) {
                 1 => "1 vertex".into(),
                 n => format!("{n} vertices"),
             },
-            words::count(count(|trace| trace.contributions.len()), "contribution"),
+            printing::count(count(|trace| trace.contributions.len()), "contribution"),
             list(&light.to_array())
         );
         let mut largest: Vec<_> = traces.iter().flat_map(|trace| &trace.contributions).collect();

@@ -1,6 +1,6 @@
 //! Traces as lines of an OBJ file, for any viewer of meshes.
 
-use super::trace::{Place, Technique, Trace};
+use super::trace::{Technique, Trace, VertexPlace};
 use crate::math::Vec3;
 use std::fmt::Write;
 
@@ -104,7 +104,7 @@ pub(super) fn connections(trace: &Trace) -> Vec<Vec<Vec3>> {
             let first = trace
                 .vertices
                 .iter()
-                .find(|vertex| matches!(vertex.place, Place::Surface { .. }))?;
+                .find(|vertex| matches!(vertex.place, VertexPlace::Surface { .. }))?;
             Some(vec![first.p, end])
         }
         _ => None,

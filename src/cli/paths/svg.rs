@@ -2,8 +2,8 @@
 
 use super::light_of;
 use super::obj::{connections, paths, shadow_rays};
-use super::trace::{Place as On, Trace};
-use crate::cli::plot::{Place, color, svg_head};
+use super::trace::{Trace, VertexPlace};
+use crate::cli::plot::{SvgTarget, color, svg_head};
 use crate::geometry::GeomId;
 use crate::math::{Bounds3, Vec2, Vec3, list};
 use crate::scene::Scene;
@@ -24,7 +24,7 @@ const MUCH_LARGER: f32 = 4.0;
 const MAX_LISTED: usize = 10;
 
 /// Projection of points to two coordinates; `None` for points behind the viewer.
-type View<'a> = &'a dyn Fn(Vec3) -> Option<[f64; 2]>;
+type Projection<'a> = &'a dyn Fn(Vec3) -> Option<[f64; 2]>;
 
 /// SVG text of the picture.
 pub(super) fn text(session: &Session, [x, y]: [u32; 2], samples: &[(u32, Vec<Trace>)]) -> String {
@@ -34,7 +34,11 @@ pub(super) fn text(session: &Session, [x, y]: [u32; 2], samples: &[(u32, Vec<Tra
         VIEW[1] + 60.0 + LINE * (listed + 2) as f64,
     ];
     let method = session.settings().method().name();
-    let mut text = svg_head(size, &format!("Paths of the pixel {x},{y} by {method}"), Place::File);
+    let mut text = svg_head(
+        size,
+        &format!("Paths of the pixel {x},{y} by {method}"),
+        SvgTarget::File,
+    );
     let context = context(session.scene());
 
     // Draw the view of the camera
@@ -130,7 +134,7 @@ fn side_view(session: &Session, samples: &[(u32, Vec<Trace>)]) -> impl Fn(Vec3) 
         .iter()
         .flat_map(|(_, traces)| traces)
         .flat_map(|trace| &trace.vertices);
-    let places = vertices.filter(|vertex| !matches!(vertex.place, On::Camera));
+    let places = vertices.filter(|vertex| !matches!(vertex.place, VertexPlace::Camera));
     let lit = samples
         .iter()
         .flat_map(|(_, traces)| lines(traces, |trace| shadow_rays(trace, false)))
@@ -159,7 +163,7 @@ fn extent(points: impl Iterator<Item = Vec2>) -> Option<(Vec2, f32)> {
     (side >= 0.0 && side.is_finite()).then(|| (0.5 * (low + high), side.max(f32::MIN_POSITIVE)))
 }
 
-fn draw(text: &mut String, view: View, context: &[[Vec3; 2]], samples: &[(u32, Vec<Trace>)]) {
+fn draw(text: &mut String, view: Projection, context: &[[Vec3; 2]], samples: &[(u32, Vec<Trace>)]) {
     let edges: String = context.iter().filter_map(|edge| segment(view, *edge)).collect();
     let _ = writeln!(
         text,
@@ -212,7 +216,7 @@ fn is_near([x, y]: [f64; 2]) -> bool {
 }
 
 /// SVG path of a segment. The part behind the viewer is clipped.
-fn segment(view: View, [a, b]: [Vec3; 2]) -> Option<String> {
+fn segment(view: Projection, [a, b]: [Vec3; 2]) -> Option<String> {
     let (seen, unseen) = match (view(a), view(b)) {
         (Some(a), Some(b)) => return line([a, b]),
         (Some(_), None) => (a, b),

@@ -20,7 +20,7 @@ pub(in crate::cli) struct Trace {
 pub(in crate::cli) struct Vertex {
     /// Previous vertex; `None` at the start of a path.
     pub parent: Option<usize>,
-    pub place: Place,
+    pub place: VertexPlace,
     pub p: Vec3,
     /// Throughput of the ray that hits the vertex, or that leaves the start of a path.
     pub beta: Spectrum,
@@ -34,7 +34,7 @@ pub(in crate::cli) struct Vertex {
 
 /// Location of a vertex: on the camera, on a light or on a surface.
 #[derive(Clone, Copy)]
-pub(in crate::cli) enum Place {
+pub(in crate::cli) enum VertexPlace {
     Camera,
     Light(LightId),
     Surface { hit: Hit, n: Vec3, depth: u32 },

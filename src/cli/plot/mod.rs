@@ -25,7 +25,7 @@ pub(super) fn color(index: usize) -> &'static str {
 
 /// Location of an SVG picture: a file, or a page that contains the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Place {
+pub(super) enum SvgTarget {
     /// The picture is a separate file.
     File,
     /// The picture is part of a page, and has the style of the page.
@@ -36,13 +36,13 @@ const STYLE: &str = "<style>.curves{color:#222;background:#fff}@media (prefers-c
 
 /// Beginning of an SVG picture of `width` × `height` units. `label` describes the picture for
 /// screen readers. The caller ends the picture with `</svg>`.
-pub(super) fn svg_head([width, height]: [f64; 2], label: &str, place: Place) -> String {
+pub(super) fn svg_head([width, height]: [f64; 2], label: &str, place: SvgTarget) -> String {
     let mut text = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"curves\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" \
          font-size=\"13\" fill=\"currentColor\" role=\"img\" aria-label=\"{}\">\n",
         escaped(label)
     );
-    if place == Place::File {
+    if place == SvgTarget::File {
         text += STYLE;
         text += "\n";
     }

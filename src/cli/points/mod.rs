@@ -10,13 +10,13 @@ mod projections;
 use super::args::{PointSet, PointsArgs};
 use super::error::CliError;
 use super::outputs::Outputs;
-use super::words;
+use super::printing;
 use crate::integrator::Directions;
 use crate::math::Vec2;
 use crate::options::{IntegratorKind, IntegratorOptions, Method, Named, name_of};
 use crate::sampler::{Bounce, Dimension, RenderSampler, SampleKey, Sampler, SamplerKind};
 use convergence::{Convergence, FIRST_FITTED, SEEDS, convergences, fitted};
-use projections::{Projection, Shape, projections};
+use projections::{PointDomain, Projection, projections};
 use serde_json::{Value, json};
 use std::io::Write;
 use std::process::ExitCode;
@@ -156,10 +156,10 @@ fn facts(
 fn print_text(args: &PointsArgs, name: &str, [star, cap]: [f64; 2], shown: &[Projection], measured: &[Convergence]) {
     outln!(
         "{name}, {} of pixel 0,0, seed {}",
-        words::count(args.count.into(), "point"),
+        printing::count(args.count.into(), "point"),
         args.seed
     );
-    for (shape, independent) in [(Shape::Square, star), (Shape::Disk, cap)] {
+    for (shape, independent) in [(PointDomain::Square, star), (PointDomain::Disk, cap)] {
         let measure = shape.measure().replace('_', " ");
         outln!("\n{measure} (independent points: {independent:.4})");
         let of_shape = shown.iter().filter(|projection| projection.shape == shape);
@@ -176,7 +176,11 @@ fn print_text(args: &PointsArgs, name: &str, [star, cap]: [f64; 2], shown: &[Pro
                 None => String::new(),
             };
             let last = errors.last().map_or(String::new(), |[n, error]| {
-                format!("{} with {}", words::measured(*error), words::count(*n as u64, "sample"))
+                format!(
+                    "{} with {}",
+                    printing::measured(*error),
+                    printing::count(*n as u64, "sample")
+                )
             });
             outln!("    {decision:<30} {falls}{last}");
         }

@@ -1,8 +1,8 @@
 //! Picture of a point set: its projections, with errors of integrals below.
 
 use super::convergence::{Convergence, SEEDS, fitted};
-use super::projections::{Projection, Shape};
-use crate::cli::plot::{LogLog, PLOT_SIZE, Place, color, escaped, mark, svg_head};
+use super::projections::{PointDomain, Projection};
+use crate::cli::plot::{LogLog, PLOT_SIZE, SvgTarget, color, escaped, mark, svg_head};
 use std::fmt::Write;
 
 /// Number of projections in a row, and size of a projection with its margins.
@@ -32,7 +32,7 @@ pub(super) fn svg(
     let plots_top = TITLE + PANEL[1] * shown.len().div_ceil(COLUMNS) as f64 + 20.0;
     let height = plots_top + plot[1] * measured.len().div_ceil(2) as f64;
     let title = format!("{name}: {count} points, discrepancy and convergence");
-    let mut text = svg_head([2.0 * PLOT_SIZE[0], height], &title, Place::File);
+    let mut text = svg_head([2.0 * PLOT_SIZE[0], height], &title, SvgTarget::File);
     let _ = writeln!(
         text,
         "<text x=\"{LEFT}\" y=\"22\" font-size=\"16\" font-weight=\"bold\">{}, {count} points</text>",
@@ -60,8 +60,8 @@ fn draw(text: &mut String, projection: &Projection, [star, cap]: [f64; 2], [x, y
     let _ = writeln!(text, "<text y=\"{}\">{}</text>", TOP - 6.0, escaped(&projection.name));
     let (half, bottom) = (0.5 * SIDE, TOP + SIDE);
     let frame = match projection.shape {
-        Shape::Square => format!("<rect y=\"{TOP}\" width=\"{SIDE}\" height=\"{SIDE}\""),
-        Shape::Disk => format!("<circle cx=\"{half}\" cy=\"{}\" r=\"{half}\"", TOP + half),
+        PointDomain::Square => format!("<rect y=\"{TOP}\" width=\"{SIDE}\" height=\"{SIDE}\""),
+        PointDomain::Disk => format!("<circle cx=\"{half}\" cy=\"{}\" r=\"{half}\"", TOP + half),
     };
     let _ = writeln!(
         text,
@@ -69,8 +69,8 @@ fn draw(text: &mut String, projection: &Projection, [star, cap]: [f64; 2], [x, y
     );
     let place = |p: &crate::math::Vec2| {
         let [u, v] = match projection.shape {
-            Shape::Square => [p.x, p.y],
-            Shape::Disk => [0.5 * (p.x + 1.0), 0.5 * (p.y + 1.0)],
+            PointDomain::Square => [p.x, p.y],
+            PointDomain::Disk => [0.5 * (p.x + 1.0), 0.5 * (p.y + 1.0)],
         };
         [f64::from(u) * SIDE, bottom - f64::from(v) * SIDE]
     };
@@ -89,8 +89,8 @@ fn draw(text: &mut String, projection: &Projection, [star, cap]: [f64; 2], [x, y
     );
     if let Some(discrepancy) = projection.discrepancy {
         let (words, independent) = match projection.shape {
-            Shape::Square => ("star discrepancy", star),
-            Shape::Disk => ("cap discrepancy", cap),
+            PointDomain::Square => ("star discrepancy", star),
+            PointDomain::Disk => ("cap discrepancy", cap),
         };
         let _ = writeln!(
             text,

@@ -9,14 +9,14 @@ use crate::sampling::warp::{
 
 /// Domain of the points of a projection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Shape {
+pub(super) enum PointDomain {
     /// The unit square.
     Square,
     /// The unit disk, for directions without their third coordinate.
     Disk,
 }
 
-impl Shape {
+impl PointDomain {
     /// JSON key of the discrepancy that is measured in this domain.
     pub fn measure(self) -> &'static str {
         match self {
@@ -30,7 +30,7 @@ impl Shape {
 pub(super) struct Projection {
     pub name: String,
     pub axes: [String; 2],
-    pub shape: Shape,
+    pub shape: PointDomain,
     pub points: Vec<Vec2>,
     /// Star discrepancy in the square; cap discrepancy for a whole sphere.
     pub discrepancy: Option<f64>,
@@ -42,7 +42,7 @@ pub(super) fn projections(set: PointSet, seed: u64, count: u32) -> Vec<Projectio
     let square = |name: String, axes: [String; 2], points: Vec<Vec2>| Projection {
         name,
         axes,
-        shape: Shape::Square,
+        shape: PointDomain::Square,
         discrepancy: Some(star_discrepancy(&points)),
         points,
     };
@@ -75,7 +75,7 @@ fn directions(set: PointSet, points: &[Vec2]) -> [Projection; 4] {
     let disk = |name: &str, points: Vec<Vec3>, discrepancy| Projection {
         name: name.into(),
         axes: ["x", "y"].map(String::from),
-        shape: Shape::Disk,
+        shape: PointDomain::Disk,
         points: points.iter().map(|w| Vec2::new(w.x, w.y)).collect(),
         discrepancy,
     };

@@ -1,6 +1,8 @@
 //! The cases of `selftest` with their exact results.
 
-use super::scenes::{View, block, camera, floor, furnished_room, glass, glowing_room, lamp_behind, matte, quad, scene};
+use super::scenes::{
+    SceneView, block, camera, floor, furnished_room, glass, glowing_room, lamp_behind, matte, quad, scene,
+};
 use crate::cli::error::CliError;
 use crate::color::Spectrum;
 use crate::files::Output;
@@ -180,7 +182,7 @@ impl Probe {
     }
 
     /// Mean of the red channel. All scenes are grey.
-    fn mean(&self, view: View, side: u32, spp: u32) -> Result<f64, CliError> {
+    fn mean(&self, view: SceneView, side: u32, spp: u32) -> Result<f64, CliError> {
         Ok(mean(&picture(view, self.settings(side, spp))?))
     }
 
@@ -204,7 +206,7 @@ impl Probe {
 }
 
 /// Renders a picture of a scene.
-fn picture((scene, camera): View, settings: Settings) -> Result<Image, CliError> {
+fn picture((scene, camera): SceneView, settings: Settings) -> Result<Image, CliError> {
     let session = Session::new(scene, camera, settings)?;
     let renderer = session.renderer()?;
     let mut state = renderer.start();

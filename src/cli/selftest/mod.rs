@@ -9,7 +9,7 @@ mod scenes;
 
 use super::args::SelftestArgs;
 use super::error::CliError;
-use super::words;
+use super::printing;
 use crate::options::Backend;
 use crate::session::BUILD;
 use cases::{CASES, Case, Measurement, Probe};
@@ -106,7 +106,7 @@ pub(super) fn selftest(args: &SelftestArgs) -> Result<ExitCode, CliError> {
         });
         outln!("{report:#}");
     } else {
-        outln!("{} passed, {failed} failed", words::count(passed as u64, "case"));
+        outln!("{} passed, {failed} failed", printing::count(passed as u64, "case"));
     }
     Ok(if failed == 0 {
         ExitCode::SUCCESS

@@ -8,7 +8,7 @@ use crate::math::Vec3;
 use crate::scene::{BuildError, Scene, SceneBuilder};
 
 /// A scene and its camera.
-pub(super) type View = (Scene, CameraParameters);
+pub(super) type SceneView = (Scene, CameraParameters);
 
 /// A pinhole camera.
 pub(super) fn camera(position: Vec3, look_at: Vec3, vertical_fov: f32) -> CameraParameters {
@@ -89,13 +89,13 @@ pub(super) fn scene(
 }
 
 /// A closed room whose walls reflect half the light and emit 1.
-pub(super) fn glowing_room() -> Result<View, BuildError> {
+pub(super) fn glowing_room() -> Result<SceneView, BuildError> {
     let view = camera(Vec3::new(0.1, -0.2, 0.3), Vec3::new(1.0, 0.2, 0.5), 90.0);
     Ok((scene([(room(), matte(0.5, 1.0))], |_| Ok(()))?, view))
 }
 
 /// A matte room with a lamp and a block. It has direct light, indirect light and shadows.
-pub(super) fn furnished_room() -> Result<View, BuildError> {
+pub(super) fn furnished_room() -> Result<SceneView, BuildError> {
     let lamp = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[x, z]| Vec3::new(x, 0.95, z));
     let parts = [
         (room(), matte(0.5, 0.0)),
@@ -111,7 +111,7 @@ pub(super) fn furnished_room() -> Result<View, BuildError> {
 pub(super) fn floor(
     above: impl IntoIterator<Item = (Mesh, Material)>,
     light: impl FnOnce(&mut SceneBuilder) -> Result<(), BuildError>,
-) -> Result<View, BuildError> {
+) -> Result<SceneView, BuildError> {
     const SIZE: f32 = 50.0;
     let corners = [[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]].map(|[x, z]| SIZE * Vec3::new(x, 0.0, z));
     let parts = std::iter::once((quad(corners), matte(0.8, 0.0))).chain(above);
@@ -119,7 +119,7 @@ pub(super) fn floor(
 }
 
 /// A lamp of radiance 1 on the z axis behind `mesh`. The camera sees the lamp through `mesh`.
-pub(super) fn lamp_behind(mesh: Mesh, material: Material) -> Result<View, BuildError> {
+pub(super) fn lamp_behind(mesh: Mesh, material: Material) -> Result<SceneView, BuildError> {
     let lamp = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| Vec3::new(0.3 * x, 0.3 * y, -3.0));
     let parts = [(mesh, material), (quad(lamp), matte(0.0, 1.0))];
     Ok((

@@ -33,12 +33,12 @@ pub struct Auditor<'a> {
     threshold: u64,
     /// Brute force also traces a checked ray if its hash is below this threshold.
     brute_threshold: u64,
-    findings: Mutex<Findings>,
+    findings: Mutex<AuditFindings>,
 }
 
 /// Results of an audit.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Findings {
+pub struct AuditFindings {
     /// Number of rays whose closest hit was checked.
     pub closest: u64,
     /// Number of rays whose occlusion was checked.
@@ -50,7 +50,7 @@ pub struct Findings {
     pub disagreements: Vec<Disagreement>,
 }
 
-impl Findings {
+impl AuditFindings {
     /// Maximum length of `disagreements`.
     const KEPT: usize = 100;
 
@@ -106,7 +106,7 @@ impl<'a> Auditor<'a> {
     }
 
     /// Copy of the current findings.
-    pub fn findings(&self) -> Findings {
+    pub fn findings(&self) -> AuditFindings {
         self.findings.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
@@ -235,7 +235,7 @@ mod tests {
 
     /// Audits `rays` with a correct first backend, and a second backend whose hits are changed by
     /// `change`.
-    fn audit(rays: &[Ray], share: f64, change: fn(Hit) -> Option<Hit>) -> Findings {
+    fn audit(rays: &[Ray], share: f64, change: fn(Hit) -> Option<Hit>) -> AuditFindings {
         let scene = triangle();
         let right = BruteForce::new(&scene);
         let broken = BrokenAccel { right: &right, change };

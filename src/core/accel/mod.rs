@@ -15,7 +15,7 @@ mod empty;
 mod query;
 mod record;
 
-pub use audit::{Auditor, Findings};
+pub use audit::{AuditFindings, Auditor};
 use disagreement::judge;
 pub use disagreement::{Cause, Crossing, Disagreement, compare};
 pub(crate) use empty::Empty;

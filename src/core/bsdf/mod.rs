@@ -43,13 +43,13 @@ mod layered;
 mod lobe;
 mod mirror;
 mod mix;
+mod names;
 mod phong;
 mod rough_conductor;
 mod rough_dielectric;
 mod sheen;
 mod thin_dielectric;
 mod view;
-mod words;
 
 pub use blinn::Blinn;
 pub use coated_lambert::CoatedLambert;

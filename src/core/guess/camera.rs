@@ -5,7 +5,7 @@ mod inside;
 use super::elevation::drawing_axes;
 use super::far_ground::without_far_ground;
 use super::file_axes::FileAxes;
-use super::framing::Frame;
+use super::framing::Framing;
 use super::groups;
 use super::interior::{self, PlaceKind, upright_bounds};
 use super::light::LightGuess;
@@ -15,7 +15,7 @@ use super::scene_tracer::SceneTracer;
 use super::stand::Stand;
 use super::survey::Survey;
 use super::up::SiblingFiles;
-use super::views::{Orbit, View};
+use super::views::{NamedView, Orbit};
 use crate::accel::Accel;
 use crate::camera::{CameraError, CameraParameters};
 use crate::math::{DVec3, Horizon, Vec3, nearest_axis, significant};
@@ -47,7 +47,7 @@ pub struct CameraRequest {
     /// Vertical field of view in degrees.
     pub vertical_fov: Option<f32>,
     /// Side from which the scene is seen; used without a position.
-    pub view: View,
+    pub view: NamedView,
     /// Azimuth and elevation, instead of a named view.
     pub orbit: Option<Orbit>,
     /// Place on the floor, instead of a position.
@@ -138,7 +138,7 @@ impl<'a> CameraFinder<'a> {
         let declared = request.axes.declared.map(|axes| axes.up);
         let given = request.up.or(declared).or(request.axes.only_up);
         let up = given.or(height_axis(request.origin));
-        let needs_inside = request.stand.is_some() || request.orbit.is_none() && request.view == View::Inside;
+        let needs_inside = request.stand.is_some() || request.orbit.is_none() && request.view == NamedView::Inside;
         let (survey, region, inside) = Survey::new(&tracer, up, &request.axes, needs_inside);
         let (survey, is_up_of_siblings) = survey.with(&request.siblings);
         tracer.region = if survey.is_interior {
@@ -204,7 +204,7 @@ impl<'a> CameraFinder<'a> {
         if is_inside {
             match self.inside() {
                 Some(inside) => return Ok(inside),
-                None if view == View::Inside => return Err(self.nothing_inside()),
+                None if view == NamedView::Inside => return Err(self.nothing_inside()),
                 None => {}
             }
         }
@@ -294,7 +294,7 @@ impl<'a> CameraFinder<'a> {
                 }),
             ));
         }
-        for (name, view) in View::NAMES.iter().filter(|(_, view)| view.angles().is_some()) {
+        for (name, view) in NamedView::NAMES.iter().filter(|(_, view)| view.angles().is_some()) {
             candidates.push((
                 format!("--view {name}"),
                 of(CameraRequest {
@@ -320,8 +320,8 @@ impl<'a> CameraFinder<'a> {
         &self.survey.horizon
     }
 
-    fn frame(&self) -> Frame {
-        Frame {
+    fn frame(&self) -> Framing {
+        Framing {
             fov: self.request.vertical_fov.unwrap_or(OBJECT_FOV),
             aspect: self.aspect,
             fill: FILL,

@@ -60,7 +60,7 @@ impl Frustum {
 
 /// Framing of a scene.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Frame {
+pub(super) struct Framing {
     /// Vertical field of view in degrees.
     pub fov: f32,
     /// Aspect ratio of the image: width divided by height.
@@ -69,7 +69,7 @@ pub(super) struct Frame {
     pub fill: f32,
 }
 
-impl Frame {
+impl Framing {
     /// Position and target of the camera that sees the scene from `back`, a unit vector towards the
     /// eye. Uses at most `max` of the scene's triangles.
     pub fn place(&self, tracer: &SceneTracer, max: u64, horizon: &Horizon, back: Vec3) -> (Vec3, Vec3) {

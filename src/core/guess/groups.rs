@@ -1,7 +1,7 @@
 //! Groups of connected parts of a scene, separated by gaps.
 
 use super::floors::upright_bounds;
-use super::parts::Parts;
+use super::parts::SceneParts;
 use super::region::{Region, extent};
 use super::scene_tracer::SceneTracer;
 use crate::math::{Bounds3, Horizon, Vec3};
@@ -32,7 +32,7 @@ const MAX_GROUPS: usize = 3;
 /// is around all other parts belongs to no group.
 pub(super) fn groups(tracer: &SceneTracer) -> Vec<Region> {
     let whole = tracer.region;
-    let mut boxes = Parts::of(tracer).boxes();
+    let mut boxes = SceneParts::of(tracer).boxes();
     boxes.sort_by(|a, b| extent(&b.0).total_cmp(&extent(&a.0)));
     boxes.truncate(MAX_PARTS);
     while let [first, others @ ..] = boxes.as_slice() {
@@ -61,7 +61,7 @@ pub(super) fn groups(tracer: &SceneTracer) -> Vec<Region> {
 /// Region of `tracer` without a ground that is much wider than the objects on it.
 pub(super) fn without_sheet(tracer: &SceneTracer, horizon: &Horizon) -> Region {
     let whole = tracer.region;
-    let mut boxes = Parts::of(tracer).boxes();
+    let mut boxes = SceneParts::of(tracer).boxes();
     boxes.sort_by(|a, b| extent(&b.0).total_cmp(&extent(&a.0)));
     let Some(((sheet, _), others)) = boxes.split_first() else {
         return whole;

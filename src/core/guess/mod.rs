@@ -48,4 +48,4 @@ pub use scale::near_distance;
 pub use stand::Stand;
 pub use survey::Survey;
 pub use up::{SiblingFiles, UpScores};
-pub use views::{Orbit, View};
+pub use views::{NamedView, Orbit};

@@ -82,7 +82,7 @@ pub(super) fn named_front(tracer: &SceneTracer, points: &[Point], horizon: &Hori
     if materials.iter().chain(&parts).all(Option::is_none) {
         return None;
     }
-    let (mut front, mut back) = (Named::default(), Named::default());
+    let (mut front, mut back) = (SideSums::default(), SideSums::default());
     for_each_triangle(scene, MAX_TRIANGLES, |triangle| {
         let of = |sides: &[Option<bool>], i: u32| sides.get(i as usize).copied().flatten();
         let side = of(&materials, triangle.material).or(of(&parts, triangle.part));
@@ -100,7 +100,7 @@ pub(super) fn named_front(tracer: &SceneTracer, points: &[Point], horizon: &Hori
 }
 
 /// Sums over the triangles whose names belong to one side, in the frame of the horizon.
-struct Named {
+struct SideSums {
     /// Sum of the triangles' centroids, weighted by area, and total area.
     sum: Vec3,
     area: f32,
@@ -108,7 +108,7 @@ struct Named {
     heights: [f32; 2],
 }
 
-impl Default for Named {
+impl Default for SideSums {
     fn default() -> Self {
         Self {
             sum: Vec3::ZERO,
@@ -118,7 +118,7 @@ impl Default for Named {
     }
 }
 
-impl Named {
+impl SideSums {
     fn add(&mut self, corners: [Vec3; 3], area: f32) {
         self.sum += area / 3.0 * corners.into_iter().sum::<Vec3>();
         self.area += area;

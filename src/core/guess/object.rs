@@ -2,7 +2,7 @@
 
 use super::facing::{facing, is_long_body};
 use super::file_axes::{FileAxes, NamedThing};
-use super::framing::Frame;
+use super::framing::Framing;
 use super::interior::upright_bounds;
 use super::named_sides::named_front;
 use super::open_house;
@@ -92,7 +92,7 @@ impl Front {
     /// The front that the file declares, or else the side with the most detail and materials: heads
     /// have eyes and a nose in front, and backs are smooth. Seats, feet, azimuth 0 and symmetry add
     /// to the score of a side. The narrow side of a plate is never the front.
-    pub fn of(tracer: &SceneTracer, horizon: &Horizon, frame: &Frame, axes: &FileAxes) -> Self {
+    pub fn of(tracer: &SceneTracer, horizon: &Horizon, frame: &Framing, axes: &FileAxes) -> Self {
         let toward = |side: Vec3| {
             let azimuth = horizon.azimuth(side)?;
             Some((azimuth / 90.0).round().rem_euclid(4.0) * 90.0)
@@ -204,7 +204,7 @@ impl Side {
 pub(super) fn three_quarter(
     tracer: &SceneTracer,
     horizon: &Horizon,
-    frame: &Frame,
+    frame: &Framing,
     front: f32,
     axes: &FileAxes,
 ) -> (f32, f32) {
@@ -256,11 +256,11 @@ fn first_best(scores: &[f32]) -> usize {
 fn coarse_image<T>(
     tracer: &SceneTracer,
     horizon: &Horizon,
-    frame: &Frame,
+    frame: &Framing,
     back: Vec3,
     trace: impl Fn(Vec3, Vec3, f32) -> T,
 ) -> Vec<T> {
-    let square = Frame {
+    let square = Framing {
         aspect: 1.0,
         fill: FILL,
         ..*frame
@@ -287,7 +287,7 @@ fn coarse_image<T>(
 }
 
 /// Colours in a coarse image, about as displays encode them; black where there is no surface.
-fn colors(tracer: &SceneTracer, horizon: &Horizon, frame: &Frame, back: Vec3) -> Vec<Vec3> {
+fn colors(tracer: &SceneTracer, horizon: &Horizon, frame: &Framing, back: Vec3) -> Vec<Vec3> {
     coarse_image(tracer, horizon, frame, back, |origin, direction, width| {
         let color = tracer.color(origin, direction, width).unwrap_or_default();
         Vec3::from(color.to_array()).clamp(Vec3::ZERO, Vec3::ONE).map(f32::sqrt)
@@ -298,7 +298,7 @@ fn colors(tracer: &SceneTracer, horizon: &Horizon, frame: &Frame, back: Vec3) ->
 struct Picture(Vec<Option<SurfaceHit>>);
 
 impl Picture {
-    fn take(tracer: &SceneTracer, horizon: &Horizon, frame: &Frame, back: Vec3) -> Self {
+    fn take(tracer: &SceneTracer, horizon: &Horizon, frame: &Framing, back: Vec3) -> Self {
         let trace = |origin, direction, _| tracer.trace(origin, direction);
         Self(coarse_image(tracer, horizon, frame, back, trace))
     }

@@ -23,7 +23,7 @@ const FACES_UP: f32 = 0.9;
 const MAX_OWN: u32 = 3;
 
 /// Connected components of a scene.
-pub(super) struct Parts<'a> {
+pub(super) struct SceneParts<'a> {
     tracer: &'a SceneTracer<'a>,
     bounds: Bounds3,
     parts: Vec<Vec<Vec3>>,
@@ -31,7 +31,7 @@ pub(super) struct Parts<'a> {
     of_triangles: HashMap<u64, u32>,
 }
 
-impl<'a> Parts<'a> {
+impl<'a> SceneParts<'a> {
     /// Parts of the scene of `tracer`; empty for a scene with many triangles.
     pub fn of(tracer: &'a SceneTracer) -> Self {
         let bounds = tracer.region.bounds;

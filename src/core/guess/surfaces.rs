@@ -1,7 +1,7 @@
 //! Measures of a scene's surfaces along its axes, as evidence for its upright axis (`up`).
 
 use super::lathe::Lathe;
-use super::parts::Parts;
+use super::parts::SceneParts;
 use super::scene_tracer::SceneTracer;
 use super::spread::radical_inverse;
 use super::triangles::{Triangle, for_each_triangle};
@@ -148,7 +148,7 @@ impl Surfaces {
         let count = (points.len() as f32).max(1.0);
         let mean = |of: fn(&Point) -> Vec3| points.iter().map(of).sum::<Vec3>() / count;
         let cells = Cells::new(&points, bounds);
-        let standing = Parts::of(tracer).standing(&Direction::ALL.map(Direction::vector));
+        let standing = SceneParts::of(tracer).standing(&Direction::ALL.map(Direction::vector));
         let stand: f32 = standing.iter().sum();
         let oriented: Vec<(Vec3, Vec3)> = points.iter().map(|point| (point.p, point.n)).collect();
         let lathes = [0, 1, 2].map(|axis| Lathe::new(&oriented, bounds, axis));

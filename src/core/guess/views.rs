@@ -7,7 +7,7 @@ const ISOMETRIC: f32 = 35.264_39;
 
 /// A named view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum View {
+pub enum NamedView {
     /// Depends on the kind of scene: an object from its front, right or left, and above; an
     /// interior from inside.
     #[default]
@@ -28,7 +28,7 @@ pub enum View {
     Inside,
 }
 
-impl View {
+impl NamedView {
     /// Names that users type, the default first.
     pub const NAMES: &[(&str, Self)] = &[
         ("auto", Self::Auto),
@@ -55,7 +55,7 @@ impl View {
     }
 }
 
-encode_variants!(View {
+encode_variants!(NamedView {
     0 => Auto,
     1 => Front,
     2 => Back,

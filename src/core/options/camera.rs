@@ -5,7 +5,7 @@ use crate::camera::{
     Aperture, BLADES, CameraDescription, Distortion, FisheyeMapping, Intrinsics, Projection, ProjectionKind,
     StereoLayout,
 };
-use crate::guess::{Elevation, Orbit, Stand, View};
+use crate::guess::{Elevation, NamedView, Orbit, Stand};
 use crate::math::{DVec3, Vec2, Vec3};
 use crate::parameter::{Range, Value, numbers, parameters};
 use serde_json::json;
@@ -16,7 +16,7 @@ parameters! {
         /// Side from which the scene is seen; auto chooses one
         ///
         /// The camera is guessed, from this side; not with `position` or `orbit`.
-        view: View, default "auto";
+        view: NamedView, default "auto";
         /// Elevation: an orthographic view of front, back, left or right, or a plan
         ///
         /// It shows the whole box of the scene. `plan` is the view from above, with the front

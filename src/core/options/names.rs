@@ -4,7 +4,7 @@ use crate::camera::{FisheyeMapping, ProjectionKind, StereoLayout};
 use crate::color::tone::Curve;
 use crate::compare::CommonErrors;
 use crate::film::FilterKind;
-use crate::guess::{Elevation, View};
+use crate::guess::{Elevation, NamedView};
 use crate::integrator::{
     Absorption, DebugView, DirectLight, Directions, EmissionCoin, Heuristic, MetropolisDirect, MetropolisTarget,
 };
@@ -48,5 +48,5 @@ named_elsewhere!(
     StereoLayout,
     Curve,
     TextureFilter,
-    View
+    NamedView
 );

@@ -38,7 +38,7 @@ pub struct Irradiance {
     resolution: UVec2,
     seed: u64,
     /// State of the unfinished cache, if filling was interrupted.
-    filling: Mutex<Option<Filling>>,
+    filling: Mutex<Option<PartialCache>>,
     full: OnceLock<IrradianceCache>,
 }
 
@@ -84,7 +84,7 @@ impl Irradiance {
         // makes the same records.
         let filling = || self.filling.lock().unwrap_or_else(PoisonError::into_inner);
         let begun = filling().take();
-        let mut begun = begun.unwrap_or_else(|| Filling::new(maker, error, self.resolution, self.seed));
+        let mut begun = begun.unwrap_or_else(|| PartialCache::new(maker, error, self.resolution, self.seed));
         let (outcome, statistics) = begun.advance(maker, observer);
         match outcome {
             Outcome::Stopped => *filling() = Some(begun),
@@ -119,7 +119,7 @@ const FEW_RECORDS: u64 = 1 << 14;
 
 /// State of a cache while it is being filled.
 #[derive(Debug)]
-struct Filling {
+struct PartialCache {
     cache: IrradianceCache,
     seed: u64,
     max_records: u64,
@@ -159,7 +159,7 @@ struct RecordInProgress {
     record: Option<Option<Record>>,
 }
 
-impl Filling {
+impl PartialCache {
     /// State of an empty cache, before the first pass.
     fn new<A: Accel>(maker: &RecordMaker<A>, error: f32, resolution: UVec2, seed: u64) -> Self {
         let world = &maker.path.world;

@@ -111,7 +111,7 @@ fn work_items_at_once(light: usize, threads: usize) -> usize {
 
 /// A work item of an iteration.
 #[derive(Clone, Copy)]
-enum Work {
+enum IterationWork {
     /// Samples of a block of pixels.
     Pixels(Rect),
     Chain(u32),
@@ -140,8 +140,10 @@ fn iteration<I: IterationIntegrator, S: Sampler>(
     } else {
         Film::cells(film.resolution(), film.crop())
     };
-    let cells = seen.into_iter().map(Work::Pixels);
-    let work: Vec<Work> = cells.chain((0..integrator.chains()).map(Work::Chain)).collect();
+    let cells = seen.into_iter().map(IterationWork::Pixels);
+    let work: Vec<IterationWork> = cells
+        .chain((0..integrator.chains()).map(IterationWork::Chain))
+        .collect();
     let target = IterationTarget {
         filter,
         groups: groups_of(film, integrator),
@@ -238,13 +240,13 @@ impl<'a> WorkItem<'a> {
         mut self,
         integrator: &I,
         prepared: &I::Preparation,
-        (work, index): (Work, u32),
+        (work, index): (IterationWork, u32),
         sampler: &impl Sampler,
         observer: &impl Observer,
     ) -> Option<Self> {
         let mut sampler = sampler.clone();
         match work {
-            Work::Pixels(cell) => {
+            IterationWork::Pixels(cell) => {
                 let mut rays_before = 0;
                 for (i, pixel) in cell.pixels().enumerate() {
                     let rays = self.statistics.rays.total();
@@ -277,7 +279,7 @@ impl<'a> WorkItem<'a> {
                         .extend(groups.map(|(group, light)| (pixel, group, *light * weight)));
                 }
             }
-            Work::Chain(chain) => {
+            IterationWork::Chain(chain) => {
                 if observer.should_stop() {
                     return None;
                 }

@@ -36,7 +36,7 @@ const MIN_WORD_WITHIN: usize = 4;
 
 /// Picture that a rule selects, if it selects exactly one.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Picked {
+pub(super) enum PictureMatch {
     /// The rule holds for no picture.
     Nothing,
     /// The rule holds for pictures of several kinds.
@@ -86,7 +86,7 @@ pub(super) struct NearbyFiles {
     /// Material libraries in the folder.
     libraries: Vec<PathBuf>,
     /// Cached result of the search in other folders for a picture with the name of the OBJ file.
-    distant: OnceCell<Picked>,
+    distant: OnceCell<PictureMatch>,
     /// Cached background of the picture with the name of the OBJ file.
     background: OnceCell<Option<Background>>,
 }
@@ -220,22 +220,22 @@ impl NearbyFiles {
     /// The picture that has the name of the OBJ file, unless it [may be a view](Self::may_be_view).
     /// Its own folder and its texture folders are searched first, then other folders beside the
     /// file and beside its folder.
-    pub fn picture_of_name(&self) -> Picked {
+    pub fn picture_of_name(&self) -> PictureMatch {
         let file = self.file.concat();
         let is_of_name = |image: &Image| image.words.concat() == file && !self.may_be_view(image);
         match self.found(is_of_name).as_slice() {
             [] => self.distant.get_or_init(|| self.distant_picture(&file)).clone(),
-            [one] => Picked::One(one.path.clone()),
-            _ => Picked::Several,
+            [one] => PictureMatch::One(one.path.clone()),
+            _ => PictureMatch::Several,
         }
     }
 
     /// The only picture with the name `file` in folders of pictures within the OBJ file's folder
     /// and beside this folder. The sides of the picture must be powers of two, because these
     /// folders may also have previews.
-    fn distant_picture(&self, file: &str) -> Picked {
+    fn distant_picture(&self, file: &str) -> PictureMatch {
         if file.len() < MIN_NAME {
-            return Picked::Nothing;
+            return PictureMatch::Nothing;
         }
         let mut finder = FileFinder::default();
         let mut found = Vec::new();
@@ -265,23 +265,23 @@ impl NearbyFiles {
         }
         found.retain(|image| self.has_power_of_two_sides(image) && !self.is_rendering(image));
         match found.as_slice() {
-            [] => Picked::Nothing,
-            [one] => Picked::One(one.path.clone()),
-            _ => Picked::Several,
+            [] => PictureMatch::Nothing,
+            [one] => PictureMatch::One(one.path.clone()),
+            _ => PictureMatch::Several,
         }
     }
 
     /// The picture whose name is like the name of the OBJ file. `may_be` returns true for possible
     /// colour textures, and `is_single` is true if the file has one material. The first rule that
     /// any picture fulfils decides. If the pictures of this rule differ in more than a number, the
-    /// result is [`Picked::Several`].
+    /// result is [`PictureMatch::Several`].
     ///
     /// 1. Its name begins with the name of the file, and not with a longer name of another OBJ file
     ///    of the folder. If the file has several materials, the other words are texture words. Of
     ///    pictures that differ by a number, the first is taken.
     /// 2. Its first word is the first word of the file, and its other words are texture words:
     ///    `cup_tex` for `cup_small`.
-    pub fn picture_like_name(&self, may_be: impl Fn(&Image) -> bool, is_single: bool) -> Picked {
+    pub fn picture_like_name(&self, may_be: impl Fn(&Image) -> bool, is_single: bool) -> PictureMatch {
         let file = self.file.concat();
         let claimed = self.claimed(&[]);
         let is_candidate = |image: &Image| {
@@ -296,12 +296,12 @@ impl NearbyFiles {
             let families: BTreeSet<String> = found.iter().map(|image| image.family()).collect();
             if let Some(first) = found.first() {
                 return match families.len() {
-                    1 => Picked::One(first.path.clone()),
-                    _ => Picked::Several,
+                    1 => PictureMatch::One(first.path.clone()),
+                    _ => PictureMatch::Several,
                 };
             }
         }
-        Picked::Nothing
+        PictureMatch::Nothing
     }
 
     /// The only picture of the folder, if its sides are powers of two and one of these rules holds.

@@ -1,6 +1,6 @@
 //! Cuts all objects of a scene by its sections, and closes the cuts with caps.
 
-use super::{Loader, Shape};
+use super::{Loader, SubdividedFile};
 use crate::color::Spectrum;
 use crate::description::mtl::FileMaterial;
 use crate::description::obj::{Group, ObjFile, Twins};
@@ -23,7 +23,7 @@ const MAX_NAMED: usize = 4;
 
 impl Loader<'_> {
     /// Cuts the objects by one section after the other.
-    pub(super) fn cut_sections(&mut self, objs: &BTreeMap<Shape, ObjFile>) {
+    pub(super) fn cut_sections(&mut self, objs: &BTreeMap<SubdividedFile, ObjFile>) {
         let mut usual = None;
         let parameters = &self.file.load.parameters;
         let light = parameters.cut_light();
@@ -86,7 +86,7 @@ impl Loader<'_> {
 
     /// Material of a group of triangles that was made in code. The material is in the scene file,
     /// or in the libraries of the scene's objects.
-    pub(super) fn material_in(&mut self, group: &Group, objs: &BTreeMap<Shape, ObjFile>) -> MaterialId {
+    pub(super) fn material_in(&mut self, group: &Group, objs: &BTreeMap<SubdividedFile, ObjFile>) -> MaterialId {
         let name = group.material.as_ref();
         let defines = |obj: &ObjFile| name.is_some_and(|name| obj.material(name).is_some());
         match objs.iter().find(|(_, obj)| defines(obj)) {

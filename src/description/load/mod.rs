@@ -37,11 +37,11 @@ use crate::scene::{PrototypeId, Scene, SceneBuilder, UnlitBuilder, lamp_name};
 use materials::{UndefinedMaterials, UntexturedMaterials};
 use named_maps::NamedMaps;
 use reports::{ground_error, report_findings, scene_error};
-use shapes::{Shape, Shapes};
+use shapes::{Shapes, SubdividedFile};
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use textures::MaterialTexture;
-use unmapped::Unmapped;
+use unmapped::UnmappedTriangles;
 use unseen::report_unseen;
 
 /// A scene read from files.
@@ -148,7 +148,7 @@ struct Loader<'a> {
     /// Number of objects that use the same OBJ files.
     copies: HashMap<Shapes, usize>,
     /// Index of the last object that needs a file. The file is dropped after this object.
-    last_use: HashMap<Shape, usize>,
+    last_use: HashMap<SubdividedFile, usize>,
     findings: Findings,
     /// True if loading continues after errors.
     continues_after_errors: bool,
@@ -190,7 +190,7 @@ struct Loader<'a> {
     heights: HashMap<MaterialId, Option<displacement::DisplacementMap>>,
     /// Numbers of triangles without texture coordinates, by the OBJ file and the name of their
     /// textured material.
-    unmapped: BTreeMap<(PathBuf, String), Unmapped>,
+    unmapped: BTreeMap<(PathBuf, String), UnmappedTriangles>,
     /// Keys in `unmapped` of the materials for these triangles.
     unmapped_materials: HashMap<MaterialId, (PathBuf, String)>,
     /// Materials without texture of each OBJ file with texture coordinates.

@@ -10,7 +10,7 @@
 //! not textures.
 
 use super::Loader;
-use super::beside::{Image, NearbyFiles, Picked, is_claimed};
+use super::beside::{Image, NearbyFiles, PictureMatch, is_claimed};
 use super::picture_names::{are_alike, is_generic, stem_of, without_sizes, words_of};
 use crate::color::Spectrum;
 use crate::description::mtl::{FileMaterial, MapRequest, MapSlot, MapStatement};
@@ -92,7 +92,7 @@ const WORDS: &[(Role, &[&str])] = &[
 
 /// Textures whose names differ by the role.
 #[derive(Clone, Debug, Default)]
-struct Set {
+struct TextureSet {
     /// Words of the file names before the role.
     words: Vec<String>,
     /// Textures by role.
@@ -100,15 +100,15 @@ struct Set {
 }
 
 /// Texture sets by their names: the words of a name, joined without separators.
-type Sets = BTreeMap<String, Set>;
+type TextureSets = BTreeMap<String, TextureSet>;
 
 /// Texture sets near an OBJ file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct NamedMaps {
     /// Texture sets with a colour texture.
-    sets: Sets,
+    sets: TextureSets,
     /// Texture sets with an emission texture and without a colour texture.
-    glows: Sets,
+    glows: TextureSets,
     /// Files near the OBJ file.
     beside: NearbyFiles,
 }
@@ -125,7 +125,7 @@ enum Fit {
 
 /// Textures of a material.
 #[derive(Debug, PartialEq, Eq)]
-struct Found {
+struct MaterialMaps {
     /// Textures by role.
     files: BTreeMap<Role, PathBuf>,
     /// True if the textures have exactly the name of the material or of the OBJ file. False if the
@@ -134,7 +134,7 @@ struct Found {
     is_certain: bool,
 }
 
-impl Found {
+impl MaterialMaps {
     fn certain(files: &BTreeMap<Role, PathBuf>) -> Option<Self> {
         let (files, is_certain) = (files.clone(), true);
         Some(Self { files, is_certain })
@@ -150,7 +150,7 @@ impl NamedMaps {
     /// Finds the texture sets near the OBJ file `path`.
     pub fn beside(path: &Path) -> Self {
         let beside = NearbyFiles::of(path);
-        let mut sets = Sets::new();
+        let mut sets = TextureSets::new();
         for image in &beside.images {
             if let Some((words, role)) = role_of(&stem_of(&image.path)) {
                 if !beside.is_rendering(image) {
@@ -160,7 +160,7 @@ impl NamedMaps {
                 }
             }
         }
-        let has = |set: &Set, role| set.files.contains_key(&role);
+        let has = |set: &TextureSet, role| set.files.contains_key(&role);
         let mut glows = sets.clone();
         glows.retain(|_, set| has(set, Role::Emission) && !has(set, Role::Color));
         sets.retain(|_, set| has(set, Role::Color));
@@ -183,7 +183,14 @@ impl NamedMaps {
 
     /// Textures that fit the material `name` of the file `path`. `mesh` has this material, and
     /// `parts` are names of parts of the file.
-    fn of_material(&self, name: &str, mesh: &Mesh, path: &Path, obj: &ObjFile, parts: &[String]) -> Option<Found> {
+    fn of_material(
+        &self,
+        name: &str,
+        mesh: &Mesh,
+        path: &Path,
+        obj: &ObjFile,
+        parts: &[String],
+    ) -> Option<MaterialMaps> {
         let (is_single, stem) = (obj.groups.len() == 1, stem_of(path));
         let [material, file] = [name, &*stem].map(|text| words_of(text).concat());
         let plain_file = without_sizes(&words_of(&stem)).concat();
@@ -212,15 +219,15 @@ impl NamedMaps {
                 None
             }
         };
-        let mut fits: Vec<(Fit, &Set)> = self
+        let mut fits: Vec<(Fit, &TextureSet)> = self
             .sets
             .iter()
             .filter_map(|(name, set)| Some((fit(name)?, set)))
             .collect();
         fits.sort_by_key(|(fit, _)| *fit);
         match fits.as_slice() {
-            [(_, set)] => return Found::certain(&set.files),
-            [(first, set), (second, _), ..] if first < second => return Found::certain(&set.files),
+            [(_, set)] => return MaterialMaps::certain(&set.files),
+            [(first, set), (second, _), ..] if first < second => return MaterialMaps::certain(&set.files),
             [_, ..] => return None,
             [] => {}
         }
@@ -236,10 +243,10 @@ impl NamedMaps {
         let mut preview = None;
         if !has_library {
             match self.beside.picture_of_name() {
-                Picked::Nothing => {}
-                Picked::Several => return None,
-                Picked::One(picture) if self.beside.is_preview(&picture, mesh) => preview = Some(picture),
-                Picked::One(picture) => return Found::certain(&color(picture)),
+                PictureMatch::Nothing => {}
+                PictureMatch::Several => return None,
+                PictureMatch::One(picture) if self.beside.is_preview(&picture, mesh) => preview = Some(picture),
+                PictureMatch::One(picture) => return MaterialMaps::certain(&color(picture)),
             }
         }
         if has_library && !is_single {
@@ -253,23 +260,23 @@ impl NamedMaps {
         } else {
             HashSet::new()
         };
-        let is_free = |set: &Set| !set.files.values().any(|file| is_claimed(&claimed, file));
+        let is_free = |set: &TextureSet| !set.files.values().any(|file| is_claimed(&claimed, file));
         let words = words_of(name);
-        let is_like = |set: &Set| {
+        let is_like = |set: &TextureSet| {
             let is_like_material = !is_generic(&words) && are_alike(&set.words, &words);
             is_like_material || self.beside.is_like_file(&set.words)
         };
-        let is_near = |set: &Set| {
+        let is_near = |set: &TextureSet| {
             let names = parts.iter().map(|part| words_of(part));
             let mut names = names.chain(libraries.iter().cloned());
             let is_like_other = names.any(|name| !is_generic(&name) && are_alike(&set.words, &name));
             is_generic(&set.words) || is_like_other || self.beside.is_like_folder(&set.words)
         };
-        let only = |sets: &Sets| sets.values().next().filter(|_| sets.len() == 1).cloned();
+        let only = |sets: &TextureSets| sets.values().next().filter(|_| sets.len() == 1).cloned();
         if is_single && !has_library {
             let mut like = self.sets.values().filter(|set| is_free(set) && is_like(set));
             if let Some(set) = like.next().filter(|_| like.next().is_none()) {
-                return Found::likely(&set.files);
+                return MaterialMaps::likely(&set.files);
             }
         }
         let has_no_other_role = |image: &Image| {
@@ -278,14 +285,14 @@ impl NamedMaps {
         };
         if !has_library {
             match self.beside.picture_like_name(has_no_other_role, is_single) {
-                Picked::Nothing => {}
-                Picked::Several => return None,
-                Picked::One(picture) => return Found::likely(&color(picture)),
+                PictureMatch::Nothing => {}
+                PictureMatch::Several => return None,
+                PictureMatch::One(picture) => return MaterialMaps::likely(&color(picture)),
             }
         }
-        let is_right = |set: &Set| is_single && is_alone && is_free(set) && (is_like(set) || is_near(set));
+        let is_right = |set: &TextureSet| is_single && is_alone && is_free(set) && (is_like(set) || is_near(set));
         if let Some(set) = only(&self.sets).filter(is_right) {
-            return Found::likely(&set.files);
+            return MaterialMaps::likely(&set.files);
         }
         if has_library {
             return None;
@@ -297,11 +304,11 @@ impl NamedMaps {
         };
         let may_be = |image: &Image| has_no_other_role(image) && !is_foreign(image);
         if let Some(picture) = self.beside.only_picture(may_be, parts) {
-            return Found::likely(&color(picture));
+            return MaterialMaps::likely(&color(picture));
         }
         only(&self.glows)
             .filter(is_right)
-            .and_then(|set| Found::likely(&set.files))
+            .and_then(|set| MaterialMaps::likely(&set.files))
     }
 }
 
@@ -333,7 +340,8 @@ impl Loader<'_> {
     pub(super) fn add_named_maps(&mut self, found: &mut FileMaterial, mesh: &Mesh, path: &Path, obj: &ObjFile) {
         let parts = self.part_names.get(path).cloned().unwrap_or_default();
         let maps = self.maps_beside(path);
-        let Some(Found { files, is_certain }) = maps.of_material(&found.material.name, mesh, path, obj, &parts) else {
+        let Some(MaterialMaps { files, is_certain }) = maps.of_material(&found.material.name, mesh, path, obj, &parts)
+        else {
             return;
         };
         let place = FileError::new(path, "");

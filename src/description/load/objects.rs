@@ -1,6 +1,6 @@
 //! Adds the objects of a scene to the builder: meshes with materials and placements.
 
-use super::{Loader, Shape, Shapes};
+use super::{Loader, Shapes, SubdividedFile};
 use crate::description::FileError;
 use crate::description::MadeObject;
 use crate::description::obj::{Group, ObjFile, Twins};
@@ -19,7 +19,7 @@ impl Loader<'_> {
         &mut self,
         index: usize,
         object: &ObjectSection,
-        objs: &mut BTreeMap<Shape, ObjFile>,
+        objs: &mut BTreeMap<SubdividedFile, ObjFile>,
     ) -> Result<(), FileError> {
         if let Some(Instances::File(list)) = object.instances.as_ref().map(Spanned::get_ref) {
             self.files.push(self.file.resolve(list));
@@ -78,7 +78,11 @@ impl Loader<'_> {
     }
 
     /// Adds a mesh that was made in code. Its material may be in the libraries of `objs`.
-    pub(super) fn add_made(&mut self, object: &MadeObject, objs: &BTreeMap<Shape, ObjFile>) -> Result<(), FileError> {
+    pub(super) fn add_made(
+        &mut self,
+        object: &MadeObject,
+        objs: &BTreeMap<SubdividedFile, ObjFile>,
+    ) -> Result<(), FileError> {
         self.builder.begin_object(&object.name);
         let group = Group {
             material: object.material.clone(),
@@ -102,7 +106,7 @@ impl Loader<'_> {
         &mut self,
         index: usize,
         object: &ObjectSection,
-        objs: &mut BTreeMap<Shape, ObjFile>,
+        objs: &mut BTreeMap<SubdividedFile, ObjFile>,
     ) -> Result<Vec<(Mesh, MaterialId)>, FileError> {
         let Shapes {
             open: shape,

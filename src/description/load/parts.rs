@@ -1,7 +1,7 @@
 //! Patches of parts of OBJ files: materials of parts, and errors of patterns that match no part.
 
 use super::materials::help_of_names;
-use super::{Loader, Shape};
+use super::{Loader, SubdividedFile};
 use crate::description::FileError;
 use crate::description::obj::{Group, ObjFile};
 use crate::math::excerpt_of_name;
@@ -37,7 +37,7 @@ impl Loader<'_> {
 
     /// Reports patterns that match no part of any file. Also reports a scene if all its parts are
     /// hidden.
-    pub(super) fn check_parts(&mut self, objs: &BTreeMap<Shape, ObjFile>) {
+    pub(super) fn check_parts(&mut self, objs: &BTreeMap<SubdividedFile, ObjFile>) {
         let filter = &self.load.parts;
         if filter.is_empty() || objs.is_empty() && !self.files.is_empty() {
             return;

@@ -21,16 +21,16 @@ use toml::Spanned;
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Shapes {
     /// OBJ file at time 0.
-    pub open: Shape,
+    pub open: SubdividedFile,
     /// OBJ file at time 1, if it differs from the file at time 0.
-    pub close: Option<Shape>,
+    pub close: Option<SubdividedFile>,
     /// True if rays from the camera pass through the object.
     pub is_hidden: bool,
 }
 
 /// An OBJ file with the settings of its subdivision.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub(super) struct Shape {
+pub(super) struct SubdividedFile {
     pub path: PathBuf,
     /// Number of subdivision steps.
     pub steps: u32,
@@ -45,7 +45,7 @@ impl Shapes {
     /// OBJ files of `object` in the scene file `file`.
     pub fn of(file: &SceneFile, object: &ObjectSection) -> Self {
         let parameters = &file.load.parameters;
-        let shape = |name: &Spanned<PathBuf>| Shape {
+        let shape = |name: &Spanned<PathBuf>| SubdividedFile {
             path: file.resolve(name.get_ref()),
             steps: file.subdivision_of(object).steps(),
             crease_angle: value(&object.crease_angle)
@@ -84,13 +84,13 @@ impl Loader<'_> {
         self.load.may_emit = self.file.may_emit(&self.parts);
         self.part_fits = vec![false; self.load.parts.globs().count()];
         // Read a file that several objects use only once
-        let mut objs: BTreeMap<Shape, ObjFile> = BTreeMap::new();
+        let mut objs: BTreeMap<SubdividedFile, ObjFile> = BTreeMap::new();
         let mut tried = HashSet::new();
         let mut sources = Vec::new();
         for (index, object) in self.file.object.iter().enumerate() {
             let Shapes { open, close, .. } = self.shapes[index].clone();
             let names = [Some(&object.obj), object.obj_close.as_ref()];
-            let shapes: Vec<Shape> = [Some(open), close].into_iter().flatten().collect();
+            let shapes: Vec<SubdividedFile> = [Some(open), close].into_iter().flatten().collect();
             for (shape, name) in shapes.iter().zip(names.into_iter().flatten()) {
                 if !tried.insert(shape.clone()) {
                     continue;
@@ -161,7 +161,7 @@ impl Loader<'_> {
     }
 
     /// Reads the OBJ file of an object.
-    fn read_shape(&mut self, shape: &Shape) -> Result<ObjFile, FileError> {
+    fn read_shape(&mut self, shape: &SubdividedFile) -> Result<ObjFile, FileError> {
         let mut options = self.load.clone();
         options.parameters.subdivision = Some(Subdivision::Steps(shape.steps));
         options.parameters.crease_angle = shape.crease_angle.map(f32::from_bits);

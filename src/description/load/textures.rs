@@ -1,7 +1,7 @@
 //! Textures of the materials of a scene.
 
 use super::Loader;
-use super::beside::{Picked, offer_in_words};
+use super::beside::{PictureMatch, offer_in_words};
 use super::picture_names::{has_extension, with_extensions};
 use super::texture_reports::{MissingUse, others, words_of_decision};
 use crate::color::Spectrum;
@@ -204,7 +204,7 @@ impl Loader<'_> {
         if !untextured.has_one_color || !untextured.libraries.contains(library) {
             return None;
         }
-        let Picked::One(picture) = self.maps_beside(obj).files().picture_of_name() else {
+        let PictureMatch::One(picture) = self.maps_beside(obj).files().picture_of_name() else {
             return None;
         };
         let picture = obj.parent().unwrap_or(Path::new("")).join(picture);

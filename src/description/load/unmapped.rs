@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// Triangles of a textured material that have no texture coordinates.
 #[derive(Default)]
-pub(super) struct Unmapped {
+pub(super) struct UnmappedTriangles {
     triangles: usize,
     /// True if vertices have colours, which then replace the texture of the diffuse colour.
     is_colored: bool,

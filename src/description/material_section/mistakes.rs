@@ -10,12 +10,12 @@ use crate::math::{excerpt, excerpt_of_name};
 use std::ops::Range;
 
 /// Name of a material and the file of its section, for messages.
-pub(super) struct Named<'a> {
+pub(super) struct NamedMaterial<'a> {
     pub name: &'a str,
     pub file: &'a Source,
 }
 
-impl Named<'_> {
+impl NamedMaterial<'_> {
     pub fn error(&self, span: Range<usize>, message: &str, help: &str) -> FileError {
         let message = format!("material `{}`: {message}", excerpt_of_name(self.name));
         self.file.error(span, message).help(help)
@@ -34,7 +34,7 @@ impl Named<'_> {
 }
 
 /// Errors about keys that cannot be combined.
-impl Named<'_> {
+impl NamedMaterial<'_> {
     pub fn half_a_metal(&self, given: &str, place: Range<usize>) -> FileError {
         let missing = if given == "eta" { "k" } else { "eta" };
         let message = format!("`{given}` without `{missing}`");

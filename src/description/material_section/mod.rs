@@ -22,7 +22,7 @@ use super::source::Source;
 use super::{ChannelValues, ColorValue, MapSection};
 use crate::material::{Gloss, Material, range_of};
 use crate::options::Range as Numbers;
-use mistakes::Named;
+use mistakes::NamedMaterial;
 use std::borrow::Cow;
 use std::ops::Range;
 use toml::Spanned;
@@ -204,7 +204,7 @@ impl MaterialSection {
         let Some(name) = &self.preset else {
             return Ok(Cow::Borrowed(old));
         };
-        let section = Named {
+        let section = NamedMaterial {
             name: &old.material.name,
             file,
         };

@@ -5,7 +5,7 @@
 //! `metallic` makes the metallic-roughness model. Properties that both models have keep their
 //! values.
 
-use super::mistakes::Named;
+use super::mistakes::NamedMaterial;
 use super::{FileMaterial, Gloss, Material, MaterialSection, Source, fields, place_of, texture};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
@@ -65,7 +65,7 @@ impl MaterialSection {
         file: &Source,
     ) -> Result<(FileMaterial, Option<FileError>), FileError> {
         let name = base.material.name.as_str();
-        let section = Named { name, file };
+        let section = NamedMaterial { name, file };
         section.check(self)?;
         let base = &*self.preset_over(base, file)?;
         let mut patched = base.clone();
@@ -123,7 +123,7 @@ impl MaterialSection {
     /// has the values of the other keys of the section.
     fn patched_gloss(
         &self,
-        section: &Named,
+        section: &NamedMaterial,
         metallic: Option<f32>,
         base: &FileMaterial,
         material: &Material,
@@ -190,7 +190,7 @@ impl MaterialSection {
 
     /// Fresnel term of a metal, if `eta` or `k` is given. If one of both keys is missing, its value
     /// is taken from the material.
-    fn conductor(&self, section: &Named, own: Fresnel) -> Result<Option<Fresnel>, FileError> {
+    fn conductor(&self, section: &NamedMaterial, own: Fresnel) -> Result<Option<Fresnel>, FileError> {
         let (own_eta, own_k) = match own {
             Fresnel::Conductor { eta, k } => (Some(eta), Some(k)),
             _ => (None, None),
@@ -239,7 +239,7 @@ impl MaterialSection {
     }
 
     /// Warning that a roughness has no effect, because the material has no reflection.
-    fn idle_roughness(&self, section: &Named, patched: &FileMaterial) -> Option<FileError> {
+    fn idle_roughness(&self, section: &NamedMaterial, patched: &FileMaterial) -> Option<FileError> {
         let material = &patched.material;
         let place = place_of(&self.roughness, &self.roughness_map)?;
         let refracts = !material.transmission.is_black() && !material.thin;
@@ -280,7 +280,7 @@ impl MaterialSection {
 
     /// Returns an error if the section has a key for microfacets and `material` has no microfacets,
     /// or a key for dispersion and `material` has no dispersion.
-    fn check_facets(&self, section: &Named, material: &Material) -> Result<(), FileError> {
+    fn check_facets(&self, section: &NamedMaterial, material: &Material) -> Result<(), FileError> {
         if let Some(abbe) = self.abbe.as_ref().filter(|_| !material.is_dispersive()) {
             return Err(section.disperses_nothing(abbe.span()));
         }

@@ -2,7 +2,7 @@
 
 use super::saving::is_save;
 use super::thumbnails::texture_png;
-use super::{Change, Engine, Job, samples_of};
+use super::{Change, Engine, PageRequest, samples_of};
 use crate::camera::CameraDescription;
 use crate::color::Spectrum;
 use crate::files::Output;
@@ -37,7 +37,7 @@ impl Engine<'_> {
             }
             let next = match mail {
                 Mail::Save(format, reply) => {
-                    self.jobs.push(Job::Save(format, reply));
+                    self.jobs.push(PageRequest::Save(format, reply));
                     Change::Nothing
                 }
                 Mail::Command(page, command) => self.obey(page, command),
@@ -85,10 +85,10 @@ impl Engine<'_> {
             }
             Command::Resume {} => self.is_paused = false,
             Command::Restart {} => return Change::Picture,
-            Command::Inspect { x, y, sample } => self.jobs.push(Job::Inspect(page, [x, y], sample)),
-            Command::Brightest { x, y } => self.jobs.push(Job::Brightest(page, [x, y])),
-            Command::Pick { x, y } => self.jobs.push(Job::Pick(page, [x, y])),
-            Command::Views {} => self.jobs.push(Job::Views(page)),
+            Command::Inspect { x, y, sample } => self.jobs.push(PageRequest::Inspect(page, [x, y], sample)),
+            Command::Brightest { x, y } => self.jobs.push(PageRequest::Brightest(page, [x, y])),
+            Command::Pick { x, y } => self.jobs.push(PageRequest::Pick(page, [x, y])),
+            Command::Views {} => self.jobs.push(PageRequest::Views(page)),
             Command::SaveCamera {} => return self.save(page, SavedPart::Camera, command),
             Command::Material { name, key, value } => {
                 if let Err(words) = scene_keys::check_material(&key) {
@@ -144,10 +144,10 @@ impl Engine<'_> {
     pub(super) fn do_jobs(&mut self, renderer: &Renderer, state: &RenderState) {
         for job in std::mem::take(&mut self.jobs) {
             match job {
-                Job::Save(format, reply) => {
+                PageRequest::Save(format, reply) => {
                     let _ = reply.send(self.file_of(renderer, state, format));
                 }
-                Job::Inspect(page, pixel, sample) => match self.host.inspect(renderer, pixel, sample) {
+                PageRequest::Inspect(page, pixel, sample) => match self.host.inspect(renderer, pixel, sample) {
                     Ok(facts) => {
                         let camera = PageCamera::of(&self.camera);
                         let text = json!({ "type": "inspect", "facts": facts, "camera": camera });
@@ -155,15 +155,15 @@ impl Engine<'_> {
                     }
                     Err(words) => self.send_error(Some(page), &words),
                 },
-                Job::Brightest(page, pixel) => match self.brightest(renderer, state, pixel) {
+                PageRequest::Brightest(page, pixel) => match self.brightest(renderer, state, pixel) {
                     Ok(found) => self.hub.send_text(Some(page), &found.to_string()),
                     Err(words) => self.send_error(Some(page), &words),
                 },
-                Job::Pick(page, pixel) => match self.pick(renderer, pixel) {
+                PageRequest::Pick(page, pixel) => match self.pick(renderer, pixel) {
                     Ok(found) => self.hub.send_text(Some(page), &found.to_string()),
                     Err(words) => self.send_error(Some(page), &words),
                 },
-                Job::Views(page) => {
+                PageRequest::Views(page) => {
                     if let Err(error) = self.list_views(page, renderer.session()) {
                         self.send_error(Some(page), &error.to_string());
                     }

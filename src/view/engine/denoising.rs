@@ -15,10 +15,10 @@ use std::time::{Duration, Instant};
 const SHARE: f64 = 0.25;
 
 /// The running denoiser, and the last denoised picture.
-pub(super) struct Denoising {
+pub(super) struct PageDenoiser {
     /// Number of the current picture.
     picture: u64,
-    work: Option<Work>,
+    work: Option<RunningDenoiser>,
     /// Last denoised frame of the current picture. The `bool` is true if the frame includes the
     /// last sample.
     shown: Option<(Frame, bool)>,
@@ -30,7 +30,7 @@ pub(super) struct Denoising {
 }
 
 /// A running denoiser with its input.
-struct Work {
+struct RunningDenoiser {
     picture: u64,
     size: [u32; 2],
     facts: Value,
@@ -39,7 +39,7 @@ struct Work {
     result: Receiver<Result<Image, String>>,
 }
 
-impl Denoising {
+impl PageDenoiser {
     /// State without a running denoiser and without a result.
     pub fn new() -> Self {
         Self {
@@ -99,7 +99,7 @@ impl Denoising {
         };
         // If no thread can be started, the picture keeps its noise.
         if thread::Builder::new().name("denoiser".into()).spawn(work).is_ok() {
-            self.work = Some(Work {
+            self.work = Some(RunningDenoiser {
                 picture: self.picture,
                 size: state.film.crop().size().to_array(),
                 facts,
@@ -111,7 +111,7 @@ impl Denoising {
     }
 
     /// The finished run of the denoiser with its result, if any.
-    fn take(&mut self) -> Option<(Work, Result<Image, String>)> {
+    fn take(&mut self) -> Option<(RunningDenoiser, Result<Image, String>)> {
         let result = match self.work.as_ref()?.result.try_recv() {
             Ok(result) => result,
             Err(TryRecvError::Empty) => return None,
@@ -144,8 +144,8 @@ impl Engine<'_> {
         }
     }
 
-    fn show_denoised(&mut self, renderer: &Renderer, work: Work, image: &Image) {
-        let Work {
+    fn show_denoised(&mut self, renderer: &Renderer, work: RunningDenoiser, image: &Image) {
+        let RunningDenoiser {
             size,
             mut facts,
             is_last,
@@ -203,7 +203,7 @@ mod tests {
     /// failure or after the last picture.
     #[test]
     fn denoised_pictures_are_due_at_intervals() {
-        let mut denoising = Denoising::new();
+        let mut denoising = PageDenoiser::new();
         denoising.took = Duration::from_secs(3600);
         assert!(denoising.is_due(false));
         let frame = Frame::new(1, DENOISED, [1, 1], &[0.5; 3], &json!({}), false);

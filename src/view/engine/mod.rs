@@ -19,9 +19,9 @@ mod saving;
 mod thumbnails;
 
 use super::hub::{Hub, Mail, PageId, SaveFormat};
-use super::loading::Loading;
+use super::loading::LoadingMessages;
 use super::protocol::PageCamera;
-use super::watch::{Reading, Watch};
+use super::watch::{FileStamps, Watch};
 use super::{FileLight, Host, Options, SceneChanges, SceneRequest, parameters};
 use crate::camera::CameraDescription;
 use crate::description::{SceneFile, SceneOptions};
@@ -29,7 +29,7 @@ use crate::film::{Aov, Film, RgbImage};
 use crate::io::{ExrFormat, LoadObserver};
 use crate::render::{Observer, Outcome};
 use crate::session::{Error, RenderState, Renderer, Session, Settings};
-use denoising::Denoising;
+use denoising::PageDenoiser;
 use rival::{Rival, RivalRender};
 use serde_json::json;
 use std::collections::{BTreeMap, VecDeque};
@@ -82,7 +82,7 @@ enum Change {
 }
 
 /// Request of a page that needs the picture.
-enum Job {
+enum PageRequest {
     Inspect(PageId, [u32; 2], u32),
     Pick(PageId, [u32; 2]),
     Brightest(PageId, [u32; 2]),
@@ -139,13 +139,13 @@ pub(super) struct Engine<'a> {
     moves: u64,
     /// Time of the last camera move; `None` if the camera rests.
     moved: Option<Instant>,
-    jobs: Vec<Job>,
+    jobs: Vec<PageRequest>,
     /// Views that have no thumbnail yet.
     views: VecDeque<thumbnails::View>,
     /// True if thumbnails of views have interrupted the picture, which then continues with its
     /// samples.
     has_paused_for_views: bool,
-    denoising: Denoising,
+    denoising: PageDenoiser,
     /// Change required by mail that was read, but not applied yet.
     pending: Change,
     /// Mail that is not read yet: a save that waits for the scene, and all later mail.
@@ -266,7 +266,7 @@ impl<'a> Engine<'a> {
             jobs: Vec::new(),
             views: VecDeque::new(),
             has_paused_for_views: false,
-            denoising: Denoising::new(),
+            denoising: PageDenoiser::new(),
             pending: Change::Nothing,
             held: VecDeque::new(),
             loads_of_save: 0,
@@ -295,13 +295,14 @@ impl<'a> Engine<'a> {
     ///
     /// Errors of the first acceleration structure. Later errors are sent to the pages.
     pub fn run(mut self, mut session: Session) -> Result<bool, Error> {
-        let loading = Loading::new(self.hub);
+        let loading = LoadingMessages::new(self.hub);
         loading.begin("building the acceleration structure", 1);
         session.keep_accel()?;
         drop(loading);
         // Begin with the small picture of a moving camera.
         self.moved = Some(Instant::now());
-        self.watch.finish(&Reading::first(self.started), self.files(&session));
+        self.watch
+            .finish(&FileStamps::first(self.started), self.files(&session));
         self.greet(&session);
         let mut state = None;
         loop {
@@ -374,7 +375,7 @@ impl<'a> Engine<'a> {
 
     /// Loads the scene from its files. The old scene is kept if that fails.
     fn load(&mut self, session: &mut Session) -> Result<(), String> {
-        let loading = Loading::new(self.hub);
+        let loading = LoadingMessages::new(self.hub);
         loading.begin("reading the scene", 1);
         let reading = self.watch.begin();
         let mut request = self.host.read(&self.edits)?;

@@ -22,7 +22,7 @@ const VIEW_SAMPLES: u32 = 8;
 const TEXTURE_SIDE: f32 = 96.0;
 
 /// A view that needs a thumbnail.
-pub(super) struct View {
+pub(super) struct ThumbnailView {
     page: PageId,
     index: usize,
     camera: CameraDescription,
@@ -32,13 +32,13 @@ impl Engine<'_> {
     /// Sends the candidate cameras to `page`. The pictures follow later.
     pub(super) fn list_views(&mut self, page: PageId, session: &Session) -> Result<(), Error> {
         let cameras = session.guessed_views()?;
-        let views = cameras.iter().enumerate().map(|(index, (_, guess))| View {
+        let views = cameras.iter().enumerate().map(|(index, (_, guess))| ThumbnailView {
             page,
             index,
             camera: CameraDescription::still(guess.parameters()),
         });
-        let views: Vec<View> = views.collect();
-        let entry = |((flags, guess), view): (&(String, _), &View)| {
+        let views: Vec<ThumbnailView> = views.collect();
+        let entry = |((flags, guess), view): (&(String, _), &ThumbnailView)| {
             let guess: &crate::guess::CameraGuess = guess;
             json!({ "flags": flags, "words": guess.words, "camera": PageCamera::of(&view.camera) })
         };

@@ -13,8 +13,8 @@ use embrasure::sampler::{Bounce, Dimension, SampleKey, Sampler};
 use embrasure::sampling::warp::cosine_hemisphere;
 use embrasure::scene::SceneBuilder;
 use embrasure::{
-    Aov, Backend, Error, ExrFormat, Format, IntegratorKind, LoadObserver, Observer, Outcome, Output, Parts, SceneFile,
-    Session, Settings, read_checkpoint,
+    Aov, Backend, Error, ExrFormat, Format, IntegratorKind, LoadObserver, Observer, Outcome, Output, PictureParts,
+    SceneFile, Session, Settings, read_checkpoint,
 };
 use std::path::Path;
 use std::sync::Mutex;
@@ -358,7 +358,7 @@ fn sums_of_another_build_are_refused() {
         error.contains("does not name the build") && error.contains("help:"),
         "{error}"
     );
-    let error = Parts::describe(&[path("own.exr"), path("other.exr")])
+    let error = PictureParts::describe(&[path("own.exr"), path("other.exr")])
         .unwrap_err()
         .to_string();
     assert!(error.contains("build") && error.contains("0123456789ab"), "{error}");

@@ -7,7 +7,7 @@ use crate::guess::interior::{self, InteriorView, PlaceKind};
 use crate::guess::plan::{self, Cut, Plan};
 use crate::guess::scale::Scale;
 use crate::guess::stand::{self, Stand};
-use crate::guess::views::View;
+use crate::guess::views::NamedView;
 use crate::math::Vec3;
 
 /// Horizontal field of view of interiors in a square image, in degrees.
@@ -48,7 +48,7 @@ impl CameraFinder<'_> {
             (None, None) => {
                 let fov = self.request.vertical_fov.unwrap_or(OPEN_SIDE_FOV);
                 let open_side = || interior::through_open_side(&self.tracer, horizon, fov, self.aspect);
-                if let Some(view) = (view == View::Auto).then(open_side).flatten() {
+                if let Some(view) = (view == NamedView::Auto).then(open_side).flatten() {
                     let words = format!("an interior, through its open side ({OTHERS})");
                     return Some(self.guess(view.position, view.target(), fov, words));
                 }

@@ -5,7 +5,7 @@ mod writers;
 use super::dialect::TrMeaning;
 use super::reflectance::ior_of_dielectric;
 use super::section::DEFAULT_IOR;
-use super::writer::{BlenderExport, Reading, Signature, Signatures, Writer};
+use super::writer::{BlenderExport, Interpretation, Signature, Signatures, Writer};
 use super::*;
 use crate::io::statements::statements;
 use crate::material::Gloss;

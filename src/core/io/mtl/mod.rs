@@ -24,7 +24,7 @@ pub(super) use section::{Complaint, Section};
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 pub use writer::Signature;
-use writer::{Reading, Signatures};
+use writer::{Interpretation, Signatures};
 
 /// Default diffuse reflectance of a surface.
 const DEFAULT_DIFFUSE: f32 = 0.8;
@@ -361,14 +361,14 @@ impl<'a> Library<'a> {
             library: self.signature.as_ref(),
             obj: self.obj.signature.as_ref(),
         };
-        let reading = Reading::new(self.dialect, signatures, &sections);
+        let reading = Interpretation::new(self.dialect, signatures, &sections);
         let mut is_read_otherwise = false;
         let mut idle: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
         let mut materials = Vec::with_capacity(sections.len());
         for mut section in sections {
             // Report the dialect that was guessed if the literal reading gives another material.
             let slots = |section: &Section| section.maps.iter().map(|m| m.statement.slot).collect::<Vec<_>>();
-            let by_letter = (section.material(Reading::LETTER.tr).0, slots(&section));
+            let by_letter = (section.material(Interpretation::LETTER.tr).0, slots(&section));
             section.translate(reading.writer);
             let (material, remarks) = section.material(reading.tr);
             let is_used = self.obj.is_used(&section.name);

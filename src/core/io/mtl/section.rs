@@ -22,7 +22,7 @@ const MAX_EXPONENT: f32 = 1000.0;
 pub(super) const DEFAULT_IOR: f32 = 1.5;
 
 /// A message about a material.
-pub(super) struct Remark {
+pub(super) struct MaterialRemark {
     pub severity: Severity,
     pub code: &'static str,
     /// Keyword of the statement, in lower case.
@@ -30,7 +30,7 @@ pub(super) struct Remark {
     pub words: String,
 }
 
-impl Remark {
+impl MaterialRemark {
     fn warning(code: &'static str, key: &'static str, words: impl Into<String>) -> Self {
         Self {
             severity: Severity::Warning,
@@ -184,11 +184,11 @@ impl Section {
     }
 
     /// Notes about statements that are not read literally, and about assumed values.
-    pub(super) fn assumed(&self) -> Vec<Remark> {
+    pub(super) fn assumed(&self) -> Vec<MaterialRemark> {
         let mut notes = Vec::new();
         let mut note = |code, key, words: String| {
             let severity = Severity::Note;
-            let note = Remark {
+            let note = MaterialRemark {
                 severity,
                 code,
                 key,
@@ -256,11 +256,11 @@ impl Section {
         given: Option<Spectrum>,
         slot: MapSlot,
         default: f32,
-        remarks: &mut Vec<Remark>,
+        remarks: &mut Vec<MaterialRemark>,
     ) -> Spectrum {
         match (given, self.has_map(slot)) {
             (Some(color), true) if color.is_black() => {
-                remarks.push(Remark::warning("black-texture", lower, counts_alone(key)));
+                remarks.push(MaterialRemark::warning("black-texture", lower, counts_alone(key)));
                 Spectrum::ONE
             }
             (None, true) => Spectrum::ONE,
@@ -274,14 +274,14 @@ impl Section {
     }
 
     /// The material, and messages about assumptions.
-    pub(super) fn material(&self, tr: TrMeaning) -> (Material, Vec<Remark>) {
+    pub(super) fn material(&self, tr: TrMeaning) -> (Material, Vec<MaterialRemark>) {
         let mut remarks = Vec::new();
         // If the material has any colour, its missing colours are black. Without any colour, it is
         // a grey diffuse surface.
         let emission = self.emission.unwrap_or(Spectrum::ZERO);
         let emits = !emission.is_black() || self.has_map(MapSlot::Emission);
         if self.emission.is_some() && emits && emission.is_black() {
-            remarks.push(Remark::warning("black-texture", "ke", counts_alone("Ke")));
+            remarks.push(MaterialRemark::warning("black-texture", "ke", counts_alone("Ke")));
         }
         let names_a_color = self.specular.is_some() || self.filter.is_some() || emits;
         let plain = if names_a_color { 0.0 } else { DEFAULT_DIFFUSE };
@@ -325,7 +325,7 @@ impl Section {
             material.anisotropy = self.anisotropy;
             material.anisotropy_rotation = 360.0 * self.anisotropy_rotation.fract();
         } else if self.anisotropy > 0.0 {
-            remarks.push(Remark::warning(
+            remarks.push(MaterialRemark::warning(
                 "no-effect",
                 "aniso",
                 "aniso has no effect without Pr or Pm",
@@ -333,7 +333,7 @@ impl Section {
         }
 
         let (opacity, contradiction) = self.dissolve.opacity(tr);
-        remarks.extend(contradiction.map(|words| Remark::warning("opacity", "tr", words)));
+        remarks.extend(contradiction.map(|words| MaterialRemark::warning("opacity", "tr", words)));
         match self.illum {
             // Glass, with Fresnel reflection. `Ks` is added if energy is left: as a Phong lobe with
             // `Ns`, except for illum 7, whose reflections are traced.
@@ -347,7 +347,7 @@ impl Section {
                 if !material.specular.is_black() && all.max_component() > 1.0 {
                     material.specular = Spectrum::ZERO;
                     let words = "Ks is ignored, since glass reflects by its index of refraction";
-                    remarks.push(Remark::warning("glass-reflection", "ks", words));
+                    remarks.push(MaterialRemark::warning("glass-reflection", "ks", words));
                 }
                 if !is_phong || material.specular.is_black() {
                     material.gloss = Gloss::Mirror(Fresnel::Full);
@@ -377,7 +377,7 @@ impl Section {
             _ => material.opacity = opacity,
         }
         if self.has_no_ior && effects::refracts(&material) {
-            remarks.push(Remark::warning(
+            remarks.push(MaterialRemark::warning(
                 "no-effect",
                 "ni",
                 "Ni 0 has no effect, since it is no index of refraction",

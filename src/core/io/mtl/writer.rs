@@ -147,7 +147,7 @@ fn blender_version(comment: &str) -> Option<(String, BlenderExport)> {
 
 /// Interpretation of a library: the writer and the meaning of `Tr`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Reading {
+pub(super) struct Interpretation {
     pub writer: Writer,
     pub tr: TrMeaning,
     /// Line and description of the guess, for a message. `None` if the user chose the dialect, or
@@ -162,7 +162,7 @@ pub(super) struct Signatures<'a> {
     pub obj: Option<&'a Signature>,
 }
 
-impl Reading {
+impl Interpretation {
     /// Interpretation of a library that is read literally.
     pub const LETTER: Self = Self {
         writer: Writer::Spec,

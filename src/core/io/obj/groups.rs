@@ -13,7 +13,7 @@ use super::colors::Colors;
 use super::outline::{FaceRange, NONE, Outline, Section, VertexData};
 use super::parts::MaterialRules;
 use super::polygon::triangulate;
-use super::twins::{Coincident, Twins};
+use super::twins::{CoincidentFaces, Twins};
 use crate::geometry::{Mesh, UNNAMED, triangle_normal};
 use crate::math::{Vec2, Vec3};
 use std::collections::HashMap;
@@ -27,11 +27,11 @@ pub(super) struct Faces {
     /// Index of the list of rules that apply to the parts of these faces.
     pub rules: u32,
     /// Runs of faces in the order of the file.
-    pub runs: Vec<Run>,
+    pub runs: Vec<FaceRun>,
 }
 
 /// Consecutive faces of one material and one smoothing group.
-pub(super) struct Run {
+pub(super) struct FaceRun {
     /// Index of the section with the faces.
     pub section: usize,
     /// Faces of the run.
@@ -73,7 +73,7 @@ pub(super) fn by_material(sections: &[Section], rules: &MaterialRules) -> Vec<Fa
                     });
                     all.len() - 1
                 });
-                all[group].runs.push(Run {
+                all[group].runs.push(FaceRun {
                     section: index,
                     faces,
                     smoothing,
@@ -91,7 +91,7 @@ impl Faces {
         index: usize,
         (outline, colors): (&Outline, &Colors),
         rules: &MaterialRules,
-        coincident: &Coincident,
+        coincident: &CoincidentFaces,
     ) -> Group {
         Group {
             rules: rules.list(self.rules).to_vec(),
@@ -103,7 +103,7 @@ impl Faces {
     }
 
     /// Triangles of the faces that lie on the back of each other.
-    fn twins(&self, index: usize, outline: &Outline, coincident: &Coincident) -> Twins {
+    fn twins(&self, index: usize, outline: &Outline, coincident: &CoincidentFaces) -> Twins {
         let twins_of = coincident.twins_of(index);
         if twins_of.is_empty() {
             return Twins::default();
@@ -125,7 +125,7 @@ impl Faces {
 }
 
 /// Cuts faces into triangles, and joins equal corners into vertices.
-fn mesh(outline: &Outline, colors: &Colors, runs: &[Run]) -> Mesh {
+fn mesh(outline: &Outline, colors: &Colors, runs: &[FaceRun]) -> Mesh {
     let Outline { vertices, sections, .. } = outline;
     let all = || {
         runs.iter().flat_map(|run| {

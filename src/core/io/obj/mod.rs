@@ -57,7 +57,7 @@ use std::collections::{HashMap, HashSet};
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use subdivide::subdivide;
-use twins::Coincident;
+use twins::CoincidentFaces;
 pub use twins::Twins;
 use wires::add_wires;
 
@@ -419,7 +419,7 @@ fn into_groups(
     let coincident = if search.is_on {
         sides::separate(&mut outline, &mut colors, &faces, search.may_emit)
     } else {
-        Coincident::default()
+        CoincidentFaces::default()
     };
     let data = (&outline, &colors);
     let groups = faces

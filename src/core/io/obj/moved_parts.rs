@@ -15,7 +15,7 @@ use std::path::Path;
 const STILL: u32 = 0;
 
 /// Faces that rotate about one centre.
-struct Group {
+struct MovingGroup {
     movement: PartMovement,
     bounds: Bounds3,
 }
@@ -93,8 +93,8 @@ pub(super) fn move_parts(
 }
 
 /// Index of the group of each part, and the groups; the first group is [`STILL`].
-fn groups(outline: &Outline, filter: &PartFilter) -> (Vec<u32>, Vec<Group>) {
-    let group = |movement| Group {
+fn groups(outline: &Outline, filter: &PartFilter) -> (Vec<u32>, Vec<MovingGroup>) {
+    let group = |movement| MovingGroup {
         movement,
         bounds: Bounds3::EMPTY,
     };
@@ -128,7 +128,7 @@ fn faces_of(section: &Section, group_of: &dyn Fn(u32) -> u32) -> Vec<(Range<usiz
 }
 
 /// Positions or normals after copying, so that each is used by one group only.
-struct Separated {
+struct SeparatedValues {
     /// Group of each position or normal, including copies.
     groups: Vec<u32>,
     /// For each copy, the index of the original position or normal.
@@ -144,7 +144,7 @@ fn separate(
     count: usize,
     kind: usize,
     set: impl Fn(&mut Section, usize, u32),
-) -> Separated {
+) -> SeparatedValues {
     let mut groups = vec![NONE; count];
     let mut copies = Vec::new();
     let mut copy_of: HashMap<(u32, u32), u32> = HashMap::new();
@@ -173,7 +173,7 @@ fn separate(
     for group in groups.iter_mut().filter(|group| **group == NONE) {
         *group = STILL;
     }
-    Separated { groups, copies }
+    SeparatedValues { groups, copies }
 }
 
 /// Movement of the points of a group.
@@ -186,7 +186,7 @@ struct Move {
 }
 
 impl Move {
-    fn of(group: &Group) -> Self {
+    fn of(group: &MovingGroup) -> Self {
         let PartMovement {
             translate,
             rotate,

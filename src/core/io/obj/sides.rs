@@ -14,7 +14,7 @@ use super::ObjFaces;
 use super::colors::Colors;
 use super::groups::Faces;
 use super::outline::{Outline, Section, VertexData};
-use super::twins::Coincident;
+use super::twins::CoincidentFaces;
 use crate::math::hash::mix;
 use crate::math::{Bounds3, Vec3};
 use rayon::prelude::*;
@@ -31,7 +31,7 @@ const MIN_SHARE: f32 = 0.25;
 /// A face: the indices of its material, of its group and of its section, and the range of its
 /// corners in the section.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Place {
+struct FacePlace {
     material: usize,
     group: usize,
     section: usize,
@@ -39,7 +39,7 @@ struct Place {
     end: usize,
 }
 
-impl Place {
+impl FacePlace {
     fn corners(&self) -> Range<usize> {
         self.first..self.end
     }
@@ -48,14 +48,14 @@ impl Place {
 /// Moves the front and the back of each pair of two materials apart, and lists the pairs of one
 /// material. `may_emit` is true if a material may emit light. Otherwise a file of one material is
 /// not searched.
-pub(super) fn separate(outline: &mut Outline, colors: &mut Colors, faces: &[Faces], may_emit: bool) -> Coincident {
+pub(super) fn separate(outline: &mut Outline, colors: &mut Colors, faces: &[Faces], may_emit: bool) -> CoincidentFaces {
     let (pairs, twins) = coincident(outline, faces, may_emit);
     if pairs.is_empty() && twins.is_empty() {
-        return Coincident::default();
+        return CoincidentFaces::default();
     }
     let bounds: Bounds3 = outline.vertices.positions.iter().copied().collect();
     let gap = GAP * 2.0 * bounds.radius();
-    let mut found = Coincident::new(pairs.len(), gap);
+    let mut found = CoincidentFaces::new(pairs.len(), gap);
     for [a, b] in twins {
         found.add_twins(a.group, [(a.section, a.first), (b.section, b.first)]);
     }
@@ -72,7 +72,7 @@ pub(super) fn separate(outline: &mut Outline, colors: &mut Colors, faces: &[Face
 
 /// Pairs of faces with the same corners in opposite orders: pairs of two materials that are to be
 /// moved apart, and pairs of one material in one group.
-fn coincident(outline: &Outline, faces: &[Faces], may_emit: bool) -> (Vec<[Place; 2]>, Vec<[Place; 2]>) {
+fn coincident(outline: &Outline, faces: &[Faces], may_emit: bool) -> (Vec<[FacePlace; 2]>, Vec<[FacePlace; 2]>) {
     // Groups of one material and one list of rules differ only by their texture coordinates.
     let mut ids = HashMap::new();
     let mut id_of = |faces: &Faces| {
@@ -109,7 +109,7 @@ fn coincident(outline: &Outline, faces: &[Faces], may_emit: bool) -> (Vec<[Place
     if several.is_empty() {
         return <_>::default();
     }
-    let mut at: HashMap<u64, Vec<Place>> = HashMap::new();
+    let mut at: HashMap<u64, Vec<FacePlace>> = HashMap::new();
     for (group, run) in (0..)
         .zip(faces)
         .flat_map(|(i, faces)| faces.runs.iter().map(move |run| (i, run)))
@@ -117,7 +117,7 @@ fn coincident(outline: &Outline, faces: &[Faces], may_emit: bool) -> (Vec<[Place
         for face in sections[run.section].faces(&run.faces) {
             let hash = hash(run.section, face.clone());
             if several.binary_search(&hash).is_ok() {
-                at.entry(hash).or_default().push(Place {
+                at.entry(hash).or_default().push(FacePlace {
                     material: materials[group],
                     group,
                     section: run.section,
@@ -127,14 +127,14 @@ fn coincident(outline: &Outline, faces: &[Faces], may_emit: bool) -> (Vec<[Place
             }
         }
     }
-    let are_opposite = |[a, b]: &[Place; 2]| {
+    let are_opposite = |[a, b]: &[FacePlace; 2]| {
         let [front, back] = [a, b].map(|place| positions(place.section, place.corners()));
         is_opposite(&front, &back)
     };
     let pairs = at
         .into_values()
-        .filter_map(|places| <[Place; 2]>::try_from(places).ok());
-    let is_of_two = |[a, b]: &[Place; 2]| a.material != b.material;
+        .filter_map(|places| <[FacePlace; 2]>::try_from(places).ok());
+    let is_of_two = |[a, b]: &[FacePlace; 2]| a.material != b.material;
     let (mut pairs, mut twins): (Vec<_>, Vec<_>) = pairs.filter(are_opposite).partition(is_of_two);
     if !ObjFaces::are_two_sided(pairs.len(), hashes.len()) {
         pairs.clear();

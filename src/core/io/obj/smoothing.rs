@@ -1,4 +1,4 @@
-use super::groups::Run;
+use super::groups::FaceRun;
 use super::outline::Outline;
 use crate::io::normals::{area_vector, corner_angles, weld};
 use crate::math::{DVec3, Vec3};
@@ -10,10 +10,10 @@ use std::collections::HashMap;
 ///
 /// The means are appended to the outline's normals. If the normals of the faces cancel, the mean is
 /// zero, and the corner is treated as a corner without a normal.
-pub(super) fn smooth<'a>(outline: &mut Outline, runs: impl Iterator<Item = &'a Run> + Clone) {
+pub(super) fn smooth<'a>(outline: &mut Outline, runs: impl Iterator<Item = &'a FaceRun> + Clone) {
     let Outline { vertices, sections, .. } = outline;
     let smooth_runs = runs.filter(|run| run.smoothing != 0);
-    let lacks_normals = |run: &Run| {
+    let lacks_normals = |run: &FaceRun| {
         let section = &sections[run.section];
         section
             .faces(&run.faces)

@@ -62,7 +62,7 @@ fn copy_vertex(mesh: &mut Mesh, old: u32, open: Vec3, close: Option<Vec3>) -> u3
 
 /// Pairs of faces at the same place.
 #[derive(Default)]
-pub(super) struct Coincident {
+pub(super) struct CoincidentFaces {
     /// Number of pairs of two materials, which were moved apart.
     separated: usize,
     /// Pairs of one material, for each group with such pairs. A face is the index of its section
@@ -72,7 +72,7 @@ pub(super) struct Coincident {
     gap: f32,
 }
 
-impl Coincident {
+impl CoincidentFaces {
     /// `separated` pairs of two materials were moved apart, each face by `gap`.
     pub fn new(separated: usize, gap: f32) -> Self {
         Self {

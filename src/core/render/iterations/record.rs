@@ -1,6 +1,6 @@
 //! Rendering of an iteration with a record of its paths, for `embrasure paths`.
 
-use super::{CountedRays, IterationTarget, Work, WorkItem, in_work_items};
+use super::{CountedRays, IterationTarget, IterationWork, WorkItem, in_work_items};
 use crate::color::Spectrum;
 use crate::film::{Filter, Rect};
 use crate::integrator::{IterationIntegrator, PathEvent};
@@ -54,8 +54,8 @@ pub fn record_iteration<I: IterationIntegrator, S: Sampler>(
     } else {
         of_pixel(pixel)
     };
-    let pixels = seen.pixels().map(|pixel| Work::Pixels(of_pixel(pixel)));
-    for work in pixels.chain((0..integrator.chains()).map(Work::Chain)) {
+    let pixels = seen.pixels().map(|pixel| IterationWork::Pixels(of_pixel(pixel)));
+    for work in pixels.chain((0..integrator.chains()).map(IterationWork::Chain)) {
         let mut work_item = WorkItem::new(target, observer);
         work_item.record = Some(Vec::new());
         let Some(work_item) = work_item.of(integrator, &prepared, (work, index), sampler, observer) else {

@@ -68,7 +68,7 @@ pub struct OpenShell {
 
 /// Location of a mesh relative to the plane.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Place {
+enum PlaneSide {
     Kept,
     Removed,
     Crossed,
@@ -77,24 +77,24 @@ enum Place {
 impl SectionPlane {
     /// Location of `points` relative to the plane. For moving meshes, `points` has the positions at
     /// shutter open and at shutter close.
-    fn place(&self, mut points: impl Iterator<Item = Vec3>) -> Place {
+    fn place(&self, mut points: impl Iterator<Item = Vec3>) -> PlaneSide {
         let Some(first) = points.next() else {
-            return Place::Removed;
+            return PlaneSide::Removed;
         };
         let is_kept = |p: Vec3| self.distance(p) < 0.0;
         let side = is_kept(first);
         if points.any(|p| is_kept(p) != side) {
-            Place::Crossed
+            PlaneSide::Crossed
         } else if side {
-            Place::Kept
+            PlaneSide::Kept
         } else {
-            Place::Removed
+            PlaneSide::Removed
         }
     }
 
-    fn place_of_box(&self, bounds: Bounds3) -> Place {
+    fn place_of_box(&self, bounds: Bounds3) -> PlaneSide {
         if bounds.is_empty() {
-            return Place::Removed;
+            return PlaneSide::Removed;
         }
         self.place(bounds.corners().into_iter())
     }
@@ -170,13 +170,13 @@ impl SceneBuilder {
             }
             report.note(place);
             match place {
-                Place::Kept => remaining.push(mesh, material, object),
-                Place::Removed if treatment.keeps_removed => {
+                PlaneSide::Kept => remaining.push(mesh, material, object),
+                PlaneSide::Removed if treatment.keeps_removed => {
                     remaining.push(mesh, self.hidden_material(material), object);
                 }
-                Place::Removed => {}
-                Place::Crossed if mesh.deforms() => return Err(self.moves_across(object)),
-                Place::Crossed => {
+                PlaneSide::Removed => {}
+                PlaneSide::Crossed if mesh.deforms() => return Err(self.moves_across(object)),
+                PlaneSide::Crossed => {
                     if cut.last().is_none_or(|last| last.object != object) {
                         cut.push(CutObject {
                             object,
@@ -203,20 +203,20 @@ impl SceneBuilder {
             }
             report.note(place);
             match (place, &placement) {
-                (Place::Kept, _) => {
+                (PlaneSide::Kept, _) => {
                     self.instances.push((prototype, placement));
                     self.instance_objects.push(object);
                 }
-                (Place::Removed, _) if light == CutLight::Whole => {
+                (PlaneSide::Removed, _) if light == CutLight::Whole => {
                     let hidden = *hidden
                         .entry(prototype.0)
                         .or_insert_with(|| self.hidden_prototype(prototype));
                     self.instances.push((hidden, placement));
                     self.instance_objects.push(object);
                 }
-                (Place::Removed, _) => {}
-                (Place::Crossed, Placement::Moving(_)) => return Err(self.moves_across(object)),
-                (Place::Crossed, Placement::Still(transform)) => {
+                (PlaneSide::Removed, _) => {}
+                (PlaneSide::Crossed, Placement::Moving(_)) => return Err(self.moves_across(object)),
+                (PlaneSide::Crossed, Placement::Still(transform)) => {
                     let mut edges = Vec::new();
                     for (mesh, material) in self.prototypes[prototype.0 as usize].clone() {
                         if mesh.deforms() {
@@ -323,9 +323,9 @@ impl SceneBuilder {
 }
 
 impl SectionReport {
-    fn note(&mut self, place: Place) {
-        self.keeps_all &= place == Place::Kept;
-        self.removes_all &= place == Place::Removed;
+    fn note(&mut self, place: PlaneSide) {
+        self.keeps_all &= place == PlaneSide::Kept;
+        self.removes_all &= place == PlaneSide::Removed;
     }
 
     /// Reports the open surfaces of `object` that the plane cuts, one entry per part.

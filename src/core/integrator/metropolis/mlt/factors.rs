@@ -1,6 +1,6 @@
 //! Factors of the vertices of a path: contributions, and densities in bidirectional path tracing.
 
-use super::path::{Factors, LightSource, LightSourceKind, Path, Single, Vertex};
+use super::path::{Factors, LightEnd, LightEndKind, Path, Single, Vertex};
 use super::space::PathSpace;
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
@@ -85,22 +85,22 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
         })
     }
 
-    fn factors_of_light(&self, at: &Vertex, source: &LightSource, before: &Vertex, time: f32) -> Option<Factors> {
+    fn factors_of_light(&self, at: &Vertex, source: &LightEnd, before: &Vertex, time: f32) -> Option<Factors> {
         let scene = self.world.scene;
         let w = at.direction_to(before);
         let light = (source.id, source.kind.is_infinite());
         let [start, onwards] = emission_pdfs(scene, light, at.ng, w, time).map(f64::from);
         let (value, towards_camera) = match source.kind {
-            LightSourceKind::Area => {
+            LightEndKind::Area => {
                 let cos = w.dot(at.ng);
                 (cos > 0.0).then_some((source.radiance, cos as f64))?
             }
-            LightSourceKind::Point => {
+            LightEndKind::Point => {
                 let light = &scene.lights()[source.id.0 as usize];
                 let sample = light.sample(before.p, time, Vec2::ZERO, scene.textures())?;
                 (sample.radiance * before.p.distance_squared(at.p), 1.0)
             }
-            LightSourceKind::Far | LightSourceKind::Parallel => (source.radiance, 1.0),
+            LightEndKind::Far | LightEndKind::Parallel => (source.radiance, 1.0),
         };
         Some(Factors {
             value,
@@ -113,11 +113,11 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
 
     /// Probability that a ray that leaves the scene, or that hits the surface of a light, is
     /// assigned to the light `source`.
-    pub fn hit_probability(&self, source: &LightSource) -> f64 {
+    pub fn hit_probability(&self, source: &LightEnd) -> f64 {
         match source.kind {
-            LightSourceKind::Area => 1.0,
-            LightSourceKind::Far => 1.0 / self.far_lights as f64,
-            LightSourceKind::Point | LightSourceKind::Parallel => 0.0,
+            LightEndKind::Area => 1.0,
+            LightEndKind::Far => 1.0 / self.far_lights as f64,
+            LightEndKind::Point | LightEndKind::Parallel => 0.0,
         }
     }
 

@@ -46,7 +46,7 @@ impl Path<'_> {
     }
 
     /// Light at the end of the path.
-    pub fn source(&self) -> Option<&LightSource> {
+    pub fn source(&self) -> Option<&LightEnd> {
         self.vertices.last().and_then(Vertex::source)
     }
 
@@ -101,13 +101,13 @@ pub(super) struct Vertex<'a> {
 }
 
 /// Kind of a vertex of a path. Paths that continue from the same surface vertex share its surface.
-pub(super) type PathVertexKind<'a> = VertexKind<Rc<Surface<'a>>, LightSource>;
+pub(super) type PathVertexKind<'a> = VertexKind<Rc<Surface<'a>>, LightEnd>;
 
 /// Light at the end of a path.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LightSource {
+pub(super) struct LightEnd {
     pub id: LightId,
-    pub kind: LightSourceKind,
+    pub kind: LightEndKind,
     /// Radiance, W·sr⁻¹·m⁻². For parallel light: irradiance, W·m⁻². Not used for point lights.
     pub radiance: Spectrum,
     /// Opacity of the light's surface. `radiance` does not include the opacity, because the opacity
@@ -120,7 +120,7 @@ pub(super) struct LightSource {
 
 /// Kind of a light source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum LightSourceKind {
+pub(super) enum LightEndKind {
     /// Light with an area.
     Area,
     /// Point light.
@@ -131,7 +131,7 @@ pub(super) enum LightSourceKind {
     Parallel,
 }
 
-impl LightSourceKind {
+impl LightEndKind {
     /// Returns `true` if the light is infinitely distant.
     pub fn is_infinite(self) -> bool {
         matches!(self, Self::Far | Self::Parallel)
@@ -213,7 +213,7 @@ impl<'a> Vertex<'a> {
     }
 
     /// Light of the vertex, if the vertex is on a light.
-    pub fn source(&self) -> Option<&LightSource> {
+    pub fn source(&self) -> Option<&LightEnd> {
         match &self.kind {
             VertexKind::Light(source) => Some(source),
             _ => None,

@@ -1,6 +1,6 @@
 use super::Proposal;
 use super::numbers::Numbers;
-use super::path::{CameraSample, LightSourceKind, Path, Single, Vertex};
+use super::path::{CameraSample, LightEndKind, Path, Single, Vertex};
 use super::space::{PathSpace, is_same_point};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
@@ -223,7 +223,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         let old = from.direction_to(&x.vertices[start - 1]);
         let range = self.range_of_light(x, start);
         let (origin, w, moved) = match from.source().map(|source| source.kind) {
-            Some(LightSourceKind::Far | LightSourceKind::Parallel) => {
+            Some(LightEndKind::Far | LightEndKind::Parallel) => {
                 let offset = on_ring(numbers, range);
                 let across = Frame::from_z(old).to_world(Vec3::new(offset.x, offset.y, 0.0));
                 let ball = self.space.world.scene.ball();

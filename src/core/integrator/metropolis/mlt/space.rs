@@ -1,7 +1,7 @@
 //! Path space of a scene: sampling of vertices, subpaths and connections for the paths of chains.
 
 use super::numbers::Numbers;
-use super::path::{CameraSample, LightSource, LightSourceKind, Path, Single, Vertex};
+use super::path::{CameraSample, LightEnd, LightEndKind, Path, Single, Vertex};
 use crate::accel::Accel;
 use crate::bsdf::TransportMode;
 use crate::color::Spectrum;
@@ -87,9 +87,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let surface = vertex.surface()?;
         let light = surface.emitted(self.world, &from)?;
         let ng = scene.lights()[light.id.0 as usize].normal(vertex.p, ray.time)?;
-        let source = LightSource {
+        let source = LightEnd {
             id: light.id,
-            kind: LightSourceKind::Area,
+            kind: LightEndKind::Area,
             radiance: light.radiance,
             opacity: scene.opacity(&surface.hit),
             origin: surface.origin_towards_camera(ng),
@@ -99,9 +99,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
 
     /// Vertex on the infinitely distant light `id` in the unit direction `w`.
     fn far_away(&self, id: LightId, radiance: Spectrum, w: Vec3) -> Vertex<'a> {
-        let source = LightSource {
+        let source = LightEnd {
             id,
-            kind: LightSourceKind::Far,
+            kind: LightEndKind::Far,
             radiance,
             opacity: 1.0,
             origin: Vec3::ZERO,
@@ -115,12 +115,12 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let (choice, u) = (numbers.next(), [numbers.next_2d(), numbers.next_2d()]);
         let (id, _, emission) = self.world.sample_emission(time, choice, || u)?;
         let kind = match (emission.is_infinite, &scene.lights()[id.0 as usize]) {
-            (true, Light::Directional(_)) => LightSourceKind::Parallel,
-            (true, _) => LightSourceKind::Far,
-            (false, _) if emission.is_delta_position => LightSourceKind::Point,
-            (false, _) => LightSourceKind::Area,
+            (true, Light::Directional(_)) => LightEndKind::Parallel,
+            (true, _) => LightEndKind::Far,
+            (false, _) if emission.is_delta_position => LightEndKind::Point,
+            (false, _) => LightEndKind::Area,
         };
-        let source = LightSource {
+        let source = LightEnd {
             id,
             kind,
             radiance: emission.radiance / emission.opacity,
@@ -213,15 +213,15 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
 
     /// Samples the ray that leaves the light `source` at `vertex`. The direction of the ray is
     /// random. For light from infinity, its position is random instead.
-    fn set_out(&self, vertex: &Vertex, source: &LightSource, time: f32, numbers: &mut Numbers) -> Option<Ray> {
+    fn set_out(&self, vertex: &Vertex, source: &LightEnd, time: f32, numbers: &mut Numbers) -> Option<Ray> {
         let u = numbers.next_2d();
         let (origin, w) = match source.kind {
-            LightSourceKind::Area => (source.origin, Frame::from_z(vertex.ng).to_world(cosine_hemisphere(u))),
-            LightSourceKind::Point => (
+            LightEndKind::Area => (source.origin, Frame::from_z(vertex.ng).to_world(cosine_hemisphere(u))),
+            LightEndKind::Point => (
                 source.origin,
                 self.world.emission_of(source.id, time, [Vec2::ZERO, u])?.w,
             ),
-            LightSourceKind::Far | LightSourceKind::Parallel => {
+            LightEndKind::Far | LightEndKind::Parallel => {
                 (self.world.scene.ball().before(vertex.ng, uniform_disk(u)), vertex.ng)
             }
         };

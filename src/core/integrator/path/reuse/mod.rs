@@ -42,9 +42,9 @@
 //! visible pattern. The samples of one pixel stay independent, so the variance of the pixel is
 //! estimated correctly. The mean over a tile has the same error as without reuse.
 
+mod contributions;
 mod end;
 mod first_vertices;
-mod share;
 mod viewers;
 
 use super::camera_packet::CameraPacket;

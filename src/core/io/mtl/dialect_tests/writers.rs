@@ -74,7 +74,7 @@ fn exporter_of_blender_is_recognised_by_exponents() {
                 _ => drop(sections.last_mut().unwrap().set(&key.to_lowercase(), key, rest)),
             }
         }
-        Reading::new(
+        Interpretation::new(
             dialect,
             Signatures {
                 library: Signature::find(text).as_ref(),
@@ -119,7 +119,7 @@ fn exporter_of_blender_is_recognised_by_exponents() {
             library: library.as_ref(),
             obj: None,
         };
-        Reading::new(MtlDialect::Auto, signatures, &[]).tr
+        Interpretation::new(MtlDialect::Auto, signatures, &[]).tr
     };
     assert_eq!(meaning("# 3ds Max\n"), TrMeaning::TransparencyFirst);
     assert_eq!(meaning("# MeshLab\n"), TrMeaning::Opacity);

@@ -1,6 +1,6 @@
 //! Numbers of a material that have no effect.
 
-use super::{MAX_EXPONENT, Remark, Section};
+use super::{MAX_EXPONENT, MaterialRemark, Section};
 use crate::color::Spectrum;
 use crate::io::mtl::MapSlot;
 use crate::material::{Gloss, Material};
@@ -28,9 +28,9 @@ impl Section {
     }
 
     /// Warnings about numbers that have no effect on the material.
-    pub(super) fn lost_numbers(&self, material: &Material) -> Vec<Remark> {
+    pub(super) fn lost_numbers(&self, material: &Material) -> Vec<MaterialRemark> {
         let mut remarks = Vec::new();
-        let mut lost = |key, words: String| remarks.push(Remark::warning("no-effect", key, words));
+        let mut lost = |key, words: String| remarks.push(MaterialRemark::warning("no-effect", key, words));
         let model = self.illum.unwrap_or(2);
         let is_glass = matches!(self.illum, Some(4 | 6 | 7));
         let is_physical = self.is_physical() && !is_glass;

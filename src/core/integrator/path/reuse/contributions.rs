@@ -23,14 +23,14 @@ const MIN_SHARED_BETA: f32 = 0.5;
 
 /// Light that the end scatters to its viewers. Viewers are the first vertices that see the end.
 #[derive(Default)]
-struct Shares {
+struct Contributions {
     /// Light that the end scatters to every viewer alike.
     alike: Spectrum,
     /// Additional light for each viewer.
     each: [Spectrum; SAMPLES_AT_ONCE],
 }
 
-impl Shares {
+impl Contributions {
     /// Adds `light`, which arrives at the end. For each viewer, the light is multiplied by the
     /// factor of this viewer in `scattered`.
     #[inline(always)]
@@ -68,7 +68,7 @@ impl<'v> End<'v> {
     ) {
         let (world, strategy) = (&path.world, &path.strategy);
         let u = numbers.vertex(self.depth, path.roulette);
-        let mut shares = Shares::default();
+        let mut contributions = Contributions::default();
         // Find the viewers only if light arrives, because many light samples are occluded.
         let mut viewers = None;
 
@@ -83,7 +83,7 @@ impl<'v> End<'v> {
                 let pdf = expected * light.pdf;
                 let weight = strategy.light_weight(pdf, light.is_delta, scattered.pdf);
                 let radiance = radiance * (weight / pdf);
-                shares.add(radiance, &scattered);
+                contributions.add(radiance, &scattered);
                 if out[owner].separates_parts() {
                     let light = FoundLight::of(radiance, id, world.scene, 0);
                     self.pass_part(light, (&scattered, wi), viewers, work, out);
@@ -123,7 +123,7 @@ impl<'v> End<'v> {
             if sample.is_delta() {
                 // No other path finds this light, so it is added only to the owner.
                 light = path.add_emitted((&next, traced), sample.pdf, light, own);
-                self.record_share(numbers.key, own);
+                self.record_contribution(numbers.key, own);
                 light.pass_on(self.beta * sample.weight * factor, self.depth + 2, own);
             } else if !light.radiance.is_black() || path.finds_emission(&next, traced) {
                 let viewers = viewers.get_or_insert_with(|| Viewers::find(self, owner, world, work, out));
@@ -131,7 +131,7 @@ impl<'v> End<'v> {
                 light = path.add_emitted((&next, traced), scattered.pdf, light, &mut out[owner]);
                 if scattered.pdf > 0.0 {
                     let factor = factor / scattered.pdf;
-                    shares.add(light.radiance * factor, &scattered);
+                    contributions.add(light.radiance * factor, &scattered);
                     for part in light.parts() {
                         let part = FoundLight {
                             radiance: part.radiance * factor,
@@ -146,9 +146,9 @@ impl<'v> End<'v> {
         // Add the scattered light to the pixel of each viewer
         let Some(viewers) = viewers else { return };
         for (i, candidate) in viewers.of(work).iter().enumerate() {
-            let share = shares.of(i) * (candidate.beta * (1.0 / viewers.pdf));
+            let share = contributions.of(i) * (candidate.beta * (1.0 / viewers.pdf));
             let out = &mut out[candidate.index];
-            self.record_share(numbers.key, out);
+            self.record_contribution(numbers.key, out);
             out.light(FoundLight::sum(share, self.depth + 1));
         }
     }
@@ -188,7 +188,7 @@ impl<'v> End<'v> {
     /// Records that the next added light comes from the end. `owner` is the sample whose path found
     /// the end.
     #[inline(always)]
-    fn record_share(&self, owner: SampleKey, out: &mut impl RaySink) {
+    fn record_contribution(&self, owner: SampleKey, out: &mut impl RaySink) {
         if out.records() {
             out.record(PathEvent::Shared {
                 owner: [owner.x, owner.y],

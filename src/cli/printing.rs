@@ -26,28 +26,28 @@ static LOST: Mutex<Option<io::Error>> = Mutex::new(None);
 /// Prints formatted text to the standard output, like `print!`.
 macro_rules! out {
     ($($words:tt)*) => {
-        $crate::cli::words::print(format_args!($($words)*))
+        $crate::cli::printing::print(format_args!($($words)*))
     };
 }
 
 /// Prints formatted text and a line break to the standard output, like `println!`.
 macro_rules! outln {
     ($($words:tt)*) => {
-        $crate::cli::words::print(format_args!("{}\n", format_args!($($words)*)))
+        $crate::cli::printing::print(format_args!("{}\n", format_args!($($words)*)))
     };
 }
 
 /// Prints formatted text to the standard error, like `eprint!`.
 macro_rules! err {
     ($($words:tt)*) => {
-        $crate::cli::words::print_error(format_args!($($words)*))
+        $crate::cli::printing::print_error(format_args!($($words)*))
     };
 }
 
 /// Prints formatted text and a line break to the standard error, like `eprintln!`.
 macro_rules! errln {
     ($($words:tt)*) => {
-        $crate::cli::words::print_error(format_args!("{}\n", format_args!($($words)*)))
+        $crate::cli::printing::print_error(format_args!("{}\n", format_args!($($words)*)))
     };
 }
 

@@ -57,8 +57,8 @@
 //!   for missing settings of a scene
 //! - [`options`]: all settable options
 //! - [`render`], [`io`]: passes and tiles, and file formats
-//! - [`method`], [`lint`]: a method with a backend; checks of a scene
-//! - [`description`]: scene files, and scenes built from them
+//! - [`pipeline`], [`lint`]: an integrator with a backend; checks of a scene
+//! - [`scene_file`]: scene files, and scenes built from them
 //! - [`session`]: a render from scene file to picture
 //! - `view`: a render in a browser, with the feature of that name
 //! - `cli`: the command line, with the feature of that name
@@ -68,7 +68,7 @@
 
 #[cfg(feature = "cli")]
 pub mod cli;
-pub mod description;
+pub mod scene_file;
 pub mod session;
 #[cfg(feature = "view")]
 mod view;
@@ -90,16 +90,16 @@ pub mod prelude {
 
 pub use embrasure_core::{
     accel, bsdf, camera, color, compare, denoise, files, film, geometry, guess, integrator, io, light, light_paths,
-    light_sampling, lint, material, math, method, options, parameter, render, sampler, sampling, scene, texture,
+    light_sampling, lint, material, math, options, parameter, pipeline, render, sampler, sampling, scene, texture,
 };
 
-pub use description::SceneFile;
 pub use files::{FileError, FileId, LoadObserver, Output, OutputLock};
 pub use film::{Aov, Image, Rect};
 pub use io::{Checkpoint, Compression, ExrFormat, Format, LoadOptions, Metadata, read_checkpoint};
 pub use light_paths::PathPart;
 pub use options::{Backend, IntegratorKind, IntegratorOptions, MaxDepth, PathReuse};
 pub use render::{Observer, Outcome, Statistics};
+pub use scene_file::SceneFile;
 pub use session::{
     BUILD, CameraSettings, Error, InvalidSetting, JoinedPicture, MAX_SAMPLES_FOR_NOISE, PictureParts, RenderState,
     Renderer, Session, Settings, version_text,

@@ -1,12 +1,12 @@
 //! Scenes and rays for several benchmarks.
 
-use embrasure::description::{SceneFile, load_scene};
 use embrasure::geometry::{Mesh, PrimId, ray_towards};
 use embrasure::material::Material;
 use embrasure::math::{Frame, Ray, Vec2, Vec3};
 use embrasure::sampler::{Bounce, Dimension, Independent, SampleKey, Sampler};
 use embrasure::sampling::warp::{cosine_hemisphere, uniform_triangle};
 use embrasure::scene::{Scene, SceneBuilder};
+use embrasure::scene_file::{SceneFile, load_scene};
 use std::path::Path;
 
 /// Reproducible random numbers: pair `k` of the item `i`.

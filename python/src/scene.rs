@@ -4,8 +4,8 @@
 use crate::errors;
 use embrasure::SceneFile;
 use embrasure::cli::Request;
-use embrasure::description::MadeObject;
 use embrasure::math::{Vec2, Vec3};
+use embrasure::scene_file::MadeObject;
 use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

@@ -1,8 +1,8 @@
 use super::error::CliError;
-use crate::description::SceneFile;
 use crate::film::Aov;
 use crate::light_paths::{LightPathError, PathPart};
-use crate::options::Method;
+use crate::options::ChosenIntegrator;
+use crate::scene_file::SceneFile;
 
 /// Additional channels of `--aov`.
 #[derive(Default)]
@@ -15,7 +15,7 @@ pub(super) struct AovList {
 /// (photons or irradiance records) if the render has none. The name `all` never includes lines,
 /// strategies and light paths: lines take many more rays, and strategies and light paths may be
 /// hundreds of channels. A later check reports channels that are unavailable.
-pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Result<AovList, CliError> {
+pub(super) fn aovs(wanted: &[String], scene: &SceneFile, integrator: &ChosenIntegrator) -> Result<AovList, CliError> {
     let wanted: Vec<&str> = wanted.iter().flat_map(|list| names(list)).collect();
     let mut light_paths = Vec::new();
     for name in wanted.iter().filter(|name| PathPart::is_name(name)) {
@@ -46,8 +46,8 @@ pub(super) fn aovs(wanted: &[String], scene: &SceneFile, method: &Method) -> Res
         )));
     }
     let is_of_all = |aov: Aov| match aov {
-        Aov::Lights => scene.has_light_groups() && method.gathers_light(),
-        Aov::Points => method.has_points(),
+        Aov::Lights => scene.has_light_groups() && integrator.gathers_light(),
+        Aov::Points => integrator.has_points(),
         Aov::Lines | Aov::Strategies => false,
         _ => true,
     };

@@ -230,8 +230,8 @@ impl Audit<'_> {
         };
         let mut film = Film::new(settings.resolution, settings.crop());
         let progress = Progress::new(settings.crop().area() * samples as u64, self.quiet);
-        let method = settings.method();
-        let render = || method.render(context, &sampler, &mut film, stop, &progress);
+        let integrator = settings.chosen_integrator();
+        let render = || integrator.render(context, &sampler, &mut film, stop, &progress);
         let (_, statistics) = self.session.install(render);
         progress.finish();
         (auditor.findings(), statistics)

@@ -3,7 +3,7 @@
 use super::error::CliError;
 use super::job::Job;
 use super::outputs::{Images, Outputs};
-use crate::description::FileCamera;
+use crate::scene_file::FileCamera;
 use crate::session::Session;
 use std::path::Path;
 

@@ -4,11 +4,11 @@ use super::args::{RenderArgs, SceneArgs};
 use super::error::CliError;
 use super::job::{Job, SceneKind, kind_of, set_load};
 use super::printing;
-use crate::description::{Inspection, SceneFile, SceneOptions, inspect_scene};
 use crate::io::{DEFAULT_LIGHT, FileError, Finding, MAX_PLACES, Position, Severity};
 use crate::lint;
 use crate::options::CameraOptions;
 use crate::scene::{Scene, SceneBuilder};
+use crate::scene_file::{Inspection, SceneFile, SceneOptions, inspect_scene};
 use crate::session::{CameraSettings, FoundCamera, Memory, all_threads, inspect_camera, thread_pool};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, HashMap};
@@ -135,7 +135,7 @@ impl CheckReport {
             }
         };
         self.measure(&job, &scene);
-        match job.settings.method().check_lights(&scene) {
+        match job.settings.chosen_integrator().check_lights(&scene) {
             Ok(Some(warning)) => self.add(Severity::Warning, "unmet-light", job.scene.whole(warning)),
             Ok(None) => {}
             Err(error) => self.refused("unmet-light", &whole, error.into()),

@@ -1,11 +1,11 @@
 //! Parts of docs/guide/reference that come from the program: tables of parameters and methods, and
 //! the help of all commands. With `EMBRASURE_WRITE_DOCS=1` the tests write them.
 
-use crate::description::{
+use crate::options::{IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter};
+use crate::scene_file::{
     CutSection, GroundSection, LightGroupSection, MaterialSection, ObjectSection, PRESETS, PartKeys, SceneOptions,
     Section, TextureSection,
 };
-use crate::options::{IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter};
 use clap::CommandFactory;
 use std::fs;
 use std::path::{Path, PathBuf};

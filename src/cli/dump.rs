@@ -7,10 +7,10 @@
 
 use super::error::CliError;
 use super::job::Job;
-use crate::description::{LightSection, SceneOptions};
 use crate::files::Output;
 use crate::io::DEFAULT_LIGHT;
 use crate::options::{BackgroundOptions, SizeOptions, ToneOptions};
+use crate::scene_file::{LightSection, SceneOptions};
 use crate::session::Session;
 
 /// Writes the scene of `job` as rendered by `session`.

@@ -4,7 +4,7 @@
 use super::args::{Args, HelpArgs};
 use super::error::CliError;
 use super::reference::{SCHEMA, TOPICS, Topic, meaning};
-use crate::description::schema_text;
+use crate::scene_file::schema_text;
 use std::process::ExitCode;
 
 /// Prints the requested help.

@@ -4,7 +4,6 @@ use super::args::{RenderArgs, SceneArgs};
 use super::error::CliError;
 use super::job::{guess_picture, guesses, read_scene};
 use super::printing;
-use crate::description::{LightType, LoadedScene, load_scene};
 use crate::geometry::PartNames;
 use crate::guess::position_text;
 use crate::io::Warning;
@@ -12,6 +11,7 @@ use crate::light::LightId;
 use crate::material::MaterialId;
 use crate::math::{DVec3, Vec3};
 use crate::scene::{LampSize, PartSize, Scene, SceneBuilder};
+use crate::scene_file::{LightType, LoadedScene, load_scene};
 use crate::session::{
     CameraSettings, FoundCamera, LitWords, Memory, Settings, all_threads, camera_and_lit, thread_pool,
 };

@@ -8,15 +8,15 @@ use super::printing;
 use super::warnings::ShownWarnings;
 use crate::color::{Curve, Exposure};
 use crate::denoise::Denoiser;
-use crate::description::{FileCamera, SceneFile, SceneOptions};
 use crate::film::{Aov, Rect};
 use crate::guess::{Elevation, drawing_axes};
 use crate::io::{FileError, LoadOptions, Warning};
 use crate::math::{UVec2, Vec2};
 use crate::options::{
-    IntegratorKind, IntegratorOptions, Method, OptionGroup, Parameter, Quality, QualityOptions, SizeOptions,
+    ChosenIntegrator, IntegratorKind, IntegratorOptions, OptionGroup, Parameter, Quality, QualityOptions, SizeOptions,
     ToneOptions,
 };
+use crate::scene_file::{FileCamera, SceneFile, SceneOptions};
 use crate::session::{CameraSettings, Guesses, MAX_SAMPLES_FOR_NOISE, Settings, name_of_axis};
 use std::path::{Path, PathBuf};
 
@@ -95,7 +95,7 @@ impl Job {
         settings.check()?;
         scene.change_light(args.light.changes(), &settings.camera.viewpoint());
         Ok(Self {
-            warnings: idle_flags(&settings.method(), &args.integrator.0),
+            warnings: idle_flags(&settings.chosen_integrator(), &args.integrator.0),
             shown_warnings: args.warnings,
             pixel: args.pixel.map(|pixel| (pixel, args.sample.unwrap_or(0))),
             settings,
@@ -237,7 +237,7 @@ fn settings(
             printing::count(spp.into(), "sample")
         )));
     }
-    let wanted = aovs(&args.aov, scene, &settings.method())?;
+    let wanted = aovs(&args.aov, scene, &settings.chosen_integrator())?;
     settings.light_paths = wanted.light_paths;
     let is_new = |aov: &Aov| !wanted.aovs.contains(aov);
     settings.aovs = settings
@@ -257,16 +257,16 @@ fn settings(
     Ok(settings)
 }
 
-/// Warnings for flags that the method does not use. Keys of a scene file get no warning, because
-/// they may serve other methods.
-fn idle_flags(method: &Method, flags: &IntegratorOptions) -> Vec<Warning> {
-    let read = method.kind().parameters();
+/// Warnings for flags that the integrator does not use. Keys of a scene file get no warning,
+/// because they may serve other integrators.
+fn idle_flags(integrator: &ChosenIntegrator, flags: &IntegratorOptions) -> Vec<Warning> {
+    let read = integrator.kind().parameters();
     let is_idle = |parameter: &&Parameter| {
         let key = parameter.key;
         key != "integrator" && flags.given().contains(&key) && !read.contains(&key)
     };
     let idle = IntegratorOptions::PARAMETERS.iter().filter(is_idle);
-    let text = |parameter: &Parameter| format!("--{}: {} does not use it", parameter.flag(), method.name());
+    let text = |parameter: &Parameter| format!("--{}: {} does not use it", parameter.flag(), integrator.name());
     idle.map(|parameter| Warning::new("idle-flag", text(parameter)))
         .collect()
 }

@@ -33,7 +33,7 @@ pub(super) fn trace(renderer: &Renderer, pixel: [u32; 2], sample: u32, as_json: 
     }
     Err(CliError::Usage(format!(
         "--pixel: light of --integrator {} falls on any pixel, so no sample belongs to one pixel\n  help: add --json, or use `embrasure paths`; both trace a whole iteration",
-        session.settings().method().name()
+        session.settings().chosen_integrator().name()
     )))
 }
 
@@ -63,8 +63,8 @@ fn print_sample(session: &Session, prepared: &Preparation, accel: &dyn Accel, ke
         })
     };
     let mut sampler = settings.random_numbers();
-    let method = settings.method();
-    if !method.sample(context, (settings.resolution, key), &mut sampler, &listener) {
+    let integrator = settings.chosen_integrator();
+    if !integrator.sample(context, (settings.resolution, key), &mut sampler, &listener) {
         return false;
     }
     let mut log = log.into_inner();
@@ -74,7 +74,7 @@ fn print_sample(session: &Session, prepared: &Preparation, accel: &dyn Accel, ke
         key.sample,
         key.x,
         key.y,
-        method.describe()
+        integrator.describe()
     );
     log.lines.iter().for_each(|line| outln!("{line}"));
     if let Some((radiance, background)) = log.view.and_then(|view| view.finish(log.radiance)) {

@@ -5,8 +5,8 @@
 use super::args::{Args, Command, RenderArgs};
 use super::error::CliError;
 use super::job::{Job, SceneKind, kind_of, set_load};
-use crate::description::SceneFile;
 use crate::io::{ExrFormat, FileError, Warning};
+use crate::scene_file::SceneFile;
 use crate::session::{Error, Settings};
 use std::path::Path;
 

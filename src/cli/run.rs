@@ -369,7 +369,7 @@ impl RenderInputs<'_> {
         if stop == Stop::Interrupt && failures.is_empty() {
             return CliError::Interrupted(words);
         }
-        let name = self.job.settings.method().name();
+        let name = self.job.settings.chosen_integrator().name();
         failures.push(format!(
             "{words}\n  help: allow more time, or render fewer pixels (--size, --crop): {name} needs longer to prepare or to take one sample of all pixels"
         ));
@@ -457,7 +457,7 @@ impl RenderInputs<'_> {
             backend: info.name,
             backend_version: &info.version,
             isa: info.isa,
-            integrator: settings.method().name(),
+            integrator: settings.chosen_integrator().name(),
             sampler: settings.sampler_name(),
             spp: settings.samples().len() as u32,
             threads: settings.threads,

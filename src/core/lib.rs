@@ -21,7 +21,8 @@
 //! - [`options`]: everything that a user can set
 //! - [`render`], [`io`]: passes and tiles, and file formats
 //! - [`lint`]: checks of a scene
-//! - [`method`]: the method of a render, combined with a ray-tracing backend before the first ray
+//! - [`pipeline`]: the integrator of a render, combined with a ray-tracing backend before the first
+//!   ray
 
 pub mod accel;
 pub mod bsdf;
@@ -41,9 +42,9 @@ pub mod light_sampling;
 pub mod lint;
 pub mod material;
 pub mod math;
-pub mod method;
 pub mod options;
 pub mod parameter;
+pub mod pipeline;
 pub mod render;
 pub mod sampler;
 pub mod sampling;

@@ -5,7 +5,6 @@ use crate::camera::{
     Aperture, Camera, CameraAttributes, CameraDescription, CameraError, CameraMotion, CameraParameters, Distortion,
     Intrinsics, Pose, Projection, ProjectionKind, Stereo,
 };
-use crate::description::{SceneFile, Viewpoint};
 use crate::geometry::Hit;
 use crate::guess::{CameraFinder, CameraGuess, CameraRequest, FileAxes, SiblingFiles, near_distance};
 use crate::io::{FileError, Finding};
@@ -14,6 +13,7 @@ use crate::math::{DVec3, UVec2, Vec2, Vec3, nearest_axis};
 use crate::options::CameraOptions;
 use crate::parameter::Value;
 use crate::scene::Scene;
+use crate::scene_file::{SceneFile, Viewpoint};
 use std::ops::{Deref, DerefMut};
 
 /// Default vertical field of view in degrees, for a camera whose position and target are given.

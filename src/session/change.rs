@@ -1,10 +1,11 @@
-//! Changes of a session that keep the scene: an interactive render changes the camera, the method
-//! or the size.
+//! Changes of a session that keep the scene: an interactive render changes the camera, the
+//! integrator or the size.
 
 use super::memory::check_pixels;
 use super::views::views_of;
 use super::{
-    CameraSettings, Error, METHOD_WARNINGS, Session, Settings, backdrop, check_groups, light_paths, method_warnings,
+    CameraSettings, Error, INTEGRATOR_WARNINGS, Session, Settings, backdrop, check_groups, integrator_warnings,
+    light_paths,
 };
 use crate::camera::CameraDescription;
 use crate::guess::CameraGuess;
@@ -36,7 +37,7 @@ impl Session {
     pub(crate) fn serves(&self, settings: &Settings) -> bool {
         let made_for = |settings: &Settings| {
             (
-                settings.method().triangle_sampling(),
+                settings.chosen_integrator().triangle_sampling(),
                 settings.backend,
                 settings.threads,
                 settings.compact,
@@ -80,19 +81,21 @@ impl Session {
         check_pixels(&settings, settings.parts_of_light(&self.scene), None)?;
         let camera = description.camera(settings.resolution)?;
         let views = views_of(&description, &settings)?;
-        let method = settings.method();
+        let integrator = settings.chosen_integrator();
         if self.scene.ground().is_some() {
-            method.check_catching()?;
+            integrator.check_catching()?;
         }
-        method.check_ground(&self.scene)?;
+        integrator.check_ground(&self.scene)?;
         let paths = light_paths(&settings)?;
-        let choice = method.light_choice();
-        let new = (choice != self.settings.method().light_choice()).then(|| self.scene.light_selection(choice));
+        let choice = integrator.light_choice();
+        let new =
+            (choice != self.settings.chosen_integrator().light_choice()).then(|| self.scene.light_selection(choice));
         let selection = new.as_ref().unwrap_or(&self.light_selection);
-        let of_method = method_warnings(&method, (&self.scene, selection), &camera)?;
-        // Keep warnings of the scene, and replace warnings of the method
-        self.warnings.retain(|warning| !METHOD_WARNINGS.contains(&warning.kind));
-        self.warnings.extend(of_method);
+        let of_integrator = integrator_warnings(&integrator, (&self.scene, selection), &camera)?;
+        // Keep warnings of the scene, and replace warnings of the integrator
+        self.warnings
+            .retain(|warning| !INTEGRATOR_WARNINGS.contains(&warning.kind));
+        self.warnings.extend(of_integrator);
         match new {
             Some(new) => self.light_selection = new,
             None if !keeps_visibility => self.light_selection.forget(),

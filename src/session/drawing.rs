@@ -3,11 +3,11 @@
 
 use super::{Error, InvalidSetting, Session, Settings};
 use crate::camera::ProjectionKind;
-use crate::description::SceneFile;
 use crate::guess::{Elevation, drawing_axes};
 use crate::math::{DVec3, UVec2, Vec3};
 use crate::options::{SizeOptions, Value};
 use crate::scene::Scene;
+use crate::scene_file::SceneFile;
 
 /// Margin around the scene, as a fraction of the larger side of the scene in the picture.
 const MARGIN: f64 = 0.02;

@@ -44,7 +44,6 @@ mod tests {
     use crate::bsdf::Fresnel;
     use crate::camera::{Aperture, CameraMotion, CameraParameters, Pose};
     use crate::color::Spectrum;
-    use crate::description::{SceneFile, load_scene};
     use crate::light::{
         ConstantLight, DirectionalLight, DiskLight, EnvironmentLight, LatLongImage, Light, LightGroupId, LightGroups,
         PointLight, RectangleLight, SphereLight, SpotLight, SunLight,
@@ -52,6 +51,7 @@ mod tests {
     use crate::material::{Gloss, Map, Material};
     use crate::math::{Quat, UVec2, Vec2, Vec3};
     use crate::scene::SceneBuilder;
+    use crate::scene_file::{SceneFile, load_scene};
     use crate::session::{Settings, thread_pool};
     use crate::texture::{Channel, Curve, Mapping, Texels, Texture, TextureId, Wrap};
     use std::path::Path;

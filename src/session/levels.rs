@@ -10,11 +10,11 @@
 use super::lighting::settled;
 use super::{Error, LitWords, Session, Settings};
 use crate::camera::{Camera, CameraDescription};
-use crate::description::{LEVELS, ObjectCage, SceneFile};
 use crate::geometry::MAX_STEPS;
 use crate::guess::{CameraGuess, SiblingFiles};
 use crate::io::{Cage, CageNode, LoadObserver, Warning};
 use crate::math::{Affine3A, Bounds3, Vec3};
+use crate::scene_file::{LEVELS, ObjectCage, SceneFile};
 use std::collections::BTreeMap;
 
 /// Minimum distance of edges from the camera, as a fraction of the diagonal of the object. Without

@@ -3,7 +3,6 @@
 use super::{Guesses, LitFile, LitWords, Settings};
 use crate::camera::CameraParameters;
 use crate::color::{Exposure, Spectrum};
-use crate::description::{ColorValue, Environment, LightSection, SceneFile, Viewpoint};
 use crate::guess::{LightGuess, Survey};
 use crate::integrator::Background;
 use crate::io::{DEFAULT_LIGHT, Warning};
@@ -11,6 +10,7 @@ use crate::light::Light;
 use crate::light::sky::{DEFAULT_TURBIDITY, SUN_IRRADIANCE};
 use crate::math::Vec3;
 use crate::scene::{GroundPlane, RectangleParameters, Scene};
+use crate::scene_file::{ColorValue, Environment, LightSection, SceneFile, Viewpoint};
 use toml::Spanned;
 
 /// Radiance of the guessed backdrop, W·sr⁻¹·m⁻²: a blue grey that differs from white, grey and
@@ -48,14 +48,14 @@ pub(super) fn may_need_light(file: &SceneFile, settings: &Settings, (scene, warn
 /// Returns true if a ground may be guessed, because `--env` lights the scene. There must be no
 /// finite light, because a ground supports only few finite lights.
 pub(super) fn may_need_ground(file: &SceneFile, settings: &Settings, scene: &Scene) -> bool {
-    let method = settings.method();
+    let integrator = settings.chosen_integrator();
     settings.guesses.ground
         && file.ground.is_none()
         && file.has_changed_environment()
-        && method.catches_shadows()
+        && integrator.catches_shadows()
         && scene.triangle_count() > 0
         && scene.lights().iter().all(Light::is_infinite)
-        && matches!(method.check_lights(scene), Ok(None))
+        && matches!(integrator.check_lights(scene), Ok(None))
 }
 
 /// Returns true if light is guessed, and the ground of `file` has no `up` (such as the ground of
@@ -137,8 +137,8 @@ pub(super) fn lit(
                 scene_up: Some(up),
             };
             file.light.push(Environment::Studio.section(0..0, &viewpoint));
-            let catches = guesses.ground && settings.method().catches_shadows();
-            let has_backdrop = guesses.background && settings.method().shows_backgrounds();
+            let catches = guesses.ground && settings.chosen_integrator().catches_shadows();
+            let has_backdrop = guesses.background && settings.chosen_integrator().shows_backgrounds();
             if catches {
                 let ground = file.ground.get_or_insert_default();
                 if has_backdrop && ground.albedo.is_none() {

@@ -2,12 +2,12 @@
 //! the limit of the settings and with free memory.
 
 use super::{Error, Session, Settings};
-use crate::description::SceneFile;
 use crate::files::{MemoryLimit, in_words};
 use crate::film::{Aov, Film, Rect};
 use crate::integrator::MAX_MERGED_PATHS;
-use crate::options::Method;
+use crate::options::ChosenIntegrator;
 use crate::scene::Scene;
+use crate::scene_file::SceneFile;
 
 /// Bytes of the program with its libraries and threads.
 const PROCESS: u64 = 25 << 20;
@@ -125,7 +125,7 @@ pub(super) fn within_memory(
         return Ok((scene, compact));
     };
     let error = file.whole(format!("the render takes about {}: {refusal}", in_words(compact)));
-    let help = if settings.method().kind().parameters().contains(&"photons") {
+    let help = if settings.chosen_integrator().kind().parameters().contains(&"photons") {
         "allow more (--max-memory), send fewer --photons, or render a smaller picture (--size)"
     } else {
         "allow more (--max-memory), render a smaller picture (--size) or a part of it (--crop), or let equal objects use the same OBJ file, which is then loaded once"
@@ -183,16 +183,16 @@ fn light_bytes(settings: &Settings, scene: &Scene) -> u64 {
     // An iteration has its own sums. The light of some pixels is stored before it is added to these
     // sums
     let iteration = 64 * pixels + (400 * pixels).min(128 << 20);
-    match settings.method() {
-        Method::Light(_) | Method::Bidirectional(_) => iteration,
-        Method::ProgressivePhotons(set) => iteration + PHOTONS * number(set.photons, pixels),
-        Method::VertexMerging(set) => {
+    match settings.chosen_integrator() {
+        ChosenIntegrator::Light(_) | ChosenIntegrator::Bidirectional(_) => iteration,
+        ChosenIntegrator::ProgressivePhotons(set) => iteration + PHOTONS * number(set.photons, pixels),
+        ChosenIntegrator::VertexMerging(set) => {
             iteration + MERGED_PATH * number(set.photons, pixels.min(u64::from(MAX_MERGED_PATHS)))
         }
-        Method::PrimarySpace(set) => iteration + PRIMARY_SEED * number(set.bootstrap, pixels / 8),
-        Method::PathSpace(set) => iteration + SEED * number(set.bootstrap, pixels / 8),
-        Method::PhotonMap(set) => PHOTONS * u64::from(set.photons),
-        Method::Area(_) => TRIANGLE * scene.placed_triangle_count(),
+        ChosenIntegrator::PrimarySpace(set) => iteration + PRIMARY_SEED * number(set.bootstrap, pixels / 8),
+        ChosenIntegrator::PathSpace(set) => iteration + SEED * number(set.bootstrap, pixels / 8),
+        ChosenIntegrator::PhotonMap(set) => PHOTONS * u64::from(set.photons),
+        ChosenIntegrator::Area(_) => TRIANGLE * scene.placed_triangle_count(),
         _ => 0,
     }
 }

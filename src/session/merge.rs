@@ -178,9 +178,9 @@ impl JoinedPicture {
         (image, done)
     }
 
-    /// Writes `image`, the result of [`JoinedPicture::develop`], to all `outputs`, and returns the errors.
-    /// If pixels or samples are missing, EXR files also get the sums, so that further parts can be
-    /// joined.
+    /// Writes `image`, the result of [`JoinedPicture::develop`], to all `outputs`, and returns the
+    /// errors. If pixels or samples are missing, EXR files also get the sums, so that further parts
+    /// can be joined.
     #[must_use = "the errors name the files that were not written"]
     pub fn write(&self, image: &Image, outputs: &[(Format, Output)]) -> Vec<FileError> {
         self.state.write(image, outputs, self.is_part, &self.metadata)

@@ -10,8 +10,8 @@
 //! the file. `Settings::check` checks combinations of values, after flags or a program have changed
 //! the values. These errors name flags, because most users have typed flags.
 //!
-//! [`method`](crate::method) selects the acceleration structure and the integrator once, before the
-//! first ray.
+//! [`pipeline`](crate::pipeline) selects the acceleration structure and the integrator once, before
+//! the first ray.
 
 mod camera;
 #[cfg(feature = "view")]
@@ -30,7 +30,7 @@ mod state;
 mod version;
 mod views;
 
-pub use crate::method::{Error, InvalidSetting};
+pub use crate::pipeline::{Error, InvalidSetting};
 pub use camera::CameraSettings;
 pub(crate) use camera::{FoundCamera, inspect_camera};
 pub use guesses::Guesses;
@@ -40,14 +40,13 @@ pub use settings::{MAX_SAMPLES_FOR_NOISE, Settings};
 pub use state::RenderState;
 pub use version::{BUILD, version_text};
 
-pub(crate) use crate::method::{AnyAccel, Preparation, RenderContext};
+pub(crate) use crate::pipeline::{AnyAccel, Preparation, RenderContext};
 pub(crate) use drawing::name_of_axis;
 pub(crate) use memory::Memory;
 pub(crate) use renderer::denoise;
 pub(crate) use settings::all_threads;
 
 use crate::camera::{Camera, CameraDescription, CameraParameters, View};
-use crate::description::{LoadedScene, SceneFile, UnlitScene, load_scene, load_scene_to_light};
 use crate::files::MemoryLimit;
 use crate::film::{Aov, Filter};
 use crate::guess::{CameraGuess, Plan, SiblingFiles};
@@ -57,8 +56,9 @@ use crate::light_paths::{LightPathError, LightPaths};
 use crate::light_sampling::LightSelection;
 use crate::lint;
 use crate::math::Vec3;
-use crate::options::Method;
+use crate::options::ChosenIntegrator;
 use crate::scene::Scene;
+use crate::scene_file::{LoadedScene, SceneFile, UnlitScene, load_scene, load_scene_to_light};
 use memory::{check_pixels, within_memory};
 use settings::{GuessSelection, SceneSurvey};
 use std::path::PathBuf;
@@ -118,7 +118,7 @@ impl Session {
         settings.check()?;
         let limit = MemoryLimit::of(file.load.max_memory);
         if file.ground.is_some() {
-            settings.method().check_catching()?;
+            settings.chosen_integrator().check_catching()?;
         }
         // Check before any file is read. The number of light groups is not known yet.
         check_pixels(&settings, settings.light_paths.len(), limit)?;
@@ -126,8 +126,8 @@ impl Session {
             return Self::load_by_pixels(file, settings, observer);
         }
         let pool = thread_pool(settings.threads)?;
-        let method = settings.method();
-        let builder = method.scene_builder();
+        let integrator = settings.chosen_integrator();
+        let builder = integrator.scene_builder();
         let (loaded, unlit) = pool.install(|| load_scene_to_light(file, builder, observer))?;
         Self::settle((file, settings), (loaded, Some(unlit)), pool, observer)
     }
@@ -151,7 +151,7 @@ impl Session {
         observer: &dyn LoadObserver,
     ) -> Result<Self, Error> {
         let limit = MemoryLimit::of(file.load.max_memory);
-        let method = settings.method();
+        let integrator = settings.chosen_integrator();
         let LoadedScene {
             scene,
             mut warnings,
@@ -184,11 +184,11 @@ impl Session {
                 ..relit
             });
         }
-        method.check_ground(&scene)?;
-        let light_selection = scene.light_selection(method.light_choice());
+        integrator.check_ground(&scene)?;
+        let light_selection = scene.light_selection(integrator.light_choice());
         let extent = lint::inspect_extent(&scene, &|message| file.whole(message));
         warnings.extend(extent.iter().map(Finding::warning));
-        warnings.extend(method_warnings(&method, (&scene, &light_selection), &camera)?);
+        warnings.extend(integrator_warnings(&integrator, (&scene, &light_selection), &camera)?);
         Ok(Self {
             views: views_of(&description, &settings)?,
             backdrop: backdrop(&settings, &description.parameters),
@@ -225,7 +225,7 @@ impl Session {
     ) -> Result<Self, Error> {
         settings.check()?;
         if file.ground.is_some() {
-            settings.method().check_catching()?;
+            settings.chosen_integrator().check_catching()?;
         }
         let loaded = match unlit {
             Some(unlit) => pool.install(|| unlit.lit(file, scene, observer))?,
@@ -251,10 +251,10 @@ impl Session {
         let memory = Memory::new(&scene, &settings).peak();
         let description = CameraDescription::still(camera);
         let camera = description.camera(settings.resolution)?;
-        let method = settings.method();
-        method.check_ground(&scene)?;
-        let light_selection = scene.light_selection(method.light_choice());
-        let warnings = method_warnings(&method, (&scene, &light_selection), &camera)?;
+        let integrator = settings.chosen_integrator();
+        integrator.check_ground(&scene)?;
+        let light_selection = scene.light_selection(integrator.light_choice());
+        let warnings = integrator_warnings(&integrator, (&scene, &light_selection), &camera)?;
         Ok(Self {
             views: views_of(&description, &settings)?,
             backdrop: backdrop(&settings, &description.parameters),
@@ -514,7 +514,7 @@ pub(crate) fn camera_and_lit(
 ) -> Result<(FoundCamera, Option<LitFile>), Error> {
     let mut guessed = guessed_picture(file, settings, (scene, warnings), pool)?;
     if guessed.is_interior && file.hides_parts() {
-        let builder = settings.method().scene_builder();
+        let builder = settings.chosen_integrator().scene_builder();
         // If there is too little memory for both scenes, the guess of the smaller scene stays.
         let whole = pool.install(|| load_scene(&file.with_hidden_parts(), builder));
         let whole = whole
@@ -566,21 +566,21 @@ fn guessed_picture(
     })
 }
 
-/// Kinds of warnings that [`method_warnings`] returns.
-const METHOD_WARNINGS: [&str; 3] = ["unmet-light", "motion", "many-lamps"];
+/// Kinds of warnings that [`integrator_warnings`] returns.
+const INTEGRATOR_WARNINGS: [&str; 3] = ["unmet-light", "motion", "many-lamps"];
 
-/// Warnings about lights, motion and lamps that the method cannot find, or treats differently than
-/// other methods.
-fn method_warnings(
-    method: &Method,
+/// Warnings about lights, motion and lamps that the integrator cannot find, or treats differently
+/// than other integrators.
+fn integrator_warnings(
+    integrator: &ChosenIntegrator,
     (scene, selection): (&Scene, &LightSelection),
     camera: &Camera,
 ) -> Result<Vec<Warning>, Error> {
-    method.check_dispersion(scene)?;
-    let lights = method.check_lights(scene)?;
-    let motion = method.check_motion(scene, camera);
-    let lamps = method.check_lamps(selection);
-    let warnings = METHOD_WARNINGS.into_iter().zip([lights, motion, lamps]);
+    integrator.check_dispersion(scene)?;
+    let lights = integrator.check_lights(scene)?;
+    let motion = integrator.check_motion(scene, camera);
+    let lamps = integrator.check_lamps(selection);
+    let warnings = INTEGRATOR_WARNINGS.into_iter().zip([lights, motion, lamps]);
     let warnings = warnings.map(|(kind, text)| text.map(|text| Warning::new(kind, text)));
     Ok(warnings.flatten().collect())
 }

@@ -112,8 +112,11 @@ impl<'a> Renderer<'a> {
     pub(crate) fn prepare(&self) {
         let settings = self.session.settings();
         let context = self.context();
-        self.session
-            .install(|| settings.method().prepare(context, &settings.random_numbers(), &()));
+        self.session.install(|| {
+            settings
+                .chosen_integrator()
+                .prepare(context, &settings.random_numbers(), &())
+        });
     }
 
     /// Picks the first surface in the middle of a pixel, if a surface is visible there.
@@ -228,17 +231,17 @@ impl<'a> Renderer<'a> {
     /// is stopped early, `state` may have no sample ([`RenderState::is_empty`]).
     pub fn render(&self, state: &mut RenderState, observer: &dyn Observer) -> Outcome {
         let settings = self.session.settings();
-        let (sampler, method) = (settings.random_numbers(), settings.method());
+        let (sampler, integrator) = (settings.random_numbers(), settings.chosen_integrator());
         let render = |context: RenderContext<'_, _>, film: &mut Film, stop| {
-            let render = || method.render(context, &sampler, film, stop, observer);
+            let render = || integrator.render(context, &sampler, film, stop, observer);
             self.session.install(render)
         };
         add_samples(state, |film| self.render_views(film, &render))
     }
 
     /// Like [`Renderer::render`], but with an integrator of the caller: `tracer` traces each
-    /// sample, instead of the method in the settings. The metadata of files has the method of the
-    /// settings ([`Metadata::settings`]) nevertheless.
+    /// sample, instead of the integrator in the settings. The metadata of files has the integrator
+    /// of the settings ([`Metadata::settings`]) nevertheless.
     pub fn render_with(&self, state: &mut RenderState, tracer: &impl SampleTracer, observer: &dyn Observer) -> Outcome {
         let accel = self.accel.as_dyn();
         let settings = self.session.settings();
@@ -266,7 +269,7 @@ impl<'a> Renderer<'a> {
             build: BUILD.into(),
             scene_hash: session.scene_hash().into(),
             settings: settings.describe() + &view_size_text(settings.resolution, session.view_size()),
-            common_errors: Some(settings.method().common_errors()),
+            common_errors: Some(settings.chosen_integrator().common_errors()),
             first_sample: samples.start,
             end_sample: samples.end,
             total_samples: settings.total_samples(),
@@ -279,7 +282,7 @@ impl<'a> Renderer<'a> {
             finish: settings.finish().to_string(),
             denoiser: None,
             tone: None,
-            bias: settings.method().bias(),
+            bias: settings.chosen_integrator().bias(),
             origin: settings.camera.origin_text(),
             camera: Some(CameraAttributes {
                 // Several views have no common matrix
@@ -317,7 +320,7 @@ impl<'a> Renderer<'a> {
                 Vec::new()
             },
             strategies: if aovs.contains(&Aov::Strategies) {
-                self.session.settings().method().strategies()
+                self.session.settings().chosen_integrator().strategies()
             } else {
                 Vec::new()
             },

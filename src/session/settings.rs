@@ -8,19 +8,20 @@ use crate::accel::Accel;
 use crate::camera::CameraParameters;
 use crate::color::tone::{Curve, Tone};
 use crate::denoise::Denoiser;
-use crate::description::{SceneFile, SceneOptions};
 use crate::film::{Aov, BLOCK, Backing, Filter, FilterKind, LineStyle, Rect};
 use crate::guess::{CameraFinder, LightGuess, SiblingFiles, Survey};
 use crate::integrator::Background;
 use crate::light_paths::{LightPathError, LightPaths, PathPart};
 use crate::math::UVec2;
 use crate::options::{
-    BACKGROUND, Backend, BackgroundOptions, Denoising, FilterOptions, Finish, IntegratorKind, IntegratorOptions,
-    LineOptions, Method, Named, OptionGroup, Print, SamplingOptions, SizeOptions, ToneOptions, Value, name_of,
+    BACKGROUND, Backend, BackgroundOptions, ChosenIntegrator, Denoising, FilterOptions, Finish, IntegratorKind,
+    IntegratorOptions, LineOptions, Named, OptionGroup, Print, SamplingOptions, SizeOptions, ToneOptions, Value,
+    name_of,
 };
 use crate::render::StopCondition;
 use crate::sampler::{RenderSampler, SamplerKind};
 use crate::scene::Scene;
+use crate::scene_file::{SceneFile, SceneOptions};
 use std::ops::Range;
 
 /// Settings of a render, such as size, samples and integrator, from a scene file, flags or a
@@ -153,9 +154,9 @@ impl Settings {
         }
     }
 
-    /// The method of the render: the integrator with its parameters.
-    pub fn method(&self) -> Method {
-        Method::new(&self.integrator)
+    /// The integrator of the render, with its parameters.
+    pub fn chosen_integrator(&self) -> ChosenIntegrator {
+        ChosenIntegrator::new(&self.integrator)
     }
 
     /// Returns the first setting whose value is out of its range. Values of files and flags were
@@ -221,7 +222,7 @@ impl Settings {
             return Err(self.backend.absence().into());
         }
         self.denoiser.map(Denoiser::version).transpose()?;
-        let method = self.method();
+        let integrator = self.chosen_integrator();
         let refused = |setting, value: String, help: String| Err(InvalidSetting::new(setting, value, help).into());
         if let (Some(radius), None) = (self.denoise_radius, self.denoiser.and_then(Denoiser::default_radius)) {
             let help = "leave it out, or render with --denoise=gaussian";
@@ -231,39 +232,39 @@ impl Settings {
                 help.into(),
             );
         }
-        if self.aovs.contains(&Aov::Lights) && !method.gathers_light() {
-            let does = match method.kind() {
+        if self.aovs.contains(&Aov::Lights) && !integrator.gathers_light() {
+            let does = match integrator.kind() {
                 IntegratorKind::IrradianceCache => "cannot separate light groups",
                 _ => "gathers no light",
             };
-            let value = format!("lights: --integrator {} {does}", method.name());
+            let value = format!("lights: --integrator {} {does}", integrator.name());
             let gathers = IntegratorKind::NAMES.iter().filter(|(_, kind)| {
                 let options = IntegratorOptions {
                     integrator: Some(*kind),
                     ..self.integrator
                 };
-                Method::new(&options).gathers_light()
+                ChosenIntegrator::new(&options).gathers_light()
             });
             let names: Vec<&str> = gathers.map(|(name, _)| *name).collect();
             return refused("aov", value, format!("use one of the integrators {}", names.join(", ")));
         }
-        if self.aovs.contains(&Aov::Points) && !method.has_points() {
+        if self.aovs.contains(&Aov::Points) && !integrator.has_points() {
             let value = format!(
                 "points: --integrator {} makes neither photons nor irradiance records",
-                method.name()
+                integrator.name()
             );
             return refused("aov", value, "use --integrator photon-map or irradiance-cache".into());
         }
         if self.aovs.contains(&Aov::Strategies) {
-            method.check_strategies()?;
+            integrator.check_strategies()?;
         }
         if !self.light_paths.is_empty() {
-            method.check_light_paths(&self.light_paths)?;
+            integrator.check_light_paths(&self.light_paths)?;
             if let Err(LightPathError { message, help }) = self.paths() {
                 return refused("aov", message, help);
             }
         }
-        method.check_background(self.background)?;
+        integrator.check_background(self.background)?;
         if let Some(crop) = self.crop.filter(|crop| !crop.is_inside(self.resolution)) {
             let (min, max, size) = (crop.min, crop.max, self.resolution);
             let value = format!(
@@ -300,7 +301,7 @@ impl Settings {
                 return refused("samples", value, help);
             }
         }
-        method.check()
+        integrator.check()
     }
 
     /// Rectangle of pixels to render.
@@ -422,10 +423,10 @@ impl Settings {
 
     /// Settings that affect the pixels in addition to the scene, as `key=value` pairs.
     pub fn describe(&self) -> String {
-        let (filter, method) = (self.filter(), self.method());
+        let (filter, integrator) = (self.filter(), self.chosen_integrator());
         let mut settings = format!(
             "{} sampler={} filter={} filter_radius={}",
-            method.describe(),
+            integrator.describe(),
             self.sampler_name(),
             name_of(FilterKind::NAMES, filter.kind()),
             filter.radius()
@@ -447,7 +448,7 @@ impl Settings {
             Some(level) => settings + &format!(" noise={level} max_samples={total}"),
             // Name the number of samples only if the sampler depends on it. With other samplers,
             // samples can be added later or in parts.
-            None if self.sampler.needs_count() || method.needs_count() => settings + &format!(" count={total}"),
+            None if self.sampler.needs_count() || integrator.needs_count() => settings + &format!(" count={total}"),
             None => settings,
         }
     }
@@ -471,7 +472,7 @@ impl Settings {
             0
         };
         let strategies = if self.aovs.contains(&Aov::Strategies) {
-            self.method().strategies().len()
+            self.chosen_integrator().strategies().len()
         } else {
             0
         };
@@ -494,7 +495,7 @@ impl Settings {
             Some(_) => BLOCK,
             None => self.total_samples(),
         };
-        self.method().sampler(self.sampler, self.seed, count)
+        self.chosen_integrator().sampler(self.sampler, self.seed, count)
     }
 
     /// The sampler's name in flags and files.

@@ -46,8 +46,8 @@ impl RenderState {
         }
     }
 
-    /// Returns true if the state has no sample, so that there is no picture. A method whose samples
-    /// cover all pixels may be stopped before its first sample is complete.
+    /// Returns true if the state has no sample, so that there is no picture. An integrator whose
+    /// samples cover all pixels may be stopped before its first sample is complete.
     pub fn is_empty(&self) -> bool {
         self.film.samples() == 0
     }

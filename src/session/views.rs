@@ -57,10 +57,10 @@ impl Session {
 ///
 /// # Errors
 ///
-/// A camera is invalid, or the method does not render it.
+/// A camera is invalid, or the integrator does not render it.
 pub(super) fn views_of(description: &CameraDescription, settings: &Settings) -> Result<Vec<View>, Error> {
     let views = description.views(settings.resolution)?;
-    let method = settings.method();
-    views.iter().try_for_each(|view| method.check_eyes(&view.camera))?;
+    let integrator = settings.chosen_integrator();
+    views.iter().try_for_each(|view| integrator.check_eyes(&view.camera))?;
     Ok(views)
 }

@@ -30,9 +30,9 @@ mod server;
 mod socket;
 mod watch;
 
-use crate::description::{LightSection, SceneFile, SceneOptions};
 use crate::film::RgbImage;
 use crate::io::{ExrFormat, LoadObserver};
+use crate::scene_file::{LightSection, SceneFile, SceneOptions};
 use crate::session::{Error, Renderer, Session, Settings};
 use engine::Engine;
 use hub::Hub;

@@ -1,10 +1,10 @@
 //! Parameters that a page can set, from their definitions ([`crate::options`]).
 
-use crate::description::SceneOptions;
 use crate::options::{
     BackgroundOptions, Denoising, FilterOptions, Input, IntegratorKind, IntegratorOptions, Named, OptionGroup,
     Parameter, SamplingOptions, SizeOptions, Value as _,
 };
+use crate::scene_file::SceneOptions;
 use crate::session::Settings;
 use serde_json::{Value, json};
 
@@ -59,10 +59,10 @@ pub(super) fn values(options: &SceneOptions, settings: &Settings) -> Value {
     for entry in entries.into_iter().flatten() {
         values[entry.key] = json!(entry.text);
     }
-    for (key, text) in settings.method().values() {
+    for (key, text) in settings.chosen_integrator().values() {
         values[key] = json!(text);
     }
-    values["integrator"] = json!(settings.method().name());
+    values["integrator"] = json!(settings.chosen_integrator().name());
     values["sampler"] = json!(settings.sampler_name());
     values["samples"] = json!(settings.spp.to_string());
     values["denoise"] = json!(settings.denoiser.map_or(Denoising::Off, Denoising::By).text());

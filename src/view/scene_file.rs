@@ -3,9 +3,9 @@
 
 use super::protocol::PageCamera;
 use super::{FileLight, LightEdit, MaterialEdit};
-use crate::description::glob_of_name;
 use crate::files::Output;
 use crate::io::FileError;
+use crate::scene_file::glob_of_name;
 use std::fs::Metadata;
 use std::io::Write;
 use std::path::Path;
@@ -185,7 +185,7 @@ fn list(values: [f32; 3]) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::description::{LightSection, SceneFile};
+    use crate::scene_file::{LightSection, SceneFile};
     use crate::session::{CameraSettings, Settings};
     use std::fs;
 

@@ -2,7 +2,7 @@
 //! the keys, and may set numbers, colours, lists and choices. Other keys with strings are refused,
 //! because such strings name files, and a page must not choose files to read on this machine.
 
-use crate::description::{LightType, PRESETS, Preset, light_keys, material_keys};
+use crate::scene_file::{LightType, PRESETS, Preset, light_keys, material_keys};
 use serde_json::{Map, Value, json};
 
 /// Keys that need or exclude another key. A page sets one key at a time, so it offers such a key

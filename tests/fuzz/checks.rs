@@ -4,7 +4,6 @@
 
 use embrasure::accel::brute::BruteForce;
 use embrasure::camera::{Camera, CameraMotion, CameraParameters, Pose};
-use embrasure::description::{LoadedScene, SceneFile, load_scene};
 use embrasure::files::read_text;
 use embrasure::film::{Film, Filter, Rect};
 use embrasure::geometry::Mesh;
@@ -18,6 +17,7 @@ use embrasure::options::CameraOptions;
 use embrasure::render::render;
 use embrasure::sampler::Independent;
 use embrasure::scene::{Scene, SceneBuilder};
+use embrasure::scene_file::{LoadedScene, SceneFile, load_scene};
 use embrasure::texture::{Channel, Texture, Wrap};
 use std::fs;
 use std::path::Path;

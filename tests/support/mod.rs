@@ -10,7 +10,6 @@ use embrasure::bsdf::Fresnel;
 use embrasure::camera::{Camera, CameraParameters};
 use embrasure::color::Spectrum;
 use embrasure::compare::Errors;
-use embrasure::description::{SceneFile, load_scene};
 use embrasure::film::{Film, Filter, Rect, RgbImage};
 use embrasure::geometry::Mesh;
 use embrasure::integrator::{
@@ -20,10 +19,11 @@ use embrasure::integrator::{
 use embrasure::light_sampling::{LightChoice, SelectionMode};
 use embrasure::material::{Gloss, Map, Material};
 use embrasure::math::{UVec2, Vec2, Vec3};
-use embrasure::method::CompiledIntegrator;
+use embrasure::pipeline::CompiledIntegrator;
 use embrasure::render::{Observer, Outcome, Statistics, StopCondition, importance_image};
 use embrasure::sampler::{Independent, RenderSampler, SamplerKind};
 use embrasure::scene::{Scene, SceneBuilder};
+use embrasure::scene_file::{SceneFile, load_scene};
 use embrasure::texture::{Mapping, Texels, Texture, TextureId, Wrap};
 use std::path::{Path, PathBuf};
 

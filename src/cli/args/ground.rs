@@ -1,4 +1,4 @@
-use crate::description::SceneFile;
+use crate::scene_file::SceneFile;
 
 /// Flags of the ground.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]

@@ -4,12 +4,12 @@ use super::camera::CameraArgs;
 use super::flags::{NameParser, value_parser};
 use super::load::LoadArgs;
 use super::values::{parse_duration, parse_size};
-use crate::description::SceneOptions;
 use crate::io::LoadParameters;
 use crate::options::{
     Backend, FilterOptions, Input, IntegratorKind, IntegratorOptions, MaxDepth, OptionGroup, Parameter,
     SamplingOptions, Value, nearest,
 };
+use crate::scene_file::SceneOptions;
 use clap::builder::{PossibleValue, TypedValueParser};
 use clap::error::{Error, ErrorKind};
 use clap::{Arg, Command, Parser};

@@ -2,11 +2,11 @@
 //! of the `[[light]]` sections of the scene file ([`LightChanges`]).
 
 use crate::color::{Spectrum, WRITTEN_COLORS};
-#[cfg(feature = "view")]
-use crate::description::LightSection;
-use crate::description::{Environment, LightChanges, Sun};
 use crate::light::sky::SUN_IRRADIANCE;
 use crate::options::nearest;
+#[cfg(feature = "view")]
+use crate::scene_file::LightSection;
+use crate::scene_file::{Environment, LightChanges, Sun};
 
 /// Flags that change the light of the scene file.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -153,9 +153,9 @@ fn parse_strength(text: &str) -> Result<f32, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::description::{LightSection, SceneFile};
     use crate::math::{DVec3, Vec3};
     use crate::options::CameraOptions;
+    use crate::scene_file::{LightSection, SceneFile};
     use crate::session::CameraSettings;
     use std::path::Path;
 

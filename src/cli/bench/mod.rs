@@ -231,12 +231,12 @@ impl BackendMeasurement<'_> {
     /// Renders once, and stores the rays.
     fn record(&self) -> RecordedRays {
         let settings = self.session.settings();
-        let (method, progress) = (settings.method(), Progress::new(0, true));
+        let (integrator, progress) = (settings.chosen_integrator(), Progress::new(0, true));
         let context = RenderContext {
             world: self.session.world(&self.accel),
             prepared: &self.prepared,
         };
-        method.prepare(context, &settings.random_numbers(), &progress);
+        integrator.prepare(context, &settings.random_numbers(), &progress);
         let film = Film::new(settings.resolution, settings.crop());
         let tiles = film.tiles().par_iter().map(|tile| {
             let any = self.accel.as_dyn();
@@ -253,7 +253,7 @@ impl BackendMeasurement<'_> {
                         prepared: &self.prepared,
                     };
                     let key = (settings.resolution, key);
-                    method.sample(context, key, &mut sampler, &|_| Box::new(NullSink));
+                    integrator.sample(context, key, &mut sampler, &|_| Box::new(NullSink));
                     let mut scatterings = 0;
                     for (query, _) in recorder.take() {
                         all.push(query);
@@ -324,9 +324,9 @@ impl BackendMeasurement<'_> {
             prepared: &self.prepared,
         };
         let sampler = settings.random_numbers();
-        let method = settings.method();
+        let integrator = settings.chosen_integrator();
         let progress = Progress::new(0, true);
-        black_box(method.render(context, &sampler, &mut film, StopCondition::at(SAMPLES.end), &progress));
+        black_box(integrator.render(context, &sampler, &mut film, StopCondition::at(SAMPLES.end), &progress));
     }
 }
 

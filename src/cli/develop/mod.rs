@@ -19,7 +19,7 @@ use crate::film::{Backing, Channel, Image, LINES, Rect, metered, resample, resam
 use crate::io::{DevelopedPicture, FileError, Format, Layers, describe_checkpoint, read_layers};
 use crate::math::UVec2;
 use crate::options::{Denoising, LineColor, OptionGroup, Value};
-use crate::session::Parts;
+use crate::session::PictureParts;
 use layer::{Layer, LayerKind};
 use std::process::ExitCode;
 
@@ -169,7 +169,7 @@ fn layers(args: &DevelopArgs) -> Result<Layers, CliError> {
     if args.list || args.channel.is_some() || !is_checkpoint {
         return Ok(layers);
     }
-    let joined = Parts::describe(&[&args.input])?.join(true, true)?;
+    let joined = PictureParts::describe(&[&args.input])?.join(true, true)?;
     Ok(Layers::of_image(joined.raw(), &joined.metadata))
 }
 

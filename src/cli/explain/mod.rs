@@ -15,7 +15,6 @@ use super::printing;
 use super::progress::{InterruptGuard, Progress};
 use crate::bsdf::Bsdf;
 use crate::color::{Spectrum, Tone};
-use crate::description::{Inspection, MaterialSource, inspect_scene};
 use crate::files::Output;
 use crate::io::{ExrFormat, FileError, Format};
 use crate::light::LightId;
@@ -27,6 +26,7 @@ use crate::material::{Map, Material, MaterialId};
 use crate::math::UVec2;
 use crate::render::Outcome;
 use crate::scene::{Instance, Scene, SceneBuilder};
+use crate::scene_file::{Inspection, MaterialSource, inspect_scene};
 use crate::session::{Session, Settings, all_threads, thread_pool};
 use crate::texture::Texture;
 use serde_json::{Value, json};
@@ -375,7 +375,7 @@ fn portray(
     outputs: &[(Format, Output)],
     quiet: bool,
 ) -> Result<ExitCode, CliError> {
-    let builder = settings.method().scene_builder();
+    let builder = settings.chosen_integrator().scene_builder();
     let scene = preview_scene(builder, material, textures).map_err(|e| CliError::Failed(e.to_string()))?;
     let session = Session::new(scene, PREVIEW_CAMERA, settings)?;
     let renderer = session.renderer()?;

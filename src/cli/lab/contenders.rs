@@ -4,7 +4,7 @@
 use super::lessons::{self, Lesson};
 use crate::cli::args::MethodFlag;
 use crate::integrator::{DirectLight, Directions, Heuristic};
-use crate::options::{IntegratorKind, IntegratorOptions, Method, OptionGroup, PathReuse, SamplingOptions};
+use crate::options::{ChosenIntegrator, IntegratorKind, IntegratorOptions, OptionGroup, PathReuse, SamplingOptions};
 use crate::session::{Session, Settings};
 
 /// An estimator with all its settings.
@@ -29,8 +29,8 @@ impl Contender {
     }
 
     /// Integrator of the contender, with its parameters.
-    pub fn method(&self) -> Method {
-        self.settings.method()
+    pub fn chosen_integrator(&self) -> ChosenIntegrator {
+        self.settings.chosen_integrator()
     }
 
     /// First line of the reason why the estimator is not rendered.
@@ -41,22 +41,22 @@ impl Contender {
     /// Returns true if the estimator is unbiased and finds all light, so that it can make the
     /// reference. The denoiser of the estimator is ignored, because a reference is never denoised.
     pub fn finds_all_light(&self) -> bool {
-        self.refused.is_none() && self.method().finds_all_light()
+        self.refused.is_none() && self.chosen_integrator().finds_all_light()
     }
 
     /// Sets `refused` if the estimator cannot render the scene of `session`.
     pub fn judge(&mut self, session: &Session) {
-        let method = self.method();
+        let integrator = self.chosen_integrator();
         // Methods that find lights only by random rays miss point lights, and lights from a single
         // direction.
-        let lights = match method.check_lights(session.scene()) {
+        let lights = match integrator.check_lights(session.scene()) {
             Ok(missing) => missing,
             Err(error) => Some(error.to_string()),
         };
         let shown = || {
-            method
+            integrator
                 .check_ground(session.scene())
-                .and_then(|()| method.check_dispersion(session.scene()))
+                .and_then(|()| integrator.check_dispersion(session.scene()))
                 .err()
                 .map(|error| error.to_string())
         };
@@ -66,7 +66,7 @@ impl Contender {
     /// Returns true if the scene that was built for `other` is valid for this contender: both need
     /// the same triangle sampling and the same backend.
     pub fn shares_scene(&self, other: &Settings) -> bool {
-        let made_for = |settings: &Settings| (settings.method().triangle_sampling(), settings.backend);
+        let made_for = |settings: &Settings| (settings.chosen_integrator().triangle_sampling(), settings.backend);
         made_for(&self.settings) == made_for(other)
     }
 }
@@ -166,10 +166,10 @@ mod tests {
         let best = Settings::default();
         let rungs = ladder(&best);
         assert_eq!(rungs.len(), 8);
-        assert_eq!(rungs[7].method(), best.method());
+        assert_eq!(rungs[7].chosen_integrator(), best.method());
         // Each rung differs from the rung below.
         for pair in rungs.windows(2) {
-            assert_ne!(pair[0].method(), pair[1].method(), "{}", pair[1].name);
+            assert_ne!(pair[0].chosen_integrator(), pair[1].method(), "{}", pair[1].name);
         }
         assert!(rungs.iter().all(|rung| rung.shares_scene(&best)));
     }

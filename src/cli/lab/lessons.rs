@@ -136,7 +136,7 @@ pub(super) fn of_method(flag: &MethodFlag, settings: &Settings) -> Lesson {
         let help = parameter.map(Parameter::help);
         sentence += &format!("; {} = {} ({})", entry.key, entry.text, help.unwrap_or_default());
     }
-    if let Some(bias) = settings.method().bias() {
+    if let Some(bias) = settings.chosen_integrator().bias() {
         sentence += &format!("; biased by {bias}");
     }
     Lesson {

@@ -15,8 +15,8 @@ use crate::color::Tone;
 use crate::film::{Film, Filter, RgbImage, metered};
 use crate::integrator::World;
 use crate::light_sampling::LightSelection;
-use crate::method::AnyAccel;
-use crate::options::Method;
+use crate::options::ChosenIntegrator;
+use crate::pipeline::AnyAccel;
 use crate::render::{Outcome, StopCondition, last_cut};
 use crate::sampler::RenderSampler;
 use crate::session::{Preparation, RenderContext, Renderer, Session, Unfinished, denoise};
@@ -109,7 +109,7 @@ struct Interrupt;
 struct Estimate<'a> {
     renderer: &'a Renderer<'a>,
     contender: &'a Contender,
-    method: Method,
+    integrator: ChosenIntegrator,
     prepared: Preparation,
     /// Pixel filter of the contender.
     filter: Filter,
@@ -132,13 +132,13 @@ impl<'a> Estimate<'a> {
         Self {
             renderer,
             contender,
-            method: contender.method(),
+            integrator: contender.chosen_integrator(),
             prepared: Preparation::new(settings.resolution, settings.seed),
             filter: settings.filter(),
             light_selection: renderer
                 .session()
                 .scene()
-                .light_selection(contender.method().light_choice()),
+                .light_selection(contender.chosen_integrator().light_choice()),
             progress,
             preparing: 0.0,
             film: Film::new(settings.resolution, settings.crop()),
@@ -187,7 +187,7 @@ impl<'a> Estimate<'a> {
     /// Takes the samples before `end`, which is at least `done`. Returns the time of these samples
     /// in seconds. The samples are added to `film`, or to a returned copy of `film`.
     fn advance(&mut self, end: u32) -> Result<(Option<Film>, f64), Interrupt> {
-        if self.contender.settings.sampler.needs_count() || self.method.needs_count() {
+        if self.contender.settings.sampler.needs_count() || self.integrator.needs_count() {
             let mut film = self.new_film();
             self.seconds = self.preparing + self.take(&mut film, end)?;
             (self.film, self.done) = (film, end);
@@ -218,7 +218,7 @@ impl<'a> Estimate<'a> {
         let sampler = self.sampler(self.contender.settings.spp);
         let session = self.session();
         let context = self.context();
-        let (outcome, _) = session.install(|| self.method.prepare(context, &sampler, self.progress));
+        let (outcome, _) = session.install(|| self.integrator.prepare(context, &sampler, self.progress));
         self.preparing = start.elapsed().as_secs_f64();
         self.seconds = self.preparing;
         whole(outcome)
@@ -229,7 +229,7 @@ impl<'a> Estimate<'a> {
         let start = Instant::now();
         let (session, sampler) = (self.session(), self.sampler(end));
         let (context, stop) = (self.context(), StopCondition::at(end));
-        let render = || self.method.render(context, &sampler, film, stop, self.progress);
+        let render = || self.integrator.render(context, &sampler, film, stop, self.progress);
         let (outcome, _) = session.install(render);
         let seconds = start.elapsed().as_secs_f64();
         whole(outcome).map(|()| seconds)
@@ -288,7 +288,7 @@ impl<'a> Estimate<'a> {
     /// The contender's random numbers for `count` samples per pixel.
     fn sampler(&self, count: u32) -> RenderSampler {
         let settings = &self.contender.settings;
-        self.method.sampler(settings.sampler, settings.seed, count)
+        self.integrator.sampler(settings.sampler, settings.seed, count)
     }
 }
 

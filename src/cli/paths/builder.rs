@@ -59,8 +59,8 @@ impl Builder<'_> {
     fn take(&mut self, event: PathEvent) {
         match event {
             PathEvent::Start { p, light, beta, .. } => {
-                // Ignore a second start at the camera. A bidirectional method starts its path at
-                // the camera, although the camera ray has already started the path.
+                // Ignore a second start at the camera. A bidirectional integrator starts its path
+                // at the camera, although the camera ray has already started the path.
                 let is_same = |v: usize| {
                     self.trace.vertices[v].p == p && matches!(self.trace.vertices[v].place, VertexPlace::Camera)
                 };

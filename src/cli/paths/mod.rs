@@ -128,7 +128,7 @@ pub(super) fn facts(renderer: &Renderer, pixel: [u32; 2], samples: &[(u32, Vec<T
     json!({
         "version": env!("CARGO_PKG_VERSION"),
         "scene_hash": session.scene_hash(),
-        "integrator": session.settings().method().name(),
+        "integrator": session.settings().chosen_integrator().name(),
         "settings": session.settings().describe(),
         "pixel": pixel,
         "samples": samples.iter().map(sample).collect::<Vec<_>>(),
@@ -136,8 +136,8 @@ pub(super) fn facts(renderer: &Renderer, pixel: [u32; 2], samples: &[(u32, Vec<T
 }
 
 fn print_text(renderer: &Renderer, args: &PathsArgs, samples: &[(u32, Vec<Trace>)]) {
-    let method = renderer.session().settings().method();
-    outln!("pixel {},{}: {}", args.pixel[0], args.pixel[1], method.describe());
+    let integrator = renderer.session().settings().chosen_integrator();
+    outln!("pixel {},{}: {}", args.pixel[0], args.pixel[1], integrator.describe());
     for (sample, traces) in samples {
         let light = light_of(traces);
         let count = |of: fn(&Trace) -> usize| traces.iter().map(of).sum::<usize>() as u64;

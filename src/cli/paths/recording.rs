@@ -14,7 +14,7 @@ use std::cell::RefCell;
 pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace> {
     let (session, accel) = (renderer.session(), renderer.accel().as_dyn());
     let settings = session.settings();
-    let method = settings.method();
+    let integrator = settings.chosen_integrator();
     let context = RenderContext {
         world: session.world(&accel),
         prepared: renderer.prepared(),
@@ -31,7 +31,7 @@ pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace
             is_requested,
         })
     };
-    if method.sample(context, (settings.resolution, own), &mut sampler, &listener) {
+    if integrator.sample(context, (settings.resolution, own), &mut sampler, &listener) {
         let recorded = recorded.into_inner();
         return vec![Trace::new(own, recorded.weight, &recorded.events, pixel, filter)];
     }
@@ -39,7 +39,7 @@ pub(super) fn record(renderer: &Renderer, pixel: UVec2, index: u32) -> Vec<Trace
     // Integrators that take samples in iterations
     let mut traces = Vec::new();
     session.install(|| {
-        method.record_iteration(
+        integrator.record_iteration(
             context,
             (settings.resolution, pixel, index),
             &settings.random_numbers(),

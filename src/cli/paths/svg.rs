@@ -33,10 +33,10 @@ pub(super) fn text(session: &Session, [x, y]: [u32; 2], samples: &[(u32, Vec<Tra
         2.0 * (VIEW[0] + MARGIN) + MARGIN,
         VIEW[1] + 60.0 + LINE * (listed + 2) as f64,
     ];
-    let method = session.settings().method().name();
+    let integrator = session.settings().chosen_integrator().name();
     let mut text = svg_head(
         size,
-        &format!("Paths of the pixel {x},{y} by {method}"),
+        &format!("Paths of the pixel {x},{y} by {integrator}"),
         SvgTarget::File,
     );
     let context = context(session.scene());
@@ -71,7 +71,7 @@ pub(super) fn text(session: &Session, [x, y]: [u32; 2], samples: &[(u32, Vec<Tra
     draw(&mut text, &side, &context, samples);
     text += "</svg>\n";
 
-    legend(&mut text, samples, VIEW[1] + 50.0, method);
+    legend(&mut text, samples, VIEW[1] + 50.0, integrator);
     text + "</svg>\n"
 }
 
@@ -243,10 +243,10 @@ fn line(ends: [[f64; 2]; 2]) -> Option<String> {
 }
 
 /// Legend: the meaning of the lines, and the light of each sample.
-fn legend(text: &mut String, samples: &[(u32, Vec<Trace>)], mut y: f64, method: &str) {
+fn legend(text: &mut String, samples: &[(u32, Vec<Trace>)], mut y: f64, integrator: &str) {
     let _ = writeln!(
         text,
-        "<text x=\"{MARGIN}\" y=\"{y}\">{method}; full lines: paths, dashed: shadow rays that reach a light, dotted: occluded shadow rays, dash-dotted: connections</text>"
+        "<text x=\"{MARGIN}\" y=\"{y}\">{integrator}; full lines: paths, dashed: shadow rays that reach a light, dotted: occluded shadow rays, dash-dotted: connections</text>"
     );
     for (i, (sample, traces)) in samples.iter().enumerate().take(MAX_LISTED) {
         y += LINE;

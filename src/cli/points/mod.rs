@@ -13,7 +13,7 @@ use super::outputs::Outputs;
 use super::printing;
 use crate::integrator::Directions;
 use crate::math::Vec2;
-use crate::options::{IntegratorKind, IntegratorOptions, Method, Named, name_of};
+use crate::options::{ChosenIntegrator, IntegratorKind, IntegratorOptions, Named, name_of};
 use crate::sampler::{Bounce, Dimension, RenderSampler, SampleKey, Sampler, SamplerKind};
 use convergence::{Convergence, FIRST_FITTED, SEEDS, convergences, fitted};
 use projections::{PointDomain, Projection, projections};
@@ -47,12 +47,12 @@ impl PointSet {
             Self::Sampler(kind) => (kind, Directions::Bsdf),
             Self::Directions(directions) => (SamplerKind::NAMES[0].1, directions),
         };
-        let method = Method::new(&IntegratorOptions {
+        let integrator = ChosenIntegrator::new(&IntegratorOptions {
             integrator: Some(IntegratorKind::Path),
             directions: Some(directions),
             ..IntegratorOptions::default()
         });
-        method.sampler(kind, seed, count)
+        integrator.sampler(kind, seed, count)
     }
 
     /// Decisions of a path that are shown for this point set.

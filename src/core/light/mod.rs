@@ -8,7 +8,7 @@
 //! hull (`scene/lamp_hulls.rs`). A light without surface needs a variant of [`Light`], and a change
 //! of `Scene::escaped` (`scene/incident.rs`) if escaped rays can find the light. Both kinds need a
 //! module, an encoding for the scene hash (`encode_fields!`), an `add_…` function of
-//! `scene/made_lights.rs`, and a section in `description/light_section.rs`. The compiler reports
+//! `scene/made_lights.rs`, and a section in `scene_file/light_section.rs`. The compiler reports
 //! all missing arms of a `match`. The ground needs the irradiance of the light (`irradiance`). A
 //! light that can be a latitude-longitude image needs no variant. Like `sky` and `studio`, the
 //! module of this light makes a [`LatLongImage`], and `scene/made_lights.rs` makes an

@@ -1,8 +1,8 @@
 //! Parameters of integrators: keys, ranges, help and defaults.
 //!
-//! A default that depends on the scene or the method is described in words (`default "…"`). Its
-//! value is computed in `method/run.rs`, and the default of a search radius in
-//! `integrator/search_radius.rs`. Defaults that differ between methods are in `method.rs`.
+//! A default that depends on the scene or the integrator is described in words (`default "…"`). Its
+//! value is computed in `pipeline/run.rs`, and the default of a search radius in
+//! `integrator/search_radius.rs`. Defaults that differ between integrators are in `integrators.rs`.
 
 use super::IntegratorKind;
 use crate::integrator::{

@@ -3,16 +3,17 @@
 //! flags, documentation and checks are generated from this entry.
 //!
 //! A new parameter of an integrator needs three changes: an entry in [`integrator_parameters`], the
-//! line that uses it, and its name in the lists of [`method`], for each method that reads it. Other
-//! parameters need an entry in [`picture_parameters`], or in the module of the code that uses them.
+//! line that uses it, and its name in the lists of [`integrators`], for each integrator that reads
+//! it. Other parameters need an entry in [`picture_parameters`], or in the module of the code that
+//! uses them.
 
 mod background;
 mod calibration;
 mod camera;
 mod finish;
 pub mod integrator_parameters;
+pub mod integrators;
 mod lines;
-pub mod method;
 mod names;
 pub mod picture_parameters;
 mod print;
@@ -30,8 +31,8 @@ pub use calibration::{DistortionCoefficients, PoseConvention, PoseMatrix};
 pub use camera::{CameraOptions, Shutter};
 pub use finish::Finish;
 pub use integrator_parameters::{Clamp, IntegratorOptions, MaxDepth, PathReuse};
+pub use integrators::*;
 pub use lines::{DrawnLines, LineColor, LineOptions};
-pub use method::*;
 pub use picture_parameters::{Backend, Denoising, FilterOptions, SamplingOptions, SizeOptions, ToneOptions};
 pub use print::{DrawingScale, Print, PrintOptions};
 pub use quality::{Quality, QualityOptions};

@@ -99,8 +99,8 @@ fn values_set_by_code_are_checked() {
     assert_eq!(IntegratorOptions::default().invalid(), None);
 }
 
-/// The description of a method contains a parameter if and only if the method reads the parameter.
-/// The defaults of a method may depend on the values of other parameters.
+/// The description of an integrator contains a parameter if and only if the integrator reads the
+/// parameter. The defaults of an integrator may depend on the values of other parameters.
 #[test]
 fn methods_describe_the_parameters_they_read() {
     for &(name, kind) in IntegratorKind::NAMES {
@@ -108,7 +108,7 @@ fn methods_describe_the_parameters_they_read() {
             integrator: Some(kind),
             ..Default::default()
         };
-        let usual_text = Method::new(&usual).describe();
+        let usual_text = ChosenIntegrator::new(&usual).describe();
         assert!(usual_text.starts_with(&format!("integrator={name}")));
         for parameter in IntegratorOptions::PARAMETERS.iter().filter(|p| p.key != "integrator") {
             // Choose a value that differs from the default
@@ -118,7 +118,7 @@ fn methods_describe_the_parameters_they_read() {
             let other = others.filter_map(|text| {
                 let mut options = usual;
                 options.set(parameter.key, Input::Flag(text))?.ok()?;
-                Some(Method::new(&options).describe())
+                Some(ChosenIntegrator::new(&options).describe())
             });
             let is_told = other.into_iter().any(|text| text != usual_text);
             assert_eq!(
@@ -133,8 +133,16 @@ fn methods_describe_the_parameters_they_read() {
         reuse: Some(PathReuse::None),
         ..Default::default()
     };
-    assert!(Method::new(&alone).describe().ends_with("reuse=none light_samples=1"));
-    assert!(Method::default().describe().ends_with("reuse=pixels light_samples=3"));
+    assert!(
+        ChosenIntegrator::new(&alone)
+            .describe()
+            .ends_with("reuse=none light_samples=1")
+    );
+    assert!(
+        ChosenIntegrator::default()
+            .describe()
+            .ends_with("reuse=pixels light_samples=3")
+    );
 }
 
 /// Flags override scene files, and scene files override defaults.

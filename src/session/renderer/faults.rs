@@ -37,7 +37,7 @@ impl Renderer<'_> {
             sum += f64::from(rgb.iter().fold(0f32, |max, &v| max.max(v)));
             count += 1.0;
         }
-        if sum > NEARLY_BLACK * count || settings.method().kind() == IntegratorKind::Debug {
+        if sum > NEARLY_BLACK * count || settings.chosen_integrator().kind() == IntegratorKind::Debug {
             return None;
         }
         let accel = self.accel.as_dyn();

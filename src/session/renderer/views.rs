@@ -28,7 +28,9 @@ impl ViewData {
         }
         let settings = session.settings();
         let new = |_| Self {
-            light_selection: session.scene().light_selection(settings.method().light_choice()),
+            light_selection: session
+                .scene()
+                .light_selection(settings.chosen_integrator().light_choice()),
             prepared: Preparation::new(session.view_size(), settings.seed),
         };
         session.views().iter().map(new).collect()

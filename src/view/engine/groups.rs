@@ -4,12 +4,12 @@
 //! the default group.
 
 use super::{Change, Engine};
-use crate::description::SceneFile;
 use crate::film::Aov;
 use crate::io::half_picture::IDS;
 use crate::light::LightGroups;
 use crate::material::Material;
 use crate::scene::{Ground, LAMP_KINDS, Scene, lamp_name};
+use crate::scene_file::SceneFile;
 use crate::session::Settings;
 use crate::view::FileLight;
 use crate::view::frame::LIGHTS;
@@ -127,7 +127,7 @@ fn group_name(material: &str, names: &mut BTreeSet<String>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::description::LightSection;
+    use crate::scene_file::LightSection;
 
     fn lights(indices: impl IntoIterator<Item = usize>) -> Vec<FileLight> {
         let section = LightSection::of_type("point", 0..0);

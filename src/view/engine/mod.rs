@@ -24,10 +24,10 @@ use super::protocol::PageCamera;
 use super::watch::{FileStamps, Watch};
 use super::{FileLight, Host, Options, SceneChanges, SceneRequest, parameters};
 use crate::camera::CameraDescription;
-use crate::description::{SceneFile, SceneOptions};
 use crate::film::{Aov, Film, RgbImage};
 use crate::io::{ExrFormat, LoadObserver};
 use crate::render::{Observer, Outcome};
+use crate::scene_file::{SceneFile, SceneOptions};
 use crate::session::{Error, RenderState, Renderer, Session, Settings};
 use denoising::PageDenoiser;
 use rival::{Rival, RivalRender};
@@ -141,7 +141,7 @@ pub(super) struct Engine<'a> {
     moved: Option<Instant>,
     jobs: Vec<PageRequest>,
     /// Views that have no thumbnail yet.
-    views: VecDeque<thumbnails::View>,
+    views: VecDeque<thumbnails::ThumbnailView>,
     /// True if thumbnails of views have interrupted the picture, which then continues with its
     /// samples.
     has_paused_for_views: bool,

@@ -67,7 +67,7 @@ impl Engine<'_> {
         (size / view) * UVec2::max(view / factor, UVec2::ONE)
     }
 
-    /// Settings of a picture with few samples, by a method without preparation.
+    /// Settings of a picture with few samples, by an integrator without preparation.
     pub(super) fn preview_settings(&self, samples: u32) -> Settings {
         let mut settings = Settings {
             spp: samples,
@@ -76,9 +76,9 @@ impl Engine<'_> {
             light_paths: Vec::new(),
             ..self.settings.clone()
         };
-        // Replace methods with a slow preparation by path tracing.
+        // Replace integrators with a slow preparation by path tracing.
         use IntegratorKind::{AmbientOcclusion, Area, Debug, Direct, Light, Naive, OneSample, Path, Whitted};
-        let kind = settings.method().kind();
+        let kind = settings.chosen_integrator().kind();
         if !matches!(
             kind,
             AmbientOcclusion | Area | Debug | Direct | Light | Naive | OneSample | Path | Whitted

@@ -97,8 +97,8 @@ impl Engine<'_> {
     /// Unknown settings or invalid values.
     pub(super) fn settings_beside(&self, text: &str) -> Result<Settings, String> {
         let (mut options, mut settings) = (self.options, self.settings.clone());
-        // Remove the additional channels, because the method of the second render possibly does not
-        // support them
+        // Remove the additional channels, because the integrator of the second render possibly does
+        // not support them
         settings.aovs.clear();
         settings.light_paths.clear();
         for (key, value) in parts(text)? {
@@ -189,7 +189,7 @@ impl Engine<'_> {
         let side = |text: &str, state: &RenderState, image: &RgbImage| json!({ "settings": text, "samples": samples_of(state), "seconds": state.seconds, "error": against(image) });
         self.send(&json!({
             "type": "errors",
-            "first": side(self.settings.method().name(), state, &image),
+            "first": side(self.settings.chosen_integrator().name(), state, &image),
             "second": rival.as_ref().map(|(rival_render, image)| side(rival_render.text, &rival_render.state, image)),
             "between": rival.as_ref().and_then(|(_, other)| error(&image, other)),
         }));

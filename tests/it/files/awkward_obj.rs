@@ -2,9 +2,9 @@
 //! triangles, or is refused with an error that has a line.
 
 use crate::support::shared;
-use embrasure::description::{LoadedScene, SceneFile, load_scene};
 use embrasure::io::FileError;
 use embrasure::scene::SceneBuilder;
+use embrasure::scene_file::{LoadedScene, SceneFile, load_scene};
 use std::fs;
 use std::path::{Path, PathBuf};
 

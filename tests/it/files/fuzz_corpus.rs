@@ -4,8 +4,8 @@
 mod checks;
 
 use checks::FILE_KINDS;
-use embrasure::description::{SceneFile, load_scene};
 use embrasure::scene::SceneBuilder;
+use embrasure::scene_file::{SceneFile, load_scene};
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -2,13 +2,13 @@
 //! differences.
 
 use crate::support::program::{done, folder, read_json, refused};
-use embrasure::description::{SceneFile, load_scene};
 use embrasure::files::memory::Allowance;
 use embrasure::geometry::triangle_normal;
 use embrasure::io::load_obj::load_obj;
 use embrasure::io::{Findings, LoadOptions, ObjReader};
 use embrasure::prelude::{Vec2, Vec3};
 use embrasure::scene::SceneBuilder;
+use embrasure::scene_file::{SceneFile, load_scene};
 use std::fs;
 use std::path::{Path, PathBuf};
 

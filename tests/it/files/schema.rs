@@ -107,7 +107,7 @@ fn violation(schema: &Value, value: &Value, path: &str) -> Option<String> {
             "then" | "definitions" => None,
             "$ref" => {
                 static ROOT: OnceLock<Value> = OnceLock::new();
-                let root = ROOT.get_or_init(|| serde_json::from_str(&embrasure::description::schema_text()).unwrap());
+                let root = ROOT.get_or_init(|| serde_json::from_str(&embrasure::scene_file::schema_text()).unwrap());
                 let place = rule.as_str().unwrap().trim_start_matches('#');
                 violation(root.pointer(place).unwrap(), value, path)
             }

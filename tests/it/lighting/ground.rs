@@ -7,13 +7,13 @@ use crate::support::statistics::{Mean, assert_same_mean};
 use crate::support::*;
 use embrasure::camera::CameraParameters;
 use embrasure::color::Spectrum;
-use embrasure::description::{SceneFile, load_scene};
 use embrasure::film::{Backing, Film, Rect};
 use embrasure::integrator::*;
 use embrasure::light::LatLongImage;
 use embrasure::light_sampling::SelectionMode;
 use embrasure::math::{Quat, UVec2, Vec3};
 use embrasure::scene::{GroundPlane, Scene, SceneBuilder};
+use embrasure::scene_file::{SceneFile, load_scene};
 
 const SIZE: UVec2 = UVec2::new(24, 24);
 

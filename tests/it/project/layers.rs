@@ -18,8 +18,8 @@ const ROWS: &[&[&str]] = &[
     &["integrator", "guess"],
     &["options"],
     &["io", "render"],
-    &["method", "lint"],
-    &["description"],
+    &["pipeline", "lint"],
+    &["scene_file"],
     &["session"],
     &["view"],
     &["cli"],
@@ -395,7 +395,7 @@ fn command_line_uses_the_library_only() {
         "film",
         "color",
         "denoise",
-        "description",
+        "scene_file",
         "cli",
     ];
     for file in [

@@ -962,10 +962,10 @@ mod together {
     use super::*;
     use embrasure::accel::{Auditor, bvh::BvhAccel, embree::EmbreeAccel};
     use embrasure::camera::{Camera, CameraParameters};
-    use embrasure::description::{SceneFile, load_scene};
     use embrasure::film::{Film, Filter};
     use embrasure::integrator::World;
     use embrasure::math::UVec2;
+    use embrasure::scene_file::{SceneFile, load_scene};
     use std::path::{Path, PathBuf};
 
     #[test]

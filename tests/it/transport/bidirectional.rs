@@ -12,7 +12,7 @@ use embrasure::integrator::*;
 use embrasure::light_sampling::{LightChoice, SelectionMode};
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
-use embrasure::method::CompiledIntegrator;
+use embrasure::pipeline::CompiledIntegrator;
 use embrasure::scene::{Scene, SceneBuilder};
 
 const RESOLUTION: UVec2 = UVec2::splat(16);

@@ -13,7 +13,7 @@ use embrasure::integrator::{Heuristic, ImportanceImage, Metropolis, MetropolisDi
 use embrasure::light_sampling::{LightChoice, SelectionMode};
 use embrasure::material::{Gloss, Material};
 use embrasure::math::{UVec2, Vec3};
-use embrasure::method::CompiledIntegrator;
+use embrasure::pipeline::CompiledIntegrator;
 use embrasure::render::Statistics;
 use embrasure::sampler::RenderSampler;
 use embrasure::scene::{Scene, SceneBuilder};

@@ -439,7 +439,7 @@ fn scene_files_place_and_move_objects() {
 }
 
 fn load_result(path: &std::path::Path) -> Result<Scene, String> {
-    let file = embrasure::description::SceneFile::load(path).map_err(|e| e.to_string())?;
-    let loaded = embrasure::description::load_scene(&file, SceneBuilder::new()).map_err(|e| e.to_string())?;
+    let file = embrasure::scene_file::SceneFile::load(path).map_err(|e| e.to_string())?;
+    let loaded = embrasure::scene_file::load_scene(&file, SceneBuilder::new()).map_err(|e| e.to_string())?;
     Ok(loaded.scene)
 }

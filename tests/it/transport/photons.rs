@@ -13,7 +13,7 @@ use embrasure::geometry::Placement;
 use embrasure::integrator::*;
 use embrasure::material::Material;
 use embrasure::math::{UVec2, Vec3, affine_from_trs};
-use embrasure::method::CompiledIntegrator;
+use embrasure::pipeline::CompiledIntegrator;
 use embrasure::render::{RayCounts, photon_maps};
 use embrasure::sampler::Independent;
 use embrasure::scene::{Scene, SceneBuilder};

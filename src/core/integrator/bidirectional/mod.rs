@@ -14,9 +14,9 @@
 //! the crop.
 //!
 //! For s = 1, the light is selected for the position of the camera vertex, as in `path`. A light
-//! path starts at a light that is selected by power (`light_sampling/emission_selection.rs`). The MIS
-//! weights take into account that these two densities differ. All strategies share the two subpaths
-//! of a sample. Camera and light subpaths use alternate blocks of dimensions.
+//! path starts at a light that is selected by power (`light_sampling/emission_selection.rs`). The
+//! MIS weights take into account that these two densities differ. All strategies share the two
+//! subpaths of a sample. Camera and light subpaths use alternate blocks of dimensions.
 //!
 //! `--aov strategies` sums the light of each strategy, weighted and unweighted, in the same way as
 //! light groups. `tests/it/transport/bidirectional.rs` renders the unweighted image of each of the

@@ -11,7 +11,7 @@
 //! packets gain nothing. A packet of the shadow rays of sixteen first vertices was tried, and was
 //! slower because of the data stored between the stages.
 //!
-//! `method/run.rs` monomorphises the path tracer per backend, because a call that the compiler
+//! `pipeline/run.rs` monomorphises the path tracer per backend, because a call that the compiler
 //! cannot inline costs some percent of the time of a ray.
 
 use super::camera_packet::CameraPacket;

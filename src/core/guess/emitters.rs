@@ -105,8 +105,7 @@ fn direct((tracer, selection): (&SceneTracer, &LightSelection), p: Vec3, n: Vec3
     let Some((id, pmf)) = selection.sample(lights, &context, choice) else {
         return 0.0;
     };
-    let to = (&context, 0.0);
-    let Some(sample) = selection.sample_light(lights, id, to, Vec2::new(u, v), scene.textures()) else {
+    let Some(sample) = selection.sample_light(lights, id, &context, 0.0, Vec2::new(u, v), scene.textures()) else {
         return 0.0;
     };
     let cos = sample.wi.dot(n);

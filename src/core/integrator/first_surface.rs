@@ -45,9 +45,9 @@ impl<A: Accel> World<'_, A> {
     ///
     /// `beta` is the transmittance in front of the surface.
     #[inline(always)]
-    pub(super) fn see(&self, vertex: &Vertex, (ray, beta): (&Ray, Spectrum), out: &mut impl Sink) {
+    pub(super) fn see(&self, vertex: &Vertex, ray: &Ray, beta: Spectrum, out: &mut impl Sink) {
         match self.scene.ground().filter(|ground| ground.is_at(&vertex.hit)) {
-            Some(ground) => out.camera_view(self.ground_view(ground, vertex, (ray, beta))),
+            Some(ground) => out.camera_view(self.ground_view(ground, vertex, ray, beta)),
             None => {
                 let first = self.first_surface(vertex, out);
                 out.first_surface(first);
@@ -58,7 +58,7 @@ impl<A: Accel> World<'_, A> {
     /// View of the ground at `vertex`. The sink computes the fraction of unshadowed light from the
     /// light that the sample finds.
     #[inline(never)]
-    fn ground_view(&self, ground: &Ground, vertex: &Vertex, (ray, beta): (&Ray, Spectrum)) -> CameraView {
+    fn ground_view(&self, ground: &Ground, vertex: &Vertex, ray: &Ray, beta: Spectrum) -> CameraView {
         let (factor, base) = ground.shadow(vertex.point.p, ray.time, self.scene.lights());
         CameraView::Ground(Shadow {
             factor,
@@ -70,7 +70,7 @@ impl<A: Accel> World<'_, A> {
     /// View of the ground at `vertex`, for integrators that compute the light on the ground as
     /// negative light: the light that objects block.
     #[inline(never)]
-    pub(super) fn shadow_view(&self, ground: &Ground, vertex: &Vertex, (ray, beta): (&Ray, Spectrum)) -> CameraView {
+    pub(super) fn shadow_view(&self, ground: &Ground, vertex: &Vertex, ray: &Ray, beta: Spectrum) -> CameraView {
         let (factor, _) = ground.shadow(vertex.point.p, ray.time, self.scene.lights());
         CameraView::Ground(Shadow {
             factor,

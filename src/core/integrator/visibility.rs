@@ -252,7 +252,8 @@ impl<A: Accel> VisibilityLearner<'_, A> {
                     grid,
                     &places.groups[group],
                     VisibilityTarget::Bin(bin),
-                    (group as u32, 2 * bin as u32 + 1),
+                    group as u32,
+                    2 * bin as u32 + 1,
                     out,
                 );
                 shares.push(share.unwrap_or(0.0));
@@ -267,7 +268,8 @@ impl<A: Accel> VisibilityLearner<'_, A> {
     pub fn trace_from_cells(
         &self,
         grid: &VisibilityGrid,
-        (places, groups): (&SitesByCell, &[f32]),
+        places: &SitesByCell,
+        groups: &[f32],
         index: u32,
         out: &mut impl RaySink,
     ) -> Vec<f32> {
@@ -278,8 +280,8 @@ impl<A: Accel> VisibilityLearner<'_, A> {
             for (number, target) in (0..).zip(grid.targets()) {
                 let mut mean = |count: u32| {
                     let rays = (0..count).map(|i| 2 * (number * RAYS_A_CLUSTER + i) + 2);
-                    let shares = rays
-                        .filter_map(|ray| self.trace_to(grid, &places.cells[cell], target, (cell as u32, ray), out));
+                    let shares =
+                        rays.filter_map(|ray| self.trace_to(grid, &places.cells[cell], target, cell as u32, ray, out));
                     shares.sum::<f32>() / count as f32
                 };
                 shares.push(match target {
@@ -299,7 +301,8 @@ impl<A: Accel> VisibilityLearner<'_, A> {
         grid: &VisibilityGrid,
         sites: &[Site],
         target: VisibilityTarget,
-        (column, index): (u32, u32),
+        column: u32,
+        index: u32,
         out: &mut impl RaySink,
     ) -> Option<f32> {
         if out.is_cancelled() {
@@ -317,7 +320,8 @@ impl<A: Accel> VisibilityLearner<'_, A> {
             let sample = grid.sample_target(
                 scene.lights(),
                 target,
-                (site.point.p, site.point.time),
+                site.point.p,
+                site.point.time,
                 u,
                 scene.textures(),
             )?;

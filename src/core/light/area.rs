@@ -164,7 +164,8 @@ impl AreaLight {
     pub fn incident(
         &self,
         p: Vec3,
-        (q, wi): (Vec3, Vec3),
+        q: Vec3,
+        wi: Vec3,
         barycentrics: [f32; 2],
         time: f32,
         textures: &[Texture],
@@ -172,7 +173,7 @@ impl AreaLight {
         // Most lights are triangles, so only their code is inlined.
         match self {
             Self::Triangle(light) => (light.emitted(-wi), light.pdf(p, q, wi)),
-            _ => self.incident_otherwise(p, (q, wi), barycentrics, time, textures),
+            _ => self.incident_otherwise(p, q, wi, barycentrics, time, textures),
         }
     }
 
@@ -181,7 +182,8 @@ impl AreaLight {
     fn incident_otherwise(
         &self,
         p: Vec3,
-        (q, wi): (Vec3, Vec3),
+        q: Vec3,
+        wi: Vec3,
         barycentrics: [f32; 2],
         time: f32,
         textures: &[Texture],

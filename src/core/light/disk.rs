@@ -147,9 +147,16 @@ impl DiskLight {
     /// Samples emitted light: a point uniform over the area, and a direction with a density
     /// proportional to the cosine.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
-        let at = (self.point(u_position), self.normal);
+        let p = self.point(u_position);
         let pdf_position = (1.0 / self.area()) as f32;
-        Emission::of_surface(at, self.ray_offset(), (self.radiance, pdf_position), u_direction)
+        Emission::of_surface(
+            p,
+            self.normal,
+            self.ray_offset(),
+            self.radiance,
+            pdf_position,
+            u_direction,
+        )
     }
 
     /// Densities of emission sampling: per area for the start point, and per solid angle for the

@@ -40,12 +40,7 @@ impl Emission {
     /// Emission from the point `p` of a surface with unit normal `ng`. The direction is sampled
     /// with the random numbers `u` and a density proportional to the cosine. The origin of the ray
     /// is `offset` scene units off the surface. `pdf_position` is the density of `p` per area.
-    pub(super) fn of_surface(
-        (p, ng): (Vec3, Vec3),
-        offset: f32,
-        (radiance, pdf_position): (Spectrum, f32),
-        u: Vec2,
-    ) -> Self {
+    pub(super) fn of_surface(p: Vec3, ng: Vec3, offset: f32, radiance: Spectrum, pdf_position: f32, u: Vec2) -> Self {
         let w = Frame::from_z(ng).to_world(cosine_hemisphere(u));
         Self {
             p,

@@ -173,11 +173,12 @@ impl EnvironmentLight {
 
     /// Samples a direction in proportion to its luminance.
     pub(super) fn sample(&self, u: Vec2) -> Option<LightSample> {
-        self.sample_at(self.distribution.sample(u))
+        let (st, pdf) = self.distribution.sample(u);
+        self.sample_at(st, pdf)
     }
 
     /// Light from the image point `st`, sampled with the density `pdf` over the image.
-    pub(crate) fn sample_at(&self, (st, pdf): (Vec2, f32)) -> Option<LightSample> {
+    pub(crate) fn sample_at(&self, st: Vec2, pdf: f32) -> Option<LightSample> {
         let w = direction(st);
         let wi = self.rotation * w;
         let pdf = pdf * solid_angle_jacobian(w);

@@ -164,9 +164,9 @@ impl SphereLight {
     /// proportional to the cosine.
     pub(super) fn sample_emission(&self, u_position: Vec2, u_direction: Vec2) -> Emission {
         let n = uniform_sphere(u_position);
-        let at = (self.center + self.radius * n, n);
+        let p = self.center + self.radius * n;
         let pdf_position = (1.0 / self.area()) as f32;
-        Emission::of_surface(at, self.ray_offset(), (self.radiance, pdf_position), u_direction)
+        Emission::of_surface(p, n, self.ray_offset(), self.radiance, pdf_position, u_direction)
     }
 
     /// Densities of emission sampling: per area for the start point, and per solid angle for the

@@ -122,9 +122,11 @@ impl TriangleLight {
         let [p0, p1, p2] = self.corners;
         let p = (1.0 - b1 - b2) * p0 + b1 * p1 + b2 * p2;
         Emission::of_surface(
-            (p, self.normal),
+            p,
+            self.normal,
             self.ray_offset,
-            (self.radiance, 1.0 / self.area),
+            self.radiance,
+            1.0 / self.area,
             u_direction,
         )
     }

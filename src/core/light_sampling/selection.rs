@@ -142,7 +142,7 @@ impl LightSelection {
     /// there is nothing to learn, because no light of `lights` shines from many directions and
     /// there is at most one lamp.
     pub fn visibility_grid(&self, lights: &[Light], points: &[Vec3], max_rays: usize) -> Option<VisibilityGrid> {
-        VisibilityGrid::new((lights, self.grid.as_ref()), points, max_rays)
+        VisibilityGrid::new(lights, self.grid.as_ref(), points, max_rays)
     }
 
     #[inline(always)]
@@ -157,7 +157,8 @@ impl LightSelection {
         &self,
         lights: &[Light],
         id: LightId,
-        (context, time): (&LightSampleContext, f32),
+        context: &LightSampleContext,
+        time: f32,
         u: Vec2,
         textures: &[Texture],
     ) -> Option<LightSample> {
@@ -166,7 +167,7 @@ impl LightSelection {
             Light::Constant(_) | Light::Environment(_) => self.visibility(),
             _ => None,
         };
-        match visibility.and_then(|visibility| visibility.sample(id, (lights, self.grid.as_ref()), context, u)) {
+        match visibility.and_then(|visibility| visibility.sample(id, lights, self.grid.as_ref(), context, u)) {
             Some(sample) => sample,
             None => light.sample(context.p, time, u, textures),
         }
@@ -179,18 +180,19 @@ impl LightSelection {
         &self,
         lights: &[Light],
         ids: [Option<LightId>; 4],
-        to: (&LightSampleContext, f32),
+        context: &LightSampleContext,
+        time: f32,
         u: [Vec2; 4],
         textures: &[Texture],
     ) -> [Option<LightSample>; 4] {
         // If all samples are on the same rectangle, compute its solid angle only once
         let is_one = ids.iter().all(|id| id.is_none() || *id == ids[0]);
         match ids[0].map(|id| &lights[id.0 as usize]) {
-            Some(Light::Area(AreaLight::Rectangle(light))) if is_one => light.sample_four(to.0.p, u),
+            Some(Light::Area(AreaLight::Rectangle(light))) if is_one => light.sample_four(context.p, u),
             _ => {
                 let mut samples = [None; 4];
                 for ((sample, id), u) in samples.iter_mut().zip(ids).zip(u) {
-                    *sample = id.and_then(|id| self.sample_light(lights, id, to, u, textures));
+                    *sample = id.and_then(|id| self.sample_light(lights, id, context, time, u, textures));
                 }
                 samples
             }
@@ -203,7 +205,7 @@ impl LightSelection {
     pub fn pdf_factor(&self, lights: &[Light], id: LightId, context: &LightSampleContext, wi: Vec3) -> f32 {
         match (&lights[id.0 as usize], self.visibility()) {
             (Light::Constant(_) | Light::Environment(_), Some(visibility)) => {
-                visibility.pdf_factor(id, (lights, self.grid.as_ref()), context, wi)
+                visibility.pdf_factor(id, lights, self.grid.as_ref(), context, wi)
             }
             _ => 1.0,
         }
@@ -219,7 +221,7 @@ impl LightSelection {
     #[inline(always)]
     pub fn sample(&self, lights: &[Light], context: &LightSampleContext, u: f32) -> Option<(LightId, f32)> {
         if let Some(visibility) = self.visibility() {
-            if let Some(chosen) = visibility.choose((lights, self.grid.as_ref()), context, u) {
+            if let Some(chosen) = visibility.choose(lights, self.grid.as_ref(), context, u) {
                 return chosen;
             }
         }
@@ -241,7 +243,7 @@ impl LightSelection {
     #[inline(always)]
     pub fn pmf(&self, lights: &[Light], context: &LightSampleContext, light: LightId) -> f32 {
         let visibility = self.visibility();
-        if let Some(pmf) = visibility.and_then(|v| v.pmf((lights, self.grid.as_ref()), context, light)) {
+        if let Some(pmf) = visibility.and_then(|v| v.pmf(lights, self.grid.as_ref(), context, light)) {
             return pmf;
         }
         if let Some(grid) = self.grid.as_ref().filter(|_| self.is_by_place) {

@@ -151,7 +151,7 @@ impl SkyBins {
     /// Within the bin, directions are sampled as by the light itself. The density in the result is
     /// the density of the light itself over all directions, not only over the bin. `None` if the
     /// light never samples a direction in the bin.
-    pub fn sample(&self, light: &Light, (row, column): (usize, usize), u: Vec2) -> Option<LightSample> {
+    pub fn sample(&self, light: &Light, row: usize, column: usize, u: Vec2) -> Option<LightSample> {
         match (light, &self.texels) {
             (Light::Constant(ConstantLight { radiance }), None) => Some(LightSample {
                 wi: uniform_in(row, column, u),
@@ -162,10 +162,11 @@ impl SkyBins {
             }),
             (Light::Environment(light), Some(texels)) => {
                 let (texel_row, v) = texels.sample_row(row, column, u.y)?;
-                let place = light
-                    .distribution()
-                    .sample_within(texel_row, &texels.columns(column), Vec2::new(u.x, v));
-                light.sample_at(place)
+                let (place, pdf) =
+                    light
+                        .distribution()
+                        .sample_within(texel_row, &texels.columns(column), Vec2::new(u.x, v));
+                light.sample_at(place, pdf)
             }
             _ => None,
         }

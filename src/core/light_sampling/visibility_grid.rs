@@ -112,11 +112,7 @@ impl VisibilityGrid {
     /// is limited so that `max_rays` rays suffice for all targets of all cells. `grid` is the light
     /// grid of `lights`, if there are several lights. `None` if there are no points, or if there is
     /// nothing to learn: no light shines from many directions, and there is at most one lamp.
-    pub(super) fn new(
-        (lights, grid): (&[Light], Option<&LightGrid>),
-        points: &[Vec3],
-        max_rays: usize,
-    ) -> Option<Self> {
+    pub(super) fn new(lights: &[Light], grid: Option<&LightGrid>, points: &[Vec3], max_rays: usize) -> Option<Self> {
         let all = (0..).map(LightId).zip(lights);
         let skies = all.filter_map(|(id, light)| Some((id, light.power(1.0), SkyBins::new(light)?)));
         // Choose the sky with the highest power; the first if powers are equal
@@ -197,7 +193,8 @@ impl VisibilityGrid {
         &self,
         lights: &[Light],
         target: VisibilityTarget,
-        (p, time): (Vec3, f32),
+        p: Vec3,
+        time: f32,
         u: Vec2,
         textures: &[Texture],
     ) -> Option<LightSample> {
@@ -205,7 +202,7 @@ impl VisibilityGrid {
             (VisibilityTarget::Bin(bin), Some(sky)) => {
                 let columns = sky.bins.columns();
                 sky.bins
-                    .sample(lights.get(sky.id.0 as usize)?, (bin / columns, bin % columns), u)
+                    .sample(lights.get(sky.id.0 as usize)?, bin / columns, bin % columns, u)
             }
             (VisibilityTarget::Bin(_), None) => None,
             (VisibilityTarget::Cluster(number), _) => {
@@ -271,11 +268,12 @@ impl VisibilityGrid {
     #[inline]
     pub(super) fn choose(
         &self,
-        (lights, grid): (&[Light], Option<&LightGrid>),
+        lights: &[Light],
+        grid: Option<&LightGrid>,
         context: &LightSampleContext,
         u: f32,
     ) -> Option<Option<(LightId, f32)>> {
-        let table = self.table((lights, grid), context)?;
+        let table = self.table(lights, grid, context)?;
         match (grid, &self.sky) {
             (Some(grid), _) => Some(grid.sample_entries(&table.entries, context, u)),
             (None, Some(sky)) => Some((u < table.rate).then_some((sky.id, table.rate))),
@@ -288,11 +286,12 @@ impl VisibilityGrid {
     #[inline]
     pub(super) fn pmf(
         &self,
-        (lights, grid): (&[Light], Option<&LightGrid>),
+        lights: &[Light],
+        grid: Option<&LightGrid>,
         context: &LightSampleContext,
         light: LightId,
     ) -> Option<f32> {
-        let table = self.table((lights, grid), context)?;
+        let table = self.table(lights, grid, context)?;
         match (grid, &self.sky) {
             (Some(grid), _) => Some(grid.pmf_of_entries(&table.entries, context, light)),
             (None, Some(sky)) => Some(if sky.id == light { table.rate } else { 0.0 }),
@@ -305,19 +304,20 @@ impl VisibilityGrid {
     pub(super) fn sample(
         &self,
         id: LightId,
-        (lights, grid): (&[Light], Option<&LightGrid>),
+        lights: &[Light],
+        grid: Option<&LightGrid>,
         context: &LightSampleContext,
         u: Vec2,
     ) -> Option<Option<LightSample>> {
         let sky = self.sky.as_ref().filter(|sky| sky.id == id)?;
-        let table = &self.table((lights, grid), context)?.starts;
+        let table = &self.table(lights, grid, context)?.starts;
         let (rows, columns) = (sky.bins.rows(), sky.bins.columns());
         let (row, v, row_units) = draw(&table[..rows], u.y);
         let first = rows + row * columns;
         let (column, h, column_units) = draw(&table[first..first + columns], u.x);
         let factor = sky.factor(row * columns + column, row_units, column_units);
         let light = lights.get(id.0 as usize)?;
-        let sample = sky.bins.sample(light, (row, column), Vec2::new(h, v));
+        let sample = sky.bins.sample(light, row, column, Vec2::new(h, v));
         Some(sample.map(|sample| LightSample {
             pdf: sample.pdf * factor,
             ..sample
@@ -329,13 +329,14 @@ impl VisibilityGrid {
     pub(super) fn pdf_factor(
         &self,
         id: LightId,
-        (lights, grid): (&[Light], Option<&LightGrid>),
+        lights: &[Light],
+        grid: Option<&LightGrid>,
         context: &LightSampleContext,
         wi: Vec3,
     ) -> f32 {
         let factor = || {
             let sky = self.sky.as_ref().filter(|sky| sky.id == id)?;
-            let table = &self.table((lights, grid), context)?.starts;
+            let table = &self.table(lights, grid, context)?.starts;
             let (rows, columns) = (sky.bins.rows(), sky.bins.columns());
             let bin = sky.bins.bin(lights.get(id.0 as usize)?, wi);
             let (row, column) = (bin / columns, bin % columns);
@@ -349,19 +350,19 @@ impl VisibilityGrid {
     /// Table for `context`. The first request computes the table. `None` if the position of
     /// `context` has no data in this grid.
     #[inline]
-    fn table(&self, lights: (&[Light], Option<&LightGrid>), context: &LightSampleContext) -> Option<&Table> {
+    fn table(&self, lights: &[Light], grid: Option<&LightGrid>, context: &LightSampleContext) -> Option<&Table> {
         let cell = self.cells.number(context.p)?;
         let normal = normal_index(context.n);
         let table = self.tables.get(cell)?.get(normal)?;
         Some(match table.get() {
             Some(table) => table,
-            None => table.get_or_init(|| self.make(lights, cell, normal_direction(normal))),
+            None => table.get_or_init(|| self.make(lights, grid, cell, normal_direction(normal))),
         })
     }
 
     #[cold]
     #[inline(never)]
-    fn make(&self, (lights, grid): (&[Light], Option<&LightGrid>), cell: usize, normal: Vec3) -> Box<Table> {
+    fn make(&self, lights: &[Light], grid: Option<&LightGrid>, cell: usize, normal: Vec3) -> Box<Table> {
         // Compute the starts of the bins, and the fraction of the sky's light that arrives
         let (starts, share) = self
             .sky

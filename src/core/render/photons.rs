@@ -5,7 +5,7 @@ use super::observer::Observer;
 use super::statistics::RayCounts;
 use super::work_items::in_work_items;
 use crate::accel::Accel;
-use crate::integrator::{PhotonMaps, PhotonTracer};
+use crate::integrator::{LightPaths, PhotonMaps, PhotonTracer};
 use crate::sampler::Sampler;
 
 /// Traces `paths` photon paths and makes maps of their photons. Photons that `tracer` omits are not
@@ -23,7 +23,14 @@ pub fn photon_maps<A: Accel, S: Sampler>(
         PhotonTracer::<A>::work_items(paths),
         sampler,
         observer,
-        |index, sampler, rays| tracer.work_item((0, index), paths, None, sampler, rays),
+        |index, sampler, rays| {
+            let item = LightPaths {
+                iteration: 0,
+                index,
+                paths,
+            };
+            tracer.work_item(item, None, sampler, rays)
+        },
     )?;
     let photons = work_items.into_iter().flatten().collect();
     Some((PhotonMaps::new(photons, paths, tracer.slices(paths)), rays))

@@ -26,7 +26,7 @@ pub fn learn_visibility<A: Accel, S: Sampler>(
     let (groups, of_groups) = in_work_items(learner.trace_work_items(places.groups()), sampler, observer, group)?;
     let groups = groups.concat();
     let cell =
-        |index, _: &mut S, rays: &mut CountedRays| learner.trace_from_cells(&grid, (&places, &groups), index, rays);
+        |index, _: &mut S, rays: &mut CountedRays| learner.trace_from_cells(&grid, &places, &groups, index, rays);
     let (cells, of_cells) = in_work_items(learner.trace_work_items(grid.cells()), sampler, observer, cell)?;
     let grid = grid.with_visibility(&cells.concat(), places.counts());
     Some((Some(grid), rays.plus(of_groups).plus(of_cells)))

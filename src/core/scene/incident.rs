@@ -50,7 +50,7 @@ impl Scene {
         let Light::Area(light) = &self.lights[id.0 as usize] else {
             return None;
         };
-        let (radiance, pdf) = light.incident(context.p, (q, wi), [hit.b1, hit.b2], time, &self.textures);
+        let (radiance, pdf) = light.incident(context.p, q, wi, [hit.b1, hit.b2], time, &self.textures);
         Some(Incident {
             id,
             radiance,

@@ -82,7 +82,7 @@ fn for_each_context(check: impl Fn(&str, &dyn Fn(u32) -> Option<LightSample>, &d
             (Vec3::splat(0.01), Vec3::Y),
         ] {
             let context = LightSampleContext { p, n };
-            let sample = |i| selection.sample_light(&lights, id, (&context, 0.0), at(i), &[]);
+            let sample = |i| selection.sample_light(&lights, id, &context, 0.0, at(i), &[]);
             let pdf = |wi: Vec3| {
                 lights[0].pdf(Vec3::ZERO, Vec3::ZERO, wi, 0.0) * selection.pdf_factor(&lights, id, &context, wi)
             };
@@ -124,7 +124,7 @@ fn choices_follow_visibility() {
     let seen = |p: Vec3, towards: Vec3| {
         let context = LightSampleContext { p, n: Vec3::ZERO };
         let towards = |i: &u32| {
-            let sample = selection.sample_light(&lights, LightId(0), (&context, 0.0), at(*i), &[]);
+            let sample = selection.sample_light(&lights, LightId(0), &context, 0.0, at(*i), &[]);
             sample.unwrap().wi.dot(towards) > 0.8
         };
         (0..1000).filter(towards).count()

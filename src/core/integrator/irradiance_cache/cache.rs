@@ -30,6 +30,16 @@ struct Node {
     records: Vec<u32>,
 }
 
+/// A cube during a search of the octree.
+struct Cube {
+    /// Index of the cube's node.
+    node: usize,
+    /// Centre of the cube, world space.
+    center: Vec3,
+    /// Half the side of the cube, in scene units.
+    half: f32,
+}
+
 /// Fraction of the maximum error. A point needs a new record if the errors of all existing records
 /// are above this fraction. So records overlap, and few points of the image have no valid record.
 const COVERED: f32 = 0.7;
@@ -163,8 +173,12 @@ impl IrradianceCache {
 
         // Limit the radii of the record and of its neighbours
         let mut neighbours = Vec::new();
-        let cube = (root, self.center, self.half);
-        self.find_neighbours(cube, &record, &mut neighbours);
+        let cube = Cube {
+            node: root,
+            center: self.center,
+            half: self.half,
+        };
+        self.find_neighbours(&cube, &record, &mut neighbours);
         let way = |index: u32| self.records[index as usize].p.distance(record.p);
         let ways: Vec<f32> = neighbours.iter().map(|&index| way(index)).collect();
         for (&index, way) in neighbours.iter().zip(&ways) {
@@ -179,10 +193,11 @@ impl IrradianceCache {
         // which cubes are about as large as the reach
         let index = self.records.len() as u32;
         self.records.push(record);
-        self.insert_into(cube, index, 0);
+        self.insert_into(&cube, index, 0);
     }
 
-    fn insert_into(&mut self, (node, center, half): (usize, Vec3, f32), index: u32, level: u32) {
+    fn insert_into(&mut self, cube: &Cube, index: u32, level: u32) {
+        let &Cube { node, center, half } = cube;
         let record = &self.records[index as usize];
         let (p, reach) = (record.p, self.error * record.radius);
         if half <= reach || level == MAX_LEVELS {
@@ -201,13 +216,19 @@ impl IrradianceCache {
                 self.nodes.push(Node::default());
                 self.nodes[node].children[octant] = child as u32;
             }
-            self.insert_into((child, center, half), index, level + 1);
+            let cube = Cube {
+                node: child,
+                center,
+                half,
+            };
+            self.insert_into(&cube, index, level + 1);
         }
     }
 
     /// Finds the records that are near enough to `record` to limit its radius. A record may be
     /// found several times.
-    fn find_neighbours(&self, (node, center, half): (usize, Vec3, f32), record: &Record, found: &mut Vec<u32>) {
+    fn find_neighbours(&self, cube: &Cube, record: &Record, found: &mut Vec<u32>) {
+        let &Cube { node, center, half } = cube;
         // Records that are stored in the cube or in its children have a reach of at most the side
         // of the cube.
         let reach = (self.error * record.radius).max(2.0 * half);
@@ -222,11 +243,12 @@ impl IrradianceCache {
         found.extend(node.records.iter().filter(|&&i| is_near(&self.records[i as usize])));
         let half = 0.5 * half;
         for (octant, &child) in node.children.iter().enumerate().filter(|(_, child)| **child != 0) {
-            self.find_neighbours(
-                (child as usize, child_center(center, half, octant), half),
-                record,
-                found,
-            );
+            let cube = Cube {
+                node: child as usize,
+                center: child_center(center, half, octant),
+                half,
+            };
+            self.find_neighbours(&cube, record, found);
         }
     }
 }

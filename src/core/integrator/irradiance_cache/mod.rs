@@ -82,9 +82,9 @@ impl<A: Accel> Integrator for IrradianceCacheIntegrator<'_, A> {
             // Find the next surface, and add its emission
             let depth = path.depth;
             let slot = BsdfSlot::new();
-            let vertex = path.next_vertex(world, None, &slot, out);
-            strategy.add_found(world, &path, vertex.as_ref(), out);
-            let Some(vertex) = vertex else { return };
+            let Some(vertex) = strategy.next_vertex(world, &mut path, None, &slot, out) else {
+                return;
+            };
             if depth == 0 && world.features {
                 let mut first = world.first_surface(&vertex, out);
                 if let Some(features) = &mut first.features {
@@ -99,7 +99,7 @@ impl<A: Accel> Integrator for IrradianceCacheIntegrator<'_, A> {
             // Sample lights
             let u = numbers.vertex(depth, self.path.roulette);
             let direct = self.path.sample_light(&path, &vertex, &u, out);
-            trace(direct, world, (&path, &vertex), out);
+            trace(direct, world, &path, &vertex, out);
 
             // Sample the BSDF and play Russian roulette
             let next = self.path.scatter(&path, &vertex, self.path.roulette, &u, out);
@@ -113,9 +113,7 @@ impl<A: Accel> Integrator for IrradianceCacheIntegrator<'_, A> {
                 out.light(FoundLight::sum(indirect * path.beta, depth + 2));
                 if let Some(next) = next.filter(|_| strategy.direct != DirectLight::Light) {
                     let mut next = path.after(next);
-                    let slot = BsdfSlot::new();
-                    let vertex = next.next_vertex(world, None, &slot, out);
-                    strategy.add_found(world, &next, vertex.as_ref(), out);
+                    strategy.next_vertex(world, &mut next, None, &BsdfSlot::new(), out);
                 }
                 return;
             }

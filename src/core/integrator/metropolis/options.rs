@@ -220,7 +220,7 @@ impl<A: Accel> OrdinaryLight<'_, A> {
             let Some(factor) = self.roulette.play(depth, judged, u) else {
                 return;
             };
-            path.advance(path.scatter(world, &vertex, &sample, (factor, 1), out));
+            path.advance(path.scatter(world, &vertex, &sample, factor, 1, out));
         }
     }
 }

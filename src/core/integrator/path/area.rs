@@ -1,4 +1,4 @@
-use super::direct::{Direct, LightNumbers, trace};
+use super::direct::LightNumbers;
 use super::state::PathState;
 use super::strategy::PrevVertex;
 use super::surface_areas::SurfaceAreas;
@@ -48,9 +48,9 @@ impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
         loop {
             // Find the next surface. Add its emission if the previous vertex did not sample lights
             let slot = BsdfSlot::new();
-            let vertex = path.next_vertex(world, wavelength.as_ref(), &slot, out);
-            strategy.add_found(world, &path, vertex.as_ref(), out);
-            let Some(vertex) = vertex else { return };
+            let Some(vertex) = strategy.next_vertex(world, &mut path, wavelength.as_ref(), &slot, out) else {
+                return;
+            };
 
             // End the path if the sampled point is hidden
             if target.is_some_and(|target| !vertex.hit.is_same_surface(&target)) {
@@ -62,8 +62,7 @@ impl<A: Accel> Integrator for AreaIntegrator<'_, A> {
 
             // Sample lights
             let u = LightNumbers::draw(&*sampler, path.depth);
-            let direct = Direct::sample(world, (&path, &vertex), &strategy, 1, &u, out);
-            trace(direct, world, (&path, &vertex), out);
+            strategy.add_direct_light(world, &path, &vertex, &u, out);
 
             // Sample the next vertex
             let Some(next) = self.next(&path, &vertex, sampler, out) else {
@@ -91,7 +90,7 @@ impl<A: Accel> AreaIntegrator<'_, A> {
         if u_lobe >= smooth {
             let sample = vertex.sample(u_lobe, u)?;
             return Some(PathSegment {
-                path: path.after(path.scatter(&self.world, vertex, &sample, (1.0, 1), out)),
+                path: path.after(path.scatter(&self.world, vertex, &sample, 1.0, 1, out)),
                 target: None,
             });
         }

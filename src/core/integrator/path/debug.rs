@@ -150,9 +150,9 @@ impl<A: Accel> DebugIntegrator<'_, A> {
                 break;
             }
             let u = sampler.get_2d(Dimension::bounce(0, Bounce::LightPoint).nth(id));
-            let to = (&context, vertex.point.time);
             let selection = self.world.light_selection;
-            let light = selection.sample_light(scene.lights(), LightId(id), to, u, scene.textures());
+            let time = vertex.point.time;
+            let light = selection.sample_light(scene.lights(), LightId(id), &context, time, u, scene.textures());
             let Some(light) = light.filter(|light| !light.radiance.is_black()) else {
                 continue;
             };

@@ -12,8 +12,10 @@ use crate::integrator::vertex::Vertex;
 use crate::integrator::{FoundLight, LightSource, PathEvent, Sink, Strategy, World};
 use crate::light::{LightId, LightSample};
 use crate::light_sampling::LightSampleContext;
+use crate::material::BsdfSlot;
 use crate::math::{Ray, Vec2, Vec3};
 use crate::sampler::{Bounce, Dimension, SampleKey, Sampler};
+use crate::sampling::Wavelength;
 use crate::scene::{Incident, Scene};
 
 /// Random numbers of one light sample.
@@ -85,6 +87,37 @@ impl<'a, S: Sampler> LightNumbers<'a, S> {
 }
 
 impl Strategy {
+    /// Finds the next vertex of `path`, and adds the emission that its ray hits. Returns `None` if
+    /// the ray leaves the scene. `slot` stores the BSDF of the vertex.
+    #[inline(always)]
+    pub(crate) fn next_vertex<'v, A: Accel>(
+        &self,
+        world: &'v World<A>,
+        path: &mut PathState,
+        wavelength: Option<&Wavelength>,
+        slot: &'v BsdfSlot<'v>,
+        out: &mut impl Sink,
+    ) -> Option<Vertex<'v>> {
+        let vertex = path.next_vertex(world, wavelength, slot, out);
+        self.add_found(world, path, vertex.as_ref(), out);
+        vertex
+    }
+
+    /// Samples a light for `vertex` (next-event estimation), and adds the light if it is not
+    /// occluded.
+    #[inline(always)]
+    pub(crate) fn add_direct_light<A: Accel>(
+        &self,
+        world: &World<A>,
+        path: &PathState,
+        vertex: &Vertex,
+        u: &LightNumbers<impl Sampler>,
+        out: &mut impl Sink,
+    ) {
+        let direct = Direct::sample(world, path, vertex, self, 1, u, out);
+        trace(direct, world, path, vertex, out);
+    }
+
     /// Adds the emission that the ray of `path` hits: of the surface `vertex`, or of infinitely
     /// distant lights if `vertex` is `None`.
     #[inline(always)]
@@ -218,7 +251,8 @@ impl Direct {
     #[inline(always)]
     pub fn sample<A: Accel>(
         world: &World<A>,
-        (path, vertex): (&PathState, &Vertex),
+        path: &PathState,
+        vertex: &Vertex,
         strategy: &Strategy,
         count: u32,
         u: &LightNumbers<impl Sampler>,
@@ -234,55 +268,14 @@ impl Direct {
                     break;
                 }
                 let (id, expected) = lamps.choose(index, u.choice);
-                let of = (id, count as f32 * expected);
-                let light = Self::of_light(world, vertex, strategy, of, u.point_of(index), out);
-                trace(light, world, (path, vertex), out);
+                let expected = count as f32 * expected;
+                let light = Self::of_light(world, vertex, strategy, id, expected, u.point_of(index), out);
+                trace(light, world, path, vertex, out);
             }
             return None;
         }
         let (id, pmf) = selection.sample(world.scene.lights(), &vertex.light_context(), u.choice)?;
-        Self::of_light(world, vertex, strategy, (id, count as f32 * pmf), u.point, out)
-    }
-
-    /// Calls `add` with a light sample of `vertex` for each element of `numbers` (1 to 4 elements).
-    /// The samples equal the results of [`Direct::sample`]. `count` samples will be summed.
-    #[inline(always)]
-    pub fn sample_four<A: Accel, S: Sampler, K: Sink>(
-        world: &World<A>,
-        (path, vertex): (&PathState, &Vertex),
-        strategy: &Strategy,
-        count: u32,
-        numbers: &[LightNumbers<S>],
-        out: &mut K,
-        mut add: impl FnMut(Option<Self>, &mut K),
-    ) {
-        if !strategy.samples_lights() || vertex.bsdf.is_delta() {
-            return;
-        }
-        let (scene, selection) = (world.scene, world.light_selection);
-        if selection.all().is_some() {
-            for u in numbers {
-                add(Self::sample(world, (path, vertex), strategy, count, u, out), out);
-            }
-            return;
-        }
-        // Choose a light for each sample
-        let (context, time) = (vertex.light_context(), vertex.point.time);
-        let (mut ids, mut pmfs, mut points) = ([None; 4], [0.0; 4], [Vec2::ZERO; 4]);
-        for (i, u) in numbers.iter().enumerate().take(4) {
-            points[i] = u.point;
-            if let Some((id, pmf)) = selection.sample(scene.lights(), &context, u.choice) {
-                (ids[i], pmfs[i]) = (Some(id), pmf);
-            }
-        }
-        // Sample a direction to each of these lights, and evaluate the radiance from this direction
-        let lights = selection.sample_four(scene.lights(), ids, (&context, time), points, scene.textures());
-        for i in 0..4 {
-            if let (Some(id), Some(light)) = (ids[i], &lights[i]) {
-                let of = (id, count as f32 * pmfs[i]);
-                add(Self::of_sample(world, vertex, strategy, of, light, out), out);
-            }
-        }
+        Self::of_light(world, vertex, strategy, id, count as f32 * pmf, u.point, out)
     }
 
     /// Samples the light `id` at the vertex. `expected` is the expected number of samples of this
@@ -292,28 +285,30 @@ impl Direct {
         world: &World<A>,
         vertex: &Vertex,
         strategy: &Strategy,
-        (id, expected): (LightId, f32),
+        id: LightId,
+        expected: f32,
         u: Vec2,
         out: &mut impl Sink,
     ) -> Option<Self> {
         let scene = world.scene;
         // Sample a direction to the light
-        let to = (&vertex.light_context(), vertex.point.time);
+        let (context, time) = (vertex.light_context(), vertex.point.time);
         let light = world
             .light_selection
-            .sample_light(scene.lights(), id, to, u, scene.textures())?;
-        Self::of_sample(world, vertex, strategy, (id, expected), &light, out)
+            .sample_light(scene.lights(), id, &context, time, u, scene.textures())?;
+        Self::of_sample(world, vertex, strategy, id, expected, &light, out)
     }
 
     /// Computes the BSDF and the MIS weight for `light`, a sample of the light `id`. Returns `None`
     /// if the BSDF is black. `expected` is the expected number of samples of this light at the
     /// vertex.
     #[inline(always)]
-    fn of_sample<A: Accel>(
+    pub(super) fn of_sample<A: Accel>(
         world: &World<A>,
         vertex: &Vertex,
         strategy: &Strategy,
-        (id, expected): (LightId, f32),
+        id: LightId,
+        expected: f32,
         light: &LightSample,
         out: &mut impl Sink,
     ) -> Option<Self> {
@@ -358,7 +353,8 @@ impl Direct {
 pub(crate) fn trace<A: Accel>(
     direct: Option<Direct>,
     world: &World<A>,
-    (path, vertex): (&PathState, &Vertex),
+    path: &PathState,
+    vertex: &Vertex,
     out: &mut impl Sink,
 ) {
     let Some(direct) = direct else { return };

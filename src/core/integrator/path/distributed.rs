@@ -31,7 +31,8 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
     fn follow(&self, branch: Branch, sampler: &impl Sampler, out: &mut impl Sink) {
         let (world, parent) = (&self.world, branch.node);
         branch.follow(
-            (world, &self.strategy),
+            world,
+            &self.strategy,
             Some(self.max_depth),
             sampler,
             out,
@@ -45,7 +46,7 @@ impl<A: Accel> DistributedIntegrator<'_, A> {
                     let Some(sample) = sample.filter(|sample| !(path.beta * sample.weight).is_black()) else {
                         continue;
                     };
-                    let path = path.after(path.scatter(world, vertex, &sample, (1.0 / self.branching as f32, 1), out));
+                    let path = path.after(path.scatter(world, vertex, &sample, 1.0 / self.branching as f32, 1, out));
                     self.follow(Branch { path, node }, sampler, out);
                 }
             },

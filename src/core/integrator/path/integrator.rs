@@ -88,7 +88,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
                 let numbers = PathNumbers::start(&self.world, key, sampler);
                 self.li(path, Some(traced), numbers, out);
                 if self.world.scene.ground().is_some() {
-                    self.catch_shadow((path, traced), numbers, out);
+                    self.catch_shadow(path, traced, numbers, out);
                 }
             }
         }
@@ -129,7 +129,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
 
             // Add direct light. The shadow ray is traced last, so that the next ray follows without
             // delay
-            trace(direct, &self.world, (&path, &vertex), out);
+            trace(direct, &self.world, &path, &vertex, out);
             match next {
                 Some(next) => path.advance(next),
                 None => return,
@@ -155,7 +155,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         let judged = path.beta * sample.weight * (path.roulette_scale * (sample.eta * sample.eta));
         let factor = roulette.play(path.depth, judged, u.roulette)?;
         let light_samples = if path.depth == 0 { self.light_samples } else { 1 };
-        Some(path.scatter(&self.world, vertex, &sample, (factor, light_samples), out))
+        Some(path.scatter(&self.world, vertex, &sample, factor, light_samples, out))
     }
 
     /// Samples lights for `vertex`. Traces the shadow rays of all light samples except the last.
@@ -173,13 +173,13 @@ impl<A: Accel> PathIntegrator<'_, A> {
     ) -> Option<Direct> {
         let (world, strategy, count) = (&self.world, &self.strategy, self.light_samples);
         if let Some(u) = &u.light {
-            return Direct::sample(world, (path, vertex), strategy, 1, u, out);
+            return Direct::sample(world, path, vertex, strategy, 1, u, out);
         }
         let PathNumbers { key, sampler, .. } = u.numbers;
         if count == 1 {
             // A single light sample uses the numbers of the path.
             let u = LightNumbers::draw(sampler, 0);
-            return Direct::sample(world, (path, vertex), strategy, 1, &u, out);
+            return Direct::sample(world, path, vertex, strategy, 1, &u, out);
         }
         let mut last = None;
         for i in (0..count).step_by(4) {
@@ -192,11 +192,55 @@ impl<A: Accel> PathIntegrator<'_, A> {
             let numbers = &numbers[..several as usize];
             // Trace each shadow ray after the next sample is ready.
             let add = |next, out: &mut _| {
-                trace(std::mem::replace(&mut last, next), world, (path, vertex), out);
+                trace(std::mem::replace(&mut last, next), world, path, vertex, out);
             };
-            Direct::sample_four(world, (path, vertex), strategy, count, numbers, out, add);
+            self.sample_four_lights(path, vertex, numbers, out, add);
         }
         last
+    }
+
+    /// Calls `add` with a light sample of `vertex` for each element of `numbers` (1 to 4 elements).
+    /// The samples equal the results of [`Direct::sample`].
+    #[inline(always)]
+    fn sample_four_lights<S: Sampler, K: Sink>(
+        &self,
+        path: &PathState,
+        vertex: &Vertex,
+        numbers: &[LightNumbers<S>],
+        out: &mut K,
+        mut add: impl FnMut(Option<Direct>, &mut K),
+    ) {
+        let (world, strategy, count) = (&self.world, &self.strategy, self.light_samples);
+        if !strategy.samples_lights() || vertex.bsdf.is_delta() {
+            return;
+        }
+        let (scene, selection) = (world.scene, world.light_selection);
+        if selection.all().is_some() {
+            for u in numbers {
+                add(Direct::sample(world, path, vertex, strategy, count, u, out), out);
+            }
+            return;
+        }
+        // Choose a light for each sample
+        let (context, time) = (vertex.light_context(), vertex.point.time);
+        let (mut ids, mut pmfs, mut points) = ([None; 4], [0.0; 4], [Vec2::ZERO; 4]);
+        for (i, u) in numbers.iter().enumerate().take(4) {
+            points[i] = u.point;
+            if let Some((id, pmf)) = selection.sample(scene.lights(), &context, u.choice) {
+                (ids[i], pmfs[i]) = (Some(id), pmf);
+            }
+        }
+        // Sample a direction to each of these lights, and evaluate the radiance from this direction
+        let lights = selection.sample_four(scene.lights(), ids, &context, time, points, scene.textures());
+        for i in 0..4 {
+            if let (Some(id), Some(light)) = (ids[i], &lights[i]) {
+                let expected = count as f32 * pmfs[i];
+                add(
+                    Direct::of_sample(world, vertex, strategy, id, expected, light, out),
+                    out,
+                );
+            }
+        }
     }
 }
 

@@ -121,7 +121,7 @@ impl<A: Accel> Integrator for NaiveIntegrator<'_, A> {
             };
             path = PathState {
                 prev: None,
-                ..path.after(path.scatter(world, &vertex, &sample, (factor, 0), out))
+                ..path.after(path.scatter(world, &vertex, &sample, factor, 0, out))
             };
             // ANCHOR_END: reflect
         }

@@ -1,4 +1,4 @@
-use super::direct::{Direct, LightNumbers, trace};
+use super::direct::LightNumbers;
 use super::state::PathState;
 use crate::accel::Accel;
 use crate::integrator::{DirectLight, Integrator, Sink, Strategy, World};
@@ -35,9 +35,9 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
             // Find the next surface. Add its emission if the previous vertex did not sample lights
             let depth = path.depth;
             let slot = BsdfSlot::new();
-            let vertex = path.next_vertex(world, wavelength.as_ref(), &slot, out);
-            strategy.add_found(world, &path, vertex.as_ref(), out);
-            let Some(vertex) = vertex else { return };
+            let Some(vertex) = strategy.next_vertex(world, &mut path, wavelength.as_ref(), &slot, out) else {
+                return;
+            };
             if self.max_depth.is_some_and(|max| depth >= max) {
                 return;
             }
@@ -53,8 +53,7 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
             if decisions.y < probability {
                 let u = LightNumbers::with_choice(&*sampler, depth, decisions.x);
                 path.beta = path.beta / probability;
-                let direct = Direct::sample(world, (&path, &vertex), &strategy, 1, &u, out);
-                trace(direct, world, (&path, &vertex), out);
+                strategy.add_direct_light(world, &path, &vertex, &u, out);
                 return;
             }
 
@@ -64,7 +63,7 @@ impl<A: Accel> Integrator for OneSampleIntegrator<'_, A> {
             let Some(sample) = strategy.directions.sample(&vertex, u_lobe, direction) else {
                 return;
             };
-            path.advance(path.scatter(world, &vertex, &sample, (1.0 / (1.0 - probability), 1), out));
+            path.advance(path.scatter(world, &vertex, &sample, 1.0 / (1.0 - probability), 1, out));
         }
     }
 }

@@ -28,7 +28,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
     #[inline(never)]
     pub(super) fn catch_shadow<S: Sampler>(
         &self,
-        (path, traced): (PathState, RayResult),
+        path: PathState,
+        traced: RayResult,
         numbers: PathNumbers<S>,
         out: &mut impl Sink,
     ) {
@@ -58,7 +59,7 @@ impl<A: Accel> PathIntegrator<'_, A> {
         unshadowed.sum.pass_on(Spectrum::splat(-1.0), 1, out);
         let slot = BsdfSlot::new();
         let vertex = world.vertex(&hit, &path.ray, None, &slot);
-        out.camera_view(world.shadow_view(ground, &vertex, (&path.ray, transmittance)));
+        out.camera_view(world.shadow_view(ground, &vertex, &path.ray, transmittance));
     }
 }
 

@@ -8,7 +8,7 @@
 //! There are no MIS weights and no roulette: `integrator` adds both, and has far less error in the
 //! same time. This integrator cannot be selected in renders; tests compare it with `path`.
 
-use super::direct::{Direct, LightNumbers, trace};
+use super::direct::LightNumbers;
 use super::state::PathState;
 use crate::accel::Accel;
 use crate::integrator::{DirectLight, Directions, Heuristic, Integrator, Sink, Strategy, World};
@@ -48,15 +48,14 @@ impl<A: Accel> Integrator for SimpleIntegrator<'_, A> {
 
             // Sample the light of a lamp: a random point on a random lamp, and a shadow ray
             let u = LightNumbers::draw(&*sampler, path.depth);
-            let direct = Direct::sample(world, (&path, &vertex), &SAMPLED, 1, &u, out);
-            trace(direct, world, (&path, &vertex), out);
+            SAMPLED.add_direct_light(world, &path, &vertex, &u, out);
 
             // Sample all other light by a random direction. Multiply the throughput by f cos θ /
             // pdf
             let u_lobe = sampler.get_1d(Dimension::bounce(path.depth, Bounce::Lobe));
             let u = sampler.get_2d(Dimension::bounce(path.depth, Bounce::Direction));
             let Some(sample) = vertex.sample(u_lobe, u) else { return };
-            path.advance(path.scatter(world, &vertex, &sample, (1.0, 1), out));
+            path.advance(path.scatter(world, &vertex, &sample, 1.0, 1, out));
         }
     }
 }

@@ -90,7 +90,7 @@ impl PathState {
         let vertex = world.vertex(hit, &self.ray, wavelength, slot);
         path_record::vertex(self.depth, &vertex, self.beta, out);
         if self.depth == 0 {
-            world.see(&vertex, (&self.ray, self.beta), out);
+            world.see(&vertex, &self.ray, self.beta, out);
         }
         if let Some(wavelength) = wavelength.filter(|_| vertex.is_dispersing && !self.is_dispersed) {
             self.beta *= Spectrum::from(wavelength.weight);
@@ -121,7 +121,8 @@ impl PathState {
         world: &World<A>,
         vertex: &Vertex,
         sample: &BsdfSample,
-        (factor, light_samples): (f32, u32),
+        factor: f32,
+        light_samples: u32,
         out: &mut impl Sink,
     ) -> NextSegment {
         path_record::scatter(self.depth, vertex, sample, factor, out);

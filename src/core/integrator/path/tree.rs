@@ -1,7 +1,7 @@
 //! Trees of rays for `whitted` and `distributed`: several rays leave a vertex. Each of these rays
 //! is a branch.
 
-use super::direct::{Direct, LightNumbers, trace};
+use super::direct::LightNumbers;
 use super::state::PathState;
 use crate::accel::Accel;
 use crate::integrator::vertex::Vertex;
@@ -33,7 +33,8 @@ impl Branch {
     /// scattering events only emission is added.
     pub fn follow<A: Accel, O: Sink>(
         self,
-        (world, strategy): (&World<A>, &Strategy),
+        world: &World<A>,
+        strategy: &Strategy,
         max_depth: Option<u32>,
         sampler: &impl Sampler,
         out: &mut O,
@@ -44,15 +45,14 @@ impl Branch {
         }
         let (slot, mut path) = (BsdfSlot::new(), self.path);
         let wavelength = world.wavelength(sampler);
-        let vertex = path.next_vertex(world, wavelength.as_ref(), &slot, out);
-        strategy.add_found(world, &path, vertex.as_ref(), out);
-        let Some(vertex) = vertex else { return };
+        let Some(vertex) = strategy.next_vertex(world, &mut path, wavelength.as_ref(), &slot, out) else {
+            return;
+        };
         if max_depth.is_some_and(|max| path.depth >= max) {
             return;
         }
         let u = LightNumbers::draw(sampler, self.node);
-        let direct = Direct::sample(world, (&path, &vertex), strategy, 1, &u, out);
-        trace(direct, world, (&path, &vertex), out);
+        strategy.add_direct_light(world, &path, &vertex, &u, out);
         continue_path(&vertex, &path, out);
     }
 }

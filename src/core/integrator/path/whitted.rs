@@ -36,7 +36,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
             ..Strategy::default()
         };
         let (world, parent) = (&self.world, branch.node);
-        branch.follow((world, &strategy), self.max_depth, sampler, out, |vertex, path, out| {
+        branch.follow(world, &strategy, self.max_depth, sampler, out, |vertex, path, out| {
             // Follow all directions of mirror reflection and refraction
             let directions = vertex.bsdf.delta_directions(vertex.wo, TransportMode::Radiance);
             for (i, sample) in directions.enumerate() {
@@ -48,7 +48,7 @@ impl<A: Accel> WhittedIntegrator<'_, A> {
                 }
                 let next = PathState {
                     beta: path.beta * weight,
-                    ..path.after(path.scatter(world, vertex, &sample, (sample.pdf, 1), out))
+                    ..path.after(path.scatter(world, vertex, &sample, sample.pdf, 1, out))
                 };
                 let branch = Branch {
                     path: next,

@@ -24,7 +24,7 @@ use super::tree::PhotonTree;
 use crate::accel::Accel;
 use crate::film::Points;
 use crate::integrator::found_light::LightSum;
-use crate::integrator::path::direct::{Direct, LightNumbers, trace};
+use crate::integrator::path::direct::LightNumbers;
 use crate::integrator::path::state::PathState;
 use crate::integrator::vertex::Vertex;
 use crate::integrator::{Integrator, PathEvent, Roulette, Sink, Strategy, World};
@@ -181,9 +181,9 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         let mut path = queued.path;
         let depth = path.depth;
         let slot = BsdfSlot::new();
-        let vertex = path.next_vertex(world, None, &slot, out);
-        strategy.add_found(world, &path, vertex.as_ref(), out);
-        let Some(vertex) = vertex else { return };
+        let Some(vertex) = strategy.next_vertex(world, &mut path, None, &slot, out) else {
+            return;
+        };
         if depth == 0 && world.features {
             let mut first = world.first_surface(&vertex, out);
             if let Some(features) = &mut first.features {
@@ -200,7 +200,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         if let Purpose::Gather { length, .. } = queued.purpose {
             let length = length + vertex.hit.t;
             let density = (!vertex.bsdf.is_delta())
-                .then(|| self.recorded_density(|slice| (&slice.global, FAR_SHARE), (depth, &vertex), out));
+                .then(|| self.recorded_density(|slice| (&slice.global, FAR_SHARE), depth, &vertex, out));
             if length > density.as_ref().map_or(0.0, |density| density.radius) {
                 density.into_iter().for_each(|density| density.pass_on(&path, out));
                 gathered = Some(length);
@@ -210,10 +210,9 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         // Otherwise, add direct light and caustics
         if gathered.is_none() {
             let u = LightNumbers::draw(sampler, block);
-            let direct = Direct::sample(world, (&path, &vertex), strategy, 1, &u, out);
-            trace(direct, world, (&path, &vertex), out);
+            strategy.add_direct_light(world, &path, &vertex, &u, out);
             if vertex.bsdf.is_wide() {
-                self.recorded_density(|slice| (&slice.caustics, NEAR_SHARE), (depth, &vertex), out)
+                self.recorded_density(|slice| (&slice.caustics, NEAR_SHARE), depth, &vertex, out)
                     .pass_on(&path, out);
             }
         }
@@ -260,7 +259,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
             let Some(factor) = self.roulette.play(depth, judged, decision) else {
                 continue;
             };
-            let next = path.after(path.scatter(world, &vertex, &sample, (factor / rays as f32, 1), out));
+            let next = path.after(path.scatter(world, &vertex, &sample, factor / rays as f32, 1, out));
             queue.push(QueuedPath {
                 path: PathState {
                     roulette_scale: next.roulette_scale * rays as f32,
@@ -292,7 +291,7 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
         let nearest = slice.global.nearest(point.p, self.photon_count as usize, max, counts);
         // Search for two photons, because the search does not return the farthest photon.
         let is_dot = !slice.global.nearest(point.p, 2, dot, counts).photons.is_empty();
-        let caustics = self.density(|slice| (&slice.caustics, NEAR_SHARE), (0, vertex), false);
+        let caustics = self.density(|slice| (&slice.caustics, NEAR_SHARE), 0, vertex, false);
         Points {
             dot: f32::from(u8::from(is_dot)),
             radius: nearest.squared.sqrt(),
@@ -311,10 +310,11 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
     fn recorded_density(
         &self,
         map: impl Fn(&PhotonSlice) -> (&PhotonTree, f32),
-        met: (u32, &Vertex),
+        depth: u32,
+        vertex: &Vertex,
         out: &mut impl Sink,
     ) -> PhotonLight {
-        let light = self.density(map, met, out.separates_parts());
+        let light = self.density(map, depth, vertex, out.separates_parts());
         if out.records() {
             let (count, radius) = (light.count, light.radius);
             out.record(PathEvent::Photons { count, radius });
@@ -328,7 +328,8 @@ impl<A: Accel> PhotonMapIntegrator<'_, A> {
     fn density(
         &self,
         map: impl Fn(&PhotonSlice) -> (&PhotonTree, f32),
-        (depth, vertex): (u32, &Vertex),
+        depth: u32,
+        vertex: &Vertex,
         has_parts: bool,
     ) -> PhotonLight {
         let scene = self.world.scene;

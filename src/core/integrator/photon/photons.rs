@@ -87,6 +87,17 @@ pub struct PhotonTracer<'a, A> {
     pub min_scatterings: u16,
 }
 
+/// Light paths of a work item of an iteration.
+#[derive(Clone, Copy, Debug)]
+pub struct LightPaths {
+    /// Index of the iteration.
+    pub iteration: u32,
+    /// Index of the work item.
+    pub index: u32,
+    /// Number of light paths of all work items of the iteration.
+    pub paths: u32,
+}
+
 /// Number of light paths of a work item. Their random numbers are consecutive samples of one
 /// stream, so that they are well distributed jointly.
 pub const PHOTON_PATHS_A_WORK_ITEM: u32 = 1024;
@@ -113,22 +124,20 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         paths.div_ceil(PHOTON_PATHS_A_WORK_ITEM)
     }
 
-    /// Traces the light paths of work item `index` of iteration `iteration`, which has `paths`
-    /// light paths in total. Returns their photons in the order of the paths. All paths are at
-    /// `time`. If `time` is `None`, each path has a random time, and consecutive paths are assigned
-    /// to the slices in turn.
+    /// Traces the light paths of `item`. Returns their photons in the order of the paths. All paths
+    /// are at `time`. If `time` is `None`, each path has a random time, and consecutive paths are
+    /// assigned to the slices in turn.
     pub fn work_item<S: Sampler>(
         &self,
-        (iteration, index): (u32, u32),
-        paths: u32,
+        item: LightPaths,
         time: Option<f32>,
         sampler: &mut S,
         out: &mut impl RaySink,
     ) -> Vec<Photon> {
         let mut photons = Vec::new();
-        let slices = if time.is_some() { 1 } else { self.slices(paths) };
-        let mut turn = index * PHOTON_PATHS_A_WORK_ITEM;
-        self.each_path((iteration, index), paths, time, sampler, out, |path| {
+        let slices = if time.is_some() { 1 } else { self.slices(item.paths) };
+        let mut turn = item.index * PHOTON_PATHS_A_WORK_ITEM;
+        self.each_path(item, time, sampler, out, |path| {
             // Store a photon at each vertex that can scatter light to a viewer
             let light = path.first().map_or(LightId(0), |vertex| vertex.light_id());
             let slice = (turn % slices) as u8;
@@ -152,18 +161,22 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
         photons
     }
 
-    /// Traces the light paths of a work item and calls `found` with each path. The vertices of a
+    /// Traces the light paths of `item` and calls `found` with each path. The vertices of a
     /// path are in order from the light.
     pub(crate) fn each_path<S: Sampler>(
         &self,
-        (iteration, index): (u32, u32),
-        paths: u32,
+        item: LightPaths,
         time: Option<f32>,
         sampler: &mut S,
         out: &mut impl RaySink,
         mut found: impl FnMut(Vec<PathVertex<'a>>),
     ) {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, self.max_depth);
+        let LightPaths {
+            iteration,
+            index,
+            paths,
+        } = item;
         let first = index * PHOTON_PATHS_A_WORK_ITEM;
         let slices = self.slices(paths);
         for path in 0..PHOTON_PATHS_A_WORK_ITEM.min(paths.saturating_sub(first)) {

@@ -13,9 +13,9 @@
 
 use super::density::Density;
 use super::grid::PhotonGrid;
-use super::photons::{Photon, PhotonTracer};
+use super::photons::{LightPaths, Photon, PhotonTracer};
 use crate::accel::Accel;
-use crate::integrator::path::direct::{Direct, LightNumbers, trace};
+use crate::integrator::path::direct::LightNumbers;
 use crate::integrator::path::state::PathState;
 use crate::integrator::search_radius::{ProgressiveRadius, Radii};
 use crate::integrator::vertex::Vertex;
@@ -123,10 +123,12 @@ impl<'a, A: Accel> IterationIntegrator for ProgressivePhotonIntegrator<'a, A> {
             min_scatterings: 1,
         };
         let time = self.world.time_of_iteration(iteration, sampler);
-        (
-            time,
-            tracer.work_item((iteration, index), self.paths(), Some(time), sampler, out),
-        )
+        let item = LightPaths {
+            iteration,
+            index,
+            paths: self.paths(),
+        };
+        (time, tracer.work_item(item, Some(time), sampler, out))
     }
 
     fn join(&self, iteration: u32, parts: Vec<Self::PreparationPart>) -> Self::Preparation {
@@ -164,17 +166,16 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             // Find the next surface, and add its emission
             let depth = path.depth;
             let slot = BsdfSlot::new();
-            let vertex = path.next_vertex(world, None, &slot, out);
-            strategy.add_found(world, &path, vertex.as_ref(), out);
-            let Some(vertex) = vertex else { return };
+            let Some(vertex) = strategy.next_vertex(world, &mut path, None, &slot, out) else {
+                return;
+            };
             if self.max_depth.is_some_and(|max| depth >= max) {
                 return;
             }
 
             // Add direct light, and the light of photons at the last vertex
             let u = LightNumbers::draw(sampler, depth);
-            let direct = Direct::sample(world, (&path, &vertex), strategy, 1, &u, out);
-            trace(direct, world, (&path, &vertex), out);
+            strategy.add_direct_light(world, &path, &vertex, &u, out);
             let is_last = vertex.bsdf.is_wide();
             if is_last {
                 self.add_photons(prepared, &path, &vertex, out);
@@ -190,10 +191,8 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             if is_last && !sample.is_delta() && !vertex.is_one_way(direction) {
                 // Trace the scattered ray that completes the estimate of direct light
                 if strategy.counts_emission_hits() && !(path.beta * sample.weight).is_black() {
-                    let mut next = path.after(path.scatter(world, &vertex, &sample, (1.0, 1), out));
-                    let slot = BsdfSlot::new();
-                    let vertex = next.next_vertex(world, None, &slot, out);
-                    strategy.add_found(world, &next, vertex.as_ref(), out);
+                    let mut next = path.after(path.scatter(world, &vertex, &sample, 1.0, 1, out));
+                    strategy.next_vertex(world, &mut next, None, &BsdfSlot::new(), out);
                 }
                 return;
             }
@@ -202,7 +201,7 @@ impl<A: Accel> ProgressivePhotonIntegrator<'_, A> {
             let Some(factor) = self.roulette.play(depth, judged, decision) else {
                 return;
             };
-            path.advance(path.scatter(world, &vertex, &sample, (factor, 1), out));
+            path.advance(path.scatter(world, &vertex, &sample, factor, 1, out));
         }
     }
 }

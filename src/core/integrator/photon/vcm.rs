@@ -8,7 +8,7 @@
 
 use super::density::is_one_surface;
 use super::grid::{GridItem, PhotonGrid};
-use super::photons::PhotonTracer;
+use super::photons::{LightPaths, PhotonTracer};
 use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::{Connector, Merging};
 use crate::integrator::bidirectional::subpath::PathVertex;
@@ -131,8 +131,12 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
         let radii = self.radii(iteration);
         let connector = self.connector(&radii);
         let mut paths = Vec::new();
-        let work_item = (iteration, index);
-        tracer.each_path(work_item, self.paths(), Some(time), sampler, out, |mut path| {
+        let item = LightPaths {
+            iteration,
+            index,
+            paths: self.paths(),
+        };
+        tracer.each_path(item, Some(time), sampler, out, |mut path| {
             connector.sum_light(&mut path, time);
             // Free unused memory, because the path is stored for the whole iteration.
             path.shrink_to_fit();

@@ -41,7 +41,7 @@ impl<'a> SampledLight<'a> {
             let q = sample.target.unwrap_or(Vec3::ZERO);
             light.normal(q, self.time).unwrap_or(Vec3::ZERO)
         };
-        let [start, _] = emission_pdfs(self.scene, (self.id, is_infinite), ng, -sample.wi, self.time);
+        let [start, _] = emission_pdfs(self.scene, self.id, is_infinite, ng, -sample.wi, self.time);
         let end = LightEnd {
             id: self.id,
             is_infinite,
@@ -65,7 +65,8 @@ impl<'a> SampledLight<'a> {
 /// Samples lights of `scene` for the light sampling context `context`, and calls `found` with each
 /// sample. `selection` chooses one light, or all lamps.
 pub(super) fn sample_lights<'a>(
-    (scene, selection): (&'a Scene, &LightSelection),
+    scene: &'a Scene,
+    selection: &LightSelection,
     context: &LightSampleContext,
     time: f32,
     numbers: &LightDimensions,
@@ -74,7 +75,7 @@ pub(super) fn sample_lights<'a>(
 ) {
     let mut of = |id: LightId, pmf: f32, point: Dimension| {
         let (lights, u) = (scene.lights(), sampler.get_2d(point));
-        let sample = selection.sample_light(lights, id, (context, time), u, scene.textures());
+        let sample = selection.sample_light(lights, id, context, time, u, scene.textures());
         if let Some(sample) = sample {
             found(SampledLight {
                 scene,

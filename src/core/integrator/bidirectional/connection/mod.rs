@@ -291,16 +291,16 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
     ) {
         let (camera, light) = (&paths.camera, &paths.light);
         match strategy {
-            (0, t) => self.hit_light((&camera[..t], paths.time), found),
+            (0, t) => self.hit_light(&camera[..t], paths.time, found),
             (1, 1) => self.sample_light_for_lens(paths.time, sampler, out, found),
-            (1, t) => self.sample_light((&camera[..t], paths.time), sampler, out, found),
-            (s, 1) => self.connect_to_lens((&light[..s], paths.time), sampler, out, found),
-            (s, t) => self.connect((&camera[..t], &light[..s], paths.time), out, found),
+            (1, t) => self.sample_light(&camera[..t], paths.time, sampler, out, found),
+            (s, 1) => self.connect_to_lens(&light[..s], paths.time, sampler, out, found),
+            (s, t) => self.connect(&camera[..t], &light[..s], paths.time, out, found),
         }
     }
 
     /// s = 0: the camera subpath hits a light.
-    fn hit_light(&self, (camera, time): (&[PathVertex<'a>], f32), found: &mut impl FnMut(Contribution)) {
+    fn hit_light(&self, camera: &[PathVertex<'a>], time: f32, found: &mut impl FnMut(Contribution)) {
         let [.., before, last] = camera else { return };
         let Some(surface) = last.surface() else { return };
         let from = self.light_context(before);
@@ -356,7 +356,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
     /// s = 1: a light is sampled for the last vertex of the camera subpath.
     fn sample_light(
         &self,
-        (camera, time): (&[PathVertex<'a>], f32),
+        camera: &[PathVertex<'a>],
+        time: f32,
         sampler: &impl Sampler,
         out: &mut impl RaySink,
         found: &mut impl FnMut(Contribution),
@@ -371,7 +372,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             point: number(Bounce::LightPoint),
         };
         sample_lights(
-            (self.world.scene, self.world.light_selection),
+            self.world.scene,
+            self.world.light_selection,
             &self.light_context(last),
             time,
             &numbers,
@@ -423,7 +425,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
             point: number(Bounce::LightPoint),
         };
         sample_lights(
-            (self.world.scene, self.world.light_selection),
+            self.world.scene,
+            self.world.light_selection,
             &LightSampleContext::any_side(lens.p),
             time,
             &numbers,
@@ -453,7 +456,8 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
     /// t = 1: the last vertex of the light subpath is connected to the lens.
     fn connect_to_lens(
         &self,
-        (light, time): (&[PathVertex<'a>], f32),
+        light: &[PathVertex<'a>],
+        time: f32,
         sampler: &impl Sampler,
         out: &mut impl RaySink,
         found: &mut impl FnMut(Contribution),
@@ -499,7 +503,9 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
     /// s, t > 1: the last vertices of both subpaths are connected by an edge.
     fn connect(
         &self,
-        (camera, light, time): (&[PathVertex<'a>], &[PathVertex<'a>], f32),
+        camera: &[PathVertex<'a>],
+        light: &[PathVertex<'a>],
+        time: f32,
         out: &mut impl RaySink,
         found: &mut impl FnMut(Contribution),
     ) {

@@ -51,7 +51,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         let pdf = match (&at.kind, before) {
             (VertexKind::Surface(surface), Some(before)) => surface.pdf_from_light(at.direction_to(before), w),
             (VertexKind::Light(end), _) => {
-                let [_, onwards] = emission_pdfs(self.world.scene, (end.id, end.is_infinite), at.ng, w, time);
+                let [_, onwards] = emission_pdfs(self.world.scene, end.id, end.is_infinite, at.ng, w, time);
                 onwards
             }
             _ => 0.0,
@@ -211,7 +211,7 @@ impl<A: Accel> Connector<'_, '_, A> {
         };
         let scene = self.world.scene;
         let w = end.direction_to(previous);
-        let [own, onwards] = emission_pdfs(scene, (light_hit.light, end.is_infinite()), end.ng, w, time);
+        let [own, onwards] = emission_pdfs(scene, light_hit.light, end.is_infinite(), end.ng, w, time);
         ConnectionDensities {
             end: scene.emission_selection().pmf(light_hit.light) * own,
             previous: if previous.is_one_way {

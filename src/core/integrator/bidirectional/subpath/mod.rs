@@ -60,13 +60,7 @@ pub(crate) fn max_vertices(max_depth: Option<u32>) -> usize {
 /// density of its first direction `w`. `ng` is the normal at the start. The first density is per
 /// area and the second per solid angle. For infinitely distant lights the first is per solid angle
 /// and the second per area.
-pub(crate) fn emission_pdfs(
-    scene: &Scene,
-    (id, is_infinite): (LightId, bool),
-    ng: Vec3,
-    w: Vec3,
-    time: f32,
-) -> [f32; 2] {
+pub(crate) fn emission_pdfs(scene: &Scene, id: LightId, is_infinite: bool, ng: Vec3, w: Vec3, time: f32) -> [f32; 2] {
     let [position, direction] = scene.lights()[id.0 as usize].emission_pdfs(ng, w, time, &scene.ball());
     if is_infinite {
         [direction, position]
@@ -208,7 +202,7 @@ impl<'a, A: Accel> Walk<'_, 'a, A> {
         let is_from_camera = self.mode == TransportMode::Radiance;
         let frame = surface.frame_for(scene, back, self.mode);
         let local = frame.to_local(back);
-        let sample = surface.sample((back, local), u_lobe, u, self.mode)?;
+        let sample = surface.sample(back, local, u_lobe, u, self.mode)?;
         let w = frame.to_world(sample.wi);
         let weight = match (is_from_camera, sample.is_delta()) {
             (true, _) => sample.weight,

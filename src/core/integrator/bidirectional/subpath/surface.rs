@@ -184,7 +184,7 @@ impl<'a> Surface<'a> {
     /// the direction to the previous vertex, and `local` is `back` in the local frame of
     /// [`Surface::frame_for`]. The sampled direction is in this frame, and its weight is a factor
     /// of radiance.
-    pub fn sample(&self, (back, local): (Vec3, Vec3), u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
+    pub fn sample(&self, back: Vec3, local: Vec3, u_lobe: f32, u: Vec2, mode: TransportMode) -> Option<BsdfSample> {
         match mode {
             TransportMode::Radiance => self.bsdf.sample(local, u_lobe, u, mode),
             TransportMode::Importance => self.sample_from_light(back, u_lobe, u),

@@ -28,7 +28,7 @@ impl Lengths {
 
     /// Distribution over `min` to `max` vertices. `light[n]` is the light that was found by paths
     /// of `n` vertices.
-    pub fn new(light: &[f64], (min, max): (usize, usize)) -> Self {
+    pub fn new(light: &[f64], min: usize, max: usize) -> Self {
         let total: f64 = light.iter().sum();
         let even = 1.0 / (max + 1).saturating_sub(min) as f64;
         let of = |n: usize| {
@@ -174,7 +174,7 @@ impl<'a, A: Accel> Bidirectional<'_, '_, 'a, A> {
         light.extend(x.vertices[cut.kept + cut.count..].iter().rev().cloned());
         let to_light = t == cut.kept + count && light.is_empty();
         self.space
-            .extend_from_camera(&mut camera, (t - cut.kept, to_light), sample, numbers, out)?;
+            .extend_from_camera(&mut camera, t - cut.kept, to_light, sample, numbers, out)?;
         self.space
             .extend_from_light(&mut light, cut.kept + count - t, sample.time, numbers, out)?;
         let fresh = cut.kept..cut.kept + count;

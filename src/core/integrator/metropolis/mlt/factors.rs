@@ -88,8 +88,8 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
     fn factors_of_light(&self, at: &Vertex, source: &LightEnd, before: &Vertex, time: f32) -> Option<Factors> {
         let scene = self.world.scene;
         let w = at.direction_to(before);
-        let light = (source.id, source.kind.is_infinite());
-        let [start, onwards] = emission_pdfs(scene, light, at.ng, w, time).map(f64::from);
+        let is_infinite = source.kind.is_infinite();
+        let [start, onwards] = emission_pdfs(scene, source.id, is_infinite, at.ng, w, time).map(f64::from);
         let (value, towards_camera) = match source.kind {
             LightEndKind::Area => {
                 let cos = w.dot(at.ng);

@@ -200,7 +200,8 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         PathSpace::new(
             &self.world,
             self.importance,
-            (self.metropolis.min_vertices(), max_vertices(self.max_depth)),
+            self.metropolis.min_vertices(),
+            max_vertices(self.max_depth),
             self.metropolis.carries_all(),
         )
     }
@@ -261,7 +262,7 @@ impl<'a, A: Accel> IterationIntegrator for PathSpaceIntegrator<'a, A> {
     fn join(&self, _: u32, parts: Vec<Vec<SamplePaths>>) -> Seeds {
         let space = self.space();
         let samples: Vec<SamplePaths> = parts.into_iter().flatten().collect();
-        Seeds::new(&samples, (space.min_vertices, space.max_vertices))
+        Seeds::new(&samples, space.min_vertices, space.max_vertices)
     }
 
     fn repeats(&self) -> bool {
@@ -355,7 +356,7 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
         out: &mut impl RaySink,
     ) -> (usize, Option<Proposal<'a>>) {
         let choice = numbers.choose(Mutation::weights(x, space).into_iter()).unwrap_or(0);
-        self.mutate_by(Mutation::ALL[choice].0, (space, lengths), x, numbers, out)
+        self.mutate_by(Mutation::ALL[choice].0, space, lengths, x, numbers, out)
     }
 
     /// Proposes a mutation of `x` of the kind `kind`. Returns the index of its kind in [`NAMES`],
@@ -363,7 +364,8 @@ impl<'a, A: Accel> PathSpaceIntegrator<'a, A> {
     fn mutate_by(
         &self,
         kind: Mutation,
-        (space, lengths): (&PathSpace<'_, 'a, A>, &Lengths),
+        space: &PathSpace<'_, 'a, A>,
+        lengths: &Lengths,
         x: &Path<'a>,
         numbers: &mut Numbers,
         out: &mut impl RaySink,

@@ -100,7 +100,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
         )?;
         let light = x.vertices[chain.last + 1..].iter().rev().cloned();
         let y = self.space.join(camera, light, 0..chain.last + 1, x.camera, out)?;
-        Some(self.proposal((x, y), chain, chosen))
+        Some(self.proposal(x, y, chain, chosen))
     }
 
     /// Moves the path `x` to another time. The film point, the lens point and the directions that
@@ -125,13 +125,13 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
             let before = light.get(i + 1).or(camera.last());
             light[i].transmittance = self
                 .space
-                .visibility((before, &light[i]), &light[i - 1], sample.time, out);
+                .visibility(before, &light[i], &light[i - 1], sample.time, out);
             if light[i].transmittance.is_blocked() {
                 return None;
             }
         }
         let y = self.space.join(camera, light.into_iter(), 0..x.len(), sample, out)?;
-        Some(self.proposal((x, y), chain, chosen))
+        Some(self.proposal(x, y, chain, chosen))
     }
 
     /// Returns `true` if [`PathPerturbation::move_in_time`] can move the path `x`.
@@ -189,7 +189,8 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
     /// densities.
     fn proposal(
         &self,
-        (x, y): (&Path<'a>, Path<'a>),
+        x: &Path<'a>,
+        y: Path<'a>,
         chain: CameraChain,
         chosen: impl Fn(&Path<'a>) -> f64,
     ) -> Proposal<'a> {
@@ -246,7 +247,7 @@ impl<'a, A: Accel> PathPerturbation<'_, '_, 'a, A> {
             let mut vertex = self.space.intersect(&ray, RayKind::Bounce, out)?;
             vertex.is_delta = x.vertices[i].is_delta;
             if let Some(last) = light.last() {
-                vertex.transmittance = self.space.transmittance((None, &vertex), last, x.camera.time, out);
+                vertex.transmittance = self.space.transmittance(None, &vertex, last, x.camera.time, out);
             }
             light.push(vertex);
             if i > 1 {

@@ -35,12 +35,12 @@ pub(super) struct Seed {
 pub type SamplePaths = Vec<(f64, usize)>;
 
 impl Seeds {
-    /// Seeds from the paths of all bootstrap samples. `lengths` is the minimum and maximum number
-    /// of vertices of a path.
-    pub(super) fn new(samples: &[SamplePaths], lengths: (usize, usize)) -> Self {
+    /// Seeds from the paths of all bootstrap samples. A path has `min` to `max`
+    /// vertices.
+    pub(super) fn new(samples: &[SamplePaths], min: usize, max: usize) -> Self {
         let mut seeds = Self::default();
         let mut total = 0.0;
-        let mut by_length = [0, 1].map(|_| vec![0.0; lengths.1 + 1]);
+        let mut by_length = [0, 1].map(|_| vec![0.0; max + 1]);
         for (sample, found) in (0u32..).zip(samples) {
             for (way, &(light, n)) in (0..).zip(found) {
                 total += light;
@@ -50,7 +50,7 @@ impl Seeds {
             }
         }
         seeds.mean = total / samples.len().max(1) as f64;
-        seeds.lengths = by_length.map(|light| Lengths::new(&light, lengths));
+        seeds.lengths = by_length.map(|light| Lengths::new(&light, min, max));
         seeds
     }
 

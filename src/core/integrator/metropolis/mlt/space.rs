@@ -39,7 +39,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     pub fn new(
         world: &'w World<'a, A>,
         importance: &'w ImportanceImage,
-        (min_vertices, max_vertices): (usize, usize),
+        min_vertices: usize,
+        max_vertices: usize,
         has_lamps: bool,
     ) -> Self {
         Self {
@@ -137,7 +138,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     pub fn extend_from_camera(
         &self,
         path: &mut Vec<Vertex<'a>>,
-        (count, to_light): (usize, bool),
+        count: usize,
+        to_light: bool,
         sample: CameraSample,
         numbers: &mut Numbers,
         out: &mut impl RaySink,
@@ -202,7 +204,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
                     };
                     let mut next = self.intersect(&ray, RayKind::Bounce, out)?;
                     let last = path.last()?;
-                    next.transmittance = self.transmittance((None, &next), last, time, out);
+                    next.transmittance = self.transmittance(None, &next, last, time, out);
                     next
                 }
             };
@@ -277,13 +279,14 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     /// `before` is the previous vertex of `a` on the camera's side, if it is known.
     pub fn transmittance(
         &self,
-        (before, a): (Option<&Vertex>, &Vertex),
+        before: Option<&Vertex>,
+        a: &Vertex,
         b: &Vertex,
         time: f32,
         out: &mut impl RaySink,
     ) -> Transmittance {
         if self.world.scene.lets_light_pass() || self.world.scene.has_absorption() {
-            self.visibility((before, a), b, time, out)
+            self.visibility(before, a, b, time, out)
         } else {
             Transmittance::CLEAR
         }
@@ -303,7 +306,8 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     /// `before` is the previous vertex of `a` on the camera's side, if it is known.
     pub fn visibility(
         &self,
-        (before, a): (Option<&Vertex>, &Vertex),
+        before: Option<&Vertex>,
+        a: &Vertex,
         b: &Vertex,
         time: f32,
         out: &mut impl RaySink,
@@ -331,9 +335,9 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     /// a ray was traced ([`PathSpace::transmittance`]).
     pub fn note_through(&self, camera: &mut [Vertex<'a>], next: &Vertex, time: f32, out: &mut impl RaySink) {
         if let [.., before, last] = camera {
-            last.transmittance = self.transmittance((Some(before), last), next, time, out);
+            last.transmittance = self.transmittance(Some(before), last, next, time, out);
         } else if let [lens] = camera {
-            lens.transmittance = self.transmittance((None, lens), next, time, out);
+            lens.transmittance = self.transmittance(None, lens, next, time, out);
         }
     }
 
@@ -373,7 +377,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
             }
             let before = second.checked_sub(2).map(|i| &path.vertices[i]);
             let (a, b) = (&path.vertices[second - 1], &path.vertices[second]);
-            let transmittance = self.visibility((before, a), b, sample.time, out);
+            let transmittance = self.visibility(before, a, b, sample.time, out);
             path.color *= transmittance.tint;
             path.target = self.target(path.color, path.film);
             if transmittance.is_blocked() || path.target <= 0.0 {

@@ -168,7 +168,7 @@ fn is_balanced(what: &str, integrator: &PathSpaceIntegrator<BruteForce>, (name, 
             seed.iter().map(light_of).collect()
         })
         .collect();
-    let seeds = Seeds::new(&found, (space.min_vertices, space.max_vertices));
+    let seeds = Seeds::new(&found, space.min_vertices, space.max_vertices);
     let lengths = seeds.lengths(seed::Seed { sample: 0, way: 0 });
     // Features that do not change may differ by rounding errors.
     let moved_by = |change: f64| if change.abs() < 1e-4 { 0.0 } else { change };
@@ -177,7 +177,7 @@ fn is_balanced(what: &str, integrator: &PathSpaceIntegrator<BruteForce>, (name, 
         let mut numbers = Numbers::of(SampleKey::new(i, 3, 1), &mut sampler);
         let mut sample: Vec<f64> = Vec::new();
         for (x, light) in integrator.seed(&space, 1, i, &mut sampler, &mut rays) {
-            let (index, proposal) = integrator.mutate_by(kind, (&space, lengths), &x, &mut numbers, &mut rays);
+            let (index, proposal) = integrator.mutate_by(kind, &space, lengths, &x, &mut numbers, &mut rays);
             let Some(Proposal { path: y, acceptance }) = proposal.filter(|_| NAMES[index] == name) else {
                 continue;
             };

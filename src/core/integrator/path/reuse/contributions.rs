@@ -86,7 +86,7 @@ impl<'v> End<'v> {
                 contributions.add(radiance, &scattered);
                 if out[owner].separates_parts() {
                     let light = FoundLight::of(radiance, id, world.scene, 0);
-                    self.pass_part(light, (&scattered, wi), viewers, work, out);
+                    self.pass_part(light, &scattered, wi, viewers, work, out);
                 }
             };
             let selection = world.light_selection;
@@ -122,13 +122,13 @@ impl<'v> End<'v> {
             let mut light = rest.sum;
             if sample.is_delta() {
                 // No other path finds this light, so it is added only to the owner.
-                light = path.add_emitted((&next, traced), sample.pdf, light, own);
+                light = path.add_emitted(&next, traced, sample.pdf, light, own);
                 self.record_contribution(numbers.key, own);
                 light.pass_on(self.beta * sample.weight * factor, self.depth + 2, own);
             } else if !light.radiance.is_black() || path.finds_emission(&next, traced) {
                 let viewers = viewers.get_or_insert_with(|| Viewers::find(self, owner, world, work, out));
                 let scattered = viewers.scattered(self, work, sample.wi);
-                light = path.add_emitted((&next, traced), scattered.pdf, light, &mut out[owner]);
+                light = path.add_emitted(&next, traced, scattered.pdf, light, &mut out[owner]);
                 if scattered.pdf > 0.0 {
                     let factor = factor / scattered.pdf;
                     contributions.add(light.radiance * factor, &scattered);
@@ -137,7 +137,7 @@ impl<'v> End<'v> {
                             radiance: part.radiance * factor,
                             ..part.light()
                         };
-                        self.pass_part(part, (&scattered, sample.wi), viewers, work, out);
+                        self.pass_part(part, &scattered, sample.wi, viewers, work, out);
                     }
                 }
             }
@@ -159,7 +159,8 @@ impl<'v> End<'v> {
     fn pass_part(
         &self,
         light: FoundLight,
-        (scattered, wi): (&EndScattering, Vec3),
+        scattered: &EndScattering,
+        wi: Vec3,
         viewers: &Viewers,
         work: &Workspace<'_, 'v>,
         out: &mut [impl Sink],
@@ -209,8 +210,10 @@ impl<'v> End<'v> {
     ) -> Option<(LightSample, Vec3, Spectrum)> {
         let vertex = &self.vertex;
         let (lights, textures) = (world.scene.lights(), world.scene.textures());
-        let to = (&vertex.light_context(), vertex.point.time);
-        let light = world.light_selection.sample_light(lights, id, to, u, textures)?;
+        let (context, time) = (vertex.light_context(), vertex.point.time);
+        let light = world
+            .light_selection
+            .sample_light(lights, id, &context, time, u, textures)?;
         let wi = vertex.frame.to_local(light.wi);
         if light.radiance.is_black() || (wi.z * vertex.wo.z <= 0.0 && !vertex.bsdf.is_transmitting()) {
             return None;
@@ -281,13 +284,14 @@ impl<A: Accel> PathIntegrator<'_, A> {
     #[inline(always)]
     fn add_emitted(
         &self,
-        (path, traced): (&PathState, RayResult),
+        path: &PathState,
+        traced: RayResult,
         pdf: f32,
         light: LightSum,
         out: &mut impl Sink,
     ) -> LightSum {
         if self.finds_emission(path, traced) {
-            self.with_emission((path, traced), pdf, light, out)
+            self.with_emission(path, traced, pdf, light, out)
         } else {
             light
         }
@@ -296,7 +300,8 @@ impl<A: Accel> PathIntegrator<'_, A> {
     #[inline(never)]
     fn with_emission(
         &self,
-        (path, (hit, transmittance)): (&PathState, RayResult),
+        path: &PathState,
+        (hit, transmittance): RayResult,
         pdf: f32,
         light: LightSum,
         out: &mut impl Sink,

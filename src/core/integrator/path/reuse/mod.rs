@@ -126,9 +126,9 @@ impl<A: Accel> ReusingPathIntegrator<'_, A> {
                 let to_first = PathNumbers::start(&integrator.world, keys[i], &mut of_first_vertices);
                 let numbers = PathNumbers::start(&integrator.world, keys[i], sampler);
                 let found = (&mut first_vertices[i], &mut ends[i]);
-                integrator.find_end((path, traced), [to_first, numbers], slots, found, out);
+                integrator.find_end(path, traced, [to_first, numbers], slots, found, out);
                 if integrator.world.scene.ground().is_some() {
-                    integrator.catch_shadow((path, traced), numbers, out);
+                    integrator.catch_shadow(path, traced, numbers, out);
                 }
             }
 
@@ -152,7 +152,8 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
     #[inline(always)]
     fn find_end<'v, S: Sampler>(
         &'v self,
-        (mut path, traced): (PathState, RayResult),
+        mut path: PathState,
+        traced: RayResult,
         [to_first, numbers]: [PathNumbers<S>; 2],
         slots: &'v [BsdfSlot<'v>],
         (first, end): (&mut Option<FirstVertex<'v>>, &mut Option<End<'v>>),
@@ -193,7 +194,7 @@ impl<'a, A: Accel> PathIntegrator<'a, A> {
             let u = numbers.vertex(path.depth, self.roulette);
             let direct = self.sample_light(&path, &vertex, &u, out);
             let next = self.scatter(&path, &vertex, roulette(first), &u, out);
-            trace(direct, &self.world, (&path, &vertex), out);
+            trace(direct, &self.world, &path, &vertex, out);
             let Some(next) = next else { return };
             path.advance(next);
             if first.is_some() && !is_first {

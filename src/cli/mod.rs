@@ -2,8 +2,8 @@
 //! command, such as `run`.
 //!
 //! Commands use the library. `run` and `merge` use only sessions, files and observers
-//! (`tests/it/project/layers.rs` checks this). `lab`, `audit`, `bench`, `check`, `explain`, `paths`
-//! and `points` also use lower layers.
+//! (`tests/it/project/layers.rs` checks this). `audit`, `check` and `paths` also use lower layers.
+//! `laboratory` has the commands that measure and explain estimators. No other command uses it.
 
 // This module comes first, because the following modules use its macros.
 #[macro_use]
@@ -12,7 +12,6 @@ mod printing;
 mod aov_list;
 mod args;
 mod audit;
-mod bench;
 mod camera_files;
 mod check;
 mod checkpointer;
@@ -24,12 +23,11 @@ mod develop;
 mod documentation;
 mod dump;
 mod error;
-mod explain;
 mod help;
 mod info;
 mod init;
 mod job;
-mod lab;
+mod laboratory;
 mod man;
 mod merge;
 mod outputs;
@@ -37,12 +35,10 @@ mod paths;
 mod picture_warnings;
 mod pixel;
 mod plot;
-mod points;
 mod progress;
 mod reference;
 mod request;
 mod run;
-mod selftest;
 mod stats;
 mod stop;
 mod summary;
@@ -126,9 +122,9 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
     }
     match args.command {
         Some(Command::Render(args)) => run::render(&args),
-        Some(Command::Lab(args)) => lab::lab(&args),
+        Some(Command::Lab(args)) => laboratory::lab(&args),
         Some(Command::Audit(args)) => audit::audit(&args),
-        Some(Command::Bench(args)) => bench::bench(&args),
+        Some(Command::Bench(args)) => laboratory::bench(&args),
         Some(Command::Merge(args)) => merge::merge(&args),
         Some(Command::Develop(args)) => develop::develop(&args),
         Some(Command::Info(args)) => info::info(&args),
@@ -138,10 +134,10 @@ fn dispatch(args: Args) -> Result<ExitCode, CliError> {
         Some(Command::Init(args)) => init::init(&args),
         Some(Command::Check(args)) => check::check(&args.common, args.verbose),
         Some(Command::Compare(args)) => compare::compare(&args),
-        Some(Command::Explain(args)) => explain::explain(&args),
-        Some(Command::Points(args)) => points::points(&args),
+        Some(Command::Explain(args)) => laboratory::explain(&args),
+        Some(Command::Points(args)) => laboratory::points(&args),
         Some(Command::Paths(args)) => paths::paths(&args),
-        Some(Command::Selftest(args)) => selftest::selftest(&args),
+        Some(Command::Selftest(args)) => laboratory::selftest(&args),
         Some(Command::Completions(args)) => completions::completions(&args),
         Some(Command::Man(args)) => man::man(&args),
         Some(Command::Help(args)) => help::help(&args),

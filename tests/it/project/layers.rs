@@ -378,8 +378,8 @@ fn debug_text_is_only_in_failures() {
     assert!(writers.is_empty(), "{writers:?}");
 }
 
-/// The render commands use only the interface of the library. Commands outside of `lab` do not
-/// import lower modules.
+/// The render commands use only the interface of the library. These commands do not import
+/// lower modules.
 #[test]
 fn command_line_uses_the_library_only() {
     let imports = Imports::read();
@@ -420,6 +420,18 @@ fn command_line_uses_the_library_only() {
                 .any(|a| name == *a || name.starts_with(&format!("{a}::")));
             assert!(is_allowed, "cli/{file}.rs uses {name}");
         }
+    }
+}
+
+/// Commands outside of the laboratory do not import it. `cli/mod.rs` calls its commands.
+#[test]
+fn commands_do_not_use_the_laboratory() {
+    let imports = Imports::read();
+    let is_inside = |name: &Name| name.len() > 1 && name[..2] == ["cli", "laboratory"];
+    assert!(imports.mentions.keys().filter(|module| is_inside(module)).count() > 5);
+    for (module, mentions) in imports.mentions.iter().filter(|(module, _)| !is_inside(module)) {
+        let used = mentions.iter().find(|name| is_inside(&imports.home(name, 0)));
+        assert!(used.is_none(), "{} uses {used:?}", module.join("::"));
     }
 }
 

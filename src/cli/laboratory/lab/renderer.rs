@@ -55,14 +55,14 @@ impl Reference {
 }
 
 /// Renders contenders, and reuses a scene for several of them if possible.
-pub(super) struct Laboratory<'a> {
+pub(super) struct ContenderRenderer<'a> {
     pub job: &'a Job,
     pub quiet: bool,
     /// Session whose scene is in memory, if any.
     pub session: Option<Session>,
 }
 
-impl Laboratory<'_> {
+impl ContenderRenderer<'_> {
     /// Renders all contenders that are not refused, until an interrupt.
     pub fn runs(
         &mut self,

@@ -7,10 +7,10 @@ mod convergence;
 mod picture;
 mod projections;
 
-use super::args::{PointSet, PointsArgs};
-use super::error::CliError;
-use super::outputs::Outputs;
-use super::printing;
+use crate::cli::args::{PointSet, PointsArgs};
+use crate::cli::error::CliError;
+use crate::cli::outputs::Outputs;
+use crate::cli::printing;
 use crate::integrator::Directions;
 use crate::math::Vec2;
 use crate::options::{ChosenIntegrator, IntegratorKind, IntegratorOptions, Named, name_of};
@@ -92,7 +92,7 @@ impl PointSet {
 }
 
 /// Prints the measurements of the points, and draws them.
-pub(super) fn points(args: &PointsArgs) -> Result<ExitCode, CliError> {
+pub(in crate::cli) fn points(args: &PointsArgs) -> Result<ExitCode, CliError> {
     let mut outputs = Outputs::default();
     let output = args
         .output

@@ -6,14 +6,14 @@
 mod polar;
 mod terminal;
 
-use super::args::ExplainArgs;
-use super::error::{CliError, INTERRUPTED};
-use super::info::decimal;
-use super::job::read_scene;
-use super::outputs::{Outputs, face_error};
-use super::printing;
-use super::progress::{InterruptGuard, Progress};
 use crate::bsdf::Bsdf;
+use crate::cli::args::ExplainArgs;
+use crate::cli::error::{CliError, INTERRUPTED};
+use crate::cli::info::decimal;
+use crate::cli::job::read_scene;
+use crate::cli::outputs::{Outputs, face_error};
+use crate::cli::printing;
+use crate::cli::progress::{InterruptGuard, Progress};
 use crate::color::{Spectrum, Tone};
 use crate::files::Output;
 use crate::io::{ExrFormat, FileError, Format};
@@ -53,7 +53,7 @@ const GRAZING: f32 = 89.0;
 const MAX_ALBEDO: f32 = 1.004;
 
 /// Explains one material of a scene.
-pub(super) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
+pub(in crate::cli) fn explain(args: &ExplainArgs) -> Result<ExitCode, CliError> {
     // Invalid settings are rejected before any file is read.
     let settings = Settings {
         resolution: UVec2::from(args.size),

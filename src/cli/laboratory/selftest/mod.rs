@@ -7,9 +7,9 @@
 mod cases;
 mod scenes;
 
-use super::args::SelftestArgs;
-use super::error::CliError;
-use super::printing;
+use crate::cli::args::SelftestArgs;
+use crate::cli::error::CliError;
+use crate::cli::printing;
 use crate::options::Backend;
 use crate::session::BUILD;
 use cases::{CASES, Case, Measurement, Probe};
@@ -60,7 +60,7 @@ impl CaseResult {
 }
 
 /// Runs the cases, and reports their results.
-pub(super) fn selftest(args: &SelftestArgs) -> Result<ExitCode, CliError> {
+pub(in crate::cli) fn selftest(args: &SelftestArgs) -> Result<ExitCode, CliError> {
     let usual = || {
         Backend::ALL
             .iter()

@@ -1,7 +1,7 @@
 //! `embrasure lab`: one scene rendered by several estimators, each compared with a reference.
 //!
 //! `contenders` lists the estimators, `lessons` describes them, and `budget` limits their samples
-//! or time. `laboratory` orders the renders and makes the reference. `runs` renders an estimator,
+//! or time. `renderer` orders the renders and makes the reference. `runs` renders an estimator,
 //! with a snapshot at each point of the curves. `tables`, `sheet`, `curves` and `page` write the
 //! result.
 
@@ -9,21 +9,21 @@ mod bounces;
 mod budget;
 mod contenders;
 mod curves;
-mod laboratory;
 mod lessons;
 mod page;
+mod renderer;
 mod runs;
 mod sheet;
 mod tables;
 
-use super::args::{Flags, LabArgs, RenderArgs};
-use super::error::CliError;
-use super::job::Job;
-use super::outputs::Outputs;
-use super::plot::SvgTarget;
-use super::printing;
-use super::progress::{InterruptGuard, is_interrupted};
-use super::warnings::{ShownWarnings, note_middle_eye};
+use crate::cli::args::{Flags, LabArgs, RenderArgs};
+use crate::cli::error::CliError;
+use crate::cli::job::Job;
+use crate::cli::outputs::Outputs;
+use crate::cli::plot::SvgTarget;
+use crate::cli::printing;
+use crate::cli::progress::{InterruptGuard, is_interrupted};
+use crate::cli::warnings::{ShownWarnings, note_middle_eye};
 use crate::color::Tone;
 use crate::compare::Errors;
 use crate::files::{MemoryLimit, Output, in_words};
@@ -32,7 +32,7 @@ use crate::options::{Denoising, IntegratorKind, IntegratorOptions, SamplingOptio
 use crate::session::Session;
 use budget::Budget;
 use contenders::{Contender, idle_keys, ladder, methods};
-use laboratory::{Laboratory, Reference};
+use renderer::{ContenderRenderer, Reference};
 use runs::ContenderRun;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -71,7 +71,7 @@ struct LabFiles {
 }
 
 /// Renders all contenders and writes the results.
-pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
+pub(in crate::cli) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     if args.bounces {
         return sheet_of_bounces(args);
     }
@@ -116,12 +116,12 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     }
 
     let _interrupts = InterruptGuard::begin();
-    let mut laboratory = Laboratory {
+    let mut renderer = ContenderRenderer {
         job: &job,
         quiet: args.quiet,
         session: Some(session),
     };
-    let runs = laboratory.runs(contenders, &budgets)?;
+    let runs = renderer.runs(contenders, &budgets)?;
     runs.iter()
         .filter_map(|(contender, run)| Some((contender, run.overspent(&budgets)?)))
         .for_each(|(contender, [seconds, budget])| {
@@ -138,7 +138,7 @@ pub(super) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
     }
     let reference = match (given, truth.map(|truth| &runs[truth])) {
         (Some(given), _) => Some(given),
-        (None, Some((contender, run))) if !is_interrupted() => laboratory.reference(contender, run)?,
+        (None, Some((contender, run))) if !is_interrupted() => renderer.reference(contender, run)?,
         _ => None,
     };
     let tone = runs

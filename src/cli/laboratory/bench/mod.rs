@@ -2,12 +2,12 @@
 
 mod tables;
 
-use super::args::{BenchArgs, Flags, RenderArgs};
-use super::error::CliError;
-use super::job::Job;
-use super::progress::Progress;
-use super::warnings::{ShownWarnings, note_middle_eye};
 use crate::accel::{Accel, Query, QueryKind, Recorder};
+use crate::cli::args::{BenchArgs, Flags, RenderArgs};
+use crate::cli::error::CliError;
+use crate::cli::job::Job;
+use crate::cli::progress::Progress;
+use crate::cli::warnings::{ShownWarnings, note_middle_eye};
 use crate::film::{Film, FirstSurface};
 use crate::integrator::{FoundLight, RayKind, RaySink, Sink};
 use crate::math::UVec2;
@@ -89,7 +89,7 @@ struct Rates {
 }
 
 /// Measures the scenes and prints tables or JSON.
-pub(super) fn bench(args: &BenchArgs) -> Result<ExitCode, CliError> {
+pub(in crate::cli) fn bench(args: &BenchArgs) -> Result<ExitCode, CliError> {
     // All arguments are checked before the first ray.
     let jobs: Result<Vec<Job>, CliError> = args.scenes.iter().map(|s| Job::new(&render_args(args, s))).collect();
     let mut jobs = jobs?;

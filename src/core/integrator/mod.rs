@@ -52,7 +52,7 @@ pub use path::whitted::WhittedIntegrator;
 pub use path_record::{EmissionRecord, LightSampleRecord, PathEvent, ScatteringRecord};
 pub use photon::grid::{GridItem, PhotonGrid};
 pub use photon::photon_map::{FAR_SHARE, NEAR_SHARE, PhotonMapIntegrator, PhotonMaps, PhotonSlice};
-pub use photon::photons::{LightPaths, PHOTON_PATHS_A_WORK_ITEM, Photon, PhotonTracer};
+pub use photon::photons::{PHOTON_PATHS_A_WORK_ITEM, Photon, PhotonTracer, PhotonWorkItem};
 pub use photon::sppm::{IterationPhotons, ProgressivePhotonIntegrator};
 pub use photon::tree::{NearestPhotons, PhotonTree};
 pub use photon::vcm::{MAX_MERGED_PATHS, MergedPaths, VertexMergingIntegrator, WorkItemPaths};

@@ -5,7 +5,7 @@ use super::observer::Observer;
 use super::statistics::RayCounts;
 use super::work_items::in_work_items;
 use crate::accel::Accel;
-use crate::integrator::{LightPaths, PhotonMaps, PhotonTracer};
+use crate::integrator::{PhotonMaps, PhotonTracer, PhotonWorkItem};
 use crate::sampler::Sampler;
 
 /// Traces `paths` photon paths and makes maps of their photons. Photons that `tracer` omits are not
@@ -24,7 +24,7 @@ pub fn photon_maps<A: Accel, S: Sampler>(
         sampler,
         observer,
         |index, sampler, rays| {
-            let item = LightPaths {
+            let item = PhotonWorkItem {
                 iteration: 0,
                 index,
                 paths,

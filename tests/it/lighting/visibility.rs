@@ -57,8 +57,7 @@ fn learned(lights: &[Light]) -> LightSelection {
     let mut found = Vec::new();
     for &side in &side {
         for target in grid.targets() {
-            let to = (Vec3::ZERO, 0.0);
-            let sample = grid.sample_target(lights, target, to, Vec2::splat(0.5), &[]);
+            let sample = grid.sample_target(lights, target, Vec3::ZERO, 0.0, Vec2::splat(0.5), &[]);
             let towards = if side { Vec3::X } else { Vec3::NEG_Z };
             found.push(sample.map_or(0.0, |s| f32::from(u8::from(s.wi.dot(towards) > 0.9))));
         }

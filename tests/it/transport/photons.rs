@@ -33,7 +33,12 @@ fn photons_of(scene: &Scene, paths: u32, max_depth: u32) -> Vec<Photon> {
         };
         let work_items = (0..PhotonTracer::<Backend>::work_items(paths)).flat_map(|index| {
             let mut rays = RayCounts::default();
-            tracer.work_item((0, index), paths, None, &mut Independent::new(5), &mut rays)
+            let item = PhotonWorkItem {
+                iteration: 0,
+                index,
+                paths,
+            };
+            tracer.work_item(item, None, &mut Independent::new(5), &mut rays)
         });
         work_items.collect()
     })

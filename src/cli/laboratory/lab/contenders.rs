@@ -166,10 +166,15 @@ mod tests {
         let best = Settings::default();
         let rungs = ladder(&best);
         assert_eq!(rungs.len(), 8);
-        assert_eq!(rungs[7].chosen_integrator(), best.method());
+        assert_eq!(rungs[7].chosen_integrator(), best.chosen_integrator());
         // Each rung differs from the rung below.
         for pair in rungs.windows(2) {
-            assert_ne!(pair[0].chosen_integrator(), pair[1].method(), "{}", pair[1].name);
+            assert_ne!(
+                pair[0].chosen_integrator(),
+                pair[1].chosen_integrator(),
+                "{}",
+                pair[1].name
+            );
         }
         assert!(rungs.iter().all(|rung| rung.shares_scene(&best)));
     }

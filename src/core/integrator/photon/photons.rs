@@ -89,7 +89,7 @@ pub struct PhotonTracer<'a, A> {
 
 /// Light paths of a work item of an iteration.
 #[derive(Clone, Copy, Debug)]
-pub struct LightPaths {
+pub struct PhotonWorkItem {
     /// Index of the iteration.
     pub iteration: u32,
     /// Index of the work item.
@@ -129,7 +129,7 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
     /// assigned to the slices in turn.
     pub fn work_item<S: Sampler>(
         &self,
-        item: LightPaths,
+        item: PhotonWorkItem,
         time: Option<f32>,
         sampler: &mut S,
         out: &mut impl RaySink,
@@ -165,14 +165,14 @@ impl<'a, A: Accel> PhotonTracer<'a, A> {
     /// path are in order from the light.
     pub(crate) fn each_path<S: Sampler>(
         &self,
-        item: LightPaths,
+        item: PhotonWorkItem,
         time: Option<f32>,
         sampler: &mut S,
         out: &mut impl RaySink,
         mut found: impl FnMut(Vec<PathVertex<'a>>),
     ) {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, self.max_depth);
-        let LightPaths {
+        let PhotonWorkItem {
             iteration,
             index,
             paths,

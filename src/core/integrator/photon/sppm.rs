@@ -13,7 +13,7 @@
 
 use super::density::Density;
 use super::grid::PhotonGrid;
-use super::photons::{LightPaths, Photon, PhotonTracer};
+use super::photons::{Photon, PhotonTracer, PhotonWorkItem};
 use crate::accel::Accel;
 use crate::integrator::path::direct::LightNumbers;
 use crate::integrator::path::state::PathState;
@@ -123,7 +123,7 @@ impl<'a, A: Accel> IterationIntegrator for ProgressivePhotonIntegrator<'a, A> {
             min_scatterings: 1,
         };
         let time = self.world.time_of_iteration(iteration, sampler);
-        let item = LightPaths {
+        let item = PhotonWorkItem {
             iteration,
             index,
             paths: self.paths(),

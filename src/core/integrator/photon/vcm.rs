@@ -8,7 +8,7 @@
 
 use super::density::is_one_surface;
 use super::grid::{GridItem, PhotonGrid};
-use super::photons::{LightPaths, PhotonTracer};
+use super::photons::{PhotonTracer, PhotonWorkItem};
 use crate::accel::Accel;
 use crate::integrator::bidirectional::connection::{Connector, Merging};
 use crate::integrator::bidirectional::subpath::PathVertex;
@@ -131,7 +131,7 @@ impl<'a, A: Accel> IterationIntegrator for VertexMergingIntegrator<'a, A> {
         let radii = self.radii(iteration);
         let connector = self.connector(&radii);
         let mut paths = Vec::new();
-        let item = LightPaths {
+        let item = PhotonWorkItem {
             iteration,
             index,
             paths: self.paths(),

@@ -241,7 +241,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         let back = last.direction_to(before);
         let surface = last.surface()?;
         let frame = surface.frame_for(self.world.scene, back, mode);
-        let sample = surface.sample((back, frame.to_local(back)), u_lobe, u, mode)?;
+        let sample = surface.sample(back, frame.to_local(back), u_lobe, u, mode)?;
         let wi = (!sample.is_delta()).then_some(sample.wi)?;
         let ray = surface.ray_onwards(self.world, back, frame.to_world(wi), mode);
         last.is_delta = false;

@@ -340,8 +340,8 @@ impl<'a> Renderer<'a> {
 
     /// Writes `image`, the picture of `state`, to all `outputs`, and returns the errors. If the
     /// render is a part of a picture, EXR files also get the sums, so that parts can be joined
-    /// ([`Parts`](super::Parts)). If there are no samples, no file is written, and existing files
-    /// are kept.
+    /// ([`PictureParts`](super::PictureParts)). If there are no samples, no file is written, and
+    /// existing files are kept.
     #[must_use = "the errors name the files that were not written"]
     pub fn write(
         &self,

@@ -122,7 +122,7 @@ fn points_of_four_dimensions(reversed: u32, pixel: u32, a: u64, b: u64, c: u64, 
 /// dimension, the x coordinates of the second dimension, then the y coordinates in the same order.
 #[multiversion(targets("x86_64+avx2"))]
 fn points_of_two_dimensions(sample: u32, pixel: u32, a: u64, b: u64) -> [[f32; 8]; 2] {
-    let reversed = from_fn(|i| sample.wrapping_add(i as u32 % 4).reverse_bits());
+    let reversed = each(|i| sample.wrapping_add(i as u32 % 4).reverse_bits());
     points(reversed, pixel, [a, a, a, a, b, b, b, b])
 }
 
@@ -130,15 +130,26 @@ fn points_of_two_dimensions(sample: u32, pixel: u32, a: u64, b: u64) -> [[f32; 8
 /// samples, with their binary digits reversed. `bits` has the scrambling seeds of the dimensions.
 #[inline(always)]
 fn points<const N: usize>(reversed: [u32; N], pixel: u32, bits: [u64; N]) -> [[f32; N]; 2] {
-    let sample: [u32; N] = from_fn(|i| scramble(reversed[i], order(bits[i])).reverse_bits());
-    let numerator: [u32; N] = from_fn(|i| numerator(scramble(pixel, order_of_pixels(bits[i]))));
+    let sample: [u32; N] = each(|i| scramble(reversed[i], order(bits[i])).reverse_bits());
+    let numerator: [u32; N] = each(|i| numerator(scramble(pixel, order_of_pixels(bits[i]))));
     // f = sample + numerator / q¹⁶, where 1 / q¹⁶ = 1 / (z³² + z¹⁶ + 1) = 1 + z¹⁶ up to z³¹, also
     // in powers of z + 1
-    let x: [u32; N] = from_fn(|i| sample[i] ^ numerator[i] ^ (numerator[i] << 16));
-    let y: [u32; N] = from_fn(|i| second_dimension(sample[i] ^ numerator[i]) ^ (second_dimension(numerator[i]) << 16));
-    let x: [u32; N] = from_fn(|i| scramble(x[i], (bits[i] >> 32) as u32).reverse_bits());
-    let y: [u32; N] = from_fn(|i| scramble(y[i], bits[i] as u32).reverse_bits());
+    let x: [u32; N] = each(|i| sample[i] ^ numerator[i] ^ (numerator[i] << 16));
+    let y: [u32; N] = each(|i| second_dimension(sample[i] ^ numerator[i]) ^ (second_dimension(numerator[i]) << 16));
+    let x: [u32; N] = each(|i| scramble(x[i], (bits[i] >> 32) as u32).reverse_bits());
+    let y: [u32; N] = each(|i| scramble(y[i], bits[i] as u32).reverse_bits());
     [x, y].map(|digits| digits.map(unit_f32))
+}
+
+/// Array of the values of `of` for all indices. `std::array::from_fn` is not always inlined, and then
+/// it is compiled without AVX2.
+#[inline(always)]
+fn each<const N: usize>(of: impl Fn(usize) -> u32) -> [u32; N] {
+    let mut values = [0; N];
+    for (i, value) in values.iter_mut().enumerate() {
+        *value = of(i);
+    }
+    values
 }
 
 /// Scrambling seed of the order of the pixels. `bits` is the scrambling seed of the dimension.

@@ -141,8 +141,8 @@ fn points<const N: usize>(reversed: [u32; N], pixel: u32, bits: [u64; N]) -> [[f
     [x, y].map(|digits| digits.map(unit_f32))
 }
 
-/// Array of the values of `of` for all indices. `std::array::from_fn` is not always inlined, and then
-/// it is compiled without AVX2.
+/// Array of the values of `of` for all indices. `std::array::from_fn` is not always inlined, and
+/// then it is compiled without AVX2.
 #[inline(always)]
 fn each<const N: usize>(of: impl Fn(usize) -> u32) -> [u32; N] {
     let mut values = [0; N];

@@ -54,9 +54,10 @@ pub const CHANNELS: [&str; 15] = [
     "samples",
 ];
 
-/// Temporary folder with `files`. Dropping the value deletes it.
+/// Temporary folder with `files`. Dropping the value deletes it. It is in a folder that only tests
+/// use, because the program also searches the parent folder for missing files.
 pub fn folder(files: &[(&str, &str)]) -> TempDir {
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
     for (name, text) in files {
         fs::write(folder.path().join(name), text).unwrap();
     }

@@ -245,6 +245,20 @@ fn shared_vertices_on_any_surface_keep_means() {
     });
 }
 
+/// A veil lies between the first and the second vertex of all paths that pixels of the floor share.
+/// The densities of these paths include the probability that a ray passes the veil.
+#[test]
+fn shared_paths_through_a_veil_keep_means() {
+    assert_unmoved_between("veil", material(0.7, 0.0), |builder| {
+        let veil = Material {
+            opacity: 0.5,
+            ..material(0.0, 0.0)
+        };
+        let corners = [[-0.98, -0.98], [-0.98, 0.98], [0.98, 0.98], [0.98, -0.98]];
+        add(builder, polygon(&corners.map(|[x, z]| Vec3::new(x, -0.8, z))), veil);
+    });
+}
+
 /// If a pixel shows a mirror or glass, its first vertex for path reuse is on the surface that the
 /// mirror or glass shows.
 #[test]

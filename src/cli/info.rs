@@ -94,6 +94,7 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
                 "vertical_fov": decimal([parameters.vertical_fov; 3])[0],
                 "lens_radius": decimal([parameters.lens_radius; 3])[0],
                 "focus_distance": decimal([parameters.focus_distance; 3])[0],
+                "resolution": settings.resolution.to_array(),
                 "guess": guess.as_ref().map(|guess| &guess.words),
                 "flags": guess.as_ref().map(|guess| guess.flags(origin)),
             })
@@ -186,10 +187,12 @@ fn print_text(info: &Value, (parts, names): (&[PartSize], &PartNames), warnings:
             _ => String::new(),
         };
         outln!(
-            "  camera     at {} towards {}, vertical field of view {} degrees{focus}",
+            "  camera     at {} towards {}, vertical field of view {} degrees in a picture of {}x{}{focus}",
             camera["position"],
             camera["look_at"],
-            camera["vertical_fov"]
+            camera["vertical_fov"],
+            camera["resolution"][0],
+            camera["resolution"][1]
         );
         if let (Some(words), Some(flags)) = (camera["guess"].as_str(), camera["flags"].as_str()) {
             outln!("             guessed: {words}");

@@ -206,12 +206,7 @@ fn settings(
         camera.0.elevation = Some(Elevation::Plan);
     }
     camera.apply(&mut settings.camera, scene.origin());
-    let is_fixed = settings.camera.elevation.is_some() && settings.print.is_some();
-    if let Some([width, height]) = args.size.filter(|_| is_fixed) {
-        return Err(CliError::Usage(format!(
-            "--size {width}x{height}: the size follows from --scale\n  help: leave out one of the two"
-        )));
-    }
+    settings.is_page = args.size.is_some();
     let size = settings.resolution;
     let is_inside = |at: &Vec2| at.cmpge(Vec2::ZERO).all() && at.cmple(size.as_vec2()).all();
     if let Some(at) = args.camera.0.focus_at.filter(|at| !is_inside(at)) {

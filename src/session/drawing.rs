@@ -54,6 +54,17 @@ impl Settings {
             self.camera.options.look_at = Some(center);
             self.camera.options.up = Some(axes.up);
             match pixels_per_unit {
+                Some(pixels) if self.is_page => {
+                    let [width, height] = [width, height].map(|side| (side * pixels).ceil());
+                    let page = self.resolution.as_dvec2();
+                    if width > page.x || height > page.y {
+                        let size = format!("{width} x {height} pixels, and the page has {} x {}", page.x, page.y);
+                        let value = self.print.map(|print| print.scale.text()).unwrap_or_default();
+                        let help = "use a larger --size, a smaller scale such as 1:100, or fewer --dpi";
+                        return refused("scale", format!("{value}: the drawing has {size}"), help);
+                    }
+                    self.camera.options.ortho_height = Some((page.y / pixels) as f32);
+                }
                 Some(pixels) => return self.sized([width, height].map(|side| side * pixels), pixels),
                 None => {
                     let aspect = f64::from(self.resolution.x) / f64::from(self.resolution.y);

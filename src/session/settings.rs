@@ -78,6 +78,9 @@ pub struct Settings {
     pub tone: Tone,
     /// Scale of the picture on paper, if one is set.
     pub print: Option<Print>,
+    /// True if `resolution` is the size of a page. Else the size of drawings to scale is the size
+    /// of the scene.
+    pub is_page: bool,
     /// Lines along edges: their colour in PNG files, and their style.
     pub lines: LineOptions,
 }
@@ -150,6 +153,7 @@ impl Settings {
             compact: false,
             tone: options.tone.tone_settings(),
             print: Print::of(&options.print),
+            is_page: false,
             lines: options.lines,
         }
     }

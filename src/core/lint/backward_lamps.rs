@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 /// A lamp may face the wrong way if the distance to the surface in front of the lamp is at most
 /// this fraction of the distance to the surface behind the lamp.
-const NEAR: f32 = 0.02;
+const NEAR: f32 = 0.05;
 /// A lamp is reported if at least this fraction of its area faces the wrong way.
 const MIN_AREA: f64 = 0.9;
 /// Maximum number of triangles that are checked in each mesh.

@@ -153,6 +153,30 @@ fn scale_sets_ortho_height_or_image_size() {
     }
 }
 
+/// A page has the scale of the drawing, and the drawing in its middle.
+#[test]
+fn drawings_are_in_the_middle_of_a_page() {
+    let folder = walls();
+    let at = folder.path();
+    let mask = |flags: &str| {
+        let flags = format!("render a.obj -q --elevation front --scale 1:50 --dpi 40 {CENTERS} {flags} -o t.exr");
+        done(at, &split(&flags));
+        let path = at.join("t.exr");
+        let size = read_first_flat_layer_from_file(&path).unwrap().layer_data.size;
+        let hit: Vec<bool> = read_channel(&path, "Z").iter().map(|z| *z < 1e9).collect();
+        (hit, [size.0, size.1])
+    };
+    let (drawing, [width, height]) = mask("");
+    // Even differences leave whole pixels on both sides.
+    let (page, [page_width, _]) = mask(&format!("--size {}x{}", width + 20, height + 34));
+    let shifted = |i: usize| page[(i / width + 17) * page_width + i % width + 10];
+    let count = |mask: &[bool]| mask.iter().filter(|hit| **hit).count();
+    // Edges may lie on pixel centres, where rounding decides.
+    let differing = (0..drawing.len()).filter(|&i| drawing[i] != shifted(i)).count();
+    assert!(50 * differing < count(&drawing), "{differing} of {}", count(&drawing));
+    assert!(50 * count(&page).abs_diff(count(&drawing)) < count(&drawing));
+}
+
 #[test]
 fn impossible_drawings_are_errors() {
     let folder = walls();
@@ -163,7 +187,10 @@ fn impossible_drawings_are_errors() {
             ["1:50", "orthographic"],
         ),
         ("--elevation front --projection panorama", ["front", "orthographic"]),
-        ("--elevation front --scale 1:50 --size 9x9", ["--size 9x9", "--scale"]),
+        (
+            "--elevation front --scale 1:50 --size 9x9",
+            ["page has 9 x 9", "--size"],
+        ),
         ("--elevation front --scale 1000:1", ["1000:1", "smaller scale"]),
         ("--elevation front --view top", ["--elevation", "--view"]),
         ("--elevation side", ["side", "front"]),

@@ -40,8 +40,15 @@ impl Comparison {
         let samples = count(u64::from(snapshot.samples), "sample");
         let spent = format!("{samples}, {:.2} s", snapshot.seconds);
         let error = snapshot.rel_mse.map(|error| format!("relMSE {}", measured(error)));
+        let blocks = snapshot
+            .block_rel_mse
+            .map(|error| format!("of blocks {}", measured(error)));
         Panel {
-            label: [contender.name.clone(), spent].into_iter().chain(error).collect(),
+            label: [contender.name.clone(), spent]
+                .into_iter()
+                .chain(error)
+                .chain(blocks)
+                .collect(),
             image: shown(&snapshot.image, &self.tone),
         }
     }

@@ -33,19 +33,22 @@ impl Comparison {
 
     /// Markdown with the table of results, and a list of the slopes of the curves.
     pub fn markdown(&self) -> String {
-        let mut text = String::from("| estimator | samples | seconds | relMSE | efficiency |\n|---|---|---|---|---|\n");
+        let mut text = String::from(
+            "| estimator | samples | seconds | relMSE | relMSE of blocks | efficiency |\n|---|---|---|---|---|---|\n",
+        );
         for (contender, run) in &self.runs {
             if let Some(why) = contender.refusal() {
-                let _ = writeln!(text, "| {} | not rendered: {why} | | | |", contender.name);
+                let _ = writeln!(text, "| {} | not rendered: {why} | | | | |", contender.name);
             }
             for snapshot in (0..self.budgets.len()).filter_map(|index| run.at(index)) {
                 let _ = writeln!(
                     text,
-                    "| {} | {} | {:.2} | {} | {} |",
+                    "| {} | {} | {:.2} | {} | {} | {} |",
                     contender.name,
                     snapshot.samples,
                     snapshot.seconds,
                     snapshot.rel_mse.map_or(String::new(), measured),
+                    snapshot.block_rel_mse.map_or(String::new(), measured),
                     snapshot.efficiency().map_or(String::new(), measured)
                 );
             }

@@ -253,7 +253,7 @@ function table() {
   const text = (value, digits) => (value === null ? "" : number(value, digits));
   rendered.forEach((estimator, index) => {
     for (const point of estimator.points.filter((point) => point.is_budget)) {
-      const cells = [point.samples, point.seconds.toFixed(2), text(point.relmse, 4), text(point.efficiency, 3)];
+      const cells = [point.samples, point.seconds.toFixed(2), text(point.relmse, 4), text(point.block_relmse, 4), text(point.efficiency, 3)];
       const row = make("tr", {}, make("th", { scope: "row" }, estimator.name), ...cells.map((cell) => make("td", {}, String(cell))));
       row.dataset.index = index;
       row.addEventListener("pointerenter", () => mark(index));

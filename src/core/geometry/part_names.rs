@@ -10,87 +10,152 @@ pub const UNNAMED: u32 = 0;
 /// List of part names. The name of a part consists of the name of an object and the names of its
 /// groups. A file may have as many parts as triangles, so all names are stored in one text. If a
 /// part has the same name of the object or of the groups as the previous part, this name is stored
-/// only once. The text is therefore not longer than the statements of the file that name the parts.
+/// only once. The text is therefore hardly longer than the statements of the file that name the
+/// parts.
 ///
 /// Parts are numbered from 1.
 #[derive(Clone, Debug, Default)]
 pub struct PartList {
-    text: String,
-    places: Vec<Places>,
+    text: NameText,
+    objects: Column,
+    groups: Column,
+    len: usize,
 }
-
-/// Places of the two names of a part in the text.
-#[derive(Clone, Copy, Debug, Default)]
-struct Places {
-    object: Place,
-    groups: Place,
-}
-
-/// Start and end of a name in the text.
-type Place = [u32; 2];
 
 impl PartList {
+    /// An empty list with memory for `count` parts whose names take `bytes` in [`NameText`].
+    fn with_capacity(count: usize, bytes: usize, [has_objects, has_groups]: [bool; 2]) -> Self {
+        let column = |varies: bool| Column {
+            last: 0,
+            each: Vec::with_capacity(if varies { count } else { 0 }),
+        };
+        Self {
+            text: NameText(String::with_capacity(bytes)),
+            objects: column(has_objects),
+            groups: column(has_groups),
+            len: 0,
+        }
+    }
+
     /// Adds a part, and returns its number. A name is left out if the text would be longer than
     /// 4 GiB.
     pub fn push(&mut self, object: &str, groups: &str) -> u32 {
-        let last = self.places.last().copied().unwrap_or_default();
-        let object = self.place(object, last.object);
-        let groups = self.place(groups, last.groups);
-        self.places.push(Places { object, groups });
-        self.places.len() as u32
-    }
-
-    /// Returns the place of `name` in the text. If the text at `last` is `name`, this is `last`.
-    /// Otherwise `name` is appended.
-    fn place(&mut self, name: &str, last: Place) -> Place {
-        if self.text(last) == name {
-            return last;
-        }
-        let ends = [self.text.len(), self.text.len() + name.len()].map(u32::try_from);
-        let [Ok(start), Ok(end)] = ends else {
-            return Place::default();
-        };
-        self.text.push_str(name);
-        [start, end]
+        self.objects.push(object, &mut self.text, self.len);
+        self.groups.push(groups, &mut self.text, self.len);
+        self.len += 1;
+        self.len as u32
     }
 
     /// Name of the object of a part; empty if the part has no object name.
     pub fn object(&self, part: u32) -> &str {
-        self.text(self.places(part).object)
+        self.name(&self.objects, part)
     }
 
     /// Names of the groups of a part, as in the file: one name, or several separated by blanks.
     pub fn groups(&self, part: u32) -> &str {
-        self.text(self.places(part).groups)
+        self.name(&self.groups, part)
     }
 
     /// Names of the object and of the groups of each part.
     fn iter(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.places
-            .iter()
-            .map(|places| (self.text(places.object), self.text(places.groups)))
+        (1..=self.len as u32).map(|part| (self.object(part), self.groups(part)))
     }
 
     /// Frees unused memory.
     pub fn shrink_to_fit(&mut self) {
-        self.text.shrink_to_fit();
-        self.places.shrink_to_fit();
+        self.text.0.shrink_to_fit();
+        self.objects.each.shrink_to_fit();
+        self.groups.each.shrink_to_fit();
     }
 
     fn bytes(&self) -> usize {
-        self.text.len() + size_of_val(self.places.as_slice())
+        self.text.0.len() + size_of_val(self.objects.each.as_slice()) + size_of_val(self.groups.each.as_slice())
     }
 
-    fn places(&self, part: u32) -> Places {
-        let index = (part as usize).checked_sub(1);
-        index
-            .and_then(|index| self.places.get(index))
-            .copied()
-            .unwrap_or_default()
+    fn name(&self, column: &Column, part: u32) -> &str {
+        let index = (part as usize).checked_sub(1).filter(|&index| index < self.len);
+        index.map_or("", |index| self.text.name(column.place(index)))
+    }
+}
+
+/// Names of consecutive parts: the names of their objects, or of their groups.
+#[derive(Clone, Debug, Default)]
+struct Column {
+    /// Place of the last name in the text.
+    last: u32,
+    /// Place of the name of each part. Empty if all parts have the same name.
+    each: Vec<u32>,
+}
+
+impl Column {
+    /// Adds the name of a part. `count` parts were added before. A name that differs from the
+    /// previous name is appended to `text`.
+    fn push(&mut self, name: &str, text: &mut NameText, count: usize) {
+        let before = self.last;
+        if text.name(before) != name {
+            self.last = text.push(name);
+        }
+        if self.each.is_empty() && count > 0 && self.last != before {
+            self.each.resize(count, before);
+        }
+        if !self.each.is_empty() {
+            self.each.push(self.last);
+        }
     }
 
-    fn text(&self, [start, end]: Place) -> &str {
-        self.text.get(start as usize..end as usize).unwrap_or_default()
+    fn place(&self, index: usize) -> u32 {
+        self.each.get(index).copied().unwrap_or(self.last)
+    }
+}
+
+/// Text of names. In front of each name is its length in digits of 6 bits, the lowest first. The
+/// byte of a digit has bit 6 if another digit follows. So the place of a name, 0 for the empty
+/// name, takes only 4 bytes.
+#[derive(Clone, Debug, Default)]
+struct NameText(String);
+
+impl NameText {
+    const DIGIT: usize = 0x3F;
+    const MORE: u8 = 0x40;
+
+    /// Appends a name and returns its place. Returns the place of the empty name if the text would
+    /// be longer than 4 GiB.
+    fn push(&mut self, name: &str) -> u32 {
+        const MAX_DIGITS: usize = usize::BITS as usize / 6 + 1;
+        if name.is_empty() {
+            return 0;
+        }
+        // The empty name is at place 0.
+        let place = self.0.len().max(1);
+        if u32::try_from(place + MAX_DIGITS + name.len()).is_err() {
+            return 0;
+        }
+        if self.0.is_empty() {
+            self.0.push('\0');
+        }
+        let mut rest = name.len();
+        while rest > Self::DIGIT {
+            self.0.push(char::from((rest & Self::DIGIT) as u8 | Self::MORE));
+            rest >>= 6;
+        }
+        self.0.push(char::from(rest as u8));
+        self.0.push_str(name);
+        place as u32
+    }
+
+    /// Name at `place`.
+    #[inline]
+    fn name(&self, place: u32) -> &str {
+        let (mut start, mut len, mut shift) = (place as usize, 0, 0);
+        while let Some(&digit) = self.0.as_bytes().get(start) {
+            start += 1;
+            len |= (digit as usize & Self::DIGIT) << shift;
+            shift += 6;
+            if digit & Self::MORE == 0 {
+                break;
+            }
+        }
+        self.0.get(start..start + len).unwrap_or_default()
     }
 }
 
@@ -146,24 +211,20 @@ impl PartNames {
     /// set, which has 16 to 32 bits per part. Only names whose bit is set by several names are
     /// compared.
     pub fn join<'l>(lists: impl Iterator<Item = &'l PartList> + Clone) -> (Self, Vec<u32>) {
-        let sum =
-            |(count, bytes): (usize, usize), list: &PartList| (count + list.places.len(), bytes + list.text.len());
+        let sum = |(count, bytes): (usize, usize), list: &PartList| (count + list.len, bytes + list.text.0.len());
         let (count, bytes) = lists.clone().fold((0, 0), sum);
+        let varies = [
+            lists.clone().any(|list| !list.objects.each.is_empty()),
+            lists.clone().any(|list| !list.groups.each.is_empty()),
+        ];
         let mut names = Self {
-            list: PartList {
-                text: String::with_capacity(bytes),
-                places: Vec::with_capacity(count),
-            },
+            list: PartList::with_capacity(count, bytes, varies),
             table: HashTable::new(),
         };
-        let of_all = |list: &'l PartList| list.iter();
         let mut hashes = Vec::with_capacity(count);
-        hashes.extend(
-            lists
-                .clone()
-                .flat_map(of_all)
-                .map(|(object, groups)| hash(object, groups)),
-        );
+        for list in lists.clone() {
+            hashes.extend(list.iter().map(|(object, groups)| hash(object, groups)));
+        }
         let bits = (16 * count).next_power_of_two().clamp(64, 1 << 32);
         let place = |hash: u32| {
             let bit = hash as usize & (bits - 1);
@@ -178,16 +239,21 @@ impl PartNames {
         drop(once);
         let mut repeated = HashTable::new();
         let mut numbers = hashes;
-        for ((object, groups), number) in lists.flat_map(of_all).zip(&mut numbers) {
-            let hash = *number;
-            let (word, mask) = place(hash);
-            *number = if object.is_empty() && groups.is_empty() {
-                UNNAMED
-            } else if twice[word] & mask == 0 {
-                names.list.push(object, groups)
-            } else {
-                find_or_push(&mut names.list, &mut repeated, hash, object, groups)
-            };
+        let mut first = 0;
+        for list in lists {
+            let of_list = &mut numbers[first..first + list.len];
+            first += list.len;
+            for ((object, groups), number) in list.iter().zip(of_list) {
+                let hash = *number;
+                let (word, mask) = place(hash);
+                *number = if object.is_empty() && groups.is_empty() {
+                    UNNAMED
+                } else if twice[word] & mask == 0 {
+                    names.list.push(object, groups)
+                } else {
+                    find_or_push(&mut names.list, &mut repeated, hash, object, groups)
+                };
+            }
         }
         names.list.shrink_to_fit();
         (names, numbers)
@@ -201,7 +267,7 @@ impl PartNames {
 
     /// Number of parts with names.
     pub fn len(&self) -> usize {
-        self.list.places.len()
+        self.list.len
     }
 
     /// Returns true if no part has a name.
@@ -355,7 +421,7 @@ mod tests {
             }
             let (joined, numbers) = PartNames::join(lists.iter());
             assert_eq!(numbers, expected);
-            assert_eq!(joined.list.text, names.list.text);
+            assert_eq!(joined.list.text.0, names.list.text.0);
         }
         assert!(PartNames::join(std::iter::empty()).1.is_empty());
     }
@@ -371,12 +437,53 @@ mod tests {
         for i in 0..100 {
             list.push(&format!("{i}"), &groups);
         }
-        assert_eq!(list.text.len(), 1000 + 500 + 2 * 190);
+        // Lengths have two digits for the long names, and one digit for the other names.
+        let bytes = 1 + (2 + 1000) + (2 + 500) + 2 * (100 + 190);
+        assert_eq!(list.text.0.len(), bytes);
         assert_eq!((list.object(100), list.groups(100)), (&*object, "99"));
         assert_eq!((list.object(101), list.groups(101)), ("0", &*groups));
         let (names, numbers) = PartNames::join([list.clone(), list].iter());
-        assert_eq!((names.len(), names.list.text.len()), (200, 1880));
+        assert_eq!((names.len(), names.list.text.0.len()), (200, bytes));
         assert_eq!((numbers[0], numbers[399]), (1, 200));
+    }
+
+    /// Names of all lengths, with characters of several bytes.
+    #[test]
+    fn names_keep_their_text() {
+        let mut list = PartList::default();
+        let names: Vec<String> = [0, 1, 62, 63, 64, 65, 4095, 4096, 300_000]
+            .into_iter()
+            .flat_map(|len| {
+                [
+                    ("€\0@".repeat(len), "".into()),
+                    ("?".repeat(len), "\u{7f}".repeat(len + 1)),
+                ]
+            })
+            .flat_map(|(object, groups)| [object, groups])
+            .collect();
+        for pair in names.chunks(2) {
+            list.push(&pair[0], &pair[1]);
+        }
+        for (part, pair) in (1..).zip(names.chunks(2)) {
+            assert!(
+                (list.object(part), list.groups(part)) == (&*pair[0], &*pair[1]),
+                "{part}"
+            );
+        }
+        assert_eq!((list.object(0), list.groups(99)), ("", ""));
+    }
+
+    /// If all parts have the same object or the same groups, this name takes no memory for each
+    /// part.
+    #[test]
+    fn equal_names_take_no_memory() {
+        let mut list = PartList::default();
+        (0..100).for_each(|i| _ = list.push("object", &i.to_string()));
+        assert_eq!((list.objects.each.len(), list.groups.each.len()), (0, 100));
+        list.push("", "100");
+        assert_eq!((list.objects.each.len(), list.groups.each.len()), (101, 101));
+        assert_eq!((list.object(100), list.groups(100)), ("object", "99"));
+        assert_eq!((list.object(101), list.groups(101)), ("", "100"));
     }
 
     /// Pairs of names are different parts, even if their concatenations are equal.

@@ -2,10 +2,10 @@
 //! at the front, tails and tail lamps at the back.
 
 use super::scene_tracer::SceneTracer;
-use super::surfaces::{Point, side_of};
+use super::surfaces::{Point, levels_of_names, side_of};
 use super::triangles::for_each_triangle;
+use crate::geometry::UNNAMED;
 use crate::math::{Horizon, Vec3};
-use rayon::prelude::*;
 
 /// Maximum number of triangles that are used, evenly spread over the scene's triangles.
 const MAX_TRIANGLES: u64 = 1 << 20;
@@ -75,10 +75,8 @@ pub(super) fn named_front(tracer: &SceneTracer, points: &[Point], horizon: &Hori
     let scene = tracer.scene;
     let materials: Vec<Option<bool>> = scene.materials().iter().map(|m| is_front(&m.name)).collect();
     let names = scene.part_names();
-    let parts: Vec<Option<bool>> = (0..=names.len() as u32)
-        .into_par_iter()
-        .map(|part| is_front(&names.name(part)))
-        .collect();
+    let parts: Vec<u32> = std::iter::once(UNNAMED).chain(names.parts()).collect();
+    let parts = levels_of_names(names, &parts, is_front);
     if materials.iter().chain(&parts).all(Option::is_none) {
         return None;
     }

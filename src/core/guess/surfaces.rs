@@ -5,6 +5,7 @@ use super::parts::SceneParts;
 use super::scene_tracer::SceneTracer;
 use super::spread::radical_inverse;
 use super::triangles::{Triangle, for_each_triangle};
+use crate::geometry::PartNames;
 use crate::math::{Bounds3, Vec2, Vec3};
 use crate::sampling::warp::uniform_triangle;
 use crate::scene::Scene;
@@ -15,6 +16,8 @@ use std::collections::HashMap;
 const MAX_TRIANGLES: u64 = 1 << 20;
 /// Number of points on the surfaces, evenly spread over their area.
 const POINTS: f64 = 16384.0;
+/// Number of parts whose names one task reads.
+const PARTS: usize = 4096;
 /// Maximum number of points from which rays are traced.
 const RAYS: usize = 1024;
 /// Offset of a ray's origin from its surface, in radii of the scene.
@@ -334,14 +337,41 @@ fn turn(points: &[Point], bounds: Bounds3, axis: usize) -> f32 {
 /// for the names of one kind, false for the names of the opposite kind.
 fn levels(scene: &Scene, points: &[Point], level_of: impl Fn(&str) -> Option<bool> + Sync) -> Vec<Option<bool>> {
     let materials: Vec<Option<bool>> = scene.materials().iter().map(|m| level_of(&m.name)).collect();
-    let names = scene.part_names();
-    let parts: Vec<Option<bool>> = (0..=names.len() as u32)
-        .into_par_iter()
-        .map(|part| level_of(&names.name(part)))
-        .collect();
-    let of = |list: &[Option<bool>], i: u32| list.get(i as usize).copied().flatten();
-    let level = |point: &Point| of(&materials, point.material).or(of(&parts, point.part));
-    points.iter().map(level).collect()
+    let of_material = |point: &Point| materials.get(point.material as usize).copied().flatten();
+    // Name only the parts of points, because a file may have a million parts
+    let mut parts: Vec<u32> = points.iter().map(|point| point.part).collect();
+    parts.sort_unstable();
+    parts.dedup();
+    let of_parts = levels_of_names(scene.part_names(), &parts, level_of);
+    let of_part = |point: &Point| of_parts[parts.binary_search(&point.part).ok()?];
+    points
+        .iter()
+        .map(|point| of_material(point).or_else(|| of_part(point)))
+        .collect()
+}
+
+/// Levels of the names of `parts`: the results of `level_of`, which must not depend on digits at
+/// the end of a name. `level_of` is called once for consecutive parts that differ by such digits.
+pub(super) fn levels_of_names(
+    names: &PartNames,
+    parts: &[u32],
+    level_of: impl Fn(&str) -> Option<bool> + Sync,
+) -> Vec<Option<bool>> {
+    let of_chunk = |parts: &[u32]| {
+        let (mut last, mut level) = (String::new(), level_of(""));
+        let of_part = |&part: &u32| {
+            let name = names.name(part);
+            let start = name.trim_end_matches(|c: char| c.is_ascii_digit());
+            if start != last {
+                last.clear();
+                last.push_str(start);
+                level = level_of(start);
+            }
+            level
+        };
+        parts.iter().map(of_part).collect::<Vec<_>>()
+    };
+    parts.par_chunks(PARTS).flat_map_iter(of_chunk).collect()
 }
 
 /// Vector from the middle of the points with the level false to the middle of the points with the
@@ -411,6 +441,27 @@ fn for_each_word(name: &str, mut visit: impl FnMut(&str)) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbered_parts_have_the_levels_of_their_names() {
+        let mut names = PartNames::default();
+        for i in 0..3 * PARTS {
+            let word = ["Roof", "wheel", "7", "Roof wheel ", "1roof", "Box"][i / 5 % 6];
+            match i % 3 {
+                0 => names.find_or_add(&format!("{word}{i}"), ""),
+                1 => names.find_or_add(&format!("{word}.{i:03}"), ""),
+                _ => names.find_or_add(&format!("{i}{word}"), word),
+            };
+        }
+        let parts: Vec<u32> = (0..=names.len() as u32).collect();
+        let expected: Vec<Option<bool>> = parts.iter().map(|&part| is_high(&names.name(part))).collect();
+        assert_eq!(levels_of_names(&names, &parts, is_high), expected);
+        assert!(
+            [Some(true), Some(false), None]
+                .iter()
+                .all(|level| expected.contains(level))
+        );
+    }
 
     #[test]
     fn names_of_materials_are_high_or_low() {

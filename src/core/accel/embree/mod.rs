@@ -21,6 +21,8 @@
 //!   and occlusion (measured with AVX-512 and motion).
 //! - If the projected triangle is tiny (10⁻¹⁸ square units), Embree's barycentrics are both −0. The
 //!   wrapper then computes the barycentrics in f64.
+//! - Before a build, the memory that the loader has freed returns to the system (`free_memory`).
+//!   The C library would keep it beside the memory of Embree.
 //!
 //! Embree calls back into Rust in one place only: the memory monitor, which counts bytes during
 //! builds.
@@ -28,6 +30,7 @@
 #![allow(unsafe_code)]
 
 mod device;
+mod free_memory;
 mod handles;
 mod packet;
 mod probe;

@@ -1,4 +1,5 @@
 use super::device::{Device, EmbreeError};
+use super::free_memory::return_free_memory;
 use super::handles::{SceneHandle, attach_instance, attach_mesh};
 use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, crossing};
 use crate::math::{Ray, Vec3};
@@ -78,6 +79,7 @@ impl<'a> EmbreeAccel<'a> {
 
     /// Builds the Embree scene over `meshes`, the meshes of `scene`.
     fn over(device: Device, scene: &Scene, meshes: Meshes<'a>) -> Result<Self, EmbreeError> {
+        return_free_memory();
         let attach_all = |handle: &SceneHandle, meshes: Range<u32>| {
             for (id, geom) in meshes.enumerate() {
                 // SAFETY: `meshes` holds the meshes of `scene`, either borrowed for 'a or

@@ -52,6 +52,8 @@ pub struct Mesh {
     /// [`PartNames`](super::PartNames). If all triangles belong to the same part, the list has a
     /// single number. It is empty if no part has a name. Parts do not affect the picture.
     pub parts: Vec<u32>,
+    /// True if rays that arrive at the back of a triangle pass it without a hit.
+    pub is_front_only: bool,
 }
 
 impl Encode for Mesh {
@@ -66,6 +68,7 @@ impl Encode for Mesh {
             positions_close,
             normals_close,
             parts: _,
+            is_front_only,
         } = self;
         positions.encode(sink);
         triangles.encode(sink);
@@ -75,6 +78,10 @@ impl Encode for Mesh {
         alphas.encode(sink);
         positions_close.encode(sink);
         normals_close.encode(sink);
+        // Other meshes have the code that they had before this field existed.
+        if *is_front_only {
+            is_front_only.encode(sink);
+        }
     }
 }
 
@@ -124,6 +131,41 @@ impl Mesh {
             positions_close: self.positions_close.iter().map(point).collect(),
             normals_close: self.normals_close.iter().map(normal).collect(),
             parts: self.parts.clone(),
+            is_front_only: self.is_front_only,
+        }
+    }
+
+    /// Mesh of `triangles`, whose vertices are vertices of this mesh, without unused vertices.
+    /// `parts` has the parts of the triangles, as in [`Mesh::parts`].
+    pub fn with_triangles(&self, mut triangles: Vec<[u32; 3]>, parts: Vec<u32>) -> Self {
+        const UNUSED: u32 = u32::MAX;
+        let mut numbers = vec![UNUSED; self.positions.len()];
+        let mut used = Vec::new();
+        for vertex in triangles.iter_mut().flatten() {
+            let number = &mut numbers[*vertex as usize];
+            if *number == UNUSED {
+                *number = used.len() as u32;
+                used.push(*vertex as usize);
+            }
+            *vertex = *number;
+        }
+        fn pick<T: Copy>(values: &[T], used: &[usize]) -> Vec<T> {
+            if values.is_empty() {
+                return Vec::new();
+            }
+            used.iter().map(|&i| values[i]).collect()
+        }
+        Self {
+            positions: pick(&self.positions, &used),
+            normals: pick(&self.normals, &used),
+            uvs: pick(&self.uvs, &used),
+            colors: pick(&self.colors, &used),
+            alphas: pick(&self.alphas, &used),
+            positions_close: pick(&self.positions_close, &used),
+            normals_close: pick(&self.normals_close, &used),
+            triangles,
+            parts,
+            is_front_only: self.is_front_only,
         }
     }
 

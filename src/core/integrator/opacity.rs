@@ -20,6 +20,7 @@
 //! - Crossing a surface is not a scattering event: the depth and the previous vertex stay the same.
 //! - Camera rays pass surfaces that are hidden from the camera. All other rays pass surfaces that
 //!   only the camera sees (`Material::camera_visible`, `Material::light_visible`).
+//! - Rays that arrive from behind pass surfaces without a back (`Mesh::is_front_only`).
 //! - Surfaces that coincide to the last bit count as one.
 //! - A walk has at most 10,000 queries. All surfaces behind the last query count as opaque, and
 //!   `cut_walks` of `--stats` counts such walks.
@@ -80,7 +81,7 @@ impl Transmittance {
     /// Multiplies by the transmittance of the surface at `hit` for `ray`. Does nothing if the
     /// surface is hidden from camera rays (`is_from_camera`) or from all other rays.
     pub fn cross(&mut self, hit: &Hit, ray: &Ray, scene: &Scene, is_from_camera: bool) {
-        if scene.misses_lamp(hit, ray) || !scene.is_visible(hit, is_from_camera) {
+        if scene.misses_lamp(hit, ray) || !scene.is_visible(hit, ray, is_from_camera) {
             return;
         }
         let opacity = scene.opacity(hit);

@@ -311,7 +311,8 @@ impl<'a, A: Accel> World<'a, A> {
             HullHit::Misses => None,
             HullHit::Enters(t) => Some(t),
             HullHit::NoHull => {
-                let stops = !is_below(hit) && self.scene.is_visible(hit, kind == RayKind::Camera) && is_opaque(hit);
+                let stops =
+                    !is_below(hit) && self.scene.is_visible(hit, &ray, kind == RayKind::Camera) && is_opaque(hit);
                 stops.then_some(hit.t)
             }
         };
@@ -368,7 +369,7 @@ impl<'a, A: Accel> World<'a, A> {
         if !self.scene.hides_from_camera() {
             return self.transmittance(ray, out);
         }
-        if !self.scene.is_visible(seen, true) {
+        if !self.scene.is_visible_to_camera(seen) {
             return Transmittance::BLOCKED;
         }
         let passed = self.transmittance_by_walk(*ray, true, out);

@@ -69,6 +69,8 @@ struct Use {
     name: String,
     emits: bool,
     is_opaque: bool,
+    /// True if light enters the surface.
+    transmits: bool,
     /// True if light enters the body that the faces enclose.
     refracts: bool,
     has_maps: bool,
@@ -76,10 +78,10 @@ struct Use {
 
 impl Use {
     /// Returns true if one duplicate face with opposite winding is right. If the material emits,
-    /// loading moves both faces apart, and both sides emit. Faces that are not opaque are not
-    /// moved, because both faces together would be more opaque than one.
+    /// loading moves both faces apart, and both sides emit. This excludes lamps that transmit light
+    /// and are not opaque.
     fn is_same_from_behind(&self) -> bool {
-        !self.refracts && (!self.emits || self.is_opaque)
+        !self.refracts && (!self.emits || self.is_opaque || !self.transmits)
     }
 }
 
@@ -105,6 +107,7 @@ impl Use {
             name: material.name.clone(),
             emits: !material.emission_factor().is_black(),
             is_opaque: material.opacity == 1.0 && maps.opacity.is_none() && !maps.vertex_alpha,
+            transmits: !material.transmission.is_black(),
             refracts: !material.transmission.is_black() && !material.thin,
             has_maps: maps.by_key().iter().any(|(_, map)| map.is_some()),
         }

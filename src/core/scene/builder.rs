@@ -267,6 +267,12 @@ impl SceneBuilder {
         })
     }
 
+    /// Returns true if `material` emits light, and no light enters its surface.
+    pub fn is_lamp_without_transmission(&self, material: MaterialId) -> bool {
+        let material = self.materials.get(material.0 as usize);
+        material.is_some_and(|material| !material.emission_factor().is_black() && material.transmission.is_black())
+    }
+
     /// Number of materials added.
     pub fn material_count(&self) -> usize {
         self.materials.len()

@@ -96,6 +96,7 @@ impl SceneBuilder {
                 .any(|m| m.opacity < 1.0 || m.maps.varies_opacity()),
             hides_from_camera: self.materials.iter().any(|m| !m.camera_visible),
             hides_from_light: self.materials.iter().any(|m| !m.light_visible),
+            hides_backs: false,
             is_compact: false,
             is_moving: false,
             textures: self.textures,
@@ -164,6 +165,7 @@ impl SceneBuilder {
             return Err(BuildError::TooMany("lights"));
         }
         let moves = |i: &Instance| i.placement.is_moving();
+        scene.hides_backs = scene.meshes.iter().any(|mesh| mesh.is_front_only);
         scene.is_moving = scene.instances.iter().any(moves) || scene.meshes.iter().any(Mesh::deforms);
         scene.add_lights_of_meshes(self.triangle_sampling, (&self.material_groups, &self.lamps));
         let is_meant_to_shine =

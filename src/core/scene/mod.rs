@@ -128,6 +128,8 @@ pub struct Scene {
     hides_from_camera: bool,
     /// True if there is a surface that only camera rays hit.
     hides_from_light: bool,
+    /// True if a mesh has surfaces without a back.
+    hides_backs: bool,
     has_thin_surfaces: bool,
     has_lamp_hulls: bool,
     has_absorption: bool,

@@ -9,11 +9,11 @@ use crate::math::Ray;
 
 impl Scene {
     /// Returns true if the scene has a surface through which rays can pass without a change of
-    /// direction: a surface with an opacity below 1, thin glass, the hull of a light, or a surface
-    /// that only camera rays hit.
+    /// direction: a surface with an opacity below 1, thin glass, the hull of a light, a surface
+    /// that only camera rays hit, or a surface without a back.
     #[inline(always)]
     pub fn lets_light_pass(&self) -> bool {
-        self.has_alpha || self.has_thin_surfaces || self.has_lamp_hulls || self.hides_from_light
+        self.has_alpha || self.has_thin_surfaces || self.has_lamp_hulls || self.hides_from_light || self.hides_backs
     }
 
     /// Returns true if a surface is hidden from camera rays but not from other rays.
@@ -22,15 +22,29 @@ impl Scene {
         self.hides_from_camera
     }
 
-    /// Returns true if a ray hits the surface at `hit`. `is_from_camera` is true for rays from the
+    /// Returns true if `ray` hits the surface at `hit`. `is_from_camera` is true for rays from the
     /// camera to the first visible surface.
-    pub fn is_visible(&self, hit: &Hit, is_from_camera: bool) -> bool {
-        let material = self.material(hit);
-        if is_from_camera {
-            material.camera_visible
+    pub fn is_visible(&self, hit: &Hit, ray: &Ray, is_from_camera: bool) -> bool {
+        let is_visible = if is_from_camera {
+            self.is_visible_to_camera(hit)
         } else {
-            material.light_visible
-        }
+            self.material(hit).light_visible
+        };
+        is_visible && !(self.hides_backs && self.passes_back(hit, ray))
+    }
+
+    /// Returns true if the material at `hit` is visible to camera rays.
+    pub fn is_visible_to_camera(&self, hit: &Hit) -> bool {
+        self.material(hit).camera_visible
+    }
+
+    /// Returns true if the surface at `hit` has no back ([`Mesh::is_front_only`]), and `ray`
+    /// arrives from there.
+    ///
+    /// [`Mesh::is_front_only`]: crate::geometry::Mesh::is_front_only
+    #[inline(never)]
+    fn passes_back(&self, hit: &Hit, ray: &Ray) -> bool {
+        self.mesh(hit.geom).is_front_only && self.surface_point(hit, ray.time).ng.dot(ray.direction) > 0.0
     }
 
     /// Returns true if any surface has an opacity below 1.

@@ -142,14 +142,13 @@ impl Loader<'_> {
                 mesh.normals_close = last.mesh.normals.clone();
             }
             let material = self.material_of(group, &mesh, &path, obj);
-            if !group.twins.pairs.is_empty() && self.builder.is_opaque_lamp(material) {
-                group.twins.move_apart(&mut mesh);
-            }
             let is_auto = self.file.load.parameters.vertex_colors() == VertexColors::Auto;
             if is_auto && !mesh.colors.is_empty() && self.builder.has_diffuse_map(material) {
                 mesh.colors = Vec::new();
             }
+            let fronts = self.separate_twins(group, &mut mesh, material);
             meshes.push((mesh, material));
+            meshes.extend(fronts.map(|fronts| (fronts, material)));
         }
         self.displace_object(&mut meshes, &path, shape.steps > 0)?;
         if is_hidden {
@@ -159,5 +158,20 @@ impl Loader<'_> {
             self.list_materials();
         }
         Ok(meshes)
+    }
+
+    /// Moves the faces of lamps that lie on the back of each other apart, so that each side shows
+    /// the face whose front it sees. Faces that are not opaque are removed from `mesh` and returned
+    /// as another mesh, which rays from behind pass: light would else pass two surfaces.
+    fn separate_twins(&self, group: &Group, mesh: &mut Mesh, material: MaterialId) -> Option<Mesh> {
+        if group.twins.pairs.is_empty() {
+            return None;
+        }
+        if mesh.alphas.is_empty() && self.builder.is_opaque_lamp(material) {
+            group.twins.move_apart(mesh);
+            return None;
+        }
+        let is_lamp = self.builder.is_lamp_without_transmission(material);
+        is_lamp.then(|| group.twins.split_off(mesh))
     }
 }

@@ -74,14 +74,47 @@ fn opacity_does_not_compound() {
         let mean = red.iter().sum::<f32>() / red.len() as f32;
         assert!((mean - 1.0).abs() < 0.03, "{view}: {mean}");
     }
-    // Which face of a lamp is hit still depends on the backend if the lamp is not opaque.
-    fs::write(
-        folder.path().join("a.obj"),
-        format!("{VERTICES}usemtl half-lamp\nf 1 2 4 5\nf 5 4 2 1\n"),
-    )
-    .unwrap();
-    let checked = printed(&run(folder.path(), &split("check front.toml")));
-    assert!(checked.contains("[duplicate-face]"), "{checked}");
+}
+
+/// A lamp that is not opaque shows the front of one face on each side, and its opacity counts once,
+/// with every backend. The opacity may be a number, a texture, or the alpha of vertices.
+#[test]
+fn lamps_that_are_not_opaque_emit_on_both_sides() {
+    let (faces, alpha) = (
+        "f 1 2 4 5\nf 5 4 2 1\n",
+        "v -4 -4 0 1 1 1 0.5\nv 4 -4 0 1 1 1 0.5\nv 4 4 0 1 1 1 0.5\nv -4 4 0 1 1 1 0.5\n",
+    );
+    for (faces, flags) in [
+        (format!("usemtl half-lamp\n{faces}"), ""),
+        (format!("usemtl lamp\n{faces}"), "--material lamp.opacity=0.5"),
+        (
+            "vt 0 0\nusemtl lamp\nf 1/1 2/1 4/1 5/1\nf 5/1 4/1 2/1 1/1\n".into(),
+            "--material lamp.opacity_map=half.png",
+        ),
+        (format!("{alpha}usemtl lamp\nf 6 7 8 9\nf 9 8 7 6\n"), ""),
+    ] {
+        let folder = lamp(&faces);
+        write_grey_png(&folder.path().join("half.png"), &[128]);
+        for (view, red) in views(&folder, flags) {
+            // Half of the lamp of radiance 1, and half of the background of radiance 2
+            let mean = red.iter().sum::<f32>() / red.len() as f32;
+            assert!((mean - 1.5).abs() < 0.02, "{faces} {flags}, {view}: {mean}");
+        }
+        let checked = printed(&run(folder.path(), &joined(&["check", "front.toml"], &split(flags))));
+        assert_eq!(checked.matches("[two-sided]").count(), 1, "{checked}");
+        assert!(!checked.contains("[duplicate-face]"), "{checked}");
+    }
+}
+
+/// A face of the same material that lies on no other face keeps its back, which is black.
+#[test]
+fn other_faces_of_the_lamp_keep_their_backs() {
+    let folder = lamp("v 90 0 0\nv 91 0 0\nv 90 1 0\nusemtl half-lamp\nf 1 2 4 5\nf 6 7 8\nf 8 7 6\n");
+    for (view, red) in views(&folder, "") {
+        let mean = red.iter().sum::<f32>() / red.len() as f32;
+        let expected = if view.starts_with("front") { 1.5 } else { 1.0 };
+        assert!((mean - expected).abs() < 0.02, "{view}: {mean}");
+    }
 }
 
 /// Files without emission are not changed: the depth of both faces is that of the file.

@@ -8,7 +8,8 @@
 //! Faces of two materials are moved when the file is read. Two faces of one material look the same,
 //! unless the material emits light, because only fronts emit. The final material is not known here.
 //! These pairs are therefore listed (`twins`), and the code that adds the mesh to a scene decides
-//! about their movement.
+//! about their movement. Light would pass two surfaces of a lamp that is not opaque, so rays from
+//! behind pass these faces (`Twins::split_off`).
 
 use super::ObjFaces;
 use super::colors::Colors;

@@ -39,6 +39,34 @@ impl Twins {
             }
         }
     }
+
+    /// Moves both faces of each pair apart, and removes them from `mesh`. Returns a mesh of these
+    /// faces that rays from behind pass. From each side, a ray then hits only one face of a pair.
+    pub fn split_off(&self, mesh: &mut Mesh) -> Mesh {
+        self.move_apart(mesh);
+        let mut is_of_pair = vec![false; mesh.triangles.len()];
+        for face in self.pairs.iter().flatten() {
+            if let Some(of_face) = is_of_pair.get_mut(face.start as usize..face.end as usize) {
+                of_face.fill(true);
+            }
+        }
+        let side = |is_of_pair: &[bool], of_pairs: bool| {
+            let chosen = || (0..).zip(is_of_pair).filter(move |(_, of_pair)| **of_pair == of_pairs);
+            let triangles = chosen().map(|(i, _): (usize, _)| mesh.triangles[i]).collect();
+            let parts = if mesh.parts.len() > 1 {
+                chosen().map(|(i, _)| mesh.parts[i]).collect()
+            } else {
+                mesh.parts.clone()
+            };
+            mesh.with_triangles(triangles, parts)
+        };
+        let [of_pairs, rest] = [true, false].map(|of_pairs| side(&is_of_pair, of_pairs));
+        *mesh = rest;
+        Mesh {
+            is_front_only: true,
+            ..of_pairs
+        }
+    }
 }
 
 /// Appends a copy of the vertex `old`, moved by `open`, and at time 1 by `close`. Returns the index

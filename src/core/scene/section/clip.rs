@@ -97,7 +97,7 @@ pub(super) fn clip(mesh: &Mesh, plane: &SectionPlane) -> Halves {
         } else {
             mesh.parts.clone()
         };
-        compacted(&all, half.triangles, parts)
+        all.with_triangles(half.triangles, parts)
     };
     Halves {
         kept: half(kept),
@@ -129,36 +129,4 @@ fn push_between(mesh: &mut Mesh, ends: [u32; 2], share: f32, p: Vec3) -> u32 {
         mesh.alphas.push(mix(mesh.alphas[a], mesh.alphas[b]));
     }
     index
-}
-
-/// Mesh of the triangles `triangles` of `mesh`, without unused vertices.
-fn compacted(mesh: &Mesh, mut triangles: Vec<[u32; 3]>, parts: Vec<u32>) -> Mesh {
-    const UNUSED: u32 = u32::MAX;
-    let mut numbers = vec![UNUSED; mesh.positions.len()];
-    let mut used = Vec::new();
-    for vertex in triangles.iter_mut().flatten() {
-        let number = &mut numbers[*vertex as usize];
-        if *number == UNUSED {
-            *number = used.len() as u32;
-            used.push(*vertex as usize);
-        }
-        *vertex = *number;
-    }
-    fn pick<T: Copy>(values: &[T], used: &[usize]) -> Vec<T> {
-        if values.is_empty() {
-            return Vec::new();
-        }
-        used.iter().map(|&i| values[i]).collect()
-    }
-    Mesh {
-        positions: pick(&mesh.positions, &used),
-        normals: pick(&mesh.normals, &used),
-        uvs: pick(&mesh.uvs, &used),
-        colors: pick(&mesh.colors, &used),
-        alphas: pick(&mesh.alphas, &used),
-        positions_close: Vec::new(),
-        normals_close: Vec::new(),
-        triangles,
-        parts,
-    }
 }

@@ -77,6 +77,9 @@ fn spellings_of_a_color_give_one_image() {
     let (bytes, words) = picture(&triangle(["255 0 51", "102 255 0", "0 153 255"]), "");
     assert!(words.contains("from 0 to 255"), "{words}");
     assert!(bytes == unit);
+    let (dark, words) = picture(&triangle(["2 0 0", "0 1 0", "0 0 2"]), "");
+    assert!(words.contains("from 0 to 255"), "{words}");
+    assert!(dark == picture(&triangle(["0.0078431 0 0", "0 0.0039216 0", "0 0 0.0078431"]), "").0);
     let mrgb = triangle([""; 3]).replace("f 1", "#MRGB ffff0033ff66ff00\n#MRGB ff0099ff\nf 1");
     assert!(picture(&mrgb, "").0 == unit);
     let opaque = triangle(["1 0 0.2 1", "0.4 1 0 1", "0 0.6 1 1"]);
@@ -89,6 +92,21 @@ fn spellings_of_a_color_give_one_image() {
     ]);
     assert!(picture(&linear, "--vertex-color-space linear").0 == unit);
     assert!(picture(&linear, "").0 != unit);
+}
+
+/// Numbers of linear light above 1 are not codes of 8 bits.
+#[test]
+fn numbers_outside_their_range_are_clamped() {
+    let unit = picture(&triangle(["1 0 0.2", "0.4 1 0", "0 0.6 1"]), "").0;
+    for (colors, range) in [
+        (["1.3 0 0.2", "0.4 1 -0.5", "0 0.6 1"], "0 to 1"),
+        (["510 0 51", "102 255 -9", "0 153 255"], "0 to 255"),
+    ] {
+        let (clamped, words) = picture(&triangle(colors), "");
+        let expected = format!("2 vertices have a colour with a number outside {range}");
+        assert!(words.contains(&expected), "{words}");
+        assert!(clamped == unit, "{range}");
+    }
 }
 
 #[test]
@@ -135,7 +153,7 @@ fn wrong_vertex_colors_are_reported() {
         "{words}"
     );
     assert!(some == white);
-    for wrong in ["nan 0 0", "x 0 0", "1 inf 0 1"] {
+    for wrong in ["nan 0 0", "x 0 0", "1 inf 0 1", "1 0", "0.5 0 0 1 1", "1 0 0 1 0 0"] {
         let (picture, words) = picture(&triangle(["1 0 0", wrong, "1 1 1"]), "");
         assert!(words.contains("a.obj:2"), "{words}");
         assert!(words.contains("colour is not three or four finite numbers"), "{words}");
@@ -146,8 +164,14 @@ fn wrong_vertex_colors_are_reported() {
     let (picture_of_short, words) = picture(&short, "");
     assert!(words.contains("2 colours for 3 vertices"), "{words}");
     assert!(picture_of_short == plain);
-    // One or two numbers after the position are a weight, not a colour.
-    assert!(picture(&triangle(["1", "1 1", "0.5"]), "").0 == plain);
+    let wrong = triangle([""; 3]).replace("f 1", "#MRGB ffff0033ff66ff0\nf 1");
+    let (picture_of_wrong, words) = picture(&wrong, "");
+    assert!(words.contains("group that is not 8 hexadecimal digits"), "{words}");
+    assert!(picture_of_wrong == plain);
+    // One number after the position is a weight, not a colour.
+    let (weighted, words) = picture(&triangle(["1", "1", "0.5"]), "");
+    assert!(!words.contains("colour"), "{words}");
+    assert!(weighted == plain);
 }
 
 #[test]

@@ -247,7 +247,7 @@ impl<'a> Chunk<'a> {
             }),
             MRGB => {
                 let read = read_mrgb(rest, &mut self.vertices.mrgb);
-                read.unwrap_or_else(|()| self.remarks.add(Remark::BadColor, line));
+                read.unwrap_or_else(|()| self.remarks.add(Remark::BadMrgb, line));
             }
             "" => {}
             "p" | "l" if self.wires.is_some() => self.read_wire(keyword == "l", rest, line)?,

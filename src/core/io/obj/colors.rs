@@ -15,6 +15,10 @@ const DEFAULT_GREYS: [f32; 4] = [191.0 / 255.0, 192.0 / 255.0, 0.8, 1.0];
 /// Maximum difference from a grey of [`DEFAULT_GREYS`]: half a step of 8 bits.
 const GREY_TOLERANCE: f32 = 0.5 / 255.0;
 
+/// Largest number of colours that are not whole. Exporters of linear light may write numbers a few
+/// times above 1, which are clamped.
+const MAX_LIGHT: f32 = 16.0;
+
 /// Colours of the vertices of a file, indexed by position. Empty if there are none.
 #[derive(Default)]
 pub(super) struct Colors {
@@ -24,13 +28,15 @@ pub(super) struct Colors {
     pub alpha: Vec<f16>,
 }
 
-/// Parses the colour of a vertex from the `words` after its coordinates. Returns `None` unless
-/// there are three or four words. A single word is a weight, not a colour. Returns an error if a
-/// word is not a finite number.
+/// Parses the colour of a vertex from the `words` after its coordinates. Returns `None` if there is
+/// at most one word: a single word is a weight, not a colour. Returns an error unless all words are
+/// three or four finite numbers.
 pub(super) fn color_of<'a>(words: impl Iterator<Item = &'a str>) -> Result<Option<[f32; 4]>, ()> {
     let words: Vec<&str> = words.take(5).collect();
-    if !(3..=4).contains(&words.len()) {
-        return Ok(None);
+    match words.len() {
+        0 | 1 => return Ok(None),
+        3 | 4 => {}
+        _ => return Err(()),
     }
     let mut color = [f32::NAN, f32::NAN, f32::NAN, 1.0];
     for (slot, word) in color.iter_mut().zip(words) {
@@ -56,6 +62,14 @@ pub(super) fn read_mrgb(groups: &str, colors: &mut Vec<[f32; 4]>) -> Result<(), 
         colors.push([r, g, b, 255].map(|c| f32::from(c) / 255.0));
     }
     Ok(())
+}
+
+/// Returns true if the numbers of `colors` are 8-bit codes: all numbers are whole and a number is
+/// above 1, or a number is above [`MAX_LIGHT`].
+fn are_bytes(colors: &[[f32; 4]]) -> bool {
+    let numbers = || colors.iter().flatten().copied().filter(|c| !c.is_nan());
+    let largest = numbers().fold(0.0, f32::max);
+    largest > MAX_LIGHT || (largest > 1.0 + GREY_TOLERANCE && numbers().all(|c| c.fract() == 0.0))
 }
 
 /// Moves the colours that a render uses out of `vertices`. Adds findings about the colours.
@@ -91,9 +105,7 @@ pub(super) fn take_colors(
         return Colors::default();
     }
 
-    // If a number is above 1, all colours are 8-bit codes
-    let largest = colors.iter().flatten().copied().fold(0.0, f32::max);
-    let is_bytes = largest > 1.0 + GREY_TOLERANCE;
+    let is_bytes = are_bytes(&colors);
     if is_bytes {
         let has_alpha = colors.iter().any(|color| color[3] > 1.0);
         let scale = [255.0, 255.0, 255.0, if has_alpha { 255.0 } else { 1.0 }];
@@ -132,6 +144,19 @@ pub(super) fn take_colors(
             "bad-vertex-color",
             message,
             "export all colours, or use --vertex-colors off",
+        );
+    }
+    let is_outside = |c: &f32| *c < -GREY_TOLERANCE || *c > 1.0 + GREY_TOLERANCE;
+    let outside = colors.iter().filter(|color| color.iter().any(is_outside)).count();
+    if outside > 0 {
+        let noun = if outside == 1 { "vertex has" } else { "vertices have" };
+        let range = if is_bytes { "0 to 255" } else { "0 to 1" };
+        let message = format!("{outside} {noun} a colour with a number outside {range}; the number is clamped");
+        report(
+            Severity::Warning,
+            "bad-vertex-color",
+            message,
+            "export the colours again, or use --vertex-colors off",
         );
     }
     let mut words = match count - missing {

@@ -26,6 +26,8 @@ pub(super) enum Remark {
     LeftOutFace,
     /// A colour that is not three or four finite numbers.
     BadColor,
+    /// A `#MRGB` line with a group that is not eight hexadecimal digits.
+    BadMrgb,
     /// A part name of more than [`MAX_NAME`] bytes.
     LongName,
 }
@@ -89,7 +91,7 @@ pub(super) fn ignored(keyword: &str) -> Option<usize> {
 #[derive(Default)]
 pub(super) struct Remarks {
     /// Tallies, indexed by [`Remark`].
-    tallies: [Tally; 8],
+    tallies: [Tally; 9],
     /// Elements that are not rendered: their numbers, indexed by [`SkippedElement`].
     skipped_counts: [u64; 4],
     skipped: Tally,
@@ -230,6 +232,12 @@ impl Remarks {
                     "colours are not three or four finite numbers, and count as missing",
                 ]
                 .map(String::from),
+            ),
+            (
+                "bad-vertex-color",
+                ["#MRGB line has", "#MRGB lines have"].map(|lines| {
+                    format!("{lines} a group that is not 8 hexadecimal digits; the rest of the line is not used")
+                }),
             ),
             (
                 "long-part-name",

@@ -117,8 +117,9 @@ impl DdsFile {
         let (width, height) = (width as usize, height as usize);
         let decoded = guarded(|| {
             if let Some(format) = self.block_format() {
-                let data = self.dds.get_data(0).ok();
-                let decoded = data.and_then(|data| format.decode(data, width, height));
+                // The finest level of the first layer comes first. The header's size of a level is
+                // not used, because it is wrong in some files.
+                let decoded = format.decode(&self.dds.data, width, height);
                 return Ok(Samples::Bytes(decoded.unwrap_or_default()));
             }
             let surface = Surface::from_dds(&self.dds)?;

@@ -778,6 +778,17 @@ fn blocks_of_dds_files_are_decoded() {
             "{got:?}, row {y}"
         );
     }
+    // Sizes of the level in the header that are too small, too large, or present without their flag
+    for (flags, size) in [(0x81007u32, 1u32), (0x81007, 268), (0x81007, u32::MAX), (0x1007, 5)] {
+        let mut file = dds_file([4, 4], 4, b"DXT1", [0; 5], &bc1);
+        file[8..12].copy_from_slice(&flags.to_le_bytes());
+        file[20..24].copy_from_slice(&size.to_le_bytes());
+        let with_size = texture(&format!("{size}.dds"), &file, TextureKind::Color);
+        for y in 0..4 {
+            let [got, expected] = [&with_size, &texture_of_bc1].map(|texture| texture.color(middle(2, y), 0.0));
+            assert_eq!(got, expected, "{size}, row {y}");
+        }
+    }
     // Both channels are 204 everywhere, so x = y = 0.6, and z completes a unit vector.
     let channel = [204, 204, 0, 0, 0, 0, 0, 0];
     let bc5 = [channel, channel].concat();

@@ -1,5 +1,6 @@
 //! Shapes that show the front of an object. The back-rest of a seat is at its back. Feet stick out
-//! to the front of the ankles. The head of an animal on four legs is high at its front.
+//! to the front of the ankles, and so do the paws and hooves of animals on four legs. The head of
+//! such an animal is high at its front. The front of a vehicle is lower than its back.
 //!
 //! Limits were set on some 700 public files. Their seats and people were identified by name and by
 //! eye. Both are rare among other files: about one in a hundred has the shape of a seat or of feet.
@@ -76,6 +77,27 @@ const BELLY: f32 = 0.1;
 /// Maximum fraction of the feet's points that lie in the part free of legs.
 const UNDER_BELLY: f32 = 0.08;
 
+/// Minimum length by which wheels are longer at the height of ankles than at the ground, on each
+/// side, as a fraction of the object's height.
+const ROUND_WHEEL: f32 = 0.02;
+/// Ends of a vehicle are farther than `END` from its middle, and its bonnet or boot is between
+/// `BONNET` and `END`, as fractions of its length.
+const END: f32 = 0.38;
+const BONNET: f32 = 0.25;
+/// Minimum height by which the front end and the bonnet of a vehicle are lower than its back end
+/// and its boot, as fractions of its height.
+const LOWER: [f32; 2] = [0.05, 0.1];
+/// Height above which points belong to the roof of a vehicle, as a fraction of its height.
+const ROOF: f32 = 0.8;
+/// Minimum distance of the middle of the roof behind the vehicle's middle, as a fraction of its
+/// length.
+const ROOF_BEHIND: f32 = 0.04;
+/// Fraction of an end's points that are above its height.
+const TOP: f32 = 0.05;
+
+/// Minimum ratio of length to width of an animal whose paws or hooves show its front.
+const LONG_ON_PAWS: f32 = 1.2;
+
 /// Number of grid cells along an axis, for comparing the halves of an object.
 const HALF_CELLS: f32 = 12.0;
 /// Minimum similarity of the left and right halves.
@@ -112,9 +134,17 @@ pub(super) fn facing(points: &[Point], bounds: Bounds3, horizon: &Horizon) -> Op
     };
     let has_toes = |azimuth: &f32| toes_stick_out(&placed(points, bounds, horizon, *azimuth), size.y);
     let has_head = |azimuth: &f32| head_is_high(&placed(points, bounds, horizon, *azimuth), size.y);
-    // Test heads first: a head above a back resembles a back-rest above a seat.
+    let has_paws = |azimuth: &f32| paws_stick_out(&placed(points, bounds, horizon, *azimuth), size.y);
+    // Test heads and paws first: a head above a back resembles a back-rest above a seat.
     let head = SIDES.into_iter().find(has_head);
-    head.or_else(seat).or_else(|| SIDES.into_iter().find(has_toes))
+    let animal = head.or_else(|| SIDES.into_iter().find(has_paws));
+    let car = || {
+        let is_car = |azimuth: &f32| bonnet_is_low(&placed(points, bounds, horizon, *azimuth), size.y);
+        let is_long = is_long_body(points, bounds, horizon);
+        SIDES.into_iter().find(|azimuth| is_long && is_car(azimuth))
+    };
+    let shown = animal.or_else(car).or_else(seat);
+    shown.or_else(|| SIDES.into_iter().find(has_toes))
 }
 
 /// Returns true if the object is an animal on four legs with its head at the front. `points` are in
@@ -278,6 +308,86 @@ fn toes_stick_out(points: &[SidePoint], height: f32) -> bool {
         let toes = ((foot.1 - ankle.1) - (ankle.0 - foot.0)) / height;
         FOOT.contains(&((foot.1 - foot.0) / height)) && TOES.contains(&toes)
     })
+}
+
+/// Returns true if the object stands on four legs whose paws or hooves all point to the front.
+/// `points` are in coordinates of the side that is taken as the front.
+fn paws_stick_out(points: &[SidePoint], height: f32) -> bool {
+    let (Some((back, front)), Some((left, right))) = (
+        range(points.iter().map(|p| p.front), MIN_POINTS),
+        range(points.iter().map(|p| p.right), MIN_POINTS),
+    ) else {
+        return false;
+    };
+    if front - back < LONG_ON_PAWS * (right - left) {
+        return false;
+    }
+    let toes_of = |[foot, ankle]: [(f32, f32); 2]| ((foot.1 - ankle.1) - (ankle.0 - foot.0)) / height;
+    let legs = four_legs(points, STRIDE * (front - back));
+    legs.is_some_and(|legs| legs.into_iter().all(|leg| TOES.contains(&toes_of(leg))))
+}
+
+/// Ranges from back to front of the foot and of the ankle of each of four legs; `None` if the
+/// object does not stand on four legs whose feet are at least `stride` apart. `points` are in
+/// coordinates of one side.
+fn four_legs(points: &[SidePoint], stride: f32) -> Option<[[(f32, f32); 2]; 4]> {
+    let low = || points.iter().filter(|p| p.height <= *ANKLES.end());
+    let (hind, fore) = range(low().map(|p| p.front), MIN_POINTS)?;
+    let (left, right) = range(low().map(|p| p.right), MIN_POINTS)?;
+    if fore - hind < stride {
+        return None;
+    }
+    let (middle, between) = (0.5 * (hind + fore), 0.5 * (left + right));
+    let part = |is_fore: bool, is_right: bool, band: RangeInclusive<f32>| {
+        let is_of_leg = |p: &&SidePoint| (p.front > middle) == is_fore && (p.right > between) == is_right;
+        let points = points.iter().filter(|p| band.contains(&p.height)).filter(is_of_leg);
+        range(points.map(|p| p.front), MIN_POINTS / 4)
+    };
+    let leg = |is_fore, is_right| Some([part(is_fore, is_right, FEET)?, part(is_fore, is_right, ANKLES)?]);
+    Some([
+        leg(true, true)?,
+        leg(true, false)?,
+        leg(false, true)?,
+        leg(false, false)?,
+    ])
+}
+
+/// Returns true if a long object has four wheels, or a body on four short feet, and its front end
+/// is lower than its back end: cars have a low bonnet, trucks a high body, and beds a high head
+/// board. `points` are in coordinates of the side that is taken as the front.
+fn bonnet_is_low(points: &[SidePoint], height: f32) -> bool {
+    let (Some((back, front)), Some((left, right))) = (
+        range(points.iter().map(|p| p.front), MIN_POINTS),
+        range(points.iter().map(|p| p.right), MIN_POINTS),
+    ) else {
+        return false;
+    };
+    let length = front - back;
+    let widens = |[foot, above]: [(f32, f32); 2]| {
+        above.1 - foot.1 >= ROUND_WHEEL * height && foot.0 - above.0 >= ROUND_WHEEL * height
+    };
+    let wheels = four_legs(points, STRIDE * length);
+    if length <= right - left || !wheels.is_some_and(|wheels| wheels.into_iter().all(widens)) {
+        return false;
+    }
+    let place = |p: &SidePoint| (p.front - 0.5 * (back + front)) / length;
+    let top = |is_in: &dyn Fn(f32) -> bool| {
+        let mut heights: Vec<f32> = points.iter().filter(|p| is_in(place(p))).map(|p| p.height).collect();
+        heights.sort_unstable_by(|a, b| b.total_cmp(a));
+        let tail = (TOP * heights.len() as f32) as usize;
+        heights.get(tail).copied().filter(|_| heights.len() >= MIN_POINTS)
+    };
+    let (Some(bonnet), Some(boot), Some(nose), Some(tail)) = (
+        top(&|x| (BONNET..END).contains(&x)),
+        top(&|x| (BONNET..END).contains(&-x)),
+        top(&|x| x >= END),
+        top(&|x| -x >= END),
+    ) else {
+        return false;
+    };
+    let roof: Vec<f32> = points.iter().filter(|p| p.height > ROOF).map(place).collect();
+    let of_roof = roof.iter().sum::<f32>() / (roof.len() as f32).max(1.0);
+    tail - nose >= LOWER[0] && boot - bonnet >= LOWER[1] && of_roof <= -ROOF_BEHIND
 }
 
 /// Returns true if an object is built like vehicles and animals: longer than wide, with sides that

@@ -323,6 +323,57 @@ fn head_of_an_animal_is_in_front() {
     }
 }
 
+/// The front of an animal whose head is not higher than its back is the side to which its paws
+/// point.
+#[test]
+fn paws_point_to_the_front() {
+    for (sign, front) in [(1.0, 0.0), (-1.0, 180.0)] {
+        let mut dog = Boxes::default().add([-0.4, 0.5, -1.0], [0.4, 1.0, 1.0]);
+        for (x, z) in [(-0.4, 0.7), (0.2, 0.7), (-0.4, -0.9), (0.2, -0.9)] {
+            let toes = if sign > 0.0 { [z, z + 0.32] } else { [z - 0.12, z + 0.2] };
+            dog = dog
+                .add([x, 0.05, z], [x + 0.2, 0.5, z + 0.2])
+                .add([x, 0.0, toes[0]], [x + 0.2, 0.05, toes[1]]);
+        }
+        // Detail on the back
+        for i in 0..12 {
+            let (x, y) = (-0.35 + 0.18 * (i % 4) as f32, 0.55 + 0.14 * (i / 4) as f32);
+            let z = if sign > 0.0 { [-1.06, -1.0] } else { [1.0, 1.06] };
+            dog = dog.add([x, y, z[0]], [x + 0.1, y + 0.08, z[1]]);
+        }
+        let (azimuth, words) = seen(&dog.text);
+        assert!(apart(azimuth, front) <= 75.0, "{azimuth} {front}: {words}");
+        assert!(
+            words.contains(&format!("; its front is at azimuth {front}°;")),
+            "{words}"
+        );
+    }
+}
+
+/// The front of a car is the end with the lower bonnet.
+#[test]
+fn low_bonnet_is_the_front() {
+    for (sign, front) in [(1.0, 0.0), (-1.0, 180.0)] {
+        let mut car = Boxes::default();
+        let mut add = |[x0, y0, z0]: [f32; 3], [x1, y1, z1]: [f32; 3]| {
+            let (low, high) = (f32::min(sign * z0, sign * z1), f32::max(sign * z0, sign * z1));
+            car = std::mem::take(&mut car).add([x0, y0, low], [x1, y1, high]);
+        };
+        add([-0.8, 0.3, -2.0], [0.8, 0.75, 2.0]);
+        add([-0.7, 0.75, -1.6], [0.7, 1.4, 0.6]);
+        add([-0.8, 0.75, -2.0], [0.8, 1.0, -1.6]);
+        for (x, z) in [(-0.85, -1.3), (0.65, -1.3), (-0.85, 1.3), (0.65, 1.3)] {
+            // Wheels are wider above the ground.
+            add([x, 0.0, z - 0.1], [x + 0.2, 0.07, z + 0.1]);
+            add([x, 0.07, z - 0.3], [x + 0.2, 0.6, z + 0.3]);
+        }
+        let (azimuth, words) = seen(&car.text);
+        assert!(apart(azimuth, front) <= 75.0, "{azimuth} {front}: {words}");
+        let expected = format!("; its front is at azimuth {front}°;");
+        assert!(words.contains(&expected), "{words}");
+    }
+}
+
 /// A wide and thin object, such as a shelf, is seen from near its front.
 #[test]
 fn plates_are_seen_from_near_their_front() {

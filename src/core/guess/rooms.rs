@@ -21,6 +21,11 @@ const HULL: f32 = 0.6;
 const MORE_INSIDE: [f32; 3] = [-0.3, 1.0, 2.5];
 /// The same limits for a file with the name of rooms.
 const MORE_IN_NAMED: [f32; 3] = [-0.3, 1.0, 0.0];
+/// Minimum additional information inside compared to outside, in bits, for a body with the name of
+/// rooms, and minimum fraction of its points that are in rooms: plain rooms with thick walls look
+/// alike from inside and from outside. Named buildings have details outside.
+const MORE_IN_PLAIN: f32 = -0.6;
+const PLAIN_ROOM: f32 = 0.7;
 /// Minimum additional information inside compared to outside, in bits, for a closed hull: bodies
 /// whose faces are all turned over look alike from inside and from outside.
 const MORE_IN_CLOSED: f32 = 0.5;
@@ -154,7 +159,10 @@ impl Rooms {
         if is_body && !is_named {
             return false;
         }
-        let [hull, partly, body] = if is_named { MORE_IN_NAMED } else { MORE_INSIDE };
+        let [hull, partly, mut body] = if is_named { MORE_IN_NAMED } else { MORE_INSIDE };
+        if is_named && rooms >= PLAIN_ROOM {
+            body = MORE_IN_PLAIN;
+        }
         if self.fronts < HULL {
             rooms >= MIN_ROOM && self.more > hull || rooms >= MIN_DETAILED_ROOM && self.more > partly
         } else {

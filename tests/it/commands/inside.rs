@@ -28,6 +28,33 @@ fn house() -> Boxes {
         .add([-3.2, 0.9, -0.4], [-1.8, 0.95, 0.4])
 }
 
+/// A room without furniture, with thick walls and a window.
+fn plain_room() -> String {
+    Boxes::default()
+        .add([-2.2, -0.2, -3.2], [2.2, 0.0, 3.2])
+        .add([-2.2, 2.6, -3.2], [2.2, 2.8, 3.2])
+        .add([-2.2, 0.0, -3.2], [-2.0, 2.6, 3.2])
+        .add([2.0, 0.0, -3.2], [2.2, 2.6, 3.2])
+        .add([-2.0, 0.0, -3.2], [2.0, 2.6, -3.0])
+        .add([-2.0, 0.0, 3.0], [-0.6, 2.6, 3.2])
+        .add([0.6, 0.0, 3.0], [2.0, 2.6, 3.2])
+        .add([-0.6, 0.0, 3.0], [0.6, 0.9, 3.2])
+        .add([-0.6, 2.0, 3.0], [0.6, 2.6, 3.2])
+        .text
+}
+
+/// A plain room with thick walls looks alike from inside and from outside. It is an interior if
+/// the file has the name of rooms.
+#[test]
+fn plain_rooms_with_a_name_are_interiors() {
+    for (name, is_interior) in [("room.obj", true), ("crate.obj", false)] {
+        let folder = folder(&[(name, &plain_room())]);
+        let camera = camera(folder.path(), name);
+        let words = camera["guess"].as_str().unwrap();
+        assert_eq!(words.starts_with("an interior"), is_interior, "{name}: {words}");
+    }
+}
+
 fn on_a_lawn(scene: Boxes) -> String {
     scene.add([-40.0, -0.2, -40.0], [40.0, 0.0, 40.0]).text
 }

@@ -44,6 +44,13 @@ const LOW_ELEVATIONS: [f32; 2] = [25.0, 32.0];
 const FLAT: f32 = 0.1;
 /// Elevation of the candidates for a flat object, in degrees.
 const FLAT_ELEVATION: [f32; 1] = [40.0];
+/// Elevation of the view of a drawing: a sheet with gaps that is at least as wide as deep, in
+/// degrees. It is seen from the azimuth of its front, so that letters on a ground can be read.
+const DRAWING_ELEVATION: f32 = 60.0;
+/// Maximum ratio of the height of a drawing to its depth: city maps are higher.
+const SHEET: f32 = 0.02;
+/// Maximum fraction of its outline that a drawing covers. A disk covers 0.79.
+const DRAWN: f32 = 0.7;
 /// Maximum ratio of width to depth of a plate that is seen at its edge. Phones, screens and
 /// pictures are not shown from their edges.
 const EDGE: f32 = 0.25;
@@ -214,7 +221,12 @@ pub(super) fn three_quarter(
     }
     let side = Side::new(tracer, horizon, front);
     let is_plate = side.width >= WIDE * side.depth;
-    let elevations: &[f32] = if side.height <= FLAT * side.width.max(side.depth) {
+    let is_flat = side.height <= FLAT * side.width.max(side.depth);
+    let is_sheet = side.height <= SHEET * side.depth && side.width >= side.depth;
+    if is_sheet && covered(tracer, horizon) <= DRAWN {
+        return (front, DRAWING_ELEVATION);
+    }
+    let elevations: &[f32] = if is_flat {
         &FLAT_ELEVATION
     } else if side.height <= LOW * side.width.min(side.depth) {
         &LOW_ELEVATIONS
@@ -243,6 +255,20 @@ pub(super) fn three_quarter(
         })
         .collect();
     candidates[first_best(&scores)]
+}
+
+/// Fraction of the rays from above the scene's box straight down that hit a surface.
+fn covered(tracer: &SceneTracer, horizon: &Horizon) -> f32 {
+    let bounds = upright_bounds(tracer.region.bounds, horizon);
+    let size = bounds.max - bounds.min;
+    let above = bounds.max.y + size.max_element();
+    let share = |i: u32| (i as f32 + 0.5) / RAYS as f32;
+    let is_hit = |i: &u32| {
+        let (x, z) = (share(i % RAYS) * size.x, share(i / RAYS) * size.z);
+        let origin = horizon.point(Vec3::new(bounds.min.x + x, above, bounds.min.z + z));
+        tracer.trace(origin, -horizon.up()).is_some()
+    };
+    (0..RAYS * RAYS).filter(is_hit).count() as f32 / (RAYS * RAYS) as f32
 }
 
 /// Index of the first score within [`MARGIN`] of the largest.

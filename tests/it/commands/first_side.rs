@@ -374,6 +374,28 @@ fn low_bonnet_is_the_front() {
     }
 }
 
+/// Flat letters on a ground are seen from so far above that they can be read. A sheet without gaps
+/// is seen from 40°.
+#[test]
+fn letters_on_a_ground_can_be_read() {
+    let sheet = |gap: f32| {
+        let mut letters = Boxes::default();
+        for i in 0..6 {
+            let x = i as f32 - 3.0;
+            letters = letters
+                .add([x, 0.0, -0.8], [x + 0.3, 0.02, 0.8])
+                .add([x + 0.3, 0.0, 0.4 - gap], [x + 1.0 - gap, 0.02, 0.8])
+                .add([x + 0.3, 0.0, -0.8], [x + 1.0 - gap, 0.02, -0.4 + gap]);
+        }
+        seen(&letters.text)
+    };
+    let (azimuth, words) = sheet(0.3);
+    assert!(apart(azimuth, 0.0) < 1.0, "{azimuth}: {words}");
+    assert!(words.contains("elevation 60°"), "{words}");
+    let (_, words) = sheet(-0.3);
+    assert!(words.contains("elevation 40°"), "{words}");
+}
+
 /// A wide and thin object, such as a shelf, is seen from near its front.
 #[test]
 fn plates_are_seen_from_near_their_front() {

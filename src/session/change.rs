@@ -2,7 +2,6 @@
 //! integrator or the size.
 
 use super::memory::check_pixels;
-use super::views::views_of;
 use super::{
     CameraSettings, Error, INTEGRATOR_WARNINGS, Session, Settings, backdrop, check_groups, integrator_warnings,
     light_paths,
@@ -80,7 +79,7 @@ impl Session {
         check_groups(&settings, &self.scene)?;
         check_pixels(&settings, settings.parts_of_light(&self.scene), None)?;
         let camera = description.camera(settings.resolution)?;
-        let views = views_of(&description, &settings)?;
+        let views = description.views(settings.resolution)?;
         let integrator = settings.chosen_integrator();
         if self.scene.ground().is_some() {
             integrator.check_catching()?;

@@ -64,7 +64,6 @@ use settings::{GuessSelection, SceneSurvey};
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
-use views::views_of;
 
 /// A loaded scene with all settings of its render.
 pub struct Session {
@@ -190,7 +189,7 @@ impl Session {
         warnings.extend(extent.iter().map(Finding::warning));
         warnings.extend(integrator_warnings(&integrator, (&scene, &light_selection), &camera)?);
         Ok(Self {
-            views: views_of(&description, &settings)?,
+            views: description.views(settings.resolution)?,
             backdrop: backdrop(&settings, &description.parameters),
             scene_hash: OnceLock::new(),
             filter: settings.filter(),
@@ -256,7 +255,7 @@ impl Session {
         let light_selection = scene.light_selection(integrator.light_choice());
         let warnings = integrator_warnings(&integrator, (&scene, &light_selection), &camera)?;
         Ok(Self {
-            views: views_of(&description, &settings)?,
+            views: description.views(settings.resolution)?,
             backdrop: backdrop(&settings, &description.parameters),
             scene_hash: OnceLock::new(),
             filter: settings.filter(),
@@ -403,7 +402,7 @@ impl Session {
     pub fn look_through(&mut self, guess: &CameraGuess) -> Result<(), Error> {
         let description = CameraDescription::still(guess.parameters());
         self.camera = description.camera(self.settings.resolution)?;
-        self.views = views_of(&description, &self.settings)?;
+        self.views = description.views(self.settings.resolution)?;
         self.light_selection.forget();
         self.scene_hash = OnceLock::new();
         self.backdrop = backdrop(&self.settings, &description.parameters);

@@ -1,6 +1,6 @@
 //! Views of the picture of a session, and the properties of their projection.
 
-use super::{Error, InvalidSetting, Session, Settings};
+use super::{Error, InvalidSetting, Session};
 use crate::camera::{Camera, CameraDescription, Projection, View};
 use crate::math::UVec2;
 
@@ -37,8 +37,8 @@ impl Session {
         self.description.view_size(self.settings.resolution)
     }
 
-    /// Returns an error if the picture has several views. `setting` and `value` name the
-    /// request that needs a picture of one view.
+    /// Returns an error if the picture has several views. `setting` and `value` name the request
+    /// that needs a picture of one view.
     pub(crate) fn check_one_view(&self, setting: &'static str, value: &str) -> Result<(), Error> {
         if self.views.len() == 1 {
             return Ok(());
@@ -51,16 +51,4 @@ impl Session {
         let help = "render one view alone: leave out --stereo, or render a face as a perspective with --fov 90";
         Err(InvalidSetting::new(setting, message, help).into())
     }
-}
-
-/// Views of a picture with the camera of `description` and the size of `settings`.
-///
-/// # Errors
-///
-/// A camera is invalid, or the integrator does not render it.
-pub(super) fn views_of(description: &CameraDescription, settings: &Settings) -> Result<Vec<View>, Error> {
-    let views = description.views(settings.resolution)?;
-    let integrator = settings.chosen_integrator();
-    views.iter().try_for_each(|view| integrator.check_eyes(&view.camera))?;
-    Ok(views)
 }

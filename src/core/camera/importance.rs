@@ -2,6 +2,7 @@
 
 use super::Camera;
 use super::projection::Film;
+use super::stereo::tangent_point;
 use crate::math::{Ray, Vec2, Vec3};
 use std::f32::consts::PI;
 
@@ -21,7 +22,31 @@ pub struct Importance {
     /// one per pixel: `1 / (s² cos³ θ)` for a perspective with pixels of width s at distance 1. For
     /// parallel rays, it is the density per area perpendicular to the rays: `1 / (s² cos θ)` for
     /// pixels of width s. Here θ is the angle of the ray with the view axis.
+    ///
+    /// For an eye of a stereo panorama, the start of a ray changes with its direction. The density
+    /// is nevertheless the density of a panorama from one point, with the distance from the start
+    /// of the ray ([`tangent_point`]).
     pub pdf: f32,
+}
+
+/// Kind of a lens, by the starts of the camera rays that hit a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LensKind {
+    /// Each point of the lens has a ray to each point that the camera sees.
+    Fixed,
+    /// Parallel rays. The lens is infinitely distant: each point of the scene has a ray of its own,
+    /// and all rays have one direction.
+    Far,
+    /// Circle of an eye of a stereo panorama. Each point of the scene has one ray, a tangent of the
+    /// circle.
+    Circle,
+}
+
+impl LensKind {
+    /// Returns true if the start of a camera ray does not depend on the point that the ray hits.
+    pub fn is_fixed(self) -> bool {
+        self == Self::Fixed
+    }
 }
 
 /// Point on the lens at which a path ends.
@@ -32,9 +57,10 @@ pub struct LensPoint {
     /// Unit normal of the lens for cosines: the view direction, or the direction of parallel rays.
     /// Zero for panoramas, cube maps and fisheyes, which use no cosine.
     pub normal: Vec3,
-    /// True for a camera with parallel rays. The point then stands for a point of the lens, through
-    /// which each film point has a ray.
-    pub is_far: bool,
+    /// Kind of the lens. With parallel rays, the point stands for a point of the lens, through
+    /// which each film point has a ray. On a circle, the point is the centre of the circle until
+    /// [`Camera::lens_facing`] moves it.
+    pub kind: LensKind,
 }
 
 impl Camera {
@@ -55,30 +81,38 @@ impl Camera {
     /// Lens point at `p`, for a camera that does not move. `direction` returns the direction of the
     /// rays. It is called only for parallel rays.
     fn lens_end(&self, p: Vec3, direction: impl FnOnce() -> Vec3) -> LensPoint {
-        let is_far = self.film.is_parallel();
-        let normal = if is_far {
-            direction()
+        let (normal, kind) = if self.film.is_parallel() {
+            (direction(), LensKind::Far)
+        } else if self.has_moving_eye() {
+            (Vec3::ZERO, LensKind::Circle)
         } else if self.film.is_curved() {
-            Vec3::ZERO
+            (Vec3::ZERO, LensKind::Fixed)
         } else {
-            self.forward
+            (self.forward, LensKind::Fixed)
         };
-        LensPoint { p, normal, is_far }
+        LensPoint { p, normal, kind }
     }
 
     /// Returns the lens point from which `seen` is visible at `time`. For parallel rays, this is
-    /// `lens` moved to the ray through `seen`, or `None` if `seen` is behind the camera. For other
-    /// cameras, it is `lens`.
+    /// `lens` moved to the ray through `seen`, or `None` if `seen` is behind the camera. For an eye
+    /// of a stereo panorama, it is the point of the circle whose ray hits `seen`, or `None` if
+    /// `seen` is not farther from the axis than the eye. For other cameras, it is `lens`.
     pub fn lens_facing(&self, lens: LensPoint, seen: Vec3, time: f32) -> Option<LensPoint> {
-        if !lens.is_far {
-            return Some(lens);
-        }
-        let forward = self.at(time).forward;
-        let distance = (seen - lens.p).dot(forward) / lens.normal.dot(forward);
-        (distance > 0.0).then(|| LensPoint {
-            p: seen - distance * lens.normal,
-            ..lens
-        })
+        let p = match lens.kind {
+            LensKind::Fixed => return Some(lens),
+            LensKind::Far => {
+                let forward = self.at(time).forward;
+                let distance = (seen - lens.p).dot(forward) / lens.normal.dot(forward);
+                (distance > 0.0).then(|| seen - distance * lens.normal)?
+            }
+            LensKind::Circle => {
+                let camera = self.at(time);
+                let to = seen - camera.position;
+                let [x, z] = tangent_point([to.dot(camera.right), to.dot(camera.forward)], self.film.eye)?;
+                camera.position + x * camera.right + z * camera.forward
+            }
+        };
+        Some(LensPoint { p, ..lens })
     }
 
     /// Area of the lens in squares of scene units; 1 for a pinhole, which is a delta distribution.
@@ -213,7 +247,8 @@ mod tests {
             };
             description.camera(resolution).unwrap()
         };
-        all.into_iter().map(camera).collect()
+        let eyes = [-0.4, 0.4].map(|eye| camera((pinhole, motion, None, Projection::Panorama)).with_eye(eye));
+        all.into_iter().map(camera).chain(eyes).collect()
     }
 
     /// Four pairs of random numbers.
@@ -247,12 +282,16 @@ mod tests {
                 let ray = camera.ray(film, lens, time);
                 let end = camera.lens_of(&ray);
                 let drawn = camera.lens_point(lens, time);
-                assert_eq!((end.normal, end.is_far), (drawn.normal, drawn.is_far));
+                assert_eq!((end.normal, end.kind), (drawn.normal, drawn.kind));
                 assert_eq!(end.p, ray.origin);
                 // For a point on the ray, the facing lens point is the start of the ray.
                 let facing = camera.lens_facing(drawn, ray.at(7.0), time).unwrap();
-                assert!(facing.p.distance(ray.origin) < 1e-5, "{facing:?} {ray:?}");
-                assert_eq!(camera.lens_facing(drawn, ray.at(-1.0), time).is_none(), end.is_far);
+                // Rays towards the zenith and the nadir are almost tangents of a cylinder, so the
+                // starts of such rays are less exact
+                let error = if end.kind == LensKind::Circle { 1e-3 } else { 1e-5 };
+                assert!(facing.p.distance(ray.origin) < error, "{facing:?} {ray:?}");
+                let is_far = end.kind == LensKind::Far;
+                assert_eq!(camera.lens_facing(drawn, ray.at(-1.0), time).is_none(), is_far);
                 let seen = camera.importance(ray.origin, ray.direction, time).unwrap();
                 assert!(seen.film.distance(film) < 3e-3, "{camera:?}: {film} {seen:?}");
                 let cos = if end.normal == Vec3::ZERO {
@@ -273,7 +312,7 @@ mod tests {
                 let edge = |step: Vec2| {
                     let at = |s| camera.ray(film + s, lens, time);
                     let [a, b] = [-step, step].map(|s| {
-                        if end.is_far {
+                        if is_far {
                             at(s).origin.as_dvec3().reject_from(ray.direction.as_dvec3())
                         } else {
                             at(s).direction.as_dvec3()
@@ -301,6 +340,60 @@ mod tests {
         }
     }
 
+    /// For an eye of a stereo panorama, compares the density per area of a surface with the area of
+    /// a square of the film on the surface. The edges of the square follow from rays through the
+    /// film, so the test includes the motion of the starts of rays.
+    #[test]
+    fn density_of_an_eye_is_the_area_of_the_film_on_a_surface() {
+        let all = cameras(UVec2::new(200, 100));
+        let eyes = all.iter().filter(|camera| camera.has_moving_eye());
+        assert_eq!(eyes.clone().count(), 2);
+        for camera in eyes {
+            for i in 0..2000 {
+                let [place, turn, other, _] = numbers(i);
+                let film = (place * 0.98 + 0.01) * camera.resolution().as_vec2();
+                let time = other.x;
+                // A plane through a point of the ray. The normal is at most 60° from the ray
+                let ray = camera.ray(film, Vec2::ZERO, time);
+                let seen = ray.at(0.3 + 4.0 * other.y);
+                let normal = Frame::from_z(ray.direction)
+                    .to_world(uniform_cone(turn, 0.5))
+                    .as_dvec3();
+                let on_plane = |step: Vec2| {
+                    let ray = camera.ray(film + step, Vec2::ZERO, time);
+                    let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+                    let distance = (seen.as_dvec3() - origin).dot(normal) / direction.dot(normal);
+                    origin + distance * direction
+                };
+                let edge = |step: Vec2| on_plane(step) - on_plane(-step);
+                let half = 0.02;
+                let square = edge(Vec2::new(half, 0.0)).cross(edge(Vec2::new(0.0, half))).length();
+                let area = square / f64::from(4.0 * half * half);
+                let lens = camera
+                    .lens_facing(camera.lens_point(Vec2::ZERO, time), seen, time)
+                    .unwrap();
+                let w = (seen - lens.p).normalize();
+                let found = camera.importance(lens.p, w, time).unwrap();
+                assert!(found.film.distance(film) < 3e-2, "{film} {found:?}");
+                let cos = w.as_dvec3().dot(normal).abs();
+                let density = f64::from(found.pdf) * cos / f64::from(seen.distance_squared(lens.p));
+                assert!((density * area - 1.0).abs() < 1e-2, "{film}: {density} {area}");
+            }
+            // Points on the axis, and nearer to the axis than the eye, are not seen
+            let then = camera.at(0.5);
+            let lens = camera.lens_point(Vec2::ZERO, 0.5);
+            for (x, z, is_seen) in [
+                (0.0, 0.0, false),
+                (0.2, -0.3, false),
+                (0.3, 0.3, true),
+                (0.0, -0.41, true),
+            ] {
+                let seen = then.position + x * then.right + 2.0 * then.up + z * then.forward;
+                assert_eq!(camera.lens_facing(lens, seen, 0.5).is_some(), is_seen, "{x},{z}");
+            }
+        }
+    }
+
     /// The integral of the importance of a pixel over the lens and over all directions is 1. The
     /// test image has few pixels, so that the angles to the axis are large.
     #[test]
@@ -317,7 +410,7 @@ mod tests {
                 }
                 let to = |film: Vec2| camera.ray(film, Vec2::splat(0.5), time);
                 let middle = to(pixel + 0.5);
-                let is_far = camera.lens_of(&middle).is_far;
+                let is_far = camera.lens_of(&middle).kind == LensKind::Far;
                 let axis = middle.direction;
                 // Include the directions from the whole lens. Seen from the plane of focus, the
                 // radius of the lens is an angle below 0.1.
@@ -344,9 +437,12 @@ mod tests {
                         let w = frame.to_world(uniform_cone(u, angle.cos()));
                         (lens.p, w, uniform_cone_pdf(angle.cos()))
                     };
-                    let Some(lens) = camera.lens_facing(lens, p + w, time) else {
-                        continue;
+                    let faces = if is_far {
+                        camera.lens_facing(lens, p + w, time)
+                    } else {
+                        Some(lens)
                     };
+                    let Some(lens) = faces else { continue };
                     let Some(seen) = camera.importance(lens.p, w, time) else {
                         continue;
                     };

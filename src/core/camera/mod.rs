@@ -18,7 +18,7 @@ pub use calibration::{Distortion, Intrinsics};
 pub use cubemap::{FACE_NAMES, cube_faces};
 pub use description::{CameraDescription, CameraMotion, CameraParameters, Pose};
 pub use error::CameraError;
-pub use importance::{Importance, LensPoint};
+pub use importance::{Importance, LensKind, LensPoint};
 pub use projection::{FisheyeMapping, Projection, ProjectionKind};
 pub use stereo::{Stereo, StereoLayout};
 pub use views::View;
@@ -266,7 +266,7 @@ impl Camera {
 
     /// Returns true if rays start on a circle around the position, as for an eye of a stereo
     /// panorama.
-    pub fn has_moving_eye(&self) -> bool {
+    fn has_moving_eye(&self) -> bool {
         self.film.eye != 0.0
     }
 

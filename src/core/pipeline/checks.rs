@@ -69,12 +69,6 @@ fn starts_at_camera(kind: IntegratorKind) -> bool {
     )
 }
 
-/// Returns true if an integrator connects paths of light to the lens.
-fn reaches_lens(kind: IntegratorKind) -> bool {
-    use IntegratorKind::{Bidirectional, Light, PathSpace, PrimarySpace, VertexMerging};
-    matches!(kind, Bidirectional | Light | PathSpace | PrimarySpace | VertexMerging)
-}
-
 /// Names of the integrators for which `is` returns true.
 fn names_of(is: fn(IntegratorKind) -> bool) -> String {
     let names = IntegratorKind::NAMES.iter().filter(|(_, kind)| is(*kind));
@@ -236,19 +230,6 @@ impl ChosenIntegrator {
         let names = names_of(starts_at_camera);
         Err(Error::Refused(format!(
             "{words}\n  help: use one of {names}, or leave `abbe` out"
-        )))
-    }
-
-    /// Returns an error if each ray of the camera has a different origin, and the integrator
-    /// connects paths to the lens.
-    pub fn check_eyes(&self, camera: &Camera) -> Result<(), Error> {
-        if !camera.has_moving_eye() || !reaches_lens(self.kind()) {
-            return Ok(());
-        }
-        let names = names_of(|kind| !reaches_lens(kind));
-        Err(Error::Refused(format!(
-            "--integrator {} cannot render a stereo panorama, since it connects paths to one lens, but each ray of the panorama starts at another point\n  help: use one of {names}, or leave out --stereo",
-            self.name()
         )))
     }
 

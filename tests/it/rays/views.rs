@@ -225,7 +225,6 @@ fn regions(folder: &TempDir, flags: &str, (width, views): (usize, usize), seeds:
 }
 
 /// Flags of pictures with several views, width of the picture, and number of views side by side.
-/// Integrators that connect paths to the lens do not support the last picture.
 const VIEWS: [(&str, usize, usize); 6] = [
     (
         "--stereo side-by-side --eye-distance 0.5 --intrinsics 10,9,6.5,5.5 --distortion=-0.1,0.01,0.01,0 --size 24x12",
@@ -251,10 +250,6 @@ const VIEWS: [(&str, usize, usize); 6] = [
     ),
 ];
 
-fn takes(method: &str, views: &str) -> bool {
-    !(views.contains("panorama") && ["bdpt", "light", "pssmlt", "mlt", "vcm"].contains(&method))
-}
-
 /// In a lit room, integrators agree with path tracing in each view.
 #[test]
 fn methods_agree_in_every_view() {
@@ -263,13 +258,13 @@ fn methods_agree_in_every_view() {
         let flags = format!("{views} --max-depth 4 --position 0.3,0.1,0.5 --look-at 0,0,-1");
         let shape = (width, count);
         let expected = regions(&folder, &format!("{flags} --spp 128"), shape, 8);
-        for method in UNBIASED.into_iter().filter(|method| takes(method, views)) {
+        for method in UNBIASED {
             let found = regions(&folder, &format!("{flags} --integrator {method} --spp 16"), shape, 8);
             for (view, (found, expected)) in found.iter().zip(&expected).enumerate() {
                 assert_same_mean(format!("{views}, {method}, view {view}"), *found, *expected);
             }
         }
-        for method in BIASED.into_iter().filter(|method| takes(method, views)) {
+        for method in BIASED {
             let found = regions(&folder, &format!("{flags} --integrator {method} --spp 64"), shape, 2);
             for (view, (found, expected)) in found.iter().zip(&expected).enumerate() {
                 let ratio = found.value / expected.value;
@@ -292,7 +287,7 @@ fn furnace_is_even_in_every_view() {
         // The weights of a few samples of a tent filter do not sum to 1.
         let allowed = if views.contains("tent") { 0.1 } else { 1e-4 };
         assert!(exact.iter().all(|value| (value - 1.0).abs() < allowed), "{views}");
-        for method in UNBIASED.into_iter().chain(BIASED).filter(|method| takes(method, views)) {
+        for method in UNBIASED.into_iter().chain(BIASED) {
             let found = regions(&folder, &format!("{flags} --integrator {method} --spp 64"), shape, 4);
             for (view, found) in found.iter().enumerate() {
                 let error = (found.value - 1.0).abs();
@@ -492,6 +487,75 @@ fn disparity_of_a_panorama_is_equal_in_all_directions() {
     }
 }
 
+/// In a stereo panorama, light paths that are connected to the eyes show a surface at the pixels of
+/// the tangents of the circle. The lamp is a point, so that no camera ray hits it.
+#[test]
+fn light_paths_have_the_disparity_of_a_panorama() {
+    const WIDTH: usize = 720;
+    const ROWS: usize = 45;
+    let (x, z) = (-2.0, -2.0);
+    let corner = |a: f64, y: f64| format!("v {} {y} {}\n", x - a * z, z + a * x);
+    let corners = [(-0.05, -0.3), (0.05, -0.3), (0.05, 0.3), (-0.05, 0.3)].map(|(a, y)| corner(a, y));
+    let lamp = "[[light]]\ntype = \"point\"\nposition = [0, 0, 0]\nintensity = 9\n";
+    let folder = scene(&format!("{}f 1 2 3 4\n", corners.concat()), lamp);
+    let flags = format!(
+        "--projection panorama --stereo top-bottom --eye-distance 0.3 --size {WIDTH}x{} --max-depth 1",
+        2 * ROWS
+    );
+    let light_of = |flags: &str| {
+        let picture = green(&folder, flags);
+        let view = |rows: &[f32]| -> Vec<f32> {
+            let column = |x: usize| rows.iter().skip(x).step_by(WIDTH).sum();
+            (0..WIDTH).map(column).collect()
+        };
+        let [left, right] = [0, ROWS].map(|row| view(&picture[row * WIDTH..][..ROWS * WIDTH]));
+        (middle(&left), middle(&right), left.iter().chain(&right).sum::<f32>())
+    };
+    let (left, right, light) = light_of(&format!("{flags} --spp 64"));
+    let expected = 2.0 * (0.15 / x.hypot(z)).asin() * WIDTH as f64 / std::f64::consts::TAU;
+    assert!((left - right - expected).abs() < 0.1, "path: {left} {right} {expected}");
+    for method in [
+        "light",
+        "bdpt",
+        "vcm",
+        "pssmlt --metropolis-direct metropolis",
+        "mlt --metropolis-direct metropolis",
+    ] {
+        let found = light_of(&format!("{flags} --spp 64 --integrator {method}"));
+        let errors = [found.0 - left, found.1 - right].map(f64::abs);
+        assert!(
+            errors[0].max(errors[1]) < 0.25,
+            "{method}: {found:?}, path: {left} {right}"
+        );
+        assert!(
+            (found.2 / light - 1.0).abs() < 0.05,
+            "{method}: {found:?}, path: {light}"
+        );
+    }
+}
+
+/// In a stereo panorama, things nearer to the axis than the eyes are not seen, but cast light and
+/// shadows.
+#[test]
+fn methods_agree_on_lamps_between_the_eyes() {
+    let lamp = "v -0.2 0.2 -0.2\nv 0.2 0.2 -0.2\nv 0.2 0.2 0.2\nv -0.2 0.2 0.2\nusemtl lamp\nf -4 -3 -2 -1\n";
+    let point = "[[light]]\ntype = \"point\"\nposition = [0, -0.1, 0]\nintensity = 5\n";
+    let folder = scene(&format!("{ROOM}{lamp}"), point);
+    let flags = "--projection panorama --stereo side-by-side --eye-distance 1.2 --size 32x8 --max-depth 3";
+    let shape = (32, 2);
+    let expected = regions(&folder, &format!("{flags} --spp 128"), shape, 8);
+    // Without the lamps between the eyes, the room is darker
+    let dark = scene(ROOM, "");
+    let of_dark = regions(&dark, &format!("{flags} --spp 128"), shape, 2);
+    assert!(of_dark[0].value < 0.95 * expected[0].value, "{of_dark:?} {expected:?}");
+    for method in UNBIASED {
+        let found = regions(&folder, &format!("{flags} --integrator {method} --spp 32"), shape, 8);
+        for (view, (found, expected)) in found.iter().zip(&expected).enumerate() {
+            assert_same_mean(format!("{method}, view {view}"), *found, *expected);
+        }
+    }
+}
+
 #[test]
 fn scene_files_keep_views() {
     let folder = scene(ROOM, "");
@@ -579,10 +643,6 @@ fn impossible_views_are_errors() {
             "needs a perspective without distortion",
         ),
         ("--stereo side-by-side --write-cameras c.json", "stereo `side-by-side`"),
-        (
-            "--stereo top-bottom --projection panorama --integrator bdpt",
-            "use one of path, naive",
-        ),
     ] {
         let output = run(folder.path(), &split(&format!("render s.toml -q -o t.png {flags}")));
         assert_ne!(code(&output), 0, "{flags}");

@@ -7,8 +7,10 @@ use crate::sampler::{SampleKey, Sampler};
 
 /// Light tracing: paths start at lights, and every vertex is connected to the camera (Arvo 1986;
 /// Dutré, Lafortune and Willems 1993). Light that reaches the camera by a delta lobe (in mirrors
-/// and through glass) is missing, because no connection can find it. If the camera has parallel
-/// rays, no connection finds lamps that the camera sees directly, so camera rays find these lamps.
+/// and through glass) is missing, because no connection can find it. If the start of a camera ray
+/// depends on the point that the ray hits, no light can be sampled for the lens
+/// ([`LensKind`](crate::camera::LensKind)). Camera rays then find the lamps that the camera sees
+/// directly.
 #[derive(Debug)]
 pub struct LightIntegrator<'a, A> {
     /// World with the scene and the camera.
@@ -41,10 +43,10 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
 
     fn sample<S: Sampler>(&self, _: &(), key: SampleKey, sampler: &mut S, out: &mut impl SplatSink) {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, self.max_depth);
-        // Trace the camera ray for the auxiliary channels. If camera rays are parallel, add the
-        // lights that the ray hits
+        // Trace the camera ray for the auxiliary channels. If no light can be sampled for the lens,
+        // add the lights that the ray hits
         let ray = self.world.camera_ray(key, None, sampler, out);
-        if self.world.camera.lens_of(&ray).is_far {
+        if !self.world.camera.lens_of(&ray).kind.is_fixed() {
             self.trace_to_lights(ray, sampler, out);
         } else if let (Some(hit), _) = self.world.intersect(&ray, RayKind::Camera, out) {
             let first = Surface::new(&self.world, hit, &ray).first_seen(&self.world, out);
@@ -71,8 +73,7 @@ impl<A: Accel> IterationIntegrator for LightIntegrator<'_, A> {
 }
 
 impl<A: Accel> LightIntegrator<'_, A> {
-    /// Adds the lights that the camera ray `ray` hits. The direction to a light sample is never
-    /// exactly the single direction of parallel rays.
+    /// Adds the lights that the camera ray `ray` hits, if no light can be sampled for the lens.
     fn trace_to_lights(&self, ray: Ray, sampler: &impl Sampler, out: &mut impl SplatSink) {
         let connector = Connector::new(&self.world, Heuristic::Balance, self.roulette, Some(0));
         let (camera, escape) = connector.camera_path(ray, sampler, out);

@@ -412,13 +412,10 @@ impl<'w, 'a, A: Accel> Connector<'w, 'a, A> {
         out: &mut impl RaySink,
         found: &mut impl FnMut(Contribution),
     ) {
-        let lens = self.lens_point(1, time, sampler);
-        // Parallel rays have a single direction. The direction to a light sample is never exactly
-        // this direction.
-        if lens.is_far {
+        let lens = PathVertex::lens(self.world, self.lens_point(1, time, sampler));
+        if !lens.takes_light_samples() {
             return;
         }
-        let lens = PathVertex::lens(self.world, lens);
         let number = |what| Dimension::bounce(EMISSION_BLOCK, what).nth(0);
         let numbers = LightDimensions {
             choice: number(Bounce::Decisions),

@@ -219,8 +219,11 @@ impl<A: Accel> Connector<'_, '_, A> {
             } else {
                 end.density_at(onwards, previous)
             },
-            // Lights are not sampled for the lens of a camera with parallel rays.
-            direct: if previous.is_infinite() { 0.0 } else { light_hit.direct },
+            direct: if previous.takes_light_samples() {
+                light_hit.direct
+            } else {
+                0.0
+            },
             ..ConnectionDensities::default()
         }
     }

@@ -3,7 +3,7 @@
 use super::Surface;
 use crate::accel::Accel;
 use crate::bsdf::ScatteringEvent;
-use crate::camera::LensPoint;
+use crate::camera::{LensKind, LensPoint};
 use crate::color::Spectrum;
 use crate::integrator::World;
 use crate::light::{Emission, LightId};
@@ -47,8 +47,8 @@ pub(crate) struct PathVertex<'a> {
 /// Kind of a vertex. `S` describes surfaces, and `L` describes lights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum VertexKind<S, L> {
-    /// The lens. If `is_far`, camera rays are parallel, and the lens is infinitely distant.
-    Lens { is_far: bool },
+    /// The lens.
+    Lens(LensKind),
     /// A surface that scatters light.
     Surface(S),
     /// A light at which the path starts or ends.
@@ -66,12 +66,12 @@ pub(crate) struct LightEnd {
 
 impl<'a> PathVertex<'a> {
     /// The first vertex of a camera path, at a point of the lens.
-    pub fn lens<A>(world: &World<'a, A>, LensPoint { p, normal, is_far }: LensPoint) -> Self
+    pub fn lens<A>(world: &World<'a, A>, LensPoint { p, normal, kind }: LensPoint) -> Self
     where
         A: Accel,
     {
         Self {
-            kind: VertexKind::Lens { is_far },
+            kind: VertexKind::Lens(kind),
             p,
             ng: normal,
             beta: Spectrum::ONE,
@@ -136,10 +136,17 @@ impl<'a> PathVertex<'a> {
     /// with parallel rays.
     pub fn is_infinite(&self) -> bool {
         match &self.kind {
-            VertexKind::Lens { is_far } => *is_far,
+            VertexKind::Lens(kind) => *kind == LensKind::Far,
             VertexKind::Light(end) => end.is_infinite,
             VertexKind::Surface(_) => false,
         }
+    }
+
+    /// Returns `true` if lights can be sampled for the vertex. The start of a ray from a circle, or
+    /// from an infinitely distant lens, depends on the point that the ray hits. So there is no
+    /// position for which a light could be sampled.
+    pub fn takes_light_samples(&self) -> bool {
+        !matches!(&self.kind, VertexKind::Lens(kind) if !kind.is_fixed())
     }
 
     /// Returns `true` if the vertex is on a light that no ray can hit.

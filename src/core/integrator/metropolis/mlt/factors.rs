@@ -19,7 +19,7 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
     ) -> Option<Factors> {
         let geometry_term = after[0].map_or(1.0, |next| edge(at, next, after[1]));
         match &at.kind {
-            VertexKind::Lens { .. } => {
+            VertexKind::Lens(_) => {
                 let camera = self.world.camera;
                 let next = after[0]?;
                 let importance = camera.importance(at.p, at.direction_to(next), time)?;
@@ -28,8 +28,9 @@ impl<'a, A: Accel> PathSpace<'_, 'a, A> {
                 let seen = importance.we * cosine(at, at.direction_to(next));
                 let seen = seen * camera.lens_area() / self.film.area();
                 Some(Factors {
-                    // Parallel camera rays are never connected to light from infinity.
-                    geometry_term: if at.is_infinite() && next.is_infinite() {
+                    // Only points have a lens point that faces them. So a movable lens is never
+                    // connected to light from infinity.
+                    geometry_term: if at.is_movable_lens() && next.is_infinite() {
                         f64::INFINITY
                     } else {
                         seen as f64 * geometry_term

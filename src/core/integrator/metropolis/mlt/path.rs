@@ -2,7 +2,7 @@
 
 use crate::accel::Accel;
 use crate::bsdf::{Bsdf, TransportMode};
-use crate::camera::LensPoint;
+use crate::camera::{LensKind, LensPoint};
 use crate::color::Spectrum;
 use crate::integrator::bidirectional::subpath::{Surface, VertexKind};
 use crate::integrator::opacity::Transmittance;
@@ -62,7 +62,7 @@ impl Path<'_> {
                     n: surface.point.ns,
                     beta: Spectrum::ONE,
                 }),
-                VertexKind::Lens { .. } => out.record(PathEvent::Start {
+                VertexKind::Lens(_) => out.record(PathEvent::Start {
                     p: vertex.p,
                     direction: self
                         .vertices
@@ -200,8 +200,8 @@ impl<'a> Vertex<'a> {
     }
 
     /// A vertex on the lens.
-    pub fn lens(LensPoint { p, normal, is_far }: LensPoint) -> Self {
-        Self::new(VertexKind::Lens { is_far }, p, normal)
+    pub fn lens(LensPoint { p, normal, kind }: LensPoint) -> Self {
+        Self::new(VertexKind::Lens(kind), p, normal)
     }
 
     /// Surface of the vertex, if the vertex is on a surface.
@@ -231,10 +231,16 @@ impl<'a> Vertex<'a> {
     /// with parallel rays.
     pub fn is_infinite(&self) -> bool {
         match &self.kind {
-            VertexKind::Lens { is_far } => *is_far,
+            VertexKind::Lens(kind) => *kind == LensKind::Far,
             VertexKind::Light(source) => source.kind.is_infinite(),
             VertexKind::Surface(_) => false,
         }
+    }
+
+    /// Returns `true` if the vertex is on a lens whose point depends on the next vertex of the
+    /// path.
+    pub fn is_movable_lens(&self) -> bool {
+        matches!(&self.kind, VertexKind::Lens(kind) if !kind.is_fixed())
     }
 
     /// Returns `true` if the vertex can be connected to other vertices, because not all its lobes
@@ -267,7 +273,7 @@ impl<'a> Vertex<'a> {
     /// Origin of rays of a light path in the unit direction `w`.
     pub fn origin_towards_camera(&self, w: Vec3) -> Vec3 {
         match &self.kind {
-            VertexKind::Lens { .. } => self.p,
+            VertexKind::Lens(_) => self.p,
             VertexKind::Surface(surface) => surface.origin_towards_camera(w),
             VertexKind::Light(source) => source.origin,
         }

@@ -296,7 +296,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
     pub fn is_still(&self, vertex: &Vertex) -> bool {
         let scene = self.world.scene;
         match &vertex.kind {
-            VertexKind::Lens { .. } => !self.world.camera.is_moving(),
+            VertexKind::Lens(_) => !self.world.camera.is_moving(),
             VertexKind::Surface(surface) => !scene.moves(&surface.hit),
             VertexKind::Light(source) => !scene.lights()[source.id.0 as usize].is_moving(),
         }
@@ -326,7 +326,7 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         };
         let ray = ray.when(time).within(body);
         match (&a.kind, b.surface()) {
-            (VertexKind::Lens { .. }, Some(seen)) => self.world.transmittance_to_lens(&ray, &seen.hit, out),
+            (VertexKind::Lens(_), Some(seen)) => self.world.transmittance_to_lens(&ray, &seen.hit, out),
             _ => self.world.transmittance(&ray, out),
         }
     }
@@ -389,11 +389,12 @@ impl<'w, 'a, A: Accel> PathSpace<'w, 'a, A> {
         Some(path)
     }
 
-    /// If camera rays are parallel: moves the lens, which is the first vertex of `path`, to the
-    /// lens point that sees the second vertex. `None` if no lens point sees this vertex.
+    /// If the lens point depends on the point that it sees: moves the lens, which is the first
+    /// vertex of `path`, to the lens point that sees the second vertex. `None` if no lens point
+    /// sees this vertex.
     fn face(&self, path: &mut [Vertex<'a>], sample: CameraSample) -> Option<()> {
         let [lens, seen, ..] = path else { return None };
-        if lens.is_infinite() {
+        if lens.is_movable_lens() {
             let camera = self.world.camera;
             let point = camera.lens_point(sample.lens, sample.time);
             lens.p = camera

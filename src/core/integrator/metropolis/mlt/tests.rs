@@ -3,7 +3,7 @@
 
 use super::*;
 use crate::accel::brute::BruteForce;
-use crate::camera::{Camera, CameraParameters};
+use crate::camera::{Camera, CameraDescription, CameraParameters, Projection, Stereo, StereoLayout};
 use crate::color::Spectrum;
 use crate::film::Filter;
 use crate::geometry::{Mesh, Placement};
@@ -98,10 +98,6 @@ fn look<T>(
     lens_radius: f32,
     with: impl FnOnce(&PathSpaceIntegrator<BruteForce>) -> T,
 ) -> T {
-    let mut b = SceneBuilder::new();
-    build(&mut b);
-    let (scene, _): (Scene, _) = b.build().unwrap();
-    let accel = BruteForce::new(&scene);
     let parameters = CameraParameters {
         position: Vec3::new(1.7, 1.5, 2.6),
         look_at: Vec3::new(0.8, 0.6, 0.6),
@@ -110,7 +106,18 @@ fn look<T>(
         lens_radius,
         focus_distance: 2.0,
     };
-    let camera = Camera::new(parameters, UVec2::splat(16)).unwrap();
+    look_through(build, Camera::new(parameters, UVec2::splat(16)).unwrap(), with)
+}
+
+fn look_through<T>(
+    build: impl FnOnce(&mut SceneBuilder),
+    camera: Camera,
+    with: impl FnOnce(&PathSpaceIntegrator<BruteForce>) -> T,
+) -> T {
+    let mut b = SceneBuilder::new();
+    build(&mut b);
+    let (scene, _): (Scene, _) = b.build().unwrap();
+    let accel = BruteForce::new(&scene);
     let metropolis = Metropolis {
         direct: MetropolisDirect::Metropolis,
         ..Metropolis::default()
@@ -281,6 +288,43 @@ fn mutations_balance_with_near_and_infinite_lights() {
     };
     for kind in KINDS.into_iter().take(4) {
         look(build, 0.0, |integrator| is_balanced("near and far", integrator, kind));
+    }
+}
+
+/// The start of a ray of a stereo panorama depends on the point that the ray hits. The lamp is seen
+/// directly, too.
+#[test]
+fn mutations_balance_in_a_stereo_panorama() {
+    let build = |b: &mut SceneBuilder| {
+        corner(b);
+        lamp(b);
+        mirror_and_glass(b);
+        b.add_constant_light(Spectrum::splat(0.3)).unwrap();
+    };
+    let parameters = CameraParameters {
+        position: Vec3::new(1.1, 1.2, 1.5),
+        look_at: Vec3::new(0.4, 1.0, 0.6),
+        up: Vec3::new(0.1, 1.0, 0.0),
+        vertical_fov: 60.0,
+        lens_radius: 0.0,
+        focus_distance: 2.0,
+    };
+    let description = CameraDescription {
+        projection: Projection::Panorama,
+        stereo: Some(Stereo {
+            layout: StereoLayout::SideBySide,
+            eye_distance: 0.5,
+            convergence: None,
+        }),
+        ..CameraDescription::still(parameters)
+    };
+    let views = description.views(UVec2::new(48, 12)).unwrap();
+    for (view, kinds) in views.iter().zip([&KINDS[..3], &KINDS[3..]]) {
+        for kind in kinds {
+            look_through(build, view.camera, |integrator| {
+                is_balanced("stereo panorama", integrator, *kind)
+            });
+        }
     }
 }
 

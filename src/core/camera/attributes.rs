@@ -6,7 +6,7 @@
 //! in the lower right corner.
 
 use super::Camera;
-use super::cubemap::Face;
+use super::projection::{Face, Plane};
 use crate::math::{DVec2, DVec3, Vec3, encode_fields};
 
 /// A 4 × 4 matrix, by rows.
@@ -37,15 +37,6 @@ encode_fields!(CameraAttributes {
     f_number,
     focus,
 });
-
-/// A projection onto a plane. A point (x, y) of camera space has the pixel coordinates `scale * (x,
-/// -y) / w + middle`, where w is the depth for a perspective and 1 for parallel rays.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Plane {
-    pub scale: DVec2,
-    pub middle: DVec2,
-    pub is_parallel: bool,
-}
 
 impl CameraAttributes {
     /// Attributes of the face with this index, in the order of [`FACE_NAMES`](super::FACE_NAMES).

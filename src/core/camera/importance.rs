@@ -1,8 +1,7 @@
 //! Importance of pixels along rays from the lens, for paths from lights.
 
 use super::Camera;
-use super::projection::Film;
-use super::stereo::tangent_point;
+use super::projection::{FilmMap, PlaneScale};
 use crate::math::{Ray, Vec2, Vec3};
 use std::f32::consts::PI;
 
@@ -25,7 +24,7 @@ pub struct Importance {
     ///
     /// For an eye of a stereo panorama, the start of a ray changes with its direction. The density
     /// is nevertheless the density of a panorama from one point, with the distance from the start
-    /// of the ray ([`tangent_point`]).
+    /// of the ray.
     pub pdf: f32,
 }
 
@@ -83,7 +82,7 @@ impl Camera {
     fn lens_end(&self, p: Vec3, direction: impl FnOnce() -> Vec3) -> LensPoint {
         let (normal, kind) = if self.film.is_parallel() {
             (direction(), LensKind::Far)
-        } else if self.has_moving_eye() {
+        } else if self.film.panorama_of_eye().is_some() {
             (Vec3::ZERO, LensKind::Circle)
         } else if self.film.is_curved() {
             (Vec3::ZERO, LensKind::Fixed)
@@ -108,8 +107,9 @@ impl Camera {
             LensKind::Circle => {
                 let camera = self.at(time);
                 let to = seen - camera.position;
-                let [x, z] = tangent_point([to.dot(camera.right), to.dot(camera.forward)], self.film.eye)?;
-                camera.position + x * camera.right + z * camera.forward
+                let to = Vec3::new(to.dot(camera.right), to.dot(camera.up), to.dot(camera.forward));
+                let start = camera.film.panorama_of_eye()?.start_towards(to)?;
+                camera.position + start.x * camera.right + start.z * camera.forward
             }
         };
         Some(LensPoint { p, ..lens })
@@ -136,33 +136,39 @@ impl Camera {
             return pdf.is_finite().then_some(Importance { film, we: pdf, pdf });
         }
         let cos = w.dot(camera.forward);
-        let Film { scale, offset, .. } = camera.film;
         let plane = |v: Vec3| Vec2::new(v.dot(camera.right), -v.dot(camera.up));
-        let (image, pdf, over_cos) = if camera.film.is_parallel() {
-            let from_center = p - camera.position;
-            // The position on the film follows from the point in which the ray crosses the plane of
-            // focus.
-            let image = if camera.has_lens() {
-                plane(from_center) + plane(w) * (camera.focus_distance / cos)
-            } else {
-                plane(from_center)
-            };
-            (image, 1.0 / (scale * scale * cos), 1.0)
-        } else {
-            // The ray from `p`, and the ray of the same film point through the centre of the lens,
-            // cross in the plane of focus.
+        // For a central projection, the ray from `p`, and the ray of the same film point through
+        // the centre of the lens, cross in the plane of focus.
+        let central = || {
             let mut image = plane(w) / cos;
             if camera.has_lens() {
                 image += plane(p - camera.position) / camera.focus_distance;
             }
-            (image, 1.0 / (scale * scale * cos * cos * cos), cos)
+            image
         };
-        let (film, pdf) = match &camera.film.lens {
-            None => ((image + offset) / scale, pdf),
-            Some(lens) => {
-                let (film, area) = lens.plane_film(image).filter(|_| cos > 0.0)?;
-                (film, area / (cos * cos * cos))
+        let (film, pdf, over_cos) = match &camera.film.map {
+            FilmMap::Orthographic(parallel) => {
+                let PlaneScale { scale, .. } = parallel.0;
+                let from_center = p - camera.position;
+                // The position on the film follows from the point in which the ray crosses the
+                // plane of focus.
+                let image = if camera.has_lens() {
+                    plane(from_center) + plane(w) * (camera.focus_distance / cos)
+                } else {
+                    plane(from_center)
+                };
+                (parallel.0.film(image), 1.0 / (scale * scale * cos), 1.0)
             }
+            FilmMap::Perspective(perspective) => {
+                let PlaneScale { scale, .. } = perspective.0;
+                let pdf = 1.0 / (scale * scale * cos * cos * cos);
+                (perspective.0.film(central()), pdf, cos)
+            }
+            FilmMap::Calibrated(lens) => {
+                let (film, area) = lens.plane_film(central()).filter(|_| cos > 0.0)?;
+                (film, area / (cos * cos * cos), cos)
+            }
+            FilmMap::Panorama(_) | FilmMap::Fisheye(_) | FilmMap::Cubemap(_) => return None,
         };
         let we = pdf / (over_cos * self.lens_area());
         // For directions in the plane of the lens, `we` and `film` overflow.
@@ -173,7 +179,7 @@ impl Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::cubemap::CubeLayout;
+    use crate::camera::projection::CubeLayout;
     use crate::camera::{
         Aperture, CameraDescription, CameraMotion, CameraParameters, FisheyeMapping, Pose, Projection,
     };
@@ -276,7 +282,8 @@ mod tests {
                     let within = film - side * (film / side).floor();
                     within.min_element().min(side - within.max_element()) < 0.1
                 };
-                if !camera.sees(film) || camera.film.cube.is_some_and(border) {
+                let is_border = matches!(camera.film.map, FilmMap::Cubemap(cube) if border(cube));
+                if !camera.sees(film) || is_border {
                     continue;
                 }
                 let ray = camera.ray(film, lens, time);
@@ -346,7 +353,7 @@ mod tests {
     #[test]
     fn density_of_an_eye_is_the_area_of_the_film_on_a_surface() {
         let all = cameras(UVec2::new(200, 100));
-        let eyes = all.iter().filter(|camera| camera.has_moving_eye());
+        let eyes = all.iter().filter(|camera| camera.film.panorama_of_eye().is_some());
         assert_eq!(eyes.clone().count(), 2);
         for camera in eyes {
             for i in 0..2000 {

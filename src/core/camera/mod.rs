@@ -3,8 +3,6 @@
 
 mod aperture;
 mod attributes;
-mod calibration;
-mod cubemap;
 mod description;
 mod error;
 mod importance;
@@ -14,19 +12,16 @@ mod views;
 
 pub use aperture::{Aperture, BLADES};
 pub use attributes::{CameraAttributes, Matrix};
-pub use calibration::{Distortion, Intrinsics};
-pub use cubemap::{FACE_NAMES, cube_faces};
 pub use description::{CameraDescription, CameraMotion, CameraParameters, Pose};
 pub use error::CameraError;
 pub use importance::{Importance, LensKind, LensPoint};
-pub use projection::{FisheyeMapping, Projection, ProjectionKind};
+pub use projection::{Distortion, FACE_NAMES, FisheyeMapping, Intrinsics, Projection, ProjectionKind, cube_faces};
 pub use stereo::{Stereo, StereoLayout};
 pub use views::View;
 
 use crate::math::{Ray, UVec2, Vec2, Vec3};
 use crate::sampling::warp::uniform_disk;
-use cubemap::Face;
-use projection::Film;
+use projection::{Face, Film};
 use std::borrow::Cow;
 
 /// A camera of any projection. Its rays pass through a pinhole, or through an ideal thin lens if
@@ -252,9 +247,7 @@ impl Camera {
     /// panorama, the eye moves on a circle with the radius `eye`. The function must not be called
     /// for a camera that is already an eye.
     fn with_eye(self, eye: f32) -> Self {
-        if self.film.repeats() {
-            let mut film = self.film;
-            film.eye = eye;
+        if let Some(film) = self.film.with_eye(eye) {
             return Self { film, ..self };
         }
         Self {
@@ -262,12 +255,6 @@ impl Camera {
             eye,
             ..self
         }
-    }
-
-    /// Returns true if rays start on a circle around the position, as for an eye of a stereo
-    /// panorama.
-    fn has_moving_eye(&self) -> bool {
-        self.film.eye != 0.0
     }
 
     /// Ray through `film` (pixels; origin top left, pixel centres at .5) from the lens point
@@ -364,12 +351,11 @@ impl Camera {
     pub fn depth(&self, p: Vec3, time: f32) -> f32 {
         let camera = self.at(time);
         if camera.film.is_curved() {
-            let squared = p.distance_squared(camera.position) - camera.film.eye * camera.film.eye;
-            return if self.has_moving_eye() {
-                squared.max(0.0).sqrt()
-            } else {
-                p.distance(camera.position)
+            let Some(panorama) = camera.film.panorama_of_eye() else {
+                return p.distance(camera.position);
             };
+            let squared = p.distance_squared(camera.position) - panorama.eye * panorama.eye;
+            return squared.max(0.0).sqrt();
         }
         (p - camera.position).dot(camera.forward)
     }

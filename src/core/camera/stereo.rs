@@ -13,7 +13,7 @@
 //!
 //! The eyes of a panorama are on a circle around the position of the camera (omni-directional
 //! stereo: Peleg, Ben-Ezra and Pritch 2001, "Omnistereo: Panoramic Stereo Imaging"). The ray of
-//! each pixel is a tangent of the circle. [`tangent_point`] is the inverse, for light paths.
+//! each pixel is a tangent of the circle (`projection/panorama.rs`).
 
 use super::{CameraError, Projection};
 use crate::math::{UVec2, encode_fields, encode_variants};
@@ -70,31 +70,6 @@ encode_fields!(Stereo {
     eye_distance,
     convergence,
 });
-
-/// Returns the point of the circle with the radius |`eye`| from which an eye of a stereo panorama
-/// sees the point `to`. Both points are horizontal positions relative to the centre of the circle,
-/// along right and forward. `None` if `to` is not outside of the circle, because no tangent then
-/// goes through `to`.
-///
-/// A ray of the longitude φ has the horizontal direction f = (sin φ, cos φ), and starts at e r.
-/// Here r = (cos φ, −sin φ) is the direction to the right of f, and e is the offset `eye`. The ray
-/// passes through `to` if `to` = e r + l f, where l = √(d² − e²) and d is the length of `to`. With
-/// complex numbers, whose real axis is forward and whose imaginary axis is right, r is i f. So f
-/// is `to` / (l + i e).
-///
-/// The same ray at the latitude λ is at the point p = e r + s (cos λ f + sin λ u) after the
-/// distance s, where u is up. The derivatives of r and f by φ are −f and r. The determinant of the
-/// derivatives of p by φ, λ and s is therefore −s² cos λ. The eye offset adds −e f to the
-/// derivative by φ, and this vector is in the plane of the other two derivatives. So the area of a
-/// surface per film area is that of a panorama whose rays all start at one point, at the distance
-/// s.
-pub(super) fn tangent_point([right, forward]: [f32; 2], eye: f32) -> Option<[f32; 2]> {
-    let [x, z, e] = [right, forward, eye].map(f64::from);
-    let squared = x * x + z * z;
-    let l = (squared > e * e).then(|| (squared - e * e).sqrt())?;
-    let [sin, cos] = [(x * l - z * e) / squared, (z * l + x * e) / squared];
-    Some([e * cos, -e * sin].map(|part| part as f32))
-}
 
 /// Returns true if a shift of the picture of `projection` can remove the disparity of a plane.
 fn can_converge(projection: &Projection) -> bool {

@@ -5,7 +5,7 @@
 //! the same camera, with every light transport method and filter. No light, sample or pixel filter
 //! crosses a border between two views.
 
-use super::cubemap::{CubeLayout, FACE_FOV, Face};
+use super::projection::{CubeLayout, FACE_FOV, Face};
 use super::{Camera, CameraDescription, CameraError, CameraParameters, Projection};
 use crate::math::UVec2;
 

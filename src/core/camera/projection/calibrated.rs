@@ -10,8 +10,9 @@
 //! part of the distortion. If the distortion also has a tangential part, Newton's method in two
 //! dimensions then inverts the whole model. It is an error if the picture extends beyond the limit.
 
-use super::CameraError;
-use crate::math::{DVec2, UVec2, Vec2, encode_fields, encode_variants};
+use super::{Axes, Mapping, Plane};
+use crate::camera::CameraError;
+use crate::math::{DVec2, UVec2, Vec2, Vec3, encode_fields, encode_variants};
 use std::f64::consts::PI;
 
 /// Focal lengths and principal point of a camera, in pixels of its picture.
@@ -43,7 +44,7 @@ impl Distortion {
 impl Intrinsics {
     /// Intrinsics of the same camera, for a picture whose width and height are multiplied by
     /// `factor`.
-    pub(super) fn scaled(self, factor: DVec2) -> Self {
+    pub(in crate::camera) fn scaled(self, factor: DVec2) -> Self {
         Self {
             focal: (DVec2::from(self.focal) * factor).into(),
             center: (DVec2::from(self.center) * factor).into(),
@@ -69,7 +70,7 @@ encode_variants!(Distortion {
 
 /// A calibrated camera for a picture of a given size.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct CalibratedLens {
+pub(in crate::camera) struct CalibratedLens {
     focal: DVec2,
     center: DVec2,
     distortion: Distortion,
@@ -122,11 +123,6 @@ impl CalibratedLens {
     /// Returns true if the camera maps angles instead of points of a plane.
     pub fn is_fisheye(&self) -> bool {
         matches!(self.distortion, Distortion::Fisheye(_))
-    }
-
-    /// Focal lengths and principal point of a pinhole without distortion; `None` for other lenses.
-    pub fn undistorted(&self) -> Option<(DVec2, DVec2)> {
-        self.distortion.is_none().then_some((self.focal, self.center))
     }
 
     /// Width of a pixel in the centre, on the plane at distance 1.
@@ -286,7 +282,7 @@ impl CalibratedLens {
     }
 
     /// Point of the plane at `film`, for a pinhole; y downwards.
-    pub fn plane_point(&self, film: Vec2) -> Vec2 {
+    fn plane_point(&self, film: Vec2) -> Vec2 {
         self.point_of(film).as_vec2()
     }
 
@@ -304,7 +300,7 @@ impl CalibratedLens {
 
     /// For a fisheye, returns the angle of the ray at `film` from the axis, and the unit direction
     /// of the ray across the axis, y downwards.
-    pub fn angle(&self, film: Vec2) -> (f32, Vec2) {
+    fn angle(&self, film: Vec2) -> (f32, Vec2) {
         let distorted = self.distorted(film);
         let angle = self.radius_of(distorted.length());
         (angle as f32, distorted.normalize_or_zero().as_vec2())
@@ -312,21 +308,55 @@ impl CalibratedLens {
 
     /// Film position of an `angle` from the axis in the unit direction `across`, for a fisheye.
     /// `None` beyond the limit of the distortion.
-    pub fn angle_film(&self, angle: f32, across: Vec2) -> Option<Vec2> {
+    fn angle_film(&self, angle: f32, across: Vec2) -> Option<Vec2> {
         let angle = f64::from(angle);
         (angle <= self.limit).then(|| self.film(across.as_dvec2() * (angle * self.factor(angle))))
     }
+}
 
-    /// Film points per solid angle at an `angle` from the axis with the sine `sin`, for a fisheye.
-    pub fn density(&self, angle: f32, sin: f32) -> f32 {
-        let angle = f64::from(angle);
+impl Mapping for CalibratedLens {
+    fn ray(&self, film: Vec2, [right, up, forward]: Axes) -> (Vec3, Vec3) {
+        if self.is_fisheye() {
+            let (angle, across) = self.angle(film);
+            let (sin, cos) = angle.sin_cos();
+            let across = across.x * right - across.y * up;
+            return (Vec3::ZERO, sin * across + cos * forward);
+        }
+        let point = self.plane_point(film);
+        (Vec3::ZERO, point.x * right - point.y * up + forward)
+    }
+
+    fn place(&self, to: Vec3) -> Option<Vec2> {
+        let plane = Vec2::new(to.x, -to.y);
+        if self.is_fisheye() {
+            let angle = plane.length().atan2(to.z);
+            return (to != Vec3::ZERO).then(|| self.angle_film(angle, plane.normalize_or_zero()))?;
+        }
+        let point = (to.z > 0.0).then(|| plane / to.z)?;
+        self.plane_film(point).map(|(film, _)| film)
+    }
+
+    fn sees(&self, film: Vec2) -> bool {
+        !self.is_fisheye() || self.distorted(film).length() <= self.limit * self.factor(self.limit)
+    }
+
+    fn density(&self, to: Vec3) -> f32 {
+        if !self.is_fisheye() {
+            return 0.0;
+        }
+        let sin = to.x.hypot(to.y);
+        let angle = f64::from(sin.atan2(to.z));
         let over_sin = if sin == 0.0 { 1.0 } else { angle / f64::from(sin) };
         (self.focal.element_product() * self.factor(angle) * self.slope(angle) * over_sin) as f32
     }
 
-    /// Returns true if the point `film` has a ray.
-    pub fn sees(&self, film: Vec2) -> bool {
-        !self.is_fisheye() || self.distorted(film).length() <= self.limit * self.factor(self.limit)
+    fn plane(&self) -> Option<Plane> {
+        let plane = || Plane {
+            scale: self.focal,
+            middle: self.center,
+            is_parallel: false,
+        };
+        self.distortion.is_none().then(plane)
     }
 }
 

@@ -6,10 +6,12 @@
 //! viewer looks to the front and then tilts the head. The top edge of the face up is therefore
 //! behind the viewer, and the top edge of the face down is in front.
 
+use super::{Axes, Mapping};
+use crate::camera::CameraError;
 use crate::math::{UVec2, Vec2, Vec3};
 
 /// Field of view of a face in degrees.
-pub(super) const FACE_FOV: f32 = 90.0;
+pub(in crate::camera) const FACE_FOV: f32 = 90.0;
 
 /// Number of columns of faces in each layout: a row, a column, and two rows of three.
 const COLUMNS: [u32; 3] = [6, 1, 3];
@@ -26,7 +28,7 @@ pub fn cube_faces(resolution: UVec2) -> Option<(u32, [UVec2; 6])> {
 
 /// A face of a cube map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Face {
+pub(in crate::camera) enum Face {
     Right,
     Left,
     Up,
@@ -72,7 +74,7 @@ impl Face {
 
 /// Positions of the six faces in a picture.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct CubeLayout {
+pub(in crate::camera) struct CubeLayout {
     /// Width and height of a face in pixels.
     pub side: u32,
     columns: u32,
@@ -88,6 +90,25 @@ impl CubeLayout {
             (size == resolution).then_some(Self { side, columns })
         };
         COLUMNS.into_iter().find_map(layout)
+    }
+
+    /// Layout of a picture of `resolution` pixels. Returns an error if the picture does not consist
+    /// of six squares.
+    pub fn new(resolution: UVec2) -> Result<Self, CameraError> {
+        let refused = || {
+            let (width, height) = (resolution.x, resolution.y);
+            let message = format!(
+                "`cubemap` needs a picture that six squares fill in a row, in a column, or in two rows, not {width}x{height} pixels"
+            );
+            let help = format!("use --size with one of {}", Self::sizes(resolution));
+            CameraError::no_place("projection", message, help)
+        };
+        Self::of(resolution).ok_or_else(refused)
+    }
+
+    /// Width of a pixel on the plane of its face at distance 1.
+    pub fn scale(&self) -> f32 {
+        2.0 * (0.5 * FACE_FOV.to_radians()).tan() / self.side as f32
     }
 
     /// Text for an error message: sizes of pictures that would be cube maps. The side of their
@@ -117,10 +138,17 @@ impl CubeLayout {
         let face = Face::ALL.get(index).copied().unwrap_or(Face::Front);
         (face, (film - side * cell) * (2.0 / side) - 1.0)
     }
+}
 
-    /// Film point of the direction `to`, in coordinates along right, up and forward; `None` if `to`
-    /// is zero.
-    pub fn place(&self, to: Vec3) -> Option<Vec2> {
+impl Mapping for CubeLayout {
+    fn ray(&self, film: Vec2, axes: Axes) -> (Vec3, Vec3) {
+        let (face, image) = self.at(film);
+        let [right, up, forward] = face.axes(axes);
+        let to = image.x * right - image.y * up + forward;
+        (Vec3::ZERO, to.normalize())
+    }
+
+    fn place(&self, to: Vec3) -> Option<Vec2> {
         let face = Face::of(to);
         let [right, up, forward] = face.axes([Vec3::X, Vec3::Y, Vec3::Z]).map(|axis| axis.dot(to));
         let corner = self
@@ -128,6 +156,11 @@ impl CubeLayout {
             .as_vec2();
         let image = Vec2::new(right, -up) / forward;
         (forward > 0.0).then_some(corner + (image + 1.0) * (0.5 * self.side as f32))
+    }
+
+    fn density(&self, to: Vec3) -> f32 {
+        let scale = self.scale();
+        (scale * scale * to.abs().max_element().powi(3)).recip()
     }
 }
 

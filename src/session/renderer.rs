@@ -285,8 +285,9 @@ impl<'a> Renderer<'a> {
             bias: settings.chosen_integrator().bias(),
             origin: settings.camera.origin_text(),
             camera: Some(CameraAttributes {
-                // Several views have no common matrix
+                // Several views have no common matrix and no common window
                 world_to_ndc: attributes.world_to_ndc.filter(|_| session.views().len() == 1),
+                screen_window: attributes.screen_window.filter(|_| session.views().len() == 1),
                 ..attributes
             }),
             print: settings.print,

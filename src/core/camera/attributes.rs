@@ -4,10 +4,16 @@
 //! row vectors, so a matrix stands to the right of a point. Camera space is left-handed: x right, y
 //! up, z along the view axis. NDC are 0, 0 in the upper left corner of the display window and 1, 1
 //! in the lower right corner.
+//!
+//! The screen window is the rectangle of the picture on the plane z = 1 (OpenEXR, Technical
+//! Introduction, "Projection, camera coordinate system and screen window"). The x axis of that
+//! section is to the left, but the x axis of `worldToCamera` is to the right. The display driver
+//! for RenderMan by the authors of OpenEXR computes the window from the matrices, with x to the
+//! right, and also for parallel rays. This module does the same.
 
 use super::Camera;
-use super::projection::{Face, Plane};
-use crate::math::{DVec2, DVec3, Vec3, encode_fields};
+use super::projection::{Face, Plane, ScreenWindow};
+use crate::math::{DVec2, DVec3, Encode, Vec3};
 
 /// A 4 × 4 matrix, by rows.
 pub type Matrix = [f32; 16];
@@ -19,6 +25,9 @@ pub struct CameraAttributes {
     pub world_to_camera: Matrix,
     /// Transform from world space to the image plane; `None` for projections without a matrix.
     pub world_to_ndc: Option<Matrix>,
+    /// Rectangle of the picture on the plane of the projection; `None` for projections without a
+    /// matrix.
+    pub screen_window: Option<ScreenWindow>,
     /// Focal length of a perspective in millimetres.
     pub focal_length: Option<f32>,
     /// Width and height of the sensor of a perspective in millimetres.
@@ -29,14 +38,27 @@ pub struct CameraAttributes {
     pub focus: Option<f32>,
 }
 
-encode_fields!(CameraAttributes {
-    world_to_camera,
-    world_to_ndc,
-    focal_length,
-    sensor,
-    f_number,
-    focus,
-});
+impl Encode for CameraAttributes {
+    fn encode(&self, sink: &mut dyn FnMut(&[u8])) {
+        let Self {
+            world_to_camera,
+            world_to_ndc,
+            screen_window: _,
+            focal_length,
+            sensor,
+            f_number,
+            focus,
+        } = self;
+        // The screen window follows from both matrices. It is not encoded, so that the digests of
+        // files without it stay valid
+        world_to_camera.encode(sink);
+        world_to_ndc.encode(sink);
+        focal_length.encode(sink);
+        sensor.encode(sink);
+        f_number.encode(sink);
+        focus.encode(sink);
+    }
+}
 
 impl CameraAttributes {
     /// Attributes of the face with this index, in the order of [`FACE_NAMES`](super::FACE_NAMES).
@@ -62,6 +84,10 @@ impl CameraAttributes {
         Some(Self {
             world_to_camera: matrix([right, up, depth, [0.0, 0.0, 0.0, 1.0]]),
             world_to_ndc: Some(matrix(planes)),
+            screen_window: Some(ScreenWindow {
+                center: [0.0; 2],
+                width: 2.0,
+            }),
             focal_length: Some(0.5 * HEIGHT),
             sensor: Some([HEIGHT; 2]),
             f_number: None,
@@ -87,6 +113,7 @@ impl Camera {
         CameraAttributes {
             world_to_camera: world_to_camera(axes, position),
             world_to_ndc: plane.map(|plane| world_to_ndc(axes, position, plane, size)),
+            screen_window: self.film.screen_window(self.resolution),
             focal_length: focal.map(|focal| (1000.0 * focal) as f32),
             sensor: perspective.map(|_| [size.x / size.y, 1.0].map(|side| (1000.0 * height * side) as f32)),
             f_number: focal.filter(|_| diameter > 0.0).map(|focal| (focal / diameter) as f32),
@@ -198,9 +225,33 @@ mod tests {
             }
             let [x, y, z] = times(Vec3::new(1.0, 2.0, 3.0), attributes.world_to_camera);
             assert!(x.abs() + y.abs() + z.abs() < 1e-5);
+            // The corners of the screen window are the corners of the picture
+            let ScreenWindow { center, width } = attributes.screen_window.unwrap();
+            let height = match projection {
+                Projection::Calibrated { .. } => width * 80.0 / 120.0 * 90.0 / 100.0,
+                _ => width * 80.0 / 120.0,
+            };
+            let depth = if matches!(projection, Projection::Orthographic { .. }) {
+                1.0
+            } else {
+                3.0
+            };
+            for (corner, [u, v]) in [([0.0, 0.0], [-0.5, 0.5]), ([120.0, 80.0], [0.5, -0.5])] {
+                let [x, y] = [center[0] + u * width, center[1] + v * height].map(|x| depth * x);
+                let p = camera.position + x * camera.right + y * camera.up + 3.0 * camera.forward;
+                let film = camera.film_of(p, 0.0).unwrap();
+                assert!(film.distance(corner.into()) < 1e-3, "{projection:?}: {film} {corner:?}");
+            }
         }
+        let window = camera(Projection::default())
+            .attributes(0.024, 1.0)
+            .screen_window
+            .unwrap();
+        assert_eq!(window.center, [0.0; 2]);
+        assert!((window.width - 3.0 * 25f32.to_radians().tan()).abs() < 1e-6);
         let distorted = camera(calibrated(Distortion::Pinhole([-0.1, 0.0, 0.0, 0.0, 0.0])));
         assert_eq!(distorted.attributes(0.024, 1.0).world_to_ndc, None);
+        assert_eq!(distorted.attributes(0.024, 1.0).screen_window, None);
     }
 
     /// The attributes of each face of a cube map are those of a perspective that looks towards the
@@ -231,6 +282,9 @@ mod tests {
             }
             assert!((found.focal_length.unwrap() - expected.focal_length.unwrap()).abs() < 1e-4);
             assert_eq!(found.sensor, expected.sensor);
+            let [found, expected] = [found, expected].map(|attributes| attributes.screen_window.unwrap());
+            assert_eq!(found.center, expected.center);
+            assert!((found.width - expected.width).abs() < 1e-6);
         }
         assert_eq!(attributes.of_face(6), None);
     }

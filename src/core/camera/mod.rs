@@ -15,7 +15,9 @@ pub use attributes::{CameraAttributes, Matrix};
 pub use description::{CameraDescription, CameraMotion, CameraParameters, Pose};
 pub use error::CameraError;
 pub use importance::{Importance, LensKind, LensPoint};
-pub use projection::{Distortion, FACE_NAMES, FisheyeMapping, Intrinsics, Projection, ProjectionKind, cube_faces};
+pub use projection::{
+    Distortion, FACE_NAMES, FisheyeMapping, Intrinsics, Projection, ProjectionKind, ScreenWindow, cube_faces,
+};
 pub use stereo::{Stereo, StereoLayout};
 pub use views::View;
 

@@ -2,7 +2,7 @@
 //! docs/guide/reference/output.md.
 
 use super::exr_text::{exr_text, text_attribute};
-use crate::camera::CameraAttributes;
+use crate::camera::{CameraAttributes, ScreenWindow};
 use crate::color::Tone;
 use crate::compare::CommonErrors;
 use crate::film::{Aov, Backing, Image, metered};
@@ -303,6 +303,10 @@ impl CameraAttributes {
     pub(super) fn write_to(&self, attributes: &mut exr::LayerAttributes) {
         attributes.world_to_camera = Some(self.world_to_camera);
         attributes.world_to_normalized_device = self.world_to_ndc;
+        if let Some(ScreenWindow { center: [x, y], width }) = self.screen_window {
+            attributes.screen_window_center = exr::Vec2(x, y);
+            attributes.screen_window_width = width;
+        }
         attributes.aperture = self.f_number;
         attributes.focus = self.focus;
         let further = [
@@ -325,6 +329,13 @@ impl CameraAttributes {
         Some(Self {
             world_to_camera: attributes.world_to_camera?,
             world_to_ndc: attributes.world_to_normalized_device,
+            // Every header has a screen window. It describes the projection only if the header has
+            // the matrix of the projection, too
+            screen_window: attributes.world_to_normalized_device.map(|_| {
+                let exr::Vec2(x, y) = attributes.screen_window_center;
+                let width = attributes.screen_window_width;
+                ScreenWindow { center: [x, y], width }
+            }),
             focal_length: match other(FOCAL_LENGTH) {
                 Some(exr::AttributeValue::F32(value)) => Some(*value),
                 _ => None,

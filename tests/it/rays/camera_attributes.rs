@@ -4,7 +4,7 @@
 use super::calibrated::room;
 use crate::support::program::*;
 use crate::support::read_channel;
-use exr::prelude::{AttributeValue, LayerAttributes, Text, read_first_flat_layer_from_file};
+use exr::prelude::{AttributeValue, LayerAttributes, Text, Vec2, read_first_flat_layer_from_file};
 use std::path::Path;
 
 const SIZE: [usize; 2] = [64, 48];
@@ -61,7 +61,31 @@ fn world_to_ndc_maps_points_to_their_pixels() {
     ] {
         let args = format!("render s.toml -q -o t.exr {CENTERS} {flags}");
         done(folder.path(), &split(&args));
-        assert_points_lead_back(&folder.path().join("t.exr"), SIZE, &flags);
+        let file = folder.path().join("t.exr");
+        assert_points_lead_back(&file, SIZE, &flags);
+        assert_window_is_that_of_matrices(&attributes(&file), &flags);
+    }
+}
+
+/// The screen window of the file is the rectangle that its matrices map to the picture.
+fn assert_window_is_that_of_matrices(attributes: &LayerAttributes, flags: &str) {
+    let (Vec2(x, y), width) = (attributes.screen_window_center, attributes.screen_window_width);
+    let to_ndc = attributes.world_to_normalized_device.unwrap();
+    let to_camera = attributes.world_to_camera.unwrap();
+    // The matrix from world to camera is a rotation and a translation, so its inverse is transposed
+    let world = |p: [f64; 3]| {
+        let m = |row: usize, column: usize| f64::from(to_camera[4 * row + column]);
+        let local = [0, 1, 2].map(|i| p[i] - m(3, i));
+        [0, 1, 2].map(|row| (0..3).map(|column| m(row, column) * local[column]).sum())
+    };
+    let [x, y, width] = [x, y, width].map(f64::from);
+    let at = |x: f64| times(world([x, y, 1.0]), to_ndc);
+    for (x, expected) in [(x - 0.5 * width, 0.0), (x, 0.5), (x + 0.5 * width, 1.0)] {
+        let [u, v, _] = at(x);
+        assert!(
+            (u - expected).abs() < 1e-5 && (v - 0.5).abs() < 1e-5,
+            "{flags}: {u} {v} {expected}"
+        );
     }
 }
 
@@ -78,6 +102,7 @@ fn faces_have_cameras_of_their_own() {
     for face in ["right", "left", "up", "down", "front", "back"] {
         let file = at.join(format!("c_{face}.exr"));
         assert_points_lead_back(&file, [16, 16], face);
+        assert_window_is_that_of_matrices(&attributes(&file), face);
         let [rendered, developed] = ["c", "d"].map(|name| attributes(&at.join(format!("{name}_{face}.exr"))));
         assert_eq!(
             rendered.world_to_normalized_device,
@@ -101,6 +126,8 @@ fn lens_attributes_survive_a_merge() {
     let [a, c] = ["a.exr", "c.exr"].map(|name| attributes(&folder.path().join(name)));
     assert_eq!(a.world_to_camera, c.world_to_camera);
     assert_eq!(a.world_to_normalized_device, c.world_to_normalized_device);
+    assert_eq!(a.screen_window_width, c.screen_window_width);
+    assert!((c.screen_window_width - 128.0 / 48.0 * 25f32.to_radians().tan()).abs() < 1e-6);
     // The space is left-handed: z is the depth.
     let [x, y, z] = times([2.0, 4.0, -7.0], c.world_to_camera.unwrap());
     assert!((x - 1.0).abs() + (y - 2.0).abs() + (z - 10.0).abs() < 1e-5);
@@ -142,6 +169,9 @@ fn panoramas_have_no_projection_matrix() {
     let attributes = attributes(&folder.path().join("t.exr"));
     assert_eq!(attributes.world_to_normalized_device, None);
     assert_eq!(attributes.focus, None);
+    // OpenEXR's values for pictures that are not perspectives
+    let window = (attributes.screen_window_center, attributes.screen_window_width);
+    assert_eq!(window, (Vec2(0.0, 0.0), 1.0));
     let origin = times([1.0, 2.0, 3.0], attributes.world_to_camera.unwrap());
     assert!(origin.iter().all(|x| x.abs() < 1e-6), "{origin:?}");
 }

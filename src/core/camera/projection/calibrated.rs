@@ -10,7 +10,7 @@
 //! part of the distortion. If the distortion also has a tangential part, Newton's method in two
 //! dimensions then inverts the whole model. It is an error if the picture extends beyond the limit.
 
-use super::{Axes, Mapping, Plane};
+use super::{Axes, Mapping, Plane, ScreenWindow};
 use crate::camera::CameraError;
 use crate::math::{DVec2, UVec2, Vec2, Vec3, encode_fields, encode_variants};
 use std::f64::consts::PI;
@@ -357,6 +357,15 @@ impl Mapping for CalibratedLens {
             is_parallel: false,
         };
         self.distortion.is_none().then(plane)
+    }
+
+    fn screen_window(&self, size: Vec2) -> Option<ScreenWindow> {
+        let from_axis = (0.5 * size.as_dvec2() - self.center) / self.focal;
+        let window = || ScreenWindow {
+            center: [from_axis.x as f32, (0.0 - from_axis.y) as f32],
+            width: (f64::from(size.x) / self.focal.x) as f32,
+        };
+        self.distortion.is_none().then(window)
     }
 }
 

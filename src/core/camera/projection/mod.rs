@@ -142,6 +142,21 @@ trait Mapping {
     fn plane(&self) -> Option<Plane> {
         None
     }
+
+    /// Screen window of an image of `size` pixels; `None` if there is no [`Mapping::plane`].
+    fn screen_window(&self, _size: Vec2) -> Option<ScreenWindow> {
+        None
+    }
+}
+
+/// Rectangle of a picture on the plane of its projection. For a perspective the plane is at
+/// distance 1, and for parallel rays it is in scene units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScreenWindow {
+    /// Middle of the rectangle, relative to the view axis, x right and y up.
+    pub center: [f32; 2],
+    /// Width of the rectangle.
+    pub width: f32,
 }
 
 /// A projection onto a plane. A point (x, y) of camera space has the pixel coordinates `scale * (x,
@@ -185,6 +200,14 @@ impl PlaneScale {
     /// Film point of a `point` of the plane.
     pub fn film(&self, point: Vec2) -> Vec2 {
         (point + self.offset) / self.scale
+    }
+
+    fn window(&self, size: Vec2) -> ScreenWindow {
+        let center = self.scale * (0.5 * size) - self.offset;
+        ScreenWindow {
+            center: [center.x, 0.0 - center.y],
+            width: self.scale * size.x,
+        }
     }
 
     fn plane(&self, is_parallel: bool) -> Plane {
@@ -299,6 +322,11 @@ impl Film {
     /// the picture.
     pub fn plane(&self) -> Option<Plane> {
         self.mapping().plane()
+    }
+
+    /// Screen window of an image of `resolution` pixels; `None` if there is no [`Film::plane`].
+    pub fn screen_window(&self, resolution: UVec2) -> Option<ScreenWindow> {
+        self.mapping().screen_window(resolution.as_vec2())
     }
 
     /// Returns true if the point `film` belongs to the picture.

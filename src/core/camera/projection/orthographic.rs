@@ -1,6 +1,6 @@
 //! Orthographic projections: all rays have the direction of the view axis.
 
-use super::{Axes, Mapping, Plane, PlaneScale};
+use super::{Axes, Mapping, Plane, PlaneScale, ScreenWindow};
 use crate::camera::CameraError;
 use crate::math::{Vec2, Vec3};
 
@@ -31,5 +31,9 @@ impl Mapping for Orthographic {
 
     fn plane(&self) -> Option<Plane> {
         Some(self.0.plane(true))
+    }
+
+    fn screen_window(&self, size: Vec2) -> Option<ScreenWindow> {
+        Some(self.0.window(size))
     }
 }

@@ -1,6 +1,6 @@
 //! Perspectives: a central projection onto a plane.
 
-use super::{Axes, Mapping, Plane, PlaneScale};
+use super::{Axes, Mapping, Plane, PlaneScale, ScreenWindow};
 use crate::camera::CameraError;
 use crate::math::{Vec2, Vec3};
 
@@ -37,5 +37,9 @@ impl Mapping for Perspective {
 
     fn plane(&self) -> Option<Plane> {
         Some(self.0.plane(false))
+    }
+
+    fn screen_window(&self, size: Vec2) -> Option<ScreenWindow> {
+        Some(self.0.window(size))
     }
 }

@@ -138,7 +138,7 @@ fn film_bytes(settings: &Settings, parts: usize) -> u64 {
     let crop = settings.crop();
     let optional = |is_there: bool, bytes: fn(Rect) -> u64| if is_there { bytes(crop) } else { 0 };
     let all = [
-        Film::bytes(crop),
+        Film::bytes(crop, settings.samples().len() as u32),
         optional(
             settings.aovs.iter().any(|aov| Aov::is_of_surface(*aov)),
             Film::feature_bytes,

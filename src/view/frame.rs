@@ -120,7 +120,7 @@ impl Frame {
 mod tests {
     use super::*;
     use crate::color::Spectrum;
-    use crate::film::{Block, Film, Rect};
+    use crate::film::{Film, FilmSample, Rect, SampleChange};
     use crate::io::half_picture::{MAX_HALF, PICTURE, light};
     use crate::math::UVec2;
     use half::f16;
@@ -132,9 +132,13 @@ mod tests {
         let size = UVec2::new(20, 18);
         let mut film = Film::new(size, Rect::full(size));
         for pixel in [UVec2::new(0, 0), UVec2::new(19, 17)] {
-            let mut block = Block::default();
-            block.add(Spectrum::rgb(0.5, 2.0 + pixel.x as f32, 1e9), None);
-            film.tile_at_mut(pixel).unwrap().sums_mut(pixel).unwrap().add(&block);
+            let tile = film.tile_at_mut(pixel).unwrap();
+            let mut block = tile.block();
+            block.add(&FilmSample {
+                radiance: Spectrum::rgb(0.5, 2.0 + pixel.x as f32, 1e9),
+                ..FilmSample::default()
+            });
+            tile.change(pixel, &block, SampleChange::Add);
         }
         let values = light(&film);
         let frame = Frame::new(7, PICTURE, size.to_array(), &values, &json!({ "samples": 1 }), false);

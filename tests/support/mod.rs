@@ -415,7 +415,7 @@ pub fn sphere(radius: f32, center: Vec3, levels: u32) -> Mesh {
 
 /// z-scores of all pixels and channels against a known value.
 pub fn z_scores(film: &Film, expected: f64) -> Vec<f64> {
-    let pixels = film.pixels().map(|(_, a)| *a);
+    let pixels = film.pixels().map(|(_, a)| a);
     let z = pixels.flat_map(|a| {
         [0, 1, 2].map(|c| {
             let (error, variance) = (a.mean(c) - expected, a.variance_of_mean(c));

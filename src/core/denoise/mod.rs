@@ -259,7 +259,7 @@ fn put_values(image: &mut Image, name: &'static str, values: Vec<f32>) {
 mod tests {
     use super::*;
     use crate::color::Spectrum;
-    use crate::film::{Block, Film, FirstSurface, Rect};
+    use crate::film::{Film, FilmSample, FirstSurface, Rect, SampleChange};
     use crate::math::hash::mix;
 
     /// A crop of a noisy picture with `spp` samples per pixel.
@@ -280,13 +280,17 @@ mod tests {
                 };
                 let surface = (pixel.y > 8).then_some(&surface);
                 let albedo = surface.map_or(Spectrum::ONE, |s| s.albedo);
-                let mut block = Block::default();
+                let mut block = tile.block();
                 for s in 0..spp {
                     let bits = mix(u64::from(pixel.x) << 40 | u64::from(pixel.y) << 20 | s);
                     let u = (bits >> 40) as f32 / (1 << 24) as f32;
-                    block.add(Spectrum::splat(2.0 * u) * albedo, surface);
+                    block.add(&FilmSample {
+                        radiance: Spectrum::splat(2.0 * u) * albedo,
+                        surface,
+                        ..FilmSample::default()
+                    });
                 }
-                tile.sums_mut(pixel).unwrap().add(&block);
+                tile.change(pixel, &block, SampleChange::Add);
             }
         }
         film.develop()

@@ -88,17 +88,74 @@ impl Block {
 /// took a sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Accumulator {
-    pub(super) sum: [Fixed; 3],
-    pub(super) sum_of_squares: [Fixed; 3],
-    pub(super) albedo: [Narrow; 3],
-    pub(super) normal: [Narrow; 3],
-    pub(super) depth: Fixed,
-    /// Luminance of the light emitted towards the camera, by a surface or the background.
-    pub(super) emitted: Fixed,
+    pub(super) exact: ExactSums,
     /// Sum of the squared differences between the means of full blocks and their common mean.
     pub(super) block_spread: [f64; 3],
-    pub(super) surfaces: u32,
-    pub(super) samples: u32,
+}
+
+/// Exact sums over the samples of one pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct ExactSums {
+    /// Radiance, from [`SUM`] on, its squares, from [`SQUARES`] on, depth, and luminance of the
+    /// light emitted towards the camera by a surface or the background.
+    pub wide: [Fixed; 8],
+    /// Albedo, then normal, from [`NORMAL`] on.
+    pub narrow: [Narrow; 6],
+    /// Numbers of samples that hit a surface, and of all samples.
+    pub counts: [u32; 2],
+}
+
+// Indices in the arrays of `ExactSums`
+const SUM: usize = 0;
+const SQUARES: usize = 3;
+const DEPTH: usize = 6;
+const EMITTED: usize = 7;
+const NORMAL: usize = 3;
+const SURFACES: usize = 0;
+const SAMPLES: usize = 1;
+
+impl ExactSums {
+    /// Changes each sum by the corresponding sum of `block`.
+    #[inline(always)]
+    fn change(
+        &mut self,
+        block: &Block,
+        wide: fn(Fixed, Fixed) -> Fixed,
+        narrow: fn(Narrow, Narrow) -> Narrow,
+        count: fn(u32, u32) -> u32,
+    ) {
+        let ([r, g, b], [rr, gg, bb]) = (block.sum, block.sum_of_squares);
+        let terms = [r, g, b, rr, gg, bb, f64::from(block.depth), block.emitted];
+        for (sum, term) in self.wide.iter_mut().zip(terms) {
+            *sum = wide(*sum, Fixed::new(term));
+        }
+        let terms = block.albedo.into_iter().chain(block.normal);
+        for (sum, term) in self.narrow.iter_mut().zip(terms) {
+            *sum = narrow(*sum, Narrow::new(f64::from(term)));
+        }
+        self.counts[SURFACES] = count(self.counts[SURFACES], block.surfaces);
+        self.counts[SAMPLES] = count(self.counts[SAMPLES], block.samples);
+    }
+
+    fn add(&mut self, block: &Block) {
+        self.change(block, Fixed::plus, Narrow::plus, u32::saturating_add);
+    }
+
+    fn subtract(&mut self, block: &Block) {
+        self.change(block, Fixed::minus, Narrow::minus, u32::saturating_sub);
+    }
+
+    fn merge(&mut self, other: &Self) {
+        for (sum, other) in self.wide.iter_mut().zip(other.wide) {
+            *sum = sum.plus(other);
+        }
+        for (sum, other) in self.narrow.iter_mut().zip(other.narrow) {
+            *sum = sum.plus(other);
+        }
+        for (count, other) in self.counts.iter_mut().zip(other.counts) {
+            *count = count.saturating_add(other);
+        }
+    }
 }
 
 impl Accumulator {
@@ -106,45 +163,28 @@ impl Accumulator {
     pub fn add(&mut self, block: &Block) {
         // Update the running variance over full blocks (Welford 1962, "Note on a Method for
         // Calculating Corrected Sums of Squares and Products")
-        if self.samples >= BLOCK && self.samples % BLOCK == 0 && block.samples == BLOCK {
-            let blocks = (self.samples / BLOCK) as f64;
+        let samples = self.samples();
+        if samples >= BLOCK && samples % BLOCK == 0 && block.samples == BLOCK {
+            let blocks = (samples / BLOCK) as f64;
             for c in 0..3 {
                 let d = block.sum[c] / BLOCK as f64 - self.mean(c);
                 self.block_spread[c] += d * d * blocks / (blocks + 1.0);
             }
         }
-        *self = Self {
-            block_spread: self.block_spread,
-            ..self.plus(&Self::of(block))
-        };
+        self.exact.add(block);
     }
 
     /// Adds one sample as a separate term, which belongs to no block. The spread of blocks becomes
     /// NaN. Errors are then estimated as if samples were independent.
     pub fn add_alone(&mut self, sample: &Block) {
-        *self = Self {
-            block_spread: [f64::NAN; 3],
-            ..self.plus(&Self::of(sample))
-        };
+        self.block_spread = [f64::NAN; 3];
+        self.exact.add(sample);
     }
 
     /// Subtracts the samples that were added last. `block` must have fewer samples than a full
     /// block.
     pub fn take_back(&mut self, block: &Block) {
-        let taken = Self::of(block);
-        let without = |a: [Fixed; 3], b: [Fixed; 3]| [0, 1, 2].map(|c| a[c].minus(b[c]));
-        let narrow = |a: [Narrow; 3], b: [Narrow; 3]| [0, 1, 2].map(|c| a[c].minus(b[c]));
-        *self = Self {
-            sum: without(self.sum, taken.sum),
-            sum_of_squares: without(self.sum_of_squares, taken.sum_of_squares),
-            albedo: narrow(self.albedo, taken.albedo),
-            normal: narrow(self.normal, taken.normal),
-            depth: self.depth.minus(taken.depth),
-            emitted: self.emitted.minus(taken.emitted),
-            block_spread: self.block_spread,
-            surfaces: self.surfaces.saturating_sub(taken.surfaces),
-            samples: self.samples.saturating_sub(taken.samples),
-        };
+        self.exact.subtract(block);
     }
 
     /// Adds the samples of another accumulator of the same pixel. The sums are bit-identical to the
@@ -153,7 +193,7 @@ impl Accumulator {
     pub fn merge(&mut self, other: &Self) {
         // Merge the spreads (Chan, Golub and LeVeque 1983, "Algorithms for Computing the Sample
         // Variance")
-        let [n, m] = [self.samples, other.samples].map(|samples| (samples / BLOCK) as f64);
+        let [n, m] = [self.samples(), other.samples()].map(|samples| (samples / BLOCK) as f64);
         let spread = |c: usize| {
             let between = if n * m > 0.0 {
                 (other.mean(c) - self.mean(c)).powi(2) * n * m / (n + m)
@@ -162,54 +202,21 @@ impl Accumulator {
             };
             self.block_spread[c] + other.block_spread[c] + between
         };
-        *self = Self {
-            block_spread: [0, 1, 2].map(spread),
-            ..self.plus(other)
-        };
-    }
-
-    fn of(block: &Block) -> Self {
-        Self {
-            sum: block.sum.map(Fixed::new),
-            sum_of_squares: block.sum_of_squares.map(Fixed::new),
-            albedo: block.albedo.map(|v| Narrow::new(v as f64)),
-            normal: block.normal.map(|v| Narrow::new(v as f64)),
-            depth: Fixed::new(block.depth as f64),
-            emitted: Fixed::new(block.emitted),
-            block_spread: [0.0; 3],
-            surfaces: block.surfaces,
-            samples: block.samples,
-        }
-    }
-
-    /// Sum of `self` and `other`, but with a block spread of 0.
-    fn plus(&self, other: &Self) -> Self {
-        let both = |a: [Fixed; 3], b: [Fixed; 3]| [0, 1, 2].map(|c| a[c].plus(b[c]));
-        let narrow = |a: [Narrow; 3], b: [Narrow; 3]| [0, 1, 2].map(|c| a[c].plus(b[c]));
-        Self {
-            sum: both(self.sum, other.sum),
-            sum_of_squares: both(self.sum_of_squares, other.sum_of_squares),
-            albedo: narrow(self.albedo, other.albedo),
-            normal: narrow(self.normal, other.normal),
-            depth: self.depth.plus(other.depth),
-            emitted: self.emitted.plus(other.emitted),
-            block_spread: [0.0; 3],
-            surfaces: self.surfaces.saturating_add(other.surfaces),
-            samples: self.samples.saturating_add(other.samples),
-        }
+        self.block_spread = [0, 1, 2].map(spread);
+        self.exact.merge(&other.exact);
     }
 
     /// Number of samples.
     pub fn samples(&self) -> u32 {
-        self.samples
+        self.exact.counts[SAMPLES]
     }
 
     /// Mean radiance in channel `c`; 0 before the first sample.
     pub fn mean(&self, c: usize) -> f64 {
-        if self.samples == 0 {
+        if self.samples() == 0 {
             0.0
         } else {
-            self.sum[c].to_f64() / self.samples as f64
+            self.exact.wide[SUM + c].to_f64() / self.samples() as f64
         }
     }
 
@@ -222,12 +229,12 @@ impl Accumulator {
     /// samples.
     // ANCHOR: variance
     pub fn variance_of_mean(&self, c: usize) -> f64 {
-        if self.samples < 2 {
+        if self.samples() < 2 {
             return f64::INFINITY;
         }
-        let n = self.samples as f64;
-        let sum = self.sum[c].to_f64();
-        let spread = self.sum_of_squares[c].to_f64() - sum * sum / n;
+        let n = self.samples() as f64;
+        let sum = self.exact.wide[SUM + c].to_f64();
+        let spread = self.exact.wide[SQUARES + c].to_f64() - sum * sum / n;
         // Rounding can leave the spread of a constant pixel slightly below zero.
         spread.max(0.0) / (n * (n - 1.0))
     }
@@ -247,7 +254,7 @@ impl Accumulator {
         if self.block_spread[0].is_nan() {
             return self.independent_squared_error(floor);
         }
-        let blocks = self.samples / BLOCK;
+        let blocks = self.samples() / BLOCK;
         if blocks < 2 {
             return f64::INFINITY;
         }
@@ -269,23 +276,24 @@ impl Accumulator {
 
     /// Mean albedo in channel `c`. The background is black.
     pub fn albedo(&self, c: usize) -> f32 {
-        (self.albedo[c].to_f64() / self.samples.max(1) as f64) as f32
+        (self.exact.narrow[c].to_f64() / self.samples().max(1) as f64) as f32
     }
 
     /// Coordinate `c` of the mean normal. The normal of the background is zero.
     pub fn normal(&self, c: usize) -> f32 {
-        (self.normal[c].to_f64() / self.samples.max(1) as f64) as f32
+        (self.exact.narrow[NORMAL + c].to_f64() / self.samples().max(1) as f64) as f32
     }
 
     /// Mean luminance of the light emitted towards the camera, by the first surface or the
     /// background.
     pub fn emitted(&self) -> f32 {
-        (self.emitted.to_f64() / self.samples.max(1) as f64) as f32
+        (self.exact.wide[EMITTED].to_f64() / self.samples().max(1) as f64) as f32
     }
 
     /// Mean depth of the samples that hit a surface, if any.
     pub fn depth(&self) -> Option<f32> {
-        (self.surfaces > 0).then(|| (self.depth.to_f64() / self.surfaces as f64) as f32)
+        (self.exact.counts[SURFACES] > 0)
+            .then(|| (self.exact.wide[DEPTH].to_f64() / self.exact.counts[SURFACES] as f64) as f32)
     }
 }
 

@@ -9,7 +9,9 @@
 //!    when the first surface is recorded.
 
 use super::features::SUMS;
+use super::image::develop_channels;
 use super::{Channel, Coverage, FeatureSums, Film};
+use std::borrow::Cow;
 
 /// Name of the channel of lines.
 pub const LINES: &str = "lines";
@@ -117,36 +119,25 @@ type IdChannel = (&'static str, fn(&FeatureSums) -> &Coverage);
 
 /// Channels of the first surface that `aovs` request, computed from the sums of the film.
 pub(super) fn develop_features(film: &Film, aovs: &[Aov]) -> Vec<Channel> {
-    let channel = |name: &'static str, value: &dyn Fn(&FeatureSums) -> f32| Channel {
-        name: name.into(),
-        values: film
-            .crop()
-            .pixels()
-            .map(|p| film.features(p).map_or(0.0, value))
-            .collect(),
-    };
-    let largest = |coverage: &Coverage| coverage.by_rank().first().map_or(0.0, |&(id, _)| id as f32 + 1.0);
-    let mut channels = Vec::new();
-    for aov in aovs {
-        channels.extend(aov.means().map(|name| channel(name, &|f| f.mean(name))));
-        if *aov == Aov::Lines {
-            channels.push(lines(film));
+    let names = aovs.iter().flat_map(|aov| {
+        let lines = (*aov == Aov::Lines).then_some(LINES);
+        aov.means().chain(lines).chain(aov.ids().iter().map(|(name, _)| *name))
+    });
+    develop_channels(film, names.map(Cow::from), |sums, i, values| {
+        let Some(features) = sums.features().get(i) else { return };
+        for aov in aovs {
+            values.extend(aov.means().map(|name| features.mean(name)));
+            if *aov == Aov::Lines {
+                values.push(features.lines() as f32 / sums.pixel(i).samples().max(1) as f32);
+            }
+            values.extend(aov.ids().iter().map(|(_, of)| largest(of(features))));
         }
-        channels.extend(aov.ids().iter().map(|(name, of)| channel(name, &|f| largest(of(f)))));
-    }
-    channels
+    })
 }
 
-/// Channel of lines: the fraction of the samples that lie on a line.
-fn lines(film: &Film) -> Channel {
-    let share = |pixel| {
-        let (sums, features) = (film.sums(pixel)?, film.features(pixel)?);
-        Some(features.lines() as f32 / sums.samples().max(1) as f32)
-    };
-    Channel {
-        name: LINES.into(),
-        values: film.crop().pixels().map(|pixel| share(pixel).unwrap_or(0.0)).collect(),
-    }
+/// Id with the most samples, counted from 1; 0 if no sample hit a surface.
+fn largest(coverage: &Coverage) -> f32 {
+    coverage.by_rank().first().map_or(0.0, |&(id, _)| id as f32 + 1.0)
 }
 
 #[cfg(test)]

@@ -103,6 +103,14 @@ impl BackgroundSum {
         self.sum.map(|sum| sum.to_f64() / f64::from(samples.max(1)))
     }
 
+    /// Coverage over `samples` samples: 1 − the mean fraction, and 0 before the first sample.
+    pub(super) fn coverage(&self, samples: u32) -> [f32; 3] {
+        if samples == 0 {
+            return [0.0; 3];
+        }
+        self.mean(samples).map(|seen| (1.0 - seen).clamp(0.0, 1.0) as f32)
+    }
+
     /// Estimate of the squared relative error that the noise of the coverage causes in front of a
     /// white background. Infinite with fewer than two blocks. The estimate is the analogue of
     /// [`Accumulator::squared_error`].

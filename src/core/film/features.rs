@@ -180,10 +180,6 @@ impl FeatureSums {
 pub struct Coverage(Vec<(u32, u32)>);
 
 impl Coverage {
-    /// Bytes on the heap for one to four ids. Rust reserves memory for four entries at first, and
-    /// the allocator adds some bytes.
-    pub(super) const USUAL_BYTES: usize = 4 * size_of::<(u32, u32)>() + 16;
-
     /// Adds `n` samples that hit `id`.
     pub fn add(&mut self, id: u32, n: u32) {
         // Fast path: most pixels show one id only
@@ -209,6 +205,12 @@ impl Coverage {
     /// Ids with their numbers of samples, in ascending order of id.
     pub fn iter(&self) -> impl Iterator<Item = (u32, u32)> {
         self.0.iter().copied()
+    }
+
+    /// Id of the given rank in ascending order, and its number of samples; zeros if there are fewer
+    /// ids.
+    pub(super) fn at(&self, rank: usize) -> (u32, u32) {
+        self.0.get(rank).copied().unwrap_or_default()
     }
 
     /// Number of different ids.

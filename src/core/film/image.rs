@@ -1,6 +1,6 @@
 //! Developed images: channels computed from the sums of a film.
 
-use super::{Accumulator, Backing, Film, Rect, RgbImage, views_of};
+use super::{Accumulator, Backing, Film, Rect, RgbImage, TileSums, views_of};
 use crate::color::Spectrum;
 use crate::math::UVec2;
 use std::borrow::Cow;
@@ -54,19 +54,47 @@ const CHANNELS: [Developer; 15] = [
     ("samples", |a| a.samples() as f32),
 ];
 
-pub(super) fn develop_parts(film: &Film, names: &[String]) -> Vec<Channel> {
-    let mean = |pixel, part: usize, c| {
-        let tile = film.tile_at(pixel)?;
-        let sum = tile.part_sums(pixel).get(part)?;
-        Some(sum.mean(c, tile.sums(pixel)?.samples()) as f32)
+/// Channels with the names `names`. For each pixel, `develop` gets the sums of its tile and its
+/// index in the tile, and appends the values of all channels, in the order of `names`.
+pub(super) fn develop_channels(
+    film: &Film,
+    names: impl Iterator<Item = Cow<'static, str>>,
+    develop: impl Fn(&TileSums, usize, &mut Vec<f32>),
+) -> Vec<Channel> {
+    let crop = film.crop();
+    let channel = |name| Channel {
+        name,
+        values: vec![0.0; crop.area() as usize],
     };
-    let channels = names.iter().enumerate().flat_map(|(part, name)| {
-        ["R", "G", "B"].into_iter().enumerate().map(move |(c, color)| Channel {
-            name: format!("{name}.{color}").into(),
-            values: film.crop().pixels().map(|p| mean(p, part, c).unwrap_or(0.0)).collect(),
-        })
-    });
-    channels.collect()
+    let mut channels: Vec<Channel> = names.map(channel).collect();
+    if channels.is_empty() {
+        return channels;
+    }
+    let mut values = Vec::with_capacity(channels.len());
+    for tile in film.tiles() {
+        let sums = tile.read();
+        for (i, pixel) in tile.bounds().pixels().enumerate() {
+            values.clear();
+            develop(&sums, i, &mut values);
+            let index = index(crop, pixel);
+            for (channel, &value) in channels.iter_mut().zip(&values) {
+                channel.values[index] = value;
+            }
+        }
+    }
+    channels
+}
+
+pub(super) fn develop_parts(film: &Film, names: &[String]) -> Vec<Channel> {
+    let colors = |name: &String| ["R", "G", "B"].map(|color| Cow::from(format!("{name}.{color}")));
+    develop_channels(film, names.iter().flat_map(colors), |sums, i, values| {
+        let samples = sums.pixel(i).samples();
+        let means = sums
+            .part_sums(i)
+            .iter()
+            .map(|sum| [0, 1, 2].map(|c| sum.mean(c, samples) as f32));
+        values.extend(means.take(names.len()).flatten());
+    })
 }
 
 /// Index of `pixel` in the values of a channel that covers `crop`.
@@ -114,24 +142,22 @@ impl Image {
                 values: vec![0.0; crop.area() as usize],
             })
             .collect();
-        for (pixel, sums) in film.pixels() {
-            let index = index(crop, pixel);
-            for (channel, (_, develop)) in channels.iter_mut().zip(CHANNELS) {
-                channel.values[index] = develop(sums);
+        for tile in film.tiles() {
+            for (pixel, sums) in tile.read().iter() {
+                let index = index(crop, pixel);
+                for (channel, (_, develop)) in channels.iter_mut().zip(CHANNELS) {
+                    channel.values[index] = develop(sums);
+                }
             }
         }
         if let Some(backing) = film.backing() {
-            let coverage: Vec<Spectrum> = crop
-                .pixels()
-                .map(|pixel| film.coverage(pixel).unwrap_or_default().into())
-                .collect();
-            let value = |c: usize| match backing {
-                Backing::Transparent => coverage.iter().map(|a| a.luminance()).collect(),
-                Backing::Color(_) => coverage.iter().map(|a| a.to_array()[c]).collect(),
-            };
-            channels.extend(backing.channels().iter().enumerate().map(|(c, &name)| Channel {
-                name: name.into(),
-                values: value(c),
+            let names = backing.channels().iter().map(|&name| name.into());
+            channels.extend(develop_channels(film, names, |sums, i, values| {
+                let coverage = sums.background()[i].coverage(sums.pixel(i).samples());
+                match backing {
+                    Backing::Transparent => values.push(Spectrum::from(coverage).luminance()),
+                    Backing::Color(_) => values.extend(coverage),
+                }
             }));
         }
         Self {
@@ -253,7 +279,7 @@ impl From<&Image> for RgbImage {
 mod tests {
     use super::*;
     use crate::color::Spectrum;
-    use crate::film::Block;
+    use crate::film::{FilmSample, SampleChange};
 
     #[test]
     fn pixels_of_a_crop_keep_their_positions() {
@@ -264,10 +290,12 @@ mod tests {
         let mut film = Film::new(UVec2::new(64, 32), crop);
         for tile in film.tiles_mut() {
             for pixel in tile.bounds().pixels() {
-                let value = Spectrum::rgb(pixel.x as f32, pixel.y as f32, 1.0);
-                let mut block = Block::default();
-                block.add(value, None);
-                tile.sums_mut(pixel).unwrap().add(&block);
+                let mut block = tile.block();
+                block.add(&FilmSample {
+                    radiance: Spectrum::rgb(pixel.x as f32, pixel.y as f32, 1.0),
+                    ..FilmSample::default()
+                });
+                tile.change(pixel, &block, SampleChange::Add);
             }
         }
         let image = film.develop();

@@ -8,8 +8,9 @@
 //! `accumulator` has the sums that every picture needs, `features` the sums for `--aov`, and
 //! `part_sums` the sums of light groups, strategies and light path expressions (`light_paths`).
 //! `pixel_block` has the sums that one task adds to a pixel, and `iteration` one iteration of a
-//! method whose light paths contribute to any pixel. `state` converts all sums to words for
-//! checkpoints. `metering` computes the exposure of a developed image. `spikes` finds pixels whose
+//! method whose light paths contribute to any pixel. `tile_sums` has the sums of the pixels of a
+//! tile, and `packed` packs them to the bytes that they need, which films and checkpoints store.
+//! `metering` computes the exposure of a developed image. `spikes` finds pixels whose
 //! light comes mostly from one sample.
 //!
 //! Light paths of bidirectional methods contribute to any pixel. Each iteration of such a method is
@@ -24,14 +25,16 @@ mod fixed;
 mod image;
 mod iteration;
 mod metering;
+mod packed;
 mod part_sums;
 mod path_terms;
 mod pixel_block;
+mod rect;
 mod resample;
 mod rgb_image;
 mod spikes;
-mod state;
 mod tile;
+mod tile_sums;
 
 pub use crate::light_paths::{LightPaths, MAX_CLASSES, PathLight};
 pub use accumulator::{Accumulator, BLOCK, Block, FirstSurface};
@@ -47,23 +50,32 @@ pub use metering::metered;
 use part_sums::PartBlock;
 pub use part_sums::PartSum;
 pub use pixel_block::{FilmSample, PixelBlock};
+pub use rect::Rect;
 pub use resample::{resample, resample_nearest};
 pub use rgb_image::RgbImage;
 pub use spikes::Spikes;
-pub use state::StateLayout;
-pub use tile::{Rect, SampleChange, Tile};
+pub use tile::Tile;
+pub use tile_sums::{Quantities, SampleChange, TileSums};
 
 use crate::math::UVec2;
 use rayon::prelude::*;
+use std::borrow::Cow;
 use std::sync::Arc;
 
-/// Edge of a tile in pixels. The sums of a tile (52 KB) stay in the second-level cache.
+/// Edge of a tile in pixels. The unpacked sums of a tile (52 KB) stay in the second-level cache.
 pub(crate) const TILE_SIZE: u32 = 16;
 
 /// Floor of relative errors of a film, as a fraction of its brightness.
 const FLOOR_OF_BRIGHTNESS: f64 = 1.0 / 3.0;
 /// Floor of the relative errors of a black film, in radiance.
 const FLOOR_OF_BLACK: f64 = 0.1;
+
+/// Minimum number of pixels of a film whose sums are packed. Packing adds 2 % to the time of the
+/// first samples, and the sums of fewer pixels take at most 109 MB.
+const PACKED_PIXELS: u64 = 1 << 19;
+
+/// Bytes of a pixel whose sums are not packed.
+const PLAIN_BYTES: u64 = size_of::<Accumulator>() as u64;
 
 /// Maximum number of separate parts of the light: light groups, strategies of a bidirectional
 /// method, and light path expressions.
@@ -136,6 +148,7 @@ impl Film {
     /// Like [`Film::new`].
     pub fn of_views((resolution, view): (UVec2, UVec2), crop: Rect, first_sample: u32) -> Self {
         assert!(crop.is_inside(resolution), "crop {crop:?} outside {resolution}");
+        let is_packed = crop.area() >= PACKED_PIXELS;
         let (mut tiles, mut views) = (Vec::new(), Vec::new());
         for bounds in views_of(resolution, view) {
             let inside = bounds.intersection(crop);
@@ -154,7 +167,7 @@ impl Film {
             for y in (corner.y..part.crop.max.y).step_by(TILE_SIZE as usize) {
                 for x in (corner.x..part.crop.max.x).step_by(TILE_SIZE as usize) {
                     let cell = Self::cell(bounds.size(), UVec2::new(x, y));
-                    tiles.push(Tile::new(cell.moved(bounds.min), inside, first_sample));
+                    tiles.push(Tile::new(cell.moved(bounds.min), inside, first_sample, is_packed));
                 }
             }
         }
@@ -233,11 +246,11 @@ impl Film {
 
     /// Returns true if features are summed.
     pub fn has_features(&self) -> bool {
-        self.tiles.first().is_some_and(Tile::has_features)
+        self.quantities().has_features
     }
 
     /// Sums of the features of `pixel`, if they are summed.
-    pub fn features(&self, pixel: UVec2) -> Option<&FeatureSums> {
+    pub fn features(&self, pixel: UVec2) -> Option<FeatureSums> {
         self.tile_at(pixel)?.features(pixel)
     }
 
@@ -249,7 +262,20 @@ impl Film {
 
     /// Number of separately summed parts of the light.
     pub fn parts(&self) -> usize {
-        self.tiles.first().map_or(0, Tile::parts)
+        self.quantities().parts
+    }
+
+    /// Lets the film sum `quantities`, the background of which is `backing`.
+    pub(crate) fn with_quantities(mut self, quantities: Quantities, backing: Option<Backing>) -> Self {
+        self.tiles
+            .iter_mut()
+            .for_each(|tile| tile.sum_quantities(quantities, backing));
+        self
+    }
+
+    /// Quantities that are summed in addition to the sums of every film.
+    pub fn quantities(&self) -> Quantities {
+        self.tiles.first().map_or(Quantities::default(), Tile::quantities)
     }
 
     /// Separates the light of samples by the light path expressions `paths`. The layers of the
@@ -292,18 +318,12 @@ impl Film {
     pub fn coverage(&self, pixel: UVec2) -> Option<[f32; 3]> {
         let tile = self.tile_at(pixel)?;
         let (background, samples) = (tile.background(pixel)?, tile.sums(pixel)?.samples());
-        let seen = background.mean(samples);
-        Some(if samples == 0 {
-            [0.0; 3]
-        } else {
-            seen.map(|seen| (1.0 - seen).clamp(0.0, 1.0) as f32)
-        })
+        Some(background.coverage(samples))
     }
 
     /// Memory for coverage in all pixels of `crop`, in bytes: the sums and the channels.
     pub fn coverage_bytes(crop: Rect) -> u64 {
-        crop.area()
-            .saturating_mul((size_of::<BackgroundSum>() + 3 * size_of::<f32>()) as u64)
+        crop.area().saturating_mul((28 + 3 * size_of::<f32>()) as u64)
     }
 
     /// Size of the full image.
@@ -350,7 +370,7 @@ impl Film {
     }
 
     /// Sums of `pixel`; `None` outside the crop.
-    pub fn sums(&self, pixel: UVec2) -> Option<&Accumulator> {
+    pub fn sums(&self, pixel: UVec2) -> Option<Accumulator> {
         self.tile_at(pixel)?.sums(pixel)
     }
 
@@ -358,10 +378,13 @@ impl Film {
     /// out.
     pub fn merge(&mut self, other: &Self) {
         for from in &other.tiles {
-            for pixel in from.bounds().pixels() {
-                if let Some(tile) = self.tile_at_mut(pixel) {
-                    tile.merge(pixel, from);
-                }
+            let common = from.bounds().intersection(self.crop);
+            if common.area() == 0 {
+                continue;
+            }
+            // Tiles of equal views have equal cells, so one tile has all common pixels.
+            if let Some(tile) = self.tile_at_mut(common.min) {
+                tile.merge(from);
             }
         }
     }
@@ -369,11 +392,12 @@ impl Film {
     /// Adds `iteration` as one sample of every pixel. The sample belongs to no block.
     pub fn add_iteration(&mut self, iteration: &Iteration) {
         self.tiles.par_iter_mut().for_each(|tile| {
-            let mut sample = tile.block();
+            let (mut sums, mut sample) = (tile.open(), tile.block());
             for pixel in tile.bounds().pixels() {
                 iteration.pixel(pixel, &mut sample);
-                tile.change(pixel, &sample, SampleChange::AddAlone);
+                sums.change(pixel, &sample, SampleChange::AddAlone);
             }
+            tile.close(sums);
         });
     }
 
@@ -384,8 +408,8 @@ impl Film {
     }
 
     /// Coordinates and sums of each pixel, tile by tile.
-    pub fn pixels(&self) -> impl Iterator<Item = (UVec2, &Accumulator)> {
-        self.tiles.iter().flat_map(|tile| tile.iter())
+    pub fn pixels(&self) -> impl Iterator<Item = (UVec2, Accumulator)> {
+        self.tiles.iter().flat_map(|tile| tile.open().into_pixels())
     }
 
     /// All tiles, mutable. Each tile can be used on a different thread.
@@ -435,8 +459,13 @@ impl Film {
             by_blocks
         } else {
             let floor = self.error_floor();
-            let error = |(_, sums): (UVec2, &Accumulator)| sums.independent_squared_error(floor);
-            self.pixels().map(error).sum::<f64>() / self.crop.area() as f64
+            let mut sum = 0.0;
+            for tile in &self.tiles {
+                for (_, sums) in tile.read().iter() {
+                    sum += sums.independent_squared_error(floor);
+                }
+            }
+            sum / self.crop.area() as f64
         };
         squared.is_finite().then(|| squared.sqrt())
     }
@@ -446,23 +475,32 @@ impl Film {
         Image::error_map(self)
     }
 
-    /// Bytes of the [`Accumulator`]s of all pixels of `crop`.
-    pub fn bytes(crop: Rect) -> u64 {
-        crop.area().saturating_mul(size_of::<Accumulator>() as u64)
+    /// Bytes per pixel of a film without samples.
+    pub(crate) const EMPTY_BYTES: u64 = 1;
+
+    /// Expected bytes of the sums of all pixels of `crop` with `samples` samples per pixel.
+    pub fn bytes(crop: Rect, samples: u32) -> u64 {
+        // Bytes of packed sums were measured, and rounded up. From the second block of samples on,
+        // pixels have a spread.
+        let bytes = match crop.area() {
+            0..PACKED_PIXELS => PLAIN_BYTES,
+            _ if samples < 2 * BLOCK => 80,
+            _ => 112,
+        };
+        crop.area().saturating_mul(bytes)
     }
 
     /// Memory for `parts` parts of the light in all pixels of `crop`, in bytes: the sums and the
     /// channels.
     pub fn part_bytes(crop: Rect, parts: usize) -> u64 {
         crop.area()
-            .saturating_mul((parts * (size_of::<PartSum>() + size_of::<[f32; 3]>())) as u64)
+            .saturating_mul((parts * (27 + size_of::<[f32; 3]>())) as u64)
     }
 
     /// Memory for the sums of features in all pixels of `crop`, in bytes. It includes heap memory
     /// for up to four ids per pixel and kind.
     pub fn feature_bytes(crop: Rect) -> u64 {
-        crop.area()
-            .saturating_mul((size_of::<FeatureSums>() + 3 * Coverage::USUAL_BYTES) as u64)
+        crop.area().saturating_mul(100)
     }
 
     /// Memory for the channels of `aovs` in all pixels of `crop`, in bytes. Parts of the light are
@@ -482,6 +520,17 @@ impl Film {
     /// Pixels without a value are zero.
     pub fn develop_features(&self, aovs: &[Aov]) -> Vec<Channel> {
         aov::develop_features(self, aovs)
+    }
+
+    /// Channels with the names `names`. For each pixel, `develop` gets the sums of its tile and its
+    /// index in the tile, and appends the values of all channels, in the order of `names`. Without
+    /// values, a pixel is 0.
+    pub fn develop_channels(
+        &self,
+        names: impl Iterator<Item = Cow<'static, str>>,
+        develop: impl Fn(&TileSums, usize, &mut Vec<f32>),
+    ) -> Vec<Channel> {
+        image::develop_channels(self, names, develop)
     }
 
     /// Means, variances and counts as channels of float32.
@@ -506,9 +555,12 @@ mod tests {
         let mut film = Film::new(size, Rect::full(size));
         for tile in film.tiles_mut() {
             for pixel in tile.bounds().pixels() {
-                let mut block = Block::default();
-                block.add(Spectrum::splat(of(pixel)), None);
-                tile.sums_mut(pixel).expect("pixel of the tile").add(&block);
+                let mut block = tile.block();
+                block.add(&FilmSample {
+                    radiance: Spectrum::splat(of(pixel)),
+                    ..FilmSample::default()
+                });
+                tile.change(pixel, &block, SampleChange::Add);
             }
         }
         film.error_floor()

@@ -151,7 +151,7 @@ mod tests {
         let mut all = sum(&[a, b, c]);
         assert_eq!(sums(&all), sums(&sum(&[c, b, a])));
         let mut merged = sum(&[a, b]);
-        merged.merge(pixel, &sum(&[c]));
+        merged.merge(&sum(&[c]));
         assert_eq!(sums(&all), sums(&merged));
         let parts = all.part_sums(pixel);
         assert!((parts[0].mean(1, 100) - 49.5).abs() < 1e-9 && (parts[1].mean(2, 100) - 5.187e-8).abs() < 1e-10);

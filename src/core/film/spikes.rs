@@ -35,11 +35,11 @@ pub struct Spikes {
 impl Spikes {
     /// Spikes of `film`; `None` if there are no spikes or too few samples.
     pub fn of(film: &Film) -> Option<Self> {
-        let mean = film.pixels().map(|(_, sums)| value(sums)).sum::<f64>() / film.crop().area() as f64;
+        let mean = film.pixels().map(|(_, sums)| value(&sums)).sum::<f64>() / film.crop().area() as f64;
         let mut found: Option<Self> = None;
         for (pixel, sums) in film.pixels() {
             // The median is computed last, because few pixels need it.
-            let (value, error) = (value(sums), error(sums));
+            let (value, error) = (value(&sums), error(&sums));
             let is_noisy = sums.samples() >= MIN_SAMPLES && error >= MIN_ERROR * value;
             if !is_noisy || value <= MIN_CONTRAST * mean {
                 continue;
@@ -80,7 +80,7 @@ fn median_around(film: &Film, pixel: UVec2) -> f64 {
     let mut values: Vec<f64> = rows
         .flat_map(|y| (first.x..=pixel.x + REACH).map(move |x| UVec2::new(x, y)))
         .filter(|&other| other != pixel)
-        .filter_map(|other| film.sums(other).map(value))
+        .filter_map(|other| film.sums(other).as_ref().map(value))
         .collect();
     values.sort_unstable_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)

@@ -1,21 +1,22 @@
 //! Checkpoints: the complete state of a film in an EXR file, from which a render resumes.
 //!
-//! The state is a list of 32-bit words per pixel (`film/state.rs`). Each word is an integer
-//! channel. Channels are written row by row, without a copy of the film. The header has a digest of
-//! all data. Nothing is compressed: a checkpoint is written often, and half of the words are too
-//! random to be compressed. `files/output.rs` replaces the file atomically.
+//! The state is a sequence of bytes: the packed sums of all tiles (`film/tile_sums.rs`). The bytes
+//! fill integer channels `state.0000`, `state.0001`, … row by row, so that any program can show the
+//! picture of the file. The value of a state channel at a pixel has no meaning of its own. The
+//! header has a digest of all data. Nothing is compressed in addition: a checkpoint is written
+//! often, and the bytes of packed sums are random. `files/output.rs` replaces the file atomically.
 //!
 //! A picture without the sums of its pixels cannot be resumed. `Renderer::resume` compares the
 //! metadata of a checkpoint with the render.
 
-use super::exr::{Header, RowChannel, write_rows};
+use super::exr::{ExrFormat, Header, RowChannel, rows_of, write_rows};
 use super::exr_text::text_attribute;
 use super::header_limits::check_exr;
 use super::{FileError, Metadata};
 use crate::files::Output;
 use crate::files::input::{CountingReader, Input, Position, ReadFailure};
 use crate::files::memory::Allowance;
-use crate::film::{Accumulator, Film, MAX_PARTS, Rect, StateLayout};
+use crate::film::{Film, MAX_PARTS, Quantities, Rect};
 use crate::math::{Encode, UVec2};
 use ::exr::block;
 use ::exr::block::lines::LineIndex;
@@ -24,13 +25,16 @@ use ::exr::meta::header::Header as ExrHeader;
 use ::exr::prelude as exr;
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
-/// Prefix of the channels that hold the words of a film ([`StateLayout::names`]).
+/// Prefix of the channels that hold the bytes of the state. The index of the channel follows.
 const PREFIX: &str = "state.";
+/// Bytes of a value of a state channel.
+const WORD: u64 = size_of::<u32>() as u64;
 /// Name of the attribute with the digest of all data.
 const DIGEST: &str = "embrasure.stateDigest";
 /// Name of the attribute with the statistics.
@@ -64,14 +68,9 @@ impl State<'_> {
     /// compressed, because it is written often.
     pub fn write(&self, output: &Output, metadata: &Metadata) -> Result<(), FileError> {
         let film = self.film;
-        let color = |(c, name): (usize, &str)| RowChannel {
-            name: name.into(),
-            kind: exr::SampleType::F32,
-            fill: Box::new(move |row, bytes| {
-                fill_row(film, row, bytes, |sums| (sums.mean(c) as f32).to_ne_bytes());
-            }),
-        };
-        let mut channels: Vec<RowChannel> = ["R", "G", "B"].into_iter().enumerate().map(color).collect();
+        let mut picture = film.develop_picture();
+        picture.channels.truncate(3);
+        let mut channels = rows_of(&picture, &ExrFormat::default());
         channels.extend(self.channels());
         let header = Header {
             resolution: film.resolution(),
@@ -84,19 +83,26 @@ impl State<'_> {
         output.write(|writer| write_rows(writer, header, channels))
     }
 
-    /// Channels of the state, one for each word of a pixel.
+    /// Channels that hold the bytes of the state: as many as are needed.
     pub(super) fn channels(&self) -> Vec<RowChannel<'_>> {
-        let rows = Arc::new(Rows::new(self.film));
-        let names = rows.layout.names().into_iter().enumerate();
-        let words = names.map(|(i, name)| {
-            let rows = rows.clone();
+        let bytes = Arc::new(StateBytes::new(self.film));
+        let crop = self.film.crop();
+        let width = u64::from(crop.size().x);
+        // With two channels, the first row has the whole start of the state.
+        let count = bytes.length.div_ceil(WORD * crop.area()).max(2);
+        let channels = (0..count).map(|i| {
+            let bytes = bytes.clone();
             RowChannel {
-                name: format!("{PREFIX}{name}"),
+                name: format!("{PREFIX}{i:04}"),
                 kind: exr::SampleType::U32,
-                fill: Box::new(move |row, bytes| rows.fill(row, i, bytes)),
+                fill: Box::new(move |row, values| {
+                    bytes.copy((row as u64 * count + i) * WORD * width, values);
+                    // The writer needs the words in the order of the machine.
+                    swap_words(values);
+                }),
             }
         });
-        words.collect()
+        channels.collect()
     }
 
     pub(super) fn attributes(&self, metadata: &Metadata) -> Vec<(String, String)> {
@@ -109,15 +115,8 @@ impl State<'_> {
     /// SHA-256 of all data that a resumed render uses, to detect damage.
     fn digest(&self, metadata: &Metadata) -> String {
         let crop = self.film.crop();
-        let layout = StateLayout::of_film(self.film);
-        let rows: Vec<_> = (0..crop.size().y as usize)
-            .into_par_iter()
-            .map(|row| {
-                let words = words_of_row(self.film, &layout, row);
-                let bytes: Vec<u8> = words.into_iter().flat_map(u32::to_le_bytes).collect();
-                Sha256::digest(&bytes)
-            })
-            .collect();
+        let tiles = self.film.tiles().par_iter();
+        let tiles: Vec<_> = tiles.map(|tile| Sha256::digest(&tile.packed())).collect();
         let mut hash = Sha256::new();
         // The file stores rounded seconds, so the digest leaves the seconds out.
         let exact = Metadata {
@@ -129,55 +128,158 @@ impl State<'_> {
         self.film.resolution().encode(sink);
         crop.encode(sink);
         self.statistics.encode(sink);
-        rows.iter().for_each(|row| hash.update(row));
+        let Quantities {
+            has_background,
+            has_features,
+            parts,
+        } = self.film.quantities();
+        hash.update([u8::from(has_background), u8::from(has_features)]);
+        hash.update((parts as u64).to_le_bytes());
+        for (tile, digest) in self.film.tiles().iter().zip(&tiles) {
+            hash.update(tile.target().to_le_bytes());
+            hash.update(digest);
+        }
         format!("{:x}", hash.finalize())
     }
 }
 
-/// Words of all pixels of the row `row`, which is counted from the top of the crop.
-fn words_of_row(film: &Film, layout: &StateLayout, row: usize) -> Vec<u32> {
-    let mut words = Vec::new();
-    for pixel in pixels_of_row(film.crop(), row) {
-        if let Some(tile) = film.tile_at(pixel) {
-            layout.append(tile, pixel, &mut words);
-        }
+/// Changes words of 32 bits from the byte order of the state, the lowest byte first, to the byte
+/// order of the machine, or back.
+fn swap_words(bytes: &mut [u8]) {
+    for word in bytes.chunks_exact_mut(4) {
+        let value = u32::from_le_bytes([word[0], word[1], word[2], word[3]]);
+        word.copy_from_slice(&value.to_ne_bytes());
     }
-    words
 }
 
-/// Words of a film by row. The EXR writer requests the same row once for each channel. The words of
-/// the last row are kept, so they are computed only once.
-struct Rows<'a> {
-    film: &'a Film,
-    layout: StateLayout,
-    /// Number of words per pixel.
-    count: usize,
-    /// Row of the last request, with its words.
-    last: Mutex<(Option<usize>, Vec<u32>)>,
+/// Start of the state: the quantities of the film.
+fn start_of_state(quantities: Quantities) -> [u8; START] {
+    let [a, b, c, d] = (quantities.parts as u32).to_le_bytes();
+    [
+        a,
+        b,
+        c,
+        d,
+        quantities.has_background.into(),
+        quantities.has_features.into(),
+    ]
 }
 
-impl<'a> Rows<'a> {
+/// Quantities of a film whose state starts with `bytes`. `None` if the bytes are invalid.
+fn quantities_of(bytes: [u8; START]) -> Option<Quantities> {
+    let [parts @ .., background, features] = bytes;
+    let quantities = Quantities {
+        has_background: background == 1,
+        has_features: features == 1,
+        parts: u32::from_le_bytes(parts) as usize,
+    };
+    (quantities.parts <= MAX_PARTS && start_of_state(quantities) == bytes).then_some(quantities)
+}
+
+/// Number of bytes of [`start_of_state`].
+const START: usize = 6;
+/// Number of bytes before the packed sums of a tile: its target, and the number of its bytes.
+const TILE_START: usize = 8;
+
+/// The bytes of the state of a film: [`start_of_state`], then the tiles. Large films have packed
+/// tiles, which are not copied.
+struct StateBytes<'a> {
+    quantities: Quantities,
+    tiles: Vec<TileBytes<'a>>,
+    /// Number of bytes.
+    length: u64,
+}
+
+/// The bytes of the state of a tile.
+struct TileBytes<'a> {
+    /// Position of the first byte in the bytes of the film.
+    start: u64,
+    target: u32,
+    packed: Cow<'a, [u8]>,
+}
+
+impl<'a> StateBytes<'a> {
     fn new(film: &'a Film) -> Self {
-        let layout = StateLayout::of_film(film);
+        let mut length = START as u64;
+        let tiles = film.tiles().iter().map(|tile| {
+            let (start, packed) = (length, tile.packed());
+            length += (TILE_START + packed.len()) as u64;
+            TileBytes {
+                start,
+                target: tile.target(),
+                packed,
+            }
+        });
         Self {
-            film,
-            count: layout.names().len(),
-            layout,
-            last: Mutex::default(),
+            quantities: film.quantities(),
+            tiles: tiles.collect(),
+            length,
         }
     }
 
-    /// Copies word `i` of each pixel of a row to `bytes`.
-    fn fill(&self, row: usize, i: usize, bytes: &mut [u8]) {
-        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        if last.0 != Some(row) {
-            *last = (Some(row), words_of_row(self.film, &self.layout, row));
-        }
-        let words = last.1.iter().skip(i).step_by(self.count);
-        for (bytes, word) in bytes.chunks_exact_mut(4).zip(words) {
-            bytes.copy_from_slice(&word.to_ne_bytes());
+    /// Fills `values` with the bytes from the position `from` on, and with zeros after the end.
+    fn copy(&self, from: u64, values: &mut [u8]) {
+        values.fill(0);
+        let end = from + values.len() as u64;
+        let mut put = |start: u64, bytes: &[u8]| {
+            let skipped = from.saturating_sub(start).min(bytes.len() as u64) as usize;
+            let place = start.saturating_sub(from).min(values.len() as u64) as usize;
+            let (bytes, values) = (&bytes[skipped..], &mut values[place..]);
+            let count = bytes.len().min(values.len());
+            values[..count].copy_from_slice(&bytes[..count]);
+        };
+        put(0, &start_of_state(self.quantities));
+        let first = self.tiles.partition_point(|tile| tile.start <= from).saturating_sub(1);
+        let tiles = self.tiles.iter().skip(first);
+        for TileBytes { start, target, packed } in tiles.take_while(|tile| tile.start < end) {
+            put(*start, &target.to_le_bytes());
+            put(start + TILE_START as u64 / 2, &(packed.len() as u32).to_le_bytes());
+            put(start + TILE_START as u64, packed);
         }
     }
+}
+
+/// Reads the bytes of a state, and sets the sums of the tiles of a film.
+struct StateReader {
+    film: Film,
+    /// Bytes that were not yet read.
+    bytes: Vec<u8>,
+    /// Index of the next tile.
+    next: usize,
+}
+
+impl StateReader {
+    /// Sets all tiles whose bytes are complete. Returns `None` if they are not sums of these tiles.
+    fn advance(&mut self) -> Option<()> {
+        let mut rest = self.bytes.as_slice();
+        while let Some(tile) = self.film.tiles_mut().get_mut(self.next) {
+            let Some(([target, length], packed)) = numbers(rest) else {
+                break;
+            };
+            let Some((packed, after)) = packed.split_at_checked(length as usize) else {
+                break;
+            };
+            tile.set_target(target);
+            tile.set_packed(packed)?;
+            self.next += 1;
+            rest = after;
+        }
+        let read = self.bytes.len() - rest.len();
+        self.bytes.drain(..read);
+        Some(())
+    }
+
+    /// The film, if all tiles were set and only zeros follow.
+    fn finish(self) -> Option<Film> {
+        let is_complete = self.next == self.film.tiles().len() && self.bytes.iter().all(|&byte| byte == 0);
+        is_complete.then_some(self.film)
+    }
+}
+
+/// Two numbers at the start of `bytes`, and the bytes after them.
+fn numbers(bytes: &[u8]) -> Option<([u32; 2], &[u8])> {
+    let ([a, b, c, d, e, f, g, h], rest) = bytes.split_first_chunk::<TILE_START>()?;
+    Some(([[*a, *b, *c, *d], [*e, *f, *g, *h]].map(u32::from_le_bytes), rest))
 }
 
 /// Header of a file with a [`State`].
@@ -231,8 +333,7 @@ struct OpenCheckpoint {
     failure: ReadFailure,
     resolution: UVec2,
     crop: Rect,
-    layout: StateLayout,
-    /// For each channel of the file, the index of the word that the channel holds. `None` if the
+    /// For each channel of the file, its index among the channels of the state. `None` if the
     /// channel does not belong to the state.
     places: Vec<Option<usize>>,
     metadata: Metadata,
@@ -263,33 +364,30 @@ impl OpenCheckpoint {
         let statistics = text_attribute(attributes, STATISTICS).ok_or_else(stateless)?;
         let metadata = Metadata::of_attributes(attributes).ok_or_else(stateless)?;
 
-        // Find the crop of the picture, and the word that each channel holds
+        // Find the crop of the picture, and the channels of the state
         let (resolution, crop) = windows(header).ok_or_else(|| damaged(path, &"its windows are invalid"))?;
+        let place = |channel: &ChannelDescription| {
+            let is_word = channel.sample_type == exr::SampleType::U32;
+            let name = channel.name.to_string();
+            name.strip_prefix(PREFIX).filter(|_| is_word)?.parse().ok()
+        };
+        let places: Vec<Option<usize>> = header.channels.list.iter().map(place).collect();
+        let mut indices: Vec<usize> = places.iter().flatten().copied().collect();
+        indices.sort_unstable();
+        if indices.is_empty() || !indices.iter().enumerate().all(|(i, &index)| i == index) {
+            let error = FileError::new(path, "another version of this program wrote the sums of this file");
+            return Err(error.help("use the version that wrote it, or render it anew"));
+        }
         let min = match header.compression {
-            exr::Compression::Uncompressed => crop.area() * Accumulator::WORDS as u64,
+            exr::Compression::Uncompressed => crop.area() * WORD * indices.len() as u64,
             _ => crop.area() / 8,
         };
         if length < min {
             return Err(damaged(path, &"it is too short for its pixels"));
         }
-        let word = |channel: &ChannelDescription| {
-            let name = channel.name.to_string();
-            let is_word = channel.sample_type == exr::SampleType::U32;
-            name.strip_prefix(PREFIX).filter(|_| is_word).map(str::to_string)
-        };
-        let words: Vec<Option<String>> = header.channels.list.iter().map(word).collect();
-        let names: Vec<String> = words.iter().flatten().cloned().collect();
-        let layout = StateLayout::of_names(&names).ok_or_else(stateless)?;
-        if layout.parts() > MAX_PARTS {
-            return Err(damaged(path, &"it has too many light path channels"));
-        }
-        let names = layout.names();
-        let place = |word: Option<String>| names.iter().position(|name| Some(name) == word.as_ref());
-        let places = words.into_iter().map(place).collect();
         Ok(Self {
             resolution,
             crop,
-            layout,
             places,
             metadata,
             statistics,
@@ -303,35 +401,20 @@ impl OpenCheckpoint {
 
     /// Reads all rows.
     fn read(self, path: &Path) -> Result<Checkpoint, FileError> {
+        let view = self.metadata.view_size(self.resolution);
         let meta = self.reader.meta_data().clone();
         let channels = meta.headers.first().map(|header| &header.channels);
         let channels = channels.ok_or_else(|| damaged(path, &"it has no layer"))?;
-        // The settings must have a background if, and only if, the film has sums of the background.
-        let backing = self.metadata.backing();
-        if backing.is_some() != self.layout.has_background() {
-            return Err(damaged(path, &"its sums do not match its settings"));
-        }
-        let mut bytes = Film::bytes(self.crop) + Film::part_bytes(self.crop, self.layout.parts());
-        if self.layout.has_background() {
-            bytes += Film::coverage_bytes(self.crop);
-        }
-        if self.layout.has_features() {
-            bytes += Film::feature_bytes(self.crop);
-        }
-        Allowance::of_system().check(path, bytes)?;
-        let unread = |error: ::exr::error::Error| self.failure.or(path, damaged(path, &error));
-        let view = self.metadata.view_size(self.resolution);
-        let mut film = Film::of_views((self.resolution, view), self.crop, self.metadata.first_sample);
-        let width = self.crop.size().x as usize;
-        film = film.with_parts(self.layout.parts());
-        if let Some(backing) = backing {
-            film = film.with_backing(backing);
-        }
-        if self.layout.has_features() {
-            film = film.with_features();
-        }
-        let mut words = vec![vec![0; self.layout.names().len()]; width];
+        let words = self.places.iter().flatten().count() as u64;
+        let bytes = self.crop.area().saturating_mul(words * WORD + Film::EMPTY_BYTES);
+        Allowance::of_system().check(path, bytes.max(Film::bytes(self.crop, 0)))?;
+
+        let row_bytes = self.crop.size().x as usize * WORD as usize;
+        let mut row = vec![0; words as usize * row_bytes];
+        let mut state: Option<StateReader> = None;
         let last_channel = self.places.len() - 1;
+        let unread = |error: ::exr::error::Error| self.failure.or(path, damaged(path, &error));
+        let changed = || damaged(path, &"its contents have changed since they were written");
         for chunk in self.reader.all_chunks(false).map_err(unread)? {
             let chunk = chunk.map_err(unread)?;
             let block = block::UncompressedBlock::decompress_chunk(chunk, &meta, false);
@@ -339,16 +422,39 @@ impl OpenCheckpoint {
             for (bytes, line) in LineIndex::lines_in_block(block.index, channels) {
                 let bytes = block.data.get(bytes);
                 let bytes = bytes.ok_or_else(|| damaged(path, &"a block is too short"))?;
-                if let Some(place) = self.places[line.channel] {
-                    for (words, bytes) in words.iter_mut().zip(bytes.chunks_exact(4)) {
-                        words[place] = u32::from_ne_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]);
+                let place = self.places[line.channel].map(|place| place * row_bytes);
+                if let Some(values) = place.and_then(|place| row.get_mut(place..place + bytes.len())) {
+                    values.copy_from_slice(bytes);
+                }
+                if line.channel < last_channel {
+                    continue;
+                }
+                swap_words(&mut row);
+                let reader = match &mut state {
+                    Some(reader) => {
+                        reader.bytes.extend(&row);
+                        reader
                     }
-                }
-                if line.channel == last_channel {
-                    put_row(&mut film, self.layout, line.position.y(), &words);
-                }
+                    None => {
+                        let film = Film::of_views((self.resolution, view), self.crop, self.metadata.first_sample);
+                        let (start, rest) = row.split_first_chunk().ok_or_else(changed)?;
+                        let quantities = quantities_of(*start).ok_or_else(changed)?;
+                        // The settings must have a background if, and only if, the film has sums of
+                        // the background.
+                        if self.metadata.backing().is_some() != quantities.has_background {
+                            return Err(damaged(path, &"its sums do not match its settings"));
+                        }
+                        state.insert(StateReader {
+                            film: film.with_quantities(quantities, self.metadata.backing()),
+                            bytes: rest.to_vec(),
+                            next: 0,
+                        })
+                    }
+                };
+                reader.advance().ok_or_else(changed)?;
             }
         }
+        let film = state.and_then(StateReader::finish).ok_or_else(changed)?;
         check_end(path, self.position.get(), self.length)?;
         let state = State {
             film: &film,
@@ -359,7 +465,7 @@ impl OpenCheckpoint {
             return Err(error.help("use the program that wrote it, or render it anew"));
         }
         if state.digest(&self.metadata) != self.digest {
-            return Err(damaged(path, &"its contents have changed since they were written"));
+            return Err(changed());
         }
         Ok(Checkpoint {
             path: path.to_path_buf(),
@@ -399,27 +505,4 @@ fn windows(header: &ExrHeader) -> Option<(UVec2, Rect)> {
     let max = UVec2::new(min.x.checked_add(size.x)?, min.y.checked_add(size.y)?);
     let crop = Rect { min, max };
     crop.is_inside(resolution).then_some((resolution, crop))
-}
-
-fn put_row(film: &mut Film, layout: StateLayout, row: usize, words: &[Vec<u32>]) {
-    for (pixel, words) in pixels_of_row(film.crop(), row).zip(words) {
-        if let Some(tile) = film.tile_at_mut(pixel) {
-            layout.put(tile, pixel, words);
-        }
-    }
-}
-
-fn pixels_of_row(crop: Rect, row: usize) -> impl Iterator<Item = UVec2> {
-    let y = crop.min.y + row as u32;
-    (crop.min.x..crop.max.x).map(move |x| UVec2::new(x, y))
-}
-
-/// Fills `bytes` with four bytes per pixel of the row `row` of `film`. `of` returns the bytes of a
-/// pixel.
-fn fill_row(film: &Film, row: usize, bytes: &mut [u8], of: impl Fn(&Accumulator) -> [u8; 4]) {
-    for (bytes, pixel) in bytes.chunks_exact_mut(4).zip(pixels_of_row(film.crop(), row)) {
-        if let Some(sums) = film.sums(pixel) {
-            bytes.copy_from_slice(&of(sums));
-        }
-    }
 }

@@ -67,32 +67,26 @@ impl Layer<'_> {
         let ids = (0..).zip(&self.names);
         let first_of: Vec<u32> = ids.map(|(id, name)| *first.entry(name).or_insert(id)).collect();
         let has_repetitions = first.len() < self.names.len();
-        let mut channels = CHANNELS.map(|suffix| Channel {
-            name: format!("{}{suffix}", self.name).into(),
-            values: Vec::with_capacity(film.crop().area() as usize),
-        });
-        for pixel in film.crop().pixels() {
-            let samples = film.sums(pixel).map_or(0, |sums| sums.samples()).max(1) as f32;
-            let coverage = film.features(pixel).map(self.coverage);
-            let ranked = match coverage {
-                Some(coverage) if has_repetitions => {
-                    let mut by_name = Coverage::default();
-                    for (id, n) in coverage.iter() {
-                        by_name.add(first_of.get(id as usize).copied().unwrap_or(id), n);
-                    }
-                    by_name.by_rank()
+        let names = CHANNELS.map(|suffix| format!("{}{suffix}", self.name).into());
+        film.develop_channels(names.into_iter(), |sums, i, values| {
+            let Some(features) = sums.features().get(i) else { return };
+            let (coverage, samples) = ((self.coverage)(features), sums.pixel(i).samples().max(1) as f32);
+            let ranked = if has_repetitions {
+                let mut by_name = Coverage::default();
+                for (id, n) in coverage.iter() {
+                    by_name.add(first_of.get(id as usize).copied().unwrap_or(id), n);
                 }
-                Some(coverage) => coverage.by_rank(),
-                None => Vec::new(),
+                by_name.by_rank()
+            } else {
+                coverage.by_rank()
             };
-            for (rank, pair) in channels.chunks_exact_mut(2).enumerate() {
+            for rank in 0..CHANNELS.len() / 2 {
                 let found = ranked.get(rank);
                 let id = found.and_then(|&(id, _)| hashes.get(id as usize)).copied();
-                pair[0].values.push(id.unwrap_or(0.0));
-                pair[1].values.push(found.map_or(0.0, |&(_, n)| n as f32 / samples));
+                values.push(id.unwrap_or(0.0));
+                values.push(found.map_or(0.0, |&(_, n)| n as f32 / samples));
             }
-        }
-        channels.into()
+        })
     }
 }
 

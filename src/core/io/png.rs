@@ -216,7 +216,7 @@ fn encode_as(
 mod tests {
     use super::*;
     use crate::color::{Curve, Exposure};
-    use crate::film::{Block, Film, Rect};
+    use crate::film::{Film, FilmSample, Rect, SampleChange};
     use crate::math::UVec2;
     use std::fs::File;
     use std::io::BufReader;
@@ -230,13 +230,13 @@ mod tests {
         });
         let size = UVec2::new(1, 1);
         let mut film = Film::new(size, Rect::full(size));
-        let mut block = Block::default();
-        block.add(Spectrum::rgb(-0.25, -1e-6, 0.5), None);
-        film.tile_at_mut(UVec2::ZERO)
-            .unwrap()
-            .sums_mut(UVec2::ZERO)
-            .unwrap()
-            .add(&block);
+        let tile = film.tile_at_mut(UVec2::ZERO).unwrap();
+        let mut block = tile.block();
+        block.add(&FilmSample {
+            radiance: Spectrum::rgb(-0.25, -1e-6, 0.5),
+            ..FilmSample::default()
+        });
+        tile.change(UVec2::ZERO, &block, SampleChange::Add);
         let image = film.develop();
         for tone in tones {
             let expected = tone.encode_u8([0.0, 0.0, 0.5]);
@@ -310,9 +310,13 @@ mod tests {
         let mut film = Film::new(size, Rect::full(size));
         for (x, light) in [[0.5, 0.25, 0.1], [2.0, 0.0, 1.0]].into_iter().enumerate() {
             let pixel = UVec2::new(x as u32, 0);
-            let mut block = Block::default();
-            block.add(Spectrum::rgb(light[0], light[1], light[2]), None);
-            film.tile_at_mut(pixel).unwrap().sums_mut(pixel).unwrap().add(&block);
+            let tile = film.tile_at_mut(pixel).unwrap();
+            let mut block = tile.block();
+            block.add(&FilmSample {
+                radiance: Spectrum::from(light),
+                ..FilmSample::default()
+            });
+            tile.change(pixel, &block, SampleChange::Add);
         }
         let (image, tone) = (film.develop(), Tone::default());
         let folder = tempfile::tempdir().unwrap();

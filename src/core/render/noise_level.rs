@@ -242,7 +242,7 @@ mod tests {
 
     fn mean_error(film: &Film) -> f64 {
         let pixels = film.pixels();
-        let squared = |(_, a): (UVec2, &Accumulator)| (a.mean(0) - 1.0).powi(2) / DIVISOR;
+        let squared = |(_, a): (UVec2, Accumulator)| (a.mean(0) - 1.0).powi(2) / DIVISOR;
         pixels.map(squared).sum::<f64>() / film.crop().area() as f64
     }
 

@@ -11,7 +11,7 @@ use super::observer::{Observer, Outcome, should_leave};
 use super::pixel_sample::{PartedSample, PixelSample};
 use super::schedule::{last_cut, passes};
 use super::statistics::{DroppedSample, Statistics};
-use crate::film::{Film, PixelBlock, SampleChange, Tile};
+use crate::film::{Film, PixelBlock, SampleChange, Tile, TileSums};
 use crate::integrator::SAMPLES_AT_ONCE;
 use crate::sampler::{SampleKey, Sampler};
 use rayon::prelude::*;
@@ -65,18 +65,18 @@ pub(super) fn advance<S: Sampler>(
     end: u32,
     observer: &impl Observer,
 ) -> Option<Statistics> {
-    let before = tile.clone();
-    let done = advance_passes(integrator, sampler, tile, end, observer);
-    if done.is_none() {
-        *tile = before;
-    }
-    done
+    let mut sums = tile.open();
+    let done = advance_passes(integrator, sampler, (tile, &mut sums), end, observer)?;
+    tile.close(sums);
+    Some(done)
 }
 
+/// Adds the missing samples before index `end` to the opened sums of `tile`. Returns `None` if the
+/// observer stops; the sums are then invalid.
 fn advance_passes<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
-    tile: &mut Tile,
+    (tile, sums): (&Tile, &mut TileSums),
     end: u32,
     observer: &impl Observer,
 ) -> Option<Statistics> {
@@ -88,7 +88,7 @@ fn advance_passes<S: Sampler>(
         Some(render_tile(
             integrator,
             sampler,
-            tile,
+            (tile, sums),
             (start..next, SampleChange::TakeBack),
             observer,
         )?)
@@ -97,7 +97,7 @@ fn advance_passes<S: Sampler>(
     };
     let mut statistics = Statistics::default();
     for pass in passes(start..end) {
-        let taken = render_tile(integrator, sampler, tile, (pass, SampleChange::Add), observer)?;
+        let taken = render_tile(integrator, sampler, (tile, sums), (pass, SampleChange::Add), observer)?;
         statistics = statistics.merge(taken);
     }
     Some(match again {
@@ -110,13 +110,13 @@ fn advance_passes<S: Sampler>(
 /// before each sample. A sample of a method that gathers or branches may take seconds.
 pub(super) const MANY_RAYS: u64 = 64;
 
-/// Takes the samples `samples` of each pixel of `tile`. Adds the sums of the samples to the tile or
-/// subtracts these sums, according to `change`. Returns `None` if the observer stops; the tile is
-/// then invalid.
+/// Takes the samples `samples` of each pixel of `tile`. Adds the sums of the samples to `sums` or
+/// subtracts them, according to `change`. Returns `None` if the observer stops; `sums` are then
+/// invalid.
 fn render_tile<S: Sampler>(
     integrator: &dyn SampleIntegrator<S>,
     sampler: &S,
-    tile: &mut Tile,
+    (tile, sums): (&Tile, &mut TileSums),
     (samples, change): (Range<u32>, SampleChange),
     observer: &impl Observer,
 ) -> Option<Statistics> {
@@ -197,7 +197,7 @@ fn render_tile<S: Sampler>(
             start = end;
         }
         for (&pixel, block) in group.iter().zip(&blocks) {
-            tile.change(pixel, block, change);
+            sums.change(pixel, block, change);
             if !is_cropped(pixel) {
                 statistics.samples += samples.len() as u64;
             }
@@ -269,7 +269,7 @@ mod tests {
             }
         }
         assert!(stops > 5, "{stops}");
-        let sums = |film: &Film| film.pixels().map(|(_, sums)| *sums).collect::<Vec<_>>();
+        let sums = |film: &Film| film.pixels().map(|(_, sums)| sums).collect::<Vec<_>>();
         assert_eq!(sums(&film), sums(&whole));
     }
 }

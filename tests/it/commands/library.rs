@@ -209,7 +209,7 @@ fn stopped_render_resumes_to_the_same_bits() {
         state = renderer.resume(read_checkpoint(path("c.exr")).unwrap()).unwrap();
     }
     assert!(stops > 3, "{stops}");
-    let sums = |film: &Film| film.pixels().map(|(_, sums)| *sums).collect::<Vec<_>>();
+    let sums = |film: &Film| film.pixels().map(|(_, sums)| sums).collect::<Vec<_>>();
     assert_eq!(sums(&whole.film), sums(&state.film));
     assert_eq!(state.statistics.samples, 128 * 24 * 16);
 

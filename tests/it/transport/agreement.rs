@@ -194,7 +194,7 @@ fn assert_agree(what: &str, a: &Film, b: &Film) {
     // distributions need a slightly larger threshold. With a quarter of the samples, one more
     // channel may exceed the threshold.
     const THRESHOLD: f64 = 4.5;
-    let pixels = |film: &Film| -> Vec<_> { film.pixels().map(|(_, s)| *s).collect() };
+    let pixels = |film: &Film| -> Vec<_> { film.pixels().map(|(_, s)| s).collect() };
     let (a, b) = (pixels(a), pixels(b));
     let total: f64 = b.iter().map(|s| s.mean(1)).sum();
     let mut beyond = 0;
@@ -395,7 +395,7 @@ fn dependent_samples_have_the_same_means() {
                 },
                 ..path_tracer(world, Some(MAX_DEPTH))
             };
-            let pixels = |film: Film| -> Vec<Accumulator> { film.pixels().map(|(_, sums)| *sums).collect() };
+            let pixels = |film: Film| -> Vec<Accumulator> { film.pixels().map(|(_, sums)| sums).collect() };
             let reference = pixels(film_of(&path(Directions::Bsdf), RESOLUTION, 2 * SEEDS as u32 * SPP, 0));
             for directions in [
                 Directions::Bsdf,

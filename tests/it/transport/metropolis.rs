@@ -345,7 +345,7 @@ fn grouped() -> Scene {
 /// Means and variances of the pixels of a film.
 fn sums(film: &Film) -> Vec<(UVec2, [[f64; 2]; 3])> {
     let of = |sums: &Accumulator| [0, 1, 2].map(|c| [sums.mean(c), sums.variance_of_mean(c)]);
-    film.pixels().map(|(pixel, sums)| (pixel, of(sums))).collect()
+    film.pixels().map(|(pixel, sums)| (pixel, of(&sums))).collect()
 }
 
 #[test]

@@ -32,7 +32,7 @@ fn cornell() -> CameraParameters {
 
 /// Pixel means of the film, channel 0 first.
 fn means(film: &Film) -> [Vec<f64>; 3] {
-    let pixels: Vec<_> = film.pixels().map(|(_, a)| *a).collect();
+    let pixels: Vec<_> = film.pixels().map(|(_, a)| a).collect();
     [0, 1, 2].map(|c| pixels.iter().map(|a| a.mean(c)).collect())
 }
 
@@ -43,7 +43,7 @@ fn assert_same(what: &str, integrator: &PathTracer, reference: &Film, spp: u32) 
     let films: Vec<_> = (0..SEEDS)
         .map(|seed| means(&film_of(integrator, RESOLUTION, budget(spp), 100 + seed)))
         .collect();
-    let reference: Vec<_> = reference.pixels().map(|(_, a)| *a).collect();
+    let reference: Vec<_> = reference.pixels().map(|(_, a)| a).collect();
     for c in 0..3 {
         // Compare the whole image
         let pictures: Vec<f64> = films.iter().map(|f| f[c].iter().sum::<f64>()).collect();
@@ -379,7 +379,7 @@ fn path_reuse_reduces_the_reported_error() {
     let mut told = 0.0;
     let mut seen = 0.0;
     for (a, b) in shared.tiles().iter().zip(other.tiles()) {
-        for ((_, a), (_, b)) in a.iter().zip(b.iter()) {
+        for ((_, a), (_, b)) in a.read().iter().zip(b.read().iter()) {
             told += a.variance_of_mean(1) + b.variance_of_mean(1);
             seen += (a.mean(1) - b.mean(1)).powi(2);
         }

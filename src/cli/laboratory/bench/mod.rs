@@ -245,7 +245,7 @@ impl BackendMeasurement<'_> {
             let mut sampler = settings.random_numbers();
             let mut rays = <[Vec<Query>; 4]>::default();
             let mut all = Vec::new();
-            for (pixel, _) in tile.iter() {
+            for pixel in tile.bounds().pixels() {
                 for index in SAMPLES {
                     let key = SampleKey::new(pixel.x, pixel.y, index);
                     let context = RenderContext {

@@ -116,7 +116,7 @@ impl State<'_> {
     fn digest(&self, metadata: &Metadata) -> String {
         let crop = self.film.crop();
         let tiles = self.film.tiles().par_iter();
-        let tiles: Vec<_> = tiles.map(|tile| Sha256::digest(&tile.packed())).collect();
+        let tiles: Vec<_> = tiles.map(|tile| Sha256::digest(tile.packed())).collect();
         let mut hash = Sha256::new();
         // The file stores rounded seconds, so the digest leaves the seconds out.
         let exact = Metadata {

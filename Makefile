@@ -7,7 +7,7 @@ CARGO  ?= cargo
 TARGET := $(or $(CARGO_TARGET_DIR),target)
 
 # Features available on this machine. `make demo` and `make test` share the features and one
-# profile, so the renderer is compiled once. The obvhs crate needs Rust 1.88, denoising needs Open
+# profile, so that both use one build of the renderer. Only its unit tests compile it again. The obvhs crate needs Rust 1.88, denoising needs Open
 # Image Denoise (which `make setup` gets), and the Python tests need packages from pip. If one of
 # them is missing, its tests are skipped with a message. With EMBRASURE_REQUIRE_OBVHS,
 # EMBRASURE_REQUIRE_OIDN or EMBRASURE_REQUIRE_PYTHON, as in CI, that is a failure.
@@ -34,7 +34,7 @@ IT_obvhs   := backends:: check::memory_is_forecast closed_forms:: command_line::
 # One step at a time, also with `make -j`: cargo itself uses all cores.
 .NOTPARALLEL:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo lint test test-all test-long test-obvhs test-farm test-view screenshots python test-python sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb package clean
+.PHONY: help setup demo lint test test-one reference test-all test-long test-obvhs test-farm test-view screenshots python test-python sanitize fuzz random-renders bench bench-peers gallery first-pictures guide test-guide install uninstall dist wheel deb package clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s  %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -53,8 +53,15 @@ demo: setup ## build, and render scenes/cornell-box.toml to out/cornell-box.exr 
 THREADS := $(or $(RUST_TEST_THREADS),$(shell expr 2 + $$(nproc 2>/dev/null || getconf _NPROCESSORS_ONLN || echo 2)))
 test: export RUST_TEST_THREADS = $(THREADS)
 test: setup ## run the quick tests; some minutes
-	$(CARGO) test --release $(FEATURES)
+	$(CARGO) test --release --no-fail-fast $(FEATURES) || { $(CARGO) test --release $(UNITS) $(call OPT_1,release); exit 1; }
 	$(CARGO) test --release $(UNITS) $(call OPT_1,release)
+
+T ?=
+test-one: setup ## run the tests of tests/it whose name contains T, such as T=bsdf::
+	$(CARGO) test --release $(FEATURES) --test it -- $(T)
+
+reference: setup ## write the schema of scene files and the pages of the reference that the program generates
+	EMBRASURE_WRITE_DOCS=1 $(CARGO) test --release $(FEATURES) --lib documentation
 
 lint: setup ## check formatting, width of comments, the public interface, clippy and rustdoc; any warning is an error
 	scripts/comment-width

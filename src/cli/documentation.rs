@@ -26,10 +26,7 @@ fn assert_page(name: &str, expected: &str) {
     }
     let text = fs::read_to_string(page).unwrap();
     for (line, expected) in text.lines().zip(expected.lines()) {
-        assert_eq!(
-            line, expected,
-            "EMBRASURE_WRITE_DOCS=1 cargo test --lib documentation writes {name}"
-        );
+        assert_eq!(line, expected, "`make reference` writes {name}");
     }
     assert_eq!(text, expected, "{name}");
 }

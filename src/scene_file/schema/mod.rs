@@ -224,9 +224,6 @@ mod tests {
             std::fs::write(&path, schema_text()).unwrap();
         }
         let text = std::fs::read_to_string(path).unwrap();
-        assert!(
-            text == schema_text(),
-            "EMBRASURE_WRITE_DOCS=1 cargo test --lib documentation writes docs/scene.schema.json"
-        );
+        assert!(text == schema_text(), "`make reference` writes docs/scene.schema.json");
     }
 }

@@ -7,8 +7,8 @@
 //! distance of its nearest point. Edges outside the picture count, because reflections and shadows
 //! show them. The number therefore does not depend on the crop.
 
-use super::lighting::settled;
-use super::{Error, LitWords, Session, Settings};
+use super::lighting::{LitWords, settled};
+use super::{Error, Session, Settings};
 use crate::camera::{Camera, CameraDescription};
 use crate::geometry::MAX_STEPS;
 use crate::guess::{CameraGuess, SiblingFiles};

@@ -1,6 +1,6 @@
 //! Guessed light and guessed ground, written as sections of a scene file.
 
-use super::{Guesses, LitFile, LitWords, Settings};
+use super::{Guesses, Settings};
 use crate::camera::CameraParameters;
 use crate::color::{Exposure, Spectrum};
 use crate::guess::{LightGuess, Survey};
@@ -22,6 +22,44 @@ const BACKDROP: Spectrum = Spectrum::rgb(0.105, 0.14, 0.19);
 const GROUND_ALBEDO: [f32; 3] = [0.0675, 0.09, 0.1222];
 /// Radiance of the guessed lamp of a closed room, W·sr⁻¹·m⁻².
 const LAMP: f32 = 20.0;
+
+/// A scene file with guessed light or ground, or with light that was placed for the camera.
+pub(crate) struct LitFile {
+    /// The scene file, with the new light sections.
+    pub file: SceneFile,
+    /// Settings with the camera for which the light was placed, and with the background of guessed
+    /// light.
+    pub settings: Settings,
+    /// Description of the guess, if one was made.
+    pub words: Option<LitWords>,
+}
+
+/// Description of a guess for users.
+#[derive(Clone, Debug)]
+pub(crate) enum LitWords {
+    /// Description of guessed light. It includes the ground, if a ground was also guessed.
+    Light(String),
+    /// Description of a guessed ground, if no light was guessed.
+    Ground(String),
+}
+
+impl LitWords {
+    /// Description of the guessed light, if light was guessed.
+    pub fn light(&self) -> Option<&str> {
+        match self {
+            Self::Light(words) => Some(words),
+            Self::Ground(_) => None,
+        }
+    }
+
+    /// Description of the guessed ground, if a ground was guessed and no light.
+    pub fn ground(&self) -> Option<&str> {
+        match self {
+            Self::Light(_) => None,
+            Self::Ground(words) => Some(words),
+        }
+    }
+}
 
 /// Copy of `settings` with the camera of `parameters` and without guesses.
 pub(super) fn settled(settings: &Settings, parameters: &CameraParameters) -> Settings {

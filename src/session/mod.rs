@@ -17,6 +17,7 @@ mod camera;
 #[cfg(feature = "view")]
 mod change;
 mod drawing;
+mod guessed_picture;
 mod guesses;
 mod hash;
 mod levels;
@@ -42,6 +43,8 @@ pub use version::{BUILD, version_text};
 
 pub(crate) use crate::pipeline::{AnyAccel, Preparation, RenderContext};
 pub(crate) use drawing::name_of_axis;
+pub(crate) use guessed_picture::camera_and_lit;
+pub(crate) use lighting::LitWords;
 pub(crate) use memory::Memory;
 pub(crate) use renderer::denoise;
 pub(crate) use settings::all_threads;
@@ -58,9 +61,8 @@ use crate::lint;
 use crate::math::Vec3;
 use crate::options::ChosenIntegrator;
 use crate::scene::Scene;
-use crate::scene_file::{LoadedScene, SceneFile, UnlitScene, load_scene, load_scene_to_light};
+use crate::scene_file::{LoadedScene, SceneFile, UnlitScene, load_scene_to_light};
 use memory::{check_pixels, within_memory};
-use settings::{GuessSelection, SceneSurvey};
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
@@ -455,114 +457,6 @@ impl Session {
             backdrop: self.backdrop,
         }
     }
-}
-
-/// A scene file with guessed light or ground, or with light that was placed for the camera.
-pub(crate) struct LitFile {
-    /// The scene file, with the new light sections.
-    pub file: SceneFile,
-    /// Settings with the camera for which the light was placed, and with the background of guessed
-    /// light.
-    pub settings: Settings,
-    /// Description of the guess, if one was made.
-    pub words: Option<LitWords>,
-}
-
-/// Description of a guess for users.
-#[derive(Clone, Debug)]
-pub(crate) enum LitWords {
-    /// Description of guessed light. It includes the ground, if a ground was also guessed.
-    Light(String),
-    /// Description of a guessed ground, if no light was guessed.
-    Ground(String),
-}
-
-impl LitWords {
-    /// Description of the guessed light, if light was guessed.
-    pub fn light(&self) -> Option<&str> {
-        match self {
-            Self::Light(words) => Some(words),
-            Self::Ground(_) => None,
-        }
-    }
-
-    /// Description of the guessed ground, if a ground was guessed and no light.
-    pub fn ground(&self) -> Option<&str> {
-        match self {
-            Self::Light(_) => None,
-            Self::Ground(words) => Some(words),
-        }
-    }
-}
-
-/// Finds the camera of `settings` in the scene of `file`. Also returns the scene file if its light
-/// changes: light is guessed if `settings` allow guesses and nothing lights the view of the camera,
-/// or light is placed for a guessed camera. `warnings` are the warnings of loading the scene.
-///
-/// In a room, hidden parts count as if they were shown. So hiding a chair moves neither the camera
-/// nor the sun. The room is read a second time, with all parts.
-///
-/// # Errors
-///
-/// Errors of [`Settings::camera_of`].
-pub(crate) fn camera_and_lit(
-    file: &SceneFile,
-    settings: &Settings,
-    (scene, warnings): (&Scene, &[Warning]),
-    pool: &rayon::ThreadPool,
-) -> Result<(FoundCamera, Option<LitFile>), Error> {
-    let mut guessed = guessed_picture(file, settings, (scene, warnings), pool)?;
-    if guessed.is_interior && file.hides_parts() {
-        let builder = settings.chosen_integrator().scene_builder();
-        // If there is too little memory for both scenes, the guess of the smaller scene stays.
-        let whole = pool.install(|| load_scene(&file.with_hidden_parts(), builder));
-        let whole = whole
-            .map_err(Error::File)
-            .and_then(|whole| guessed_picture(file, settings, (&whole.scene, &whole.warnings), pool));
-        guessed = whole.ok().filter(|whole| whole.is_interior).unwrap_or(guessed);
-    }
-    Ok((guessed.camera, guessed.lit))
-}
-
-/// Camera and light of a scene, guessed or given.
-struct GuessedPicture {
-    camera: FoundCamera,
-    /// The scene file with other light or ground, if they change.
-    lit: Option<LitFile>,
-    /// True if the scene was surveyed and is an interior.
-    is_interior: bool,
-}
-
-/// [`camera_and_lit`] for the parts of `scene` alone.
-fn guessed_picture(
-    file: &SceneFile,
-    settings: &Settings,
-    (scene, warnings): (&Scene, &[Warning]),
-    pool: &rayon::ThreadPool,
-) -> Result<GuessedPicture, Error> {
-    let selection = GuessSelection {
-        survey: lighting::may_need_ground(file, settings, scene),
-        light: lighting::may_need_light(file, settings, (scene, warnings)),
-    };
-    let (found, surveyed) = settings.camera_and_survey(file, scene, pool, selection)?;
-    let parameters = &found.description.parameters;
-    let is_interior = surveyed.as_ref().is_some_and(|surveyed| surveyed.survey.is_interior);
-    let lit = match surveyed {
-        Some(SceneSurvey {
-            survey,
-            light: Some(light),
-        }) => Some(lighting::lit((file, scene), settings, (light, &survey), parameters)),
-        surveyed => {
-            let survey = surveyed.as_ref().map(|surveyed| &surveyed.survey);
-            let viewpoint = found.viewpoint(&settings.camera);
-            lighting::changed((file, scene, survey), settings, &viewpoint, parameters)
-        }
-    };
-    Ok(GuessedPicture {
-        camera: found,
-        lit,
-        is_interior,
-    })
 }
 
 /// Kinds of warnings that [`integrator_warnings`] returns.

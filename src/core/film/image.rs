@@ -172,9 +172,8 @@ impl Image {
     pub(super) fn error_map(film: &Film) -> Channel {
         let crop = film.crop();
         let mut values = vec![0.0; crop.area() as usize];
-        let floor = film.error_floor();
-        for tile in film.tiles() {
-            let error = tile.error(floor).sqrt() as f32;
+        for (tile, error) in film.tiles().iter().zip(film.tile_errors()) {
+            let error = error.sqrt() as f32;
             for pixel in tile.bounds().pixels() {
                 values[index(crop, pixel)] = error;
             }

@@ -442,12 +442,18 @@ impl Film {
         }
     }
 
+    /// [`Tile::error`] of each tile, with [`Film::error_floor`].
+    pub fn tile_errors(&self) -> Vec<f64> {
+        let floor = self.error_floor();
+        self.tiles.iter().map(|tile| tile.error(floor)).collect()
+    }
+
     /// Estimate of the mean over all pixels of [`Accumulator::squared_error`], with
     /// [`Film::error_floor`].
     pub fn error(&self) -> f64 {
-        let floor = self.error_floor();
-        let sum = |tile: &Tile| tile.error(floor) * tile.bounds().area() as f64;
-        self.tiles.iter().map(sum).sum::<f64>() / self.crop.area() as f64
+        let errors = self.tile_errors().into_iter().zip(&self.tiles);
+        let sum = |(error, tile): (f64, &Tile)| error * tile.bounds().area() as f64;
+        errors.map(sum).sum::<f64>() / self.crop.area() as f64
     }
 
     /// Estimate of the relative error of the picture, the square root of [`Film::error`]. With

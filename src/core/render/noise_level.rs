@@ -130,14 +130,15 @@ fn render_to_noise<S: Sampler>(
 /// Final number of blocks of each tile, at most `max`. 0 for all tiles if the film has reached the
 /// level.
 fn needed_blocks(film: &Film, level: f64, max: u32) -> Vec<u32> {
-    let (tiles, floor) = (film.tiles(), film.error_floor());
-    if film.error() <= level * level {
+    let (tiles, errors) = (film.tiles(), film.tile_errors());
+    let areas: Vec<f64> = tiles.iter().map(|tile| tile.bounds().area() as f64).collect();
+    let sum: f64 = errors.iter().zip(&areas).map(|(error, area)| error * area).sum();
+    if sum / film.crop().area() as f64 <= level * level {
         return vec![0; tiles.len()];
     }
     // Squared error of a tile after one block, as the mean over its pixels
-    let one_block = |tile: &Tile| tile.error(floor) * (tile.samples() / BLOCK) as f64;
-    let roots: Vec<f64> = tiles.iter().map(|tile| one_block(tile).sqrt()).collect();
-    let areas: Vec<f64> = tiles.iter().map(|tile| tile.bounds().area() as f64).collect();
+    let one_block = |(error, tile): (&f64, &Tile)| error * (tile.samples() / BLOCK) as f64;
+    let roots: Vec<f64> = errors.iter().zip(tiles).map(|of| one_block(of).sqrt()).collect();
 
     // ANCHOR: shares
     // n = c √v, with c such that Σ v/n is the allowed error. Tiles at their maximum leave more

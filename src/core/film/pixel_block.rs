@@ -1,7 +1,9 @@
 //! All sums of one pixel in one task.
 
-use super::{Block, FeatureBlock, FirstSurface, PartBlock};
+use super::path_terms::terms;
+use super::{Block, FeatureBlock, FirstSurface, LightPaths, PartBlock, PartSum};
 use crate::color::Spectrum;
+use std::sync::Arc;
 
 /// One sample of a pixel, as it is added to the film.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,19 +31,23 @@ pub struct PixelBlock {
     pub(super) parts: PartBlock,
     /// Radiance by class of light paths.
     pub(super) classes: PartBlock,
+    /// Classifier of light paths, if the last parts of the light are light path expressions.
+    light_paths: Option<Arc<LightPaths>>,
     /// Sum of the fraction of the background's light over the samples.
     pub(super) background: [f64; 3],
 }
 
 impl PixelBlock {
     /// Empty sums of radiance, of features if `has_features`, of `parts` parts of the light, and of
-    /// `classes` classes of light paths.
-    pub(super) fn new(has_features: bool, parts: usize, classes: usize) -> Self {
+    /// the classes of `light_paths`, if any.
+    pub(super) fn new(has_features: bool, parts: usize, light_paths: Option<Arc<LightPaths>>) -> Self {
+        let classes = light_paths.as_ref().map_or(0, |paths| paths.classes());
         Self {
             light: Block::default(),
             features: has_features.then(FeatureBlock::default),
             parts: PartBlock::new(parts),
             classes: PartBlock::new(classes),
+            light_paths,
             background: [0.0; 3],
         }
     }
@@ -73,6 +79,14 @@ impl PixelBlock {
         for (sum, share) in self.background.iter_mut().zip(sample.background.to_array()) {
             *sum += f64::from(share);
         }
+    }
+
+    /// Sum of each part of the light, then of each layer of light path expressions.
+    pub(super) fn part_sums(&self) -> impl Iterator<Item = PartSum> {
+        let parts = self.parts.sums().iter().map(|sum| PartSum::new(*sum));
+        let paths = self.light_paths.iter();
+        let of_paths = paths.flat_map(|paths| terms(paths, self.classes.sums(), self.light.sum()));
+        parts.chain(of_paths)
     }
 }
 

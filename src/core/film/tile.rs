@@ -113,7 +113,7 @@ impl Tile {
         if let Sums::Plain(sums) = &self.sums {
             return Cow::Borrowed(sums);
         }
-        let mut sums = TileSums::new(self.bounds, self.quantities, self.light_paths.clone());
+        let mut sums = TileSums::new(self.bounds, self.quantities);
         if let Some(groups) = self.groups() {
             groups.unpack(&mut sums);
         }
@@ -231,8 +231,8 @@ impl Tile {
 
     /// Empty block for one pixel, with all sums of the tile.
     pub fn block(&self) -> PixelBlock {
-        let classes = self.light_paths.as_ref().map_or(0, |paths| paths.classes());
-        PixelBlock::new(self.quantities.has_features, self.parts_before_paths(), classes)
+        let light_paths = self.light_paths.clone();
+        PixelBlock::new(self.quantities.has_features, self.parts_before_paths(), light_paths)
     }
 
     /// Changes the sums of a single pixel as [`TileSums::change`] does. To change many pixels, open

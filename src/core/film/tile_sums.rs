@@ -14,11 +14,9 @@ use super::accumulator::ExactSums;
 use super::features::SUMS;
 use super::fixed::Narrow;
 use super::packed::{Group, Packed, Packer, Unpacker};
-use super::path_terms::terms;
-use super::{Accumulator, BackgroundSum, Coverage, FeatureSums, Fixed, LightPaths, PartSum, PixelBlock, Rect};
+use super::{Accumulator, BackgroundSum, Coverage, FeatureSums, Fixed, PartSum, PixelBlock, Rect};
 use crate::math::UVec2;
 use std::ops::Range;
-use std::sync::Arc;
 
 /// Expected number of bytes of a packed pixel, without optional quantities. More bytes take more
 /// time, because the packed bytes are then moved.
@@ -58,15 +56,13 @@ pub struct TileSums {
     /// pixel.
     parts: usize,
     part_sums: Vec<PartSum>,
-    /// Classifier of light paths, if the last parts are light path expressions.
-    light_paths: Option<Arc<LightPaths>>,
     /// Sum of the background's fraction for each pixel; empty if the fraction is not summed.
     background: Vec<BackgroundSum>,
 }
 
 impl TileSums {
     /// Sums of no samples for the pixels of `bounds`.
-    pub(super) fn new(bounds: Rect, quantities: Quantities, light_paths: Option<Arc<LightPaths>>) -> Self {
+    pub(super) fn new(bounds: Rect, quantities: Quantities) -> Self {
         let pixels = bounds.area() as usize;
         let optional = |is_there: bool| if is_there { pixels } else { 0 };
         Self {
@@ -75,7 +71,6 @@ impl TileSums {
             features: vec![FeatureSums::default(); optional(quantities.has_features)],
             parts: quantities.parts,
             part_sums: vec![PartSum::default(); quantities.parts * pixels],
-            light_paths,
             background: vec![BackgroundSum::default(); optional(quantities.has_background)],
         }
     }
@@ -162,13 +157,7 @@ impl TileSums {
     }
 
     fn change_parts(&mut self, index: usize, samples: &PixelBlock, change: SampleChange) {
-        let of_paths = self
-            .light_paths
-            .as_ref()
-            .map(|paths| terms(paths, samples.classes.sums(), samples.light.sum()));
-        let parts = samples.parts.sums().iter().map(|sum| PartSum::new(*sum));
-        let parts = parts.chain(of_paths.into_iter().flatten());
-        for (sum, part) in self.part_sums_mut(index).iter_mut().zip(parts) {
+        for (sum, part) in self.part_sums_mut(index).iter_mut().zip(samples.part_sums()) {
             *sum = match change {
                 SampleChange::Add | SampleChange::AddAlone => sum.plus(part),
                 SampleChange::TakeBack => sum.minus(part),
@@ -362,9 +351,11 @@ impl<'a> Groups<'a> {
 mod tests {
     use super::*;
     use crate::color::Spectrum;
-    use crate::film::{Backing, Features, Film, FilmSample, FirstSurface, Points, Tile};
+    use crate::film::{Backing, Features, Film, FilmSample, FirstSurface, LightPaths, Points, Tile};
+    use crate::light_paths::PathPart;
     use crate::math::hash::mix;
     use crate::math::{Vec2, Vec3};
+    use std::sync::Arc;
 
     /// Empty film that sums all quantities. Its tiles are packed if `is_packed` is true.
     fn film(is_packed: bool) -> Film {
@@ -509,6 +500,50 @@ mod tests {
             assert_equal(&from, &to);
             to.tiles_mut().iter_mut().for_each(|tile| tile.set_packed(&[]).unwrap());
             assert_equal(&film(false), &to);
+        }
+    }
+
+    /// A film that is loaded before its light is separated by path, as a resumed render is, adds
+    /// the same terms to its layers as a film that was separated first.
+    #[test]
+    fn light_is_separated_after_sums_are_set() {
+        let mut names = Vec::new();
+        for name in ["emission", "indirect"] {
+            PathPart::add(&mut names, PathPart::parse(name).unwrap()).unwrap();
+        }
+        let paths = Arc::new(LightPaths::new(&names).unwrap());
+        let size = UVec2::new(5, 3);
+        let empty = || Film::new(size, Rect::full(size)).with_parts(2);
+        let add = |film: &mut Film, scale: f32| {
+            for tile in film.tiles_mut() {
+                let mut block = tile.block();
+                let classes = vec![Spectrum::splat(scale); paths.classes()];
+                block.add(&FilmSample {
+                    radiance: Spectrum::splat(scale * paths.classes() as f32),
+                    classes: &classes,
+                    ..FilmSample::default()
+                });
+                for pixel in tile.bounds().pixels() {
+                    tile.change(pixel, &block, SampleChange::Add);
+                }
+            }
+        };
+        for is_packed in [false, true] {
+            let mut first = empty();
+            first.separate_paths(&paths);
+            add(&mut first, 0.3);
+            let mut loaded = empty();
+            for (from, to) in first.tiles().iter().zip(loaded.tiles_mut()) {
+                to.set_is_packed(is_packed);
+                to.set_packed(&from.packed()).unwrap();
+            }
+            loaded.separate_paths(&paths);
+            [&mut first, &mut loaded].into_iter().for_each(|film| add(film, 0.7));
+            for pixel in first.crop().pixels() {
+                let [sums, of_loaded] = [&first, &loaded].map(|film| film.tile_at(pixel).unwrap().part_sums(pixel));
+                assert!(sums.len() == 2 && sums.iter().all(|sum| sum.mean(0, 1) > 0.0));
+                assert_eq!(sums, of_loaded);
+            }
         }
     }
 }

@@ -104,10 +104,14 @@ impl Args {
             }
         };
         let words = with_values(words.into_iter().map(Into::into));
-        let program = if words.iter().any(|word| word == "-h") {
+        let has = |wanted: &str| words.iter().any(|word| word == wanted);
+        let program = if has("-h") {
             headings::with_groups(headings::brief(headings::grouped(Self::command())))
-        } else {
+        } else if has("--help") || has("help") || words.len() < 2 {
             headings::usual(Self::program())
+        } else {
+            // Without help, flags need no groups. Grouping the flags of all commands takes 10 ms
+            Self::command()
         };
         let mut command = program.mut_subcommands(|command| command.mut_args(negative));
         let text = words

@@ -17,7 +17,7 @@ pub(super) enum BumpContent {
 }
 
 /// Maximum number of texels that are examined.
-const MAX_TEXELS: usize = 1 << 16;
+const MAX_TEXELS: usize = 1 << 14;
 /// A picture counts as grey if the mean difference between the largest and the smallest channel is
 /// at most this number. It is not 0, because channels may differ after lossy compression.
 const GREY: f32 = 0.02;
@@ -55,27 +55,25 @@ impl BumpContent {
 
     /// Content of a coloured picture with the samples `samples`, `channels` per texel.
     fn of_texels<T: Copy>(samples: &[T], channels: usize, value: impl Fn(T) -> f32) -> Self {
-        let (mut spread, mut seen) = (0.0, 0.0);
-        let (mut linear, mut encoded) = (Vectors::default(), Vectors::default());
         // An odd step visits all columns of a picture whose width is a power of 2.
         let step = (samples.len() / channels / MAX_TEXELS) | 1;
-        for texel in samples.chunks_exact(channels).step_by(step) {
-            let rgb = [0, 1, 2].map(|c| value(texel[c]));
-            let is_opaque = channels == 3 || value(texel[3]) > 0.0;
-            if !is_opaque || !rgb.iter().all(|c| c.is_finite()) {
-                continue;
-            }
-            let [r, g, b] = rgb;
+        let texels = samples.chunks_exact(channels).step_by(step);
+        let opaque = texels.filter(|texel| channels == 3 || value(texel[3]) > 0.0);
+        let colors = opaque.map(|texel| [0, 1, 2].map(|c| value(texel[c])));
+        let colors = colors.filter(|rgb| rgb.iter().all(|c| c.is_finite()));
+
+        // Most pictures are grey, and decoding is slow, so vectors are computed only if they are
+        // needed
+        let (mut spread, mut seen) = (0.0, 0.0);
+        for [r, g, b] in colors.clone() {
             spread += r.max(g).max(b) - r.min(g).min(b);
             seen += 1.0;
-            linear.add(rgb);
-            encoded.add(rgb.map(srgb::decode));
         }
         if spread <= GREY * seen {
             Self::Heights
-        } else if linear.are_normals(seen) {
+        } else if Vectors::of(colors.clone()).are_normals(seen) {
             Self::Normals
-        } else if encoded.are_normals(seen) {
+        } else if Vectors::of(colors.map(|rgb| rgb.map(srgb::decode))).are_normals(seen) {
             Self::EncodedNormals
         } else {
             Self::Unknown
@@ -93,6 +91,12 @@ struct Vectors {
 }
 
 impl Vectors {
+    fn of(texels: impl Iterator<Item = [f32; 3]>) -> Self {
+        let mut vectors = Self::default();
+        texels.for_each(|rgb| vectors.add(rgb));
+        vectors
+    }
+
     /// Adds the vector of a texel. A black or grey texel is the background of an atlas and is
     /// skipped.
     fn add(&mut self, rgb: [f32; 3]) {

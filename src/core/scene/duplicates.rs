@@ -17,9 +17,10 @@
 use super::{LightNumbering, Scene};
 use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, retain_triangles};
 use crate::material::MaterialId;
-use crate::math::hash::mix;
+use crate::math::hash::{GOLDEN_GAMMA, mix};
 use crate::math::{Affine3A, Vec3};
 use std::collections::{HashMap, HashSet};
+use std::hash::{BuildHasherDefault, Hasher};
 
 /// Bits of a triangle's corners at shutter open and close. The corner with the smallest bits is
 /// first.
@@ -52,7 +53,7 @@ impl TriangleSamples {
     }
 
     /// Stored hashes that occur at least [`Self::MIN`] times.
-    fn frequent(&self) -> HashSet<u64> {
+    fn frequent(&self) -> SetOfHashes {
         let mut hashes = self.hashes.clone();
         hashes.sort_unstable();
         let runs = hashes.chunk_by(|a, b| a == b);
@@ -69,10 +70,10 @@ impl TriangleSamples {
         let largest = |meshes: &[(Mesh, MaterialId)]| {
             let mut counts: HashMap<TriangleKey, u64> = HashMap::new();
             for (mesh, _) in meshes {
-                let keys = mesh.triangles.iter();
-                let keys = keys.map(|corners| key_in_mesh(&mesh.positions, &mesh.positions_close, corners));
-                for key in keys.filter(|key| frequent.contains(&hash_of_key(key))) {
-                    *counts.entry(key).or_insert(0) += 1;
+                let corners = mesh.triangles.iter();
+                let corners = corners.map(|corners| Corners::in_mesh(&mesh.positions, &mesh.positions_close, corners));
+                for corners in corners.filter(|corners| frequent.contains(&corners.hash())) {
+                    *counts.entry(corners.key()).or_insert(0) += 1;
                 }
             }
             counts.into_values().max().unwrap_or(0)
@@ -82,20 +83,60 @@ impl TriangleSamples {
     }
 }
 
-/// Key of the triangle with the vertex indices `corners`. `positions_close` are the vertices at
-/// shutter close.
-fn key_in_mesh(positions: &[Vec3], positions_close: &[Vec3], corners: &[u32; 3]) -> TriangleKey {
-    let of = |positions: &[Vec3]| corners.map(|i| positions[i as usize]);
-    let close = if positions_close.is_empty() {
-        [Vec3::ZERO; 3]
-    } else {
-        of(positions_close)
-    };
-    triangle_key(of(positions), close)
+/// Corners of a triangle at shutter open, and at shutter close if it moves.
+#[derive(Clone, Copy)]
+struct Corners {
+    open: [Vec3; 3],
+    close: Option<[Vec3; 3]>,
 }
 
-fn hash_of_key(key: &TriangleKey) -> u64 {
-    hash_of(key.as_flattened())
+impl Corners {
+    /// Corners of the triangle with the vertex indices `corners`. `positions_close` are the
+    /// vertices at shutter close; empty without motion.
+    fn in_mesh(positions: &[Vec3], positions_close: &[Vec3], corners: &[u32; 3]) -> Self {
+        let of = |positions: &[Vec3]| corners.map(|i| positions[i as usize]);
+        Self {
+            open: of(positions),
+            close: (!positions_close.is_empty()).then(|| of(positions_close)),
+        }
+    }
+
+    /// Hash of the key. It is computed without the key, because hashes of all triangles are
+    /// computed. It does not depend on which corner is first, but on the winding, because it is a
+    /// sum over the directed edges.
+    fn hash(&self) -> u64 {
+        let mut hashes = self.open.map(|p| hash_of_point(p, GOLDEN_GAMMA));
+        if let Some(close) = self.close {
+            for (hash, p) in hashes.iter_mut().zip(close) {
+                *hash = hash.wrapping_add(hash_of_point(p, GOLDEN_GAMMA.rotate_left(32) | 1));
+            }
+        }
+        let [a, b, c] = hashes;
+        let edge = |from: u64, to: u64| mix(from.wrapping_sub(to.rotate_left(32)));
+        edge(a, b).wrapping_add(edge(b, c)).wrapping_add(edge(c, a))
+    }
+
+    fn key(&self) -> TriangleKey {
+        let corners = self.open.map(|p| p.to_array().map(bits));
+        let first = (0..3).min_by_key(|&i| corners[i]).unwrap_or(0);
+        let key = |corners: [[u32; 3]; 3]| {
+            let mut key = [0; 9];
+            for (i, corner) in key.chunks_exact_mut(3).enumerate() {
+                corner.copy_from_slice(&corners[(first + i) % 3]);
+            }
+            key
+        };
+        let close = self.close.unwrap_or([Vec3::ZERO; 3]);
+        [key(corners), key(close.map(|p| p.to_array().map(bits)))]
+    }
+}
+
+/// Hash of the bits of `p`: a polynomial in the odd number `base`.
+fn hash_of_point(p: Vec3, base: u64) -> u64 {
+    p.to_array()
+        .map(bits)
+        .into_iter()
+        .fold(0u64, |hash, bits| hash.wrapping_add(u64::from(bits)).wrapping_mul(base))
 }
 
 /// Removes triangles that repeat another triangle of the mesh, and returns the number of removed
@@ -109,17 +150,16 @@ pub(super) fn remove_repeated_triangles(mesh: &mut Mesh, samples: &mut TriangleS
         parts,
         ..
     } = mesh;
-    let key = |corners: &[u32; 3]| key_in_mesh(positions, positions_close, corners);
-    let hash = hash_of_key;
-    let hashes = triangles.iter().map(|corners| hash(&key(corners)));
+    let corners_of = |corners: &[u32; 3]| Corners::in_mesh(positions, positions_close, corners);
+    let hashes = triangles.iter().map(|corners| corners_of(corners).hash());
     let repeated = repeated(hashes.inspect(|hash| samples.add(*hash)), before);
     if repeated.is_empty() {
         return 0;
     }
     let mut known = HashSet::new();
     retain_triangles(triangles, parts, |corners| {
-        let key = key(corners);
-        !repeated.contains(&hash(&key)) || known.insert(key)
+        let corners = corners_of(corners);
+        !repeated.contains(&corners.hash()) || known.insert(corners.key())
     });
     (before - triangles.len()) as u64
 }
@@ -165,15 +205,14 @@ impl Scene {
     /// Counts the emitting triangles that are bit-identical to another emitting triangle at shutter
     /// open.
     pub(super) fn coincident_emitters(&self) -> CoincidentEmitters {
-        let keys = || {
+        let emitters = || {
             self.emitters()
-                .map(|(geom, prim, inst)| self.key_at_open(geom, prim, inst))
+                .map(|(geom, prim, inst)| self.corners_at_open(geom, prim, inst))
         };
-        let hash = hash_of_key;
-        let repeated = repeated(keys().map(|key| hash(&key)), self.lights.len());
+        let repeated = repeated(emitters().map(|corners| corners.hash()), self.lights.len());
         let mut counts: HashMap<TriangleKey, u64> = HashMap::new();
-        for key in keys().filter(|key| repeated.contains(&hash(key))) {
-            *counts.entry(key).or_insert(0) += 1;
+        for corners in emitters().filter(|corners| repeated.contains(&corners.hash())) {
+            *counts.entry(corners.key()).or_insert(0) += 1;
         }
         let several = || counts.values().filter(|count| **count > 1);
         CoincidentEmitters {
@@ -202,28 +241,18 @@ impl Scene {
         })
     }
 
-    fn key_at_open(&self, geom: GeomId, prim: PrimId, inst: InstanceId) -> TriangleKey {
+    fn corners_at_open(&self, geom: GeomId, prim: PrimId, inst: InstanceId) -> Corners {
         let hit = Hit::at_corner(geom, prim, inst);
-        triangle_key(self.placed(&hit, 0.0).corners, [Vec3::ZERO; 3])
+        Corners {
+            open: self.placed(&hit, 0.0).corners,
+            close: None,
+        }
     }
 }
 
 /// Bits of `value`. The bits of +0 and −0 are the same.
 fn bits(value: f32) -> u32 {
     (value + 0.0).to_bits()
-}
-
-fn triangle_key(open: [Vec3; 3], close: [Vec3; 3]) -> TriangleKey {
-    let corners = open.map(|p| p.to_array().map(bits));
-    let first = (0..3).min_by_key(|&i| corners[i]).unwrap_or(0);
-    let key = |corners: [[u32; 3]; 3]| {
-        let mut key = [0; 9];
-        for (i, corner) in key.chunks_exact_mut(3).enumerate() {
-            corner.copy_from_slice(&corners[(first + i) % 3]);
-        }
-        key
-    };
-    [key(corners), key(close.map(|p| p.to_array().map(bits)))]
 }
 
 fn hash_of(words: &[u32]) -> u64 {
@@ -233,10 +262,31 @@ fn hash_of(words: &[u32]) -> u64 {
     })
 }
 
+/// Set of hashes.
+type SetOfHashes = HashSet<u64, BuildHasherDefault<SameHash>>;
+
+/// Hasher of a number that is a hash: returns the number.
+#[derive(Clone, Copy, Debug, Default)]
+struct SameHash(u64);
+
+impl Hasher for SameHash {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|&byte| self.0 = self.0 << 8 | u64::from(byte));
+    }
+
+    fn write_u64(&mut self, hash: u64) {
+        self.0 = hash;
+    }
+}
+
 /// Hashes that occur more than once. The set also contains a few hashes that occur once, because
 /// another hash had set the same bit. `count` is the number of all hashes.
-fn repeated(hashes: impl Iterator<Item = u64>, count: usize) -> HashSet<u64> {
-    let mut repeated = HashSet::new();
+fn repeated(hashes: impl Iterator<Item = u64>, count: usize) -> SetOfHashes {
+    let mut repeated = SetOfHashes::default();
     let bits = (16 * count as u64).next_power_of_two();
     let mut seen = vec![0u64; (bits / 64).max(1) as usize];
     for hash in hashes {

@@ -14,6 +14,7 @@ pub(super) struct Counts {
     pub lines: usize,
     pub elements: [usize; 3],
     faces: usize,
+    /// Corners of faces; too many if several blanks follow one another.
     corners: usize,
 }
 
@@ -34,7 +35,7 @@ impl Counts {
                 b"vn" => counts.elements[2] += 1,
                 b"f" | b"fo" => {
                     counts.faces += 1;
-                    counts.corners += rest.split_ascii_whitespace().count();
+                    counts.corners += 1 + rest.bytes().filter(|&b| b == b' ' || b == b'\t').count();
                 }
                 b"o" => names[0] = Some(statement),
                 b"g" => names[1] = Some(statement),

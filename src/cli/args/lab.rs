@@ -27,8 +27,9 @@ Files:
   PREFIX-curves.csv, .svg relMSE at 1, 4, 16, 64, ... samples
 Without --reference, the last unbiased estimator that finds all light (path, naive, one-sample,
 bdpt, pssmlt or mlt) renders the reference. This takes 64 times its time: with --time 10s about
-11 minutes. An interrupt writes the estimators that are complete; it writes no errors if the
-reference is incomplete.
+11 minutes. A warning says if the reference has much noise, or lacks light that sppm finds.
+An interrupt writes the estimators that are complete; it writes no errors if the reference is
+incomplete.
 Examples:
   embrasure lab scenes/cornell-box.toml --size 256x256 --html box.html
   embrasure lab scenes/cornell-box.toml --size 256x256 --methods sppm,vcm,bdpt --spp 1,4,16

@@ -81,7 +81,11 @@ fn the_lab_compares_the_ladder() {
         folder.path(),
         &["lab", "s.toml", "--methods", "bdpt, sppm", "--spp", "1", "-o", "judged"],
     );
-    assert!(words(&out).contains("reference: bdpt, 64 samples"), "{}", words(&out));
+    assert!(
+        words(&out).contains("reference: bdpt, 64 samples of other seeds"),
+        "{}",
+        words(&out)
+    );
     let said = refused(folder.path(), &split("lab s.toml --methods whitted,sppm,vcm"), 2);
     assert!(said.contains("--reference FILE"), "{said}");
     done(
@@ -340,6 +344,51 @@ fn interrupt_writes_complete_estimators() {
             }
         }
     }
+}
+
+/// `path` finds no light below the water of the pool, which only photons find. The reference
+/// therefore lacks light, and all results say so.
+#[test]
+fn reference_without_caustics_is_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/pool.toml");
+    let line = "--size 48x40 --spp 1 --methods path,naive:max_depth=4 --html l.html -o l";
+    let out = done(folder.path(), &joined(&["lab", scene], &split(line)));
+    let said = words(&out);
+    assert!(said.contains("warning: The reference lacks light: in "), "{said}");
+    assert!(said.contains("--integrator sppm or vcm"), "{said}");
+    let table = fs::read_to_string(folder.path().join("l.md")).unwrap();
+    assert!(table.contains("**Warning.** The reference lacks light"), "{table}");
+    let data = data(&folder.path().join("l.html"));
+    let warnings: Vec<&str> = data["warnings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter_map(Value::as_str)
+        .collect();
+    assert!(
+        warnings
+            .iter()
+            .any(|text| text.starts_with("The reference lacks light")),
+        "{warnings:?}"
+    );
+    assert!(data["witness"]["picture"].is_string());
+}
+
+/// A reference by an estimator with much noise is reported, and a converged reference is not.
+#[test]
+fn noisy_reference_is_reported() {
+    let folder = lit_floor();
+    let said = |methods: &str| {
+        let line = format!("lab s.toml --spp 4 --methods {methods} -q -o n");
+        words(&done(folder.path(), &split(&line)))
+    };
+    assert_eq!(said("naive,path"), "");
+    let noisy = said("path,naive:directions=uniform");
+    assert!(
+        noisy.contains("warning: The reference has not converged: its own noise"),
+        "{noisy}"
+    );
 }
 
 /// The page needs no other files.

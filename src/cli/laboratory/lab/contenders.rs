@@ -19,7 +19,7 @@ pub(super) struct Contender {
 }
 
 impl Contender {
-    fn new(name: impl Into<String>, lesson: Lesson, settings: Settings) -> Self {
+    pub fn new(name: impl Into<String>, lesson: Lesson, settings: Settings) -> Self {
         Self {
             name: name.into(),
             lesson,
@@ -36,6 +36,22 @@ impl Contender {
     /// First line of the reason why the estimator is not rendered.
     pub fn refusal(&self) -> Option<&str> {
         self.refused.as_deref()?.lines().next()
+    }
+
+    /// The estimator without a denoiser, and with the seed of the contender plus `shift`, so that
+    /// its errors are independent.
+    pub fn with_seed(&self, shift: u64) -> Self {
+        Self {
+            name: self.name.clone(),
+            lesson: self.lesson.clone(),
+            settings: Settings {
+                seed: self.settings.seed.wrapping_add(shift),
+                denoiser: None,
+                denoise_radius: None,
+                ..self.settings.clone()
+            },
+            refused: None,
+        }
     }
 
     /// Returns true if the estimator is unbiased and finds all light, so that it can make the

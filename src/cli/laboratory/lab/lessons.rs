@@ -5,7 +5,7 @@ use crate::options::{IntegratorKind, OptionGroup, Parameter};
 use crate::session::Settings;
 
 /// Description and paper of a contender.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Lesson {
     pub sentence: String,
     /// Paper of the method; `None` for a method without a paper.

@@ -2,7 +2,8 @@
 //!
 //! `contenders` lists the estimators, `lessons` describes them, and `budget` limits their samples
 //! or time. `renderer` orders the renders and makes the reference. `runs` renders an estimator,
-//! with a snapshot at each point of the curves. `tables`, `sheet`, `curves` and `page` write the
+//! with a snapshot at each point of the curves. `verdict` checks the reference.
+//! `tables`, `sheet`, `curves` and `page` write the
 //! result.
 
 mod bounces;
@@ -15,6 +16,7 @@ mod renderer;
 mod runs;
 mod sheet;
 mod tables;
+mod verdict;
 
 use crate::cli::args::{Flags, LabArgs, RenderArgs};
 use crate::cli::error::CliError;
@@ -29,14 +31,15 @@ use crate::compare::Errors;
 use crate::files::{MemoryLimit, Output, in_words};
 use crate::io::write_contact_sheet;
 use crate::options::{Denoising, IntegratorKind, IntegratorOptions, SamplingOptions};
-use crate::session::Session;
+use crate::session::{Session, Settings};
 use budget::Budget;
 use contenders::{Contender, idle_keys, ladder, methods};
 use renderer::{ContenderRenderer, Reference};
-use runs::ContenderRun;
+use runs::{ContenderRun, Snapshot};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use verdict::Verdict;
 
 /// Results of a comparison.
 struct Comparison {
@@ -50,6 +53,8 @@ struct Comparison {
     reference: Option<Reference>,
     /// Tone of the pictures.
     tone: Tone,
+    /// Verdict on the reference.
+    verdict: Verdict,
 }
 
 impl Comparison {
@@ -153,9 +158,19 @@ pub(in crate::cli) fn lab(args: &LabArgs) -> Result<ExitCode, CliError> {
         runs,
         reference,
         tone: tone.unwrap_or_default(),
+        verdict: Verdict::default(),
     };
     comparison.measure()?;
+    comparison.judge(&mut renderer, &job.settings)?;
     files.write(&comparison, args.quiet)?;
+    for fault in &comparison.verdict.faults {
+        printing::warning(format_args!("{}\n  help: {}", fault.text(), fault.help()));
+    }
+    if let Some(reason) = &comparison.verdict.unchecked {
+        printing::note(format_args!(
+            "the reference was not checked for missing light: {reason}"
+        ));
+    }
     if is_interrupted() {
         Err(CliError::Interrupted(comparison.interruption()))
     } else {
@@ -212,10 +227,10 @@ impl LabFiles {
     fn write(&self, comparison: &Comparison, quiet: bool) -> Result<(), CliError> {
         let (panels, columns) = comparison.panels();
         write_contact_sheet(&self.sheet, &panels, columns)?;
-        let table = comparison.markdown();
+        let table = comparison.table();
         let texts = [
             (&self.csv, comparison.csv()),
-            (&self.markdown, table.clone()),
+            (&self.markdown, comparison.markdown()),
             (&self.curves_csv, comparison.curves_csv()),
             (&self.curves, curves::svg(comparison, SvgTarget::File)),
         ];
@@ -314,6 +329,19 @@ impl Comparison {
             let errors = errors.map_err(|e| CliError::Failed(format!("--reference: {e}")))?;
             snapshot.rel_mse = Some(errors.rel_mse);
             snapshot.block_rel_mse = Some(errors.block_rel_mse[1]);
+        }
+        Ok(())
+    }
+
+    /// Judges the reference, if there is one.
+    fn judge(&mut self, renderer: &mut ContenderRenderer, base: &Settings) -> Result<(), CliError> {
+        if let Some(reference) = self.reference.as_ref().filter(|_| !is_interrupted()) {
+            let last = || self.rendered().filter_map(|(_, run)| run.snapshots.last());
+            let samples = last().map(|snapshot| snapshot.samples).max().unwrap_or(1);
+            let smallest = last()
+                .filter_map(|snapshot: &Snapshot| snapshot.rel_mse)
+                .min_by(f64::total_cmp);
+            self.verdict = Verdict::new(renderer, base, reference, (samples, smallest))?;
         }
         Ok(())
     }

@@ -88,14 +88,22 @@ fn data(comparison: &Comparison) -> io::Result<Value> {
         let picture = pictures.picture(&reference.image)?;
         io::Result::Ok(json!({ "name": reference.name, "samples": reference.samples, "picture": picture }))
     });
+    let faults = comparison.verdict.faults.iter();
+    let warnings = faults.map(|fault| format!("{} To mend this, {}.", fault.text(), fault.help()));
+    let witness = comparison.verdict.witness.as_ref().map(|(image, iterations)| {
+        let picture = pictures.picture(image)?;
+        io::Result::Ok(json!({ "samples": iterations, "picture": picture }))
+    });
     let signed = |share: f32| false_color::diverging(2.0 * share - 1.0);
     let magnitude = |share: f32| false_color::magma((2.0 * share - 1.0).abs());
     Ok(json!({
         "summary": pictures.summary(),
+        "warnings": warnings.collect::<Vec<_>>(),
         "size": [width / pictures.factor, height / pictures.factor],
         "measure": measure,
         "estimators": estimators?,
         "reference": reference.transpose()?,
+        "witness": witness.transpose()?,
         "palettes": { "signed": palette(signed), "magnitude": palette(magnitude) },
     }))
 }

@@ -3,10 +3,11 @@
 
 use super::budget::Budget;
 use super::contenders::Contender;
-use super::runs::{self, ContenderRun, Snapshot};
+use super::runs::{self, ContenderRun};
 use crate::cli::error::CliError;
 use crate::cli::job::Job;
 use crate::cli::progress::is_interrupted;
+use crate::compare::Errors;
 use crate::film::RgbImage;
 use crate::io::read_exr;
 use crate::session::{Session, Settings};
@@ -23,9 +24,26 @@ pub(super) struct Reference {
     /// Samples per pixel; `None` if the reference is a file.
     pub samples: Option<u32>,
     pub image: RgbImage,
+    /// relMSE of `image` by its own noise; `None` if the reference is a file.
+    pub rel_mse: Option<f64>,
 }
 
 impl Reference {
+    /// Mean of two pictures of the same scene with `samples` samples each, of different seeds.
+    fn of_halves(name: String, samples: u32, halves: [RgbImage; 2]) -> Self {
+        let [first, second] = &halves;
+        let image = mean_of(first, second);
+        // The squared difference between a half and the mean is, on average, the squared error of
+        // the mean: (a − b)² / 4 has the mean (V + V) / 4 = V / 2 if each half has the variance V.
+        let rel_mse = Errors::new(first, &image).ok().map(|errors| errors.rel_mse);
+        Self {
+            name,
+            samples: Some(samples.saturating_mul(2)),
+            image,
+            rel_mse,
+        }
+    }
+
     /// Text lines with the name and the number of samples.
     pub fn lines(&self) -> Vec<String> {
         let samples = self.samples.map(|samples| format!("{samples} samples"));
@@ -50,7 +68,18 @@ impl Reference {
             name: path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             samples: None,
             image,
+            rel_mse: None,
         })
+    }
+}
+
+/// Mean of two pictures of the same size.
+pub(super) fn mean_of(first: &RgbImage, second: &RgbImage) -> RgbImage {
+    let pairs = first.pixels.iter().zip(&second.pixels);
+    let mean = |(a, b): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]));
+    RgbImage {
+        pixels: pairs.map(mean).collect(),
+        ..*first
     }
 }
 
@@ -93,7 +122,7 @@ impl ContenderRenderer<'_> {
     }
 
     /// A session with a scene that is valid for `contender`.
-    fn session_for(&mut self, contender: &Contender) -> Result<Session, CliError> {
+    pub fn session_for(&mut self, contender: &Contender) -> Result<Session, CliError> {
         let serves = |session: &Session| contender.shares_scene(session.settings());
         match self.session.take().filter(serves) {
             Some(session) => Ok(session),
@@ -101,39 +130,45 @@ impl ContenderRenderer<'_> {
         }
     }
 
-    /// Reference rendered by `contender` with more samples than `run`; `None` after an interrupt.
+    /// Reference rendered by `contender` with more samples than `run`, as the mean of two halves;
+    /// `None` after an interrupt.
     pub fn reference(&mut self, contender: &Contender, run: &ContenderRun) -> Result<Option<Reference>, CliError> {
         let Some(last) = run.snapshots.last() else {
             return Ok(None);
         };
-        let samples = last.samples.saturating_mul(REFERENCE_FACTOR);
+        let samples = last.samples.saturating_mul(REFERENCE_FACTOR / 2);
         if !self.quiet {
             let seconds = last.seconds * f64::from(REFERENCE_FACTOR);
             errln!(
-                "reference: {}, {samples} samples of another seed, about {seconds:.0} s",
-                contender.name
+                "reference: {}, {} samples of other seeds, about {seconds:.0} s",
+                contender.name,
+                u64::from(samples) * 2
             );
         }
-        // Another seed makes the errors of the reference independent.
-        let judge = Contender {
-            name: contender.name.clone(),
-            lesson: contender.lesson.clone(),
-            settings: Settings {
-                seed: contender.settings.seed.wrapping_add(1),
-                denoiser: None,
-                denoise_radius: None,
-                ..contender.settings.clone()
-            },
-            refused: None,
+        let [Some(first), Some(second)] = [
+            self.picture(&contender.with_seed(1), samples)?,
+            self.picture(&contender.with_seed(2), samples)?,
+        ] else {
+            return Ok(None);
         };
-        let session = self.session_for(&judge)?;
+        Ok(Some(Reference::of_halves(
+            contender.name.clone(),
+            samples,
+            [first, second],
+        )))
+    }
+
+    /// Picture of `contender` with `samples` samples per pixel; `None` after an interrupt.
+    pub fn picture(&mut self, contender: &Contender, samples: u32) -> Result<Option<RgbImage>, CliError> {
+        if is_interrupted() {
+            return Ok(None);
+        }
+        let session = self.session_for(contender)?;
         let renderer = session.renderer()?;
-        let mut run = runs::run(&renderer, &judge, &[Budget::Samples(samples)], self.quiet)?;
+        let mut run = runs::run(&renderer, contender, &[Budget::Samples(samples)], self.quiet)?;
+        drop(renderer);
+        self.session = Some(session);
         let whole = run.snapshots.pop().filter(|_| !run.is_interrupted);
-        Ok(whole.map(|Snapshot { image, .. }| Reference {
-            name: judge.name,
-            samples: Some(samples),
-            image,
-        }))
+        Ok(whole.map(|snapshot| snapshot.image))
     }
 }

@@ -13,7 +13,7 @@ const COLUMNS: usize = 4;
 
 impl Comparison {
     /// Panels of the sheet, and their number per row. With several budgets each estimator has a
-    /// row, and the reference has the last row.
+    /// row, and the reference has the last row, beside the picture that shows its missing light.
     pub fn panels(&self) -> (Vec<Panel>, usize) {
         let columns = match self.budgets.len() {
             1 => COLUMNS,
@@ -28,9 +28,19 @@ impl Comparison {
             panels.extend(cells);
         }
         if let Some(reference) = &self.reference {
+            let faults = self.verdict.labels().collect();
             panels.push(Panel {
-                label: [vec!["reference".into()], reference.lines()].concat(),
+                label: [vec!["reference".into()], reference.lines(), faults].concat(),
                 image: shown(&reference.image, &self.tone),
+            });
+        }
+        if let Some((image, iterations)) = &self.verdict.witness {
+            panels.push(Panel {
+                label: vec![
+                    format!("check: sppm, {iterations} iterations"),
+                    "has light that the reference lacks".into(),
+                ],
+                image: shown(image, &self.tone),
             });
         }
         (panels, columns)

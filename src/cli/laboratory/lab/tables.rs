@@ -31,8 +31,15 @@ impl Comparison {
         text
     }
 
-    /// Markdown with the table of results, and a list of the slopes of the curves.
+    /// [`Comparison::table`], and the faults of the reference.
     pub fn markdown(&self) -> String {
+        let faults = self.verdict.faults.iter();
+        let faults = faults.map(|fault| format!("\n**Warning.** {} To mend this, {}.\n", fault.text(), fault.help()));
+        self.table() + &faults.collect::<String>()
+    }
+
+    /// Markdown with the table of results, and a list of the slopes of the curves.
+    pub fn table(&self) -> String {
         let mut text = String::from(
             "| estimator | samples | seconds | relMSE | relMSE of blocks | efficiency |\n|---|---|---|---|---|---|\n",
         );

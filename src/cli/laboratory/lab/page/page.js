@@ -68,6 +68,14 @@ if (data.reference) {
   shown.figures.textContent = count ? samples(count) : "";
   show(shown, "picture", picture, "reference", false);
 }
+if (data.witness) {
+  const { samples: count, picture } = data.witness;
+  const shown = figure({ name: "check of the reference: sppm", points: [] }, -1);
+  shown.figures.textContent = `${count} iterations; it has light that the reference lacks`;
+  show(shown, "picture", picture, "check of the reference", false);
+}
+byId("warnings").hidden = data.warnings.length === 0;
+byId("warnings").append(...data.warnings.map((warning) => make("li", {}, warning)));
 
 /** Factor within which samples or times count as equal. Times differ by up to a tenth, because a render can end only after a whole sample or a whole pass. */
 const TOLERANCE = { samples: 1, seconds: 1.1 };

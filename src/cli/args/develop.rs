@@ -16,6 +16,7 @@ Examples:
   embrasure develop room.exr --list
   embrasure develop room.exr --channel Z -o depth.png
   embrasure develop room.exr --matte 'Sofa*' -o sofa.png
+  embrasure develop room.exr -o 'masks/{part}.png'
   embrasure develop cycles.exr --channel ViewLayer.Combined --denoise -o clean.exr -o clean.png
   embrasure develop sky.exr -o 'sky_{face}.png'
   embrasure develop room.exr --crop 100,50,300,200 --scale 2 -o detail.png")]
@@ -26,6 +27,7 @@ pub(in crate::cli) struct DevelopArgs {
     /// Picture to write, .png (display, false colours) or .exr (linear); repeatable
     ///
     /// {face} in the name writes the faces of a cube map: right, left, up, down, front and back.
+    /// {part}, {object} or {material} writes a mask for each of them (--matte selects some).
     #[arg(short, long, value_name = "FILE", required_unless_present = "list")]
     pub output: Vec<PathBuf>,
 
@@ -40,7 +42,7 @@ pub(in crate::cli) struct DevelopArgs {
     #[arg(long, value_name = "GLOB", conflicts_with_all = ["channel", "list", "denoise", "lines", "exposure", "tone"])]
     pub matte: Option<String>,
 
-    /// List layers and channels
+    /// List layers, channels and names of mattes, each with the flag that writes it
     #[arg(long, conflicts_with_all = ["output", "channel"])]
     pub list: bool,
 

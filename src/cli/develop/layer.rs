@@ -1,7 +1,7 @@
 //! Layers of an EXR file: channels grouped by the naming conventions of renderers.
 
 use crate::film::{LINES, Rect};
-use crate::io::{LayerChannel, Layers, SampleKind};
+use crate::io::{LayerChannel, Layers, Mattes, SampleKind};
 use crate::options::nearest;
 use serde_json::{Value, json};
 
@@ -162,7 +162,15 @@ impl Layer {
             "channels": channels,
             "samples": self.samples(layers).map(SampleKind::name),
             "window": [window.min.x, window.min.y, window.max.x, window.max.y],
+            "names": self.names(layers),
         })
+    }
+
+    /// Names of the mattes of the layer; `None` if the layer has no mattes.
+    fn names<'a>(&self, layers: &'a Layers) -> Option<Vec<&'a str>> {
+        let is_of = |mattes: &&Mattes| self.kind == LayerKind::Matte && self.name.starts_with(&mattes.layer);
+        let mattes = layers.mattes.iter().find(is_of)?;
+        Some(mattes.names.iter().map(|(name, _)| name.as_str()).collect())
     }
 
     /// Number format of all components; `None` if they differ.

@@ -5,8 +5,9 @@ use crate::cli::args::DevelopArgs;
 use crate::cli::error::CliError;
 use crate::cli::outputs::Images;
 use crate::cli::printing;
+use crate::files::Output;
 use crate::film::{Channel, Image};
-use crate::io::{DevelopedPicture, ExrFormat, FileError, Format, Layers, png_bytes};
+use crate::io::{DevelopedPicture, ExrFormat, FileError, Format, Layers, MatteMask, png_bytes};
 use crate::options::nearest;
 use std::io::Write;
 use std::process::ExitCode;
@@ -14,9 +15,7 @@ use std::process::ExitCode;
 /// Maximum number of names in a message.
 const MAX_NAMES: usize = 8;
 
-/// Writes the mask of the names that match `pattern`: the coverage of each pixel, 0 to 1. The 8-bit
-/// values of a PNG are proportional to the coverage, without a tone curve. An EXR has the channel
-/// `Y`.
+/// Writes the mask of the names that match `pattern`.
 pub(super) fn write(
     args: &DevelopArgs,
     layers: &Layers,
@@ -27,6 +26,44 @@ pub(super) fn write(
     let Some(mask) = layers.mask(pattern) else {
         return Err(no_match(args, layers, pattern).into());
     };
+    let (layer, is_empty) = (mask.layer.clone(), mask.is_empty());
+    let names = quoted(&mask.names);
+    write_mask(args, layers, (mask, pattern), files, exr)?;
+    if !args.quiet {
+        errln!("matte of {layer}: {names}");
+    }
+    if is_empty {
+        printing::warning(format_args!(
+            "the mask is empty, because no pixel shows {names}\n  help: {WHY_EMPTY}"
+        ));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Reasons for an empty mask.
+pub(super) const WHY_EMPTY: &str = "surfaces are outside of the picture, behind or inside of other surfaces, or smaller than the distance of the samples";
+
+/// List of the first `names` for messages.
+pub(super) fn quoted(names: &[String]) -> String {
+    let shown: Vec<String> = names.iter().take(MAX_NAMES).map(|name| format!("`{name}`")).collect();
+    let more = names.len().saturating_sub(MAX_NAMES);
+    let more = match more {
+        0 => String::new(),
+        more => format!(" and {}", printing::count(more as u64, "other name")),
+    };
+    shown.join(", ") + &more
+}
+
+/// Writes `mask`, which was selected by `pattern`: the coverage of each pixel, 0 to 1. The 8-bit
+/// values of a PNG are proportional to the coverage, without a tone curve. An EXR has the channel
+/// `Y`.
+pub(super) fn write_mask(
+    args: &DevelopArgs,
+    layers: &Layers,
+    (mask, pattern): (MatteMask, &str),
+    files: &[(Format, Output)],
+    exr: &ExrFormat,
+) -> Result<(), CliError> {
     let mut image = Image {
         resolution: layers.resolution,
         crop: mask.window,
@@ -47,7 +84,7 @@ pub(super) fn write(
     let image = scaled(image, size, true);
     let size = image.crop.size().to_array();
     let mut failures: Vec<FileError> = Vec::new();
-    for (format, output) in files.iter() {
+    for (format, output) in files {
         let written = match format {
             Format::Exr(_) => DevelopedPicture {
                 image: image.clone(),
@@ -66,28 +103,14 @@ pub(super) fn write(
         };
         failures.extend(written.err());
     }
-    if !failures.is_empty() {
-        return Err(CliError::of_failures(&failures));
+    match failures.as_slice() {
+        [] => Ok(()),
+        failures => Err(CliError::of_failures(failures)),
     }
-    if !args.quiet {
-        let shown = mask.names.iter().take(MAX_NAMES).map(|name| format!("`{name}`"));
-        let more = mask.names.len().saturating_sub(MAX_NAMES);
-        errln!(
-            "matte of {}: {}{}",
-            mask.layer,
-            shown.collect::<Vec<_>>().join(", "),
-            if more > 0 {
-                format!(" and {}", printing::count(more as u64, "other name"))
-            } else {
-                String::new()
-            }
-        );
-    }
-    Ok(ExitCode::SUCCESS)
 }
 
 /// Error for a pattern that matches no name. The error lists names that the file has.
-fn no_match(args: &DevelopArgs, layers: &Layers, pattern: &str) -> FileError {
+pub(super) fn no_match(args: &DevelopArgs, layers: &Layers, pattern: &str) -> FileError {
     if layers.mattes.is_empty() {
         return FileError::new(&args.input, "has no mattes").help("render with --aov cryptomatte");
     }

@@ -7,6 +7,7 @@
 mod figure;
 mod layer;
 mod matte;
+mod matte_set;
 
 use super::args::{DevelopArgs, Scale};
 use super::error::CliError;
@@ -21,10 +22,14 @@ use crate::math::UVec2;
 use crate::options::{Denoising, LineColor, OptionGroup, Value};
 use crate::session::PictureParts;
 use layer::{Layer, LayerKind};
+use matte_set::PLACEHOLDERS;
 use std::process::ExitCode;
 
 /// Maximum number of pixels per side of a picture.
 const MAX_SIDE: f64 = 65536.0;
+
+/// Maximum number of names of each Cryptomatte layer in the text of `--list`. JSON has all names.
+const MAX_LISTED: usize = 100;
 
 /// Develops the file, or lists its contents.
 pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
@@ -36,6 +41,9 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
     }
     let mut outputs = Outputs::default();
     let exr = args.exr.format()?;
+    if let Some(kind) = matte_set::Kind::of(args)? {
+        return matte_set::write(args, &layers(args)?, kind, &mut outputs, &exr);
+    }
     // Use the default tone here: the tone of the picture is known only after the file is read.
     let files = outputs.prepare_images(&args.output, Tone::default(), &exr)?;
     let has_faces = files.has_faces();
@@ -187,7 +195,29 @@ fn list(layers: &Layers, json: bool) {
         printing::count(layers.channels.len() as u64, "channel")
     );
     for layer in all {
-        outln!("  {}", layer.describe(layers));
+        let flag = match layer.kind {
+            LayerKind::Matte => "--matte NAME".into(),
+            _ if layer.is_picture => "no flag".into(),
+            _ => format!("--channel {}", layer.title()),
+        };
+        outln!("  {}; {flag}", layer.describe(layers));
+    }
+    for mattes in &layers.mattes {
+        let kind = PLACEHOLDERS.iter().find(|(_, layer)| mattes.layer.ends_with(layer));
+        let all = kind.map_or(String::new(), |(name, _)| {
+            format!("; a file for each name: -o '{{{name}}}.png'")
+        });
+        outln!(
+            "{} has {}{all}",
+            mattes.layer,
+            printing::count(mattes.names.len() as u64, "name")
+        );
+        for (name, _) in mattes.names.iter().take(MAX_LISTED) {
+            outln!("  {name}; --matte '{name}'");
+        }
+        if mattes.names.len() > MAX_LISTED {
+            outln!("  and {} more (--json lists all)", mattes.names.len() - MAX_LISTED);
+        }
     }
 }
 

@@ -18,6 +18,13 @@ pub struct MatteMask {
     pub values: Vec<f32>,
 }
 
+impl MatteMask {
+    /// Returns true if no pixel shows the names.
+    pub fn is_empty(&self) -> bool {
+        self.values.iter().all(|&share| share <= 0.0)
+    }
+}
+
 impl Layers {
     /// Mask of all names that match `pattern`: `GLOB`, or `LAYER:GLOB` for the names of one layer.
     /// Without `LAYER`, the first layer with a match is used: parts, then objects, then other
@@ -41,6 +48,13 @@ impl Layers {
                 matching.map(|(name, id)| (name.clone(), id.to_bits())).unzip();
             (!names.is_empty()).then(|| self.covered(&mattes.layer, names, &ids))?
         })
+    }
+
+    /// Mask of `name`, a name of the layer `mattes`. `None` if the layer does not have the name, or
+    /// the file does not have the channels of the layer.
+    pub fn mask_of(&self, mattes: &Mattes, name: &str) -> Option<MatteMask> {
+        let (name, id) = mattes.names.iter().find(|(known, _)| known == name)?;
+        self.covered(&mattes.layer, vec![name.clone()], &HashSet::from([id.to_bits()]))
     }
 
     /// Mask of the names `names` of a layer. `ids` are the bits of the ids of these names. `None`

@@ -447,6 +447,86 @@ fn invalid_develop_arguments_are_errors() {
     assert_eq!(out.status.code(), Some(2));
 }
 
+/// `{part}` in the name writes a mask for each part. Each mask equals the mask of `--matte`. Parts
+/// that no pixel shows have no file, and are named.
+#[test]
+fn each_part_gets_a_mask_of_its_own() {
+    let folder = folder(&[(
+        "p.obj",
+        "o left/a\nv -1 0 0\nv -0.2 0 0\nv -0.2 1 0\nf 1 2 3\no right\nv 0.2 0 0\nv 1 0 0\nv 1 1 0\nf 4 5 6\n\
+         o behind\nv 0.9 0.3 -0.1\nv 0.95 0.3 -0.1\nv 0.95 0.35 -0.1\nf 7 8 9\no away\nv 90 0 0\nv 91 0 0\nv 91 1 0\nf 10 11 12\n",
+    )]);
+    let at = folder.path();
+    let camera = "--position 0,0.5,3 --look-at 0,0.5,0 --up 0,1,0 --fov 40 --no-ground --env white";
+    let line = format!("render p.obj -q --size 48x32 --spp 4 --aov cryptomatte {camera} -o p.exr");
+    done(at, &split(&line));
+    let said = words(&done(at, &["develop", "p.exr", "-o", "masks/{part}.png"]));
+    assert!(
+        said.contains("2 masks of parts -> masks/left_a.png … masks/right.png"),
+        "{said}"
+    );
+    assert!(
+        said.contains("no mask is written for 2 parts that no pixel shows: `away`, `behind`"),
+        "{said}"
+    );
+    assert!(said.contains("help: surfaces are outside of the picture"), "{said}");
+    let mut files: Vec<String> = std::fs::read_dir(at.join("masks"))
+        .unwrap()
+        .map(|file| file.unwrap().file_name().into_string().unwrap())
+        .collect();
+    files.sort();
+    assert_eq!(files, ["left_a.png", "right.png"]);
+    done(at, &split("develop p.exr -q --matte right -o one.png"));
+    assert!(png_of(&at.join("one.png")) == png_of(&at.join("masks/right.png")));
+    // A pattern selects names, and each kind has a placeholder.
+    done(
+        at,
+        &["develop", "p.exr", "-q", "--matte", "r*", "-o", "some/{part}.exr"],
+    );
+    assert_eq!(std::fs::read_dir(at.join("some")).unwrap().count(), 1);
+    done(
+        at,
+        &["develop", "p.exr", "-q", "-o", "{object}.png", "-o", "{object}.exr"],
+    );
+    assert!(at.join("p.png").exists());
+    // The mask of a name without a visible pixel is black, with a warning.
+    let said = words(&done(at, &split("develop p.exr --matte away -o away.png")));
+    assert!(
+        said.contains("warning: the mask is empty, because no pixel shows `away`"),
+        "{said}"
+    );
+    assert!(png_of(&at.join("away.png")).2.iter().all(|&code| code == 0));
+    for (line, expected) in [
+        ("develop p.exr -o {part}.png -o x.png", "by separate commands"),
+        ("develop p.exr --channel Z -o {part}.png", "leave these flags out"),
+        ("develop p.exr --exposure 1 -o {part}.png", "leave these flags out"),
+    ] {
+        let said = refused(at, &split(line), 2);
+        assert!(said.contains(expected), "{line}: {said}");
+    }
+    let said = refused(at, &split("develop p.exr --matte q* -o {part}.png"), 1);
+    assert!(said.contains("no part, object or material matches `q*`"), "{said}");
+    // The list has the flag of each layer and name.
+    let listed = printed(&done(at, &split("develop p.exr --list")));
+    for line in [
+        "  RGB (R G B): light, float; no flag\n",
+        "; --channel albedo\n",
+        "CryptoPart has 5 names; a file for each name: -o '{part}.png'\n",
+        "  left/a; --matte 'left/a'\n",
+        "-o '{material}.png'\n",
+    ] {
+        assert!(listed.contains(line), "{line}: {listed}");
+    }
+    let all = json(&done(at, &split("develop p.exr --list --json")));
+    let layers = all.as_array().unwrap();
+    let parts = layers.iter().find(|layer| layer["name"] == "CryptoPart00").unwrap();
+    assert_eq!(
+        parts["names"],
+        serde_json::json!(["away", "behind", "left/a", "p", "right"])
+    );
+    assert!(layers[0]["names"].is_null());
+}
+
 /// The mask of a material is the coverage of the material in each pixel. The masks of all materials
 /// add up to the coverage of all objects.
 #[test]

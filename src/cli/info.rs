@@ -4,13 +4,13 @@ use super::args::{RenderArgs, SceneArgs};
 use super::error::CliError;
 use super::job::{guess_picture, guesses, read_scene};
 use super::printing;
-use crate::geometry::PartNames;
+use crate::geometry::{Mesh, PartNames};
 use crate::guess::position_text;
 use crate::io::Warning;
 use crate::light::LightId;
-use crate::material::MaterialId;
+use crate::material::{Material, MaterialId};
 use crate::math::{DVec3, Vec3};
-use crate::scene::{LampSize, PartSize, Scene, SceneBuilder};
+use crate::scene::{Ground, LampSize, PartSize, Scene, SceneBuilder};
 use crate::scene_file::{LightType, LoadedScene, load_scene};
 use crate::session::{
     CameraSettings, FoundCamera, LitWords, Memory, Settings, all_threads, camera_and_lit, thread_pool,
@@ -43,12 +43,14 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let found = camera_and_lit(&file, &settings, (&scene, &warnings), &pool).ok();
     let (camera, lit) = found.map_or((None, None), |(camera, lit)| (Some(camera), lit));
     let guess = lit.as_ref().and_then(|lit| lit.words.clone());
+    let geometry = Geometry::of(&scene);
     if let Some(lit) = lit {
         file = lit.file;
         // Only one of the two scenes is in memory at a time.
         drop(scene);
         LoadedScene { scene, warnings, .. } = load_scene(&file, SceneBuilder::new())?;
     }
+    let added = scene.triangle_count().saturating_sub(geometry.triangles);
     let bounds = scene.bounds();
     let memory = Memory::new(&scene, &settings);
     // The kinds of lights in scene files, and the emitting triangles of meshes
@@ -58,16 +60,21 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     let groups = scene.light_groups();
     let members = |group: usize| (0..scene.lights().len()).filter(move |&id| groups.of(LightId(id as u32)) == group);
     let (parts, names) = (scene.part_sizes(), scene.part_names());
+    let of_ground = scene
+        .ground()
+        .map(|ground| scene.shape(ground.geom()).material.0 as usize);
+    let is_of_file = |(id, _): &(usize, &Material)| Some(*id) != of_ground;
     let mut info = json!({
         "scene": args.scene.display().to_string(),
-        "meshes": scene.meshes().len(),
-        "triangles": scene.triangle_count(),
-        "instances": scene.instances().len(),
-        "placed_triangles": scene.placed_triangle_count(),
+        "meshes": geometry.meshes,
+        "triangles": geometry.triangles,
+        "added_triangles": added,
+        "instances": geometry.instances,
+        "placed_triangles": geometry.placed_triangles,
         "moves": scene.is_moving(),
         "panes": scene.panes(),
-        "vertices": scene.meshes().iter().map(|m| m.positions.len()).sum::<usize>(),
-        "materials": scene.materials().iter().map(|m| json!({
+        "vertices": geometry.vertices,
+        "materials": scene.materials().iter().enumerate().filter(is_of_file).map(|(_, m)| json!({
             "name": m.name,
             "diffuse": decimal(m.diffuse.to_array()),
             "specular": decimal(m.specular.to_array()),
@@ -126,6 +133,34 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// Numbers of the geometry of a scene without the ground.
+struct Geometry {
+    meshes: usize,
+    triangles: u64,
+    vertices: usize,
+    instances: usize,
+    placed_triangles: u64,
+}
+
+impl Geometry {
+    fn of(scene: &Scene) -> Self {
+        let ground = scene.ground().map(|ground| mesh_of(scene, ground));
+        let triangles = ground.map_or(0, |mesh| mesh.triangles.len() as u64);
+        let vertices = scene.meshes().iter().map(|mesh| mesh.positions.len()).sum::<usize>();
+        Self {
+            meshes: scene.meshes().len() - usize::from(ground.is_some()),
+            triangles: scene.triangle_count() - triangles,
+            vertices: vertices - ground.map_or(0, |mesh| mesh.positions.len()),
+            instances: scene.instances().len(),
+            placed_triangles: scene.placed_triangle_count() - triangles,
+        }
+    }
+}
+
+fn mesh_of<'a>(scene: &'a Scene, ground: &Ground) -> &'a Mesh {
+    &scene.meshes()[ground.geom().0 as usize]
+}
+
 /// Emitting surfaces of each material, sorted by decreasing power.
 fn lamps(scene: &Scene) -> Vec<Value> {
     let mut lamps: Vec<_> = scene.lamp_sizes().into_iter().collect();
@@ -162,7 +197,11 @@ fn print_text(info: &Value, (parts, names): (&[PartSize], &PartNames), warnings:
     let megabytes = |v: &serde_json::Value| v.as_u64().unwrap_or(0) as f64 / 1e6;
     outln!("{}", text(&info["scene"]));
     outln!("  meshes     {}", info["meshes"]);
-    outln!("  triangles  {}", info["triangles"]);
+    let added = match info["added_triangles"].as_u64() {
+        None | Some(0) => String::new(),
+        Some(count) => format!(" (a render adds {count} for the ground or the guessed lamp)"),
+    };
+    outln!("  triangles  {}{added}", info["triangles"]);
     outln!("  vertices   {}", info["vertices"]);
     if info["instances"].as_u64() != Some(0) {
         outln!(

@@ -273,6 +273,8 @@ impl RenderInputs<'_> {
         }
         if !job.quiet {
             summary::print(job, &self.files.images, &stats, stop);
+            let guess = self.renderer.session().camera_guess();
+            job.shown_warnings.note_doubt_about_up(guess);
         }
         finish(failures, stop, checkpointer.is_some())
     }

@@ -118,6 +118,7 @@ pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
     if !args.quiet {
         errln!("-> {}", output.path().display());
     }
+    ShownWarnings::Summary.note_doubt_about_up(candidates.first().map(|(_, camera)| camera));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -142,10 +143,19 @@ fn plan(session: &Session, candidates: &[(String, CameraGuess)]) -> Result<Optio
         _ => format!("cameras 1 to {inside}"),
     };
     let marks = marks.collect();
-    let label = vec![
+    let mut label = vec![
         format!("plan with {cameras}, cut 1.2 m above the floor"),
         format!("{edges}; --stand puts the camera at any place"),
     ];
+    let signs = [
+        plan.has_openings
+            .then_some("blue: openings to the outside at this height"),
+        plan.has_sun.then_some("orange arrow: direction of the sunlight"),
+    ];
+    let signs: Vec<&str> = signs.into_iter().flatten().collect();
+    if !signs.is_empty() {
+        label.push(signs.join("; "));
+    }
     let image = plan.image;
     Ok(Some((Panel { label, image }, marks)))
 }

@@ -1,6 +1,7 @@
 //! `--warnings`: selection of the printed warnings about a scene. `--stats` has all warnings.
 
 use super::printing;
+use crate::guess::CameraGuess;
 use crate::io::Warning;
 use crate::options::named;
 use crate::session::Session;
@@ -45,6 +46,14 @@ impl ShownWarnings {
                     printing::warning(warning)
                 }
             }
+        }
+    }
+
+    /// Prints a note if the up direction of `guess`, the guess of a camera, is uncertain.
+    pub fn note_doubt_about_up(self, guess: Option<&CameraGuess>) {
+        if self != Self::None {
+            let doubt = guess.and_then(CameraGuess::doubt_about_up);
+            doubt.into_iter().for_each(printing::note);
         }
     }
 

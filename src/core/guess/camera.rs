@@ -79,11 +79,23 @@ pub struct CameraGuess {
     pub scene_up: Vec3,
     /// Vertical field of view in degrees.
     pub vertical_fov: f32,
+    /// Second most probable up direction in the scene, if `scene_up` is uncertain.
+    pub other_up: Option<Vec3>,
     /// Description of the guess for users.
     pub words: String,
 }
 
 impl CameraGuess {
+    /// Sentence about an uncertain up direction, with the flag that changes it. `None` if the
+    /// direction is certain.
+    pub fn doubt_about_up(&self) -> Option<String> {
+        let [x, y, z] = self.other_up?.to_array();
+        Some(format!(
+            "{} is probably up: if the model lies on its side or is upside down, add --up {x},{y},{z} (or another axis)",
+            axis_text(self.scene_up)
+        ))
+    }
+
     /// Parameters of a pinhole camera, in focus at the target.
     pub fn parameters(&self) -> CameraParameters {
         CameraParameters {
@@ -431,24 +443,22 @@ impl<'a> CameraFinder<'a> {
             position.unwrap_or(short(eye, scale)),
             look_at.unwrap_or(short(target, scale)),
         );
+        let mut other_up = None;
         let words = match said_up {
             None => {
-                let axis = horizon.up().abs().max_position();
-                let sign = if horizon.up()[axis] < 0.0 { '-' } else { '+' };
                 let usual_other = if horizon.up() == Vec3::Y { Vec3::Z } else { Vec3::Y };
-                let mut other = usual_other;
                 let (doubt, reason) = match self.survey.up_scores {
                     _ if self.request.axes.declared.is_some() => ("", " as the file says"),
                     _ if self.is_up_of_siblings => ("", " as in other files of its folder"),
                     Some(scores) if scores.margin() < UNSURE => {
-                        other = scores.second();
+                        other_up = Some(scores.second());
                         ("probably ", "")
                     }
                     _ => ("", ""),
                 };
-                let axis = ["x", "y", "z"][axis];
-                let [x, y, z] = other.to_array();
-                format!("{words}; {doubt}{sign}{axis} is up{reason} (--up {x},{y},{z} changes that)")
+                let axis = axis_text(horizon.up());
+                let [x, y, z] = other_up.unwrap_or(usual_other).to_array();
+                format!("{words}; {doubt}{axis} is up{reason} (--up {x},{y},{z} changes that)")
             }
             Some(_) => words,
         };
@@ -462,9 +472,17 @@ impl<'a> CameraFinder<'a> {
             up: said_up.filter(is_across).unwrap_or(up),
             scene_up: horizon.up(),
             vertical_fov: fov,
+            other_up,
             words,
         }
     }
+}
+
+/// Name of the coordinate axis nearest to `direction`, with its sign, such as `+y`.
+fn axis_text(direction: Vec3) -> String {
+    let axis = direction.abs().max_position();
+    let sign = if direction[axis] < 0.0 { '-' } else { '+' };
+    format!("{sign}{}", ["x", "y", "z"][axis])
 }
 
 /// Description of the front of an object that is seen from `azimuth` and `elevation`.

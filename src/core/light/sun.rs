@@ -39,6 +39,11 @@ impl SunLight {
         }
     }
 
+    /// Unit direction in which the light of the disc's centre travels, world space.
+    pub fn direction(&self) -> Vec3 {
+        self.direction
+    }
+
     /// Radiance from the unit direction `wi`; zero outside of the disc.
     pub fn radiance(&self, wi: Vec3) -> Spectrum {
         if self.covers(wi) { self.radiance } else { Spectrum::ZERO }

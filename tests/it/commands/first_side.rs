@@ -2,7 +2,7 @@
 //! shapes.
 
 use super::guess::{Boxes, camera, turned, vector};
-use crate::support::program::{folder, write_grey_png};
+use crate::support::program::{self, done, folder, split, write_grey_png};
 use std::fmt::Write;
 
 /// Azimuth of the camera around its target, in degrees from +z towards +x, and the message of the
@@ -548,4 +548,14 @@ fn doubtful_axis_is_printed_with_the_next_best() {
     let cube = Boxes::default().add([-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]).text;
     let (_, words) = seen(&cube);
     assert!(words.contains("probably +y is up (--up 0,0,1 changes that)"), "{words}");
+    // The last line of a render repeats the flag. It is missing if the flag is given.
+    let folder = folder(&[("a.obj", &cube)]);
+    let said = |flags: &str| {
+        let line = format!("render a.obj --size 16x16 --spp 1 --denoise=off -o a.png {flags}");
+        program::words(&done(folder.path(), &split(&line)))
+    };
+    let last =
+        "note: +y is probably up: if the model lies on its side or is upside down, add --up 0,0,1 (or another axis)\n";
+    assert!(said("").ends_with(last), "{}", said(""));
+    assert!(!said("--up 0,0,1").contains("probably up"));
 }

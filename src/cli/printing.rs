@@ -71,6 +71,18 @@ pub(super) fn percent(share: f64) -> String {
     format!("{} %", significant(100.0 * share, 3))
 }
 
+/// A time in seconds, rounded as people write it: `40 s`, `2 min 30 s` or `3 h 5 min`.
+pub(super) fn duration(seconds: f64) -> String {
+    let whole = seconds.round().max(0.0) as u64;
+    let (hours, minutes) = (whole / 3600, whole / 60 % 60);
+    match (hours, minutes) {
+        (0, 0) if whole < 10 => format!("{} s", significant(seconds, 2)),
+        (0, 0) => format!("{whole} s"),
+        (0, _) => format!("{minutes} min {} s", whole % 60),
+        _ => format!("{hours} h {minutes} min"),
+    }
+}
+
 /// List of numbers in brackets. Each number is written as [`number`] writes it.
 pub(super) fn list(values: &[f32]) -> String {
     rounded_list(values)
@@ -174,6 +186,12 @@ mod tests {
             [count(1, "sample"), count(0, "sample"), count(64, "sample")],
             ["1 sample", "0 samples", "64 samples"]
         );
+    }
+
+    #[test]
+    fn durations_are_written_for_people() {
+        let written = [0.123, 9.4, 40.4, 150.0, 11_100.0].map(duration);
+        assert_eq!(written, ["0.12 s", "9.4 s", "40 s", "2 min 30 s", "3 h 5 min"]);
     }
 
     #[test]

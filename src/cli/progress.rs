@@ -14,12 +14,12 @@ use super::printing::{escaped, in_colour, percent};
 use crate::film::Film;
 use crate::io::LoadObserver;
 use crate::render::Observer;
-use indicatif::{HumanCount, ProgressBar, ProgressState, ProgressStyle};
+use indicatif::{HumanCount, HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 use std::io::Write as _;
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -132,18 +132,35 @@ pub(super) struct Progress {
     bar: ProgressBar,
     /// True until the first sample is taken.
     is_preparing: AtomicBool,
+    /// Noise level that ends the render, if any.
+    noise: Option<f64>,
+    /// False if the number of remaining samples cannot be estimated yet.
+    is_end_known: Arc<AtomicBool>,
 }
 
 impl Progress {
     /// Progress bar for `samples` samples over all pixels.
     pub fn new(samples: u64, quiet: bool) -> Self {
+        Self::to_noise(samples, None, quiet)
+    }
+
+    /// Progress bar for at most `samples` samples over all pixels, of which fewer are taken if the
+    /// image reaches the noise level `noise` earlier.
+    pub fn to_noise(samples: u64, noise: Option<f64>, quiet: bool) -> Self {
+        let is_end_known = Arc::new(AtomicBool::new(noise.is_none()));
         if quiet {
             return Self {
                 bar: ProgressBar::hidden(),
                 is_preparing: AtomicBool::new(false),
+                noise,
+                is_end_known,
             };
         }
-        let style = style("{whole_percent:>3} %  {msg}{rate} samples/s  {elapsed} elapsed, {eta} to go")
+        let is_known = Arc::clone(&is_end_known);
+        let style = style("{whole_percent:>3} %  {msg}{rate} samples/s  {elapsed} elapsed, {left}")
+            .with_key("left", move |state: &ProgressState, w: &mut dyn std::fmt::Write| {
+                let _ = w.write_str(&left_text(is_known.load(Ordering::Relaxed), state.eta()));
+            })
             // Rounded down, so that an unfinished render never shows 100 %.
             .with_key("whole_percent", |state: &ProgressState, w: &mut dyn std::fmt::Write| {
                 let _ = write!(w, "{:>3}", floored_percent(state.pos(), state.len()));
@@ -157,7 +174,15 @@ impl Progress {
         Self {
             bar,
             is_preparing: AtomicBool::new(true),
+            noise,
+            is_end_known,
         }
+    }
+
+    /// Shows that `left` samples remain.
+    fn set_left(&self, left: u64) {
+        self.bar.set_length(self.bar.position() + left);
+        self.is_end_known.store(true, Ordering::Relaxed);
     }
 
     /// Removes the preparation message.
@@ -258,6 +283,24 @@ impl LoadObserver for LoadingBar {
     }
 }
 
+/// Estimated number of further samples until the noise level `level` is reached, after `samples`
+/// samples with the error `error`: errors fall as 1/√n. `None` if `error` is not known yet.
+pub(super) fn samples_left(samples: u64, error: f64, level: f64) -> Option<u64> {
+    let factor = (error / level).powi(2);
+    factor
+        .is_finite()
+        .then(|| (samples as f64 * (factor - 1.0).max(0.0)).ceil() as u64)
+}
+
+/// Text for the remaining time `left`, which may be unknown.
+fn left_text(is_known: bool, left: Duration) -> String {
+    if is_known {
+        format!("about {:#} to go", HumanDuration(left))
+    } else {
+        "time to go not known yet".into()
+    }
+}
+
 /// Fraction `done` / `of` in whole percent, rounded down.
 fn floored_percent(done: u64, of: Option<u64>) -> u64 {
     let of = of.unwrap_or(0).max(1);
@@ -272,7 +315,7 @@ impl Observer for Progress {
 
     fn expect(&self, samples: u64, error: f64) {
         self.end_preparing();
-        self.bar.set_length(self.bar.position() + samples);
+        self.set_left(samples);
         self.bar.set_message(format!("error {}  ", percent(error)));
     }
 
@@ -281,10 +324,14 @@ impl Observer for Progress {
     }
 
     fn passed(&self, film: &Film) {
-        let error = (!self.bar.is_hidden()).then(|| film.relative_error());
-        if let Some(error) = error.flatten() {
+        let error = (!self.bar.is_hidden()).then(|| film.relative_error()).flatten();
+        if let Some(error) = error {
             self.bar.set_message(format!("error {}  ", percent(error)));
         }
+        // Methods that render whole iterations do not call `expect`
+        let left = self.noise.filter(|_| error.is_some());
+        let left = left.and_then(|level| samples_left(film.samples(), film.error().sqrt(), level));
+        left.into_iter().for_each(|left| self.set_left(left));
     }
 
     fn should_stop(&self) -> bool {
@@ -302,5 +349,11 @@ mod tests {
         assert_eq!(floored_percent(1_000_000, Some(1_000_000)), 100);
         assert_eq!(floored_percent(u64::MAX - 1, Some(u64::MAX)), 99);
         assert_eq!((floored_percent(0, Some(0)), floored_percent(5, None)), (0, 100));
+    }
+
+    #[test]
+    fn unknown_time_is_not_a_number() {
+        assert_eq!(left_text(true, Duration::from_secs(40)), "about 40s to go");
+        assert_eq!(left_text(false, Duration::from_secs(40)), "time to go not known yet");
     }
 }

@@ -221,7 +221,7 @@ impl RenderInputs<'_> {
         }
         let noise = job.settings.noise.map(|level| NoiseOfRender::new(&state.film, level));
         if let Some(noise) = noise.filter(|n| stop.is_complete() && !n.is_reached()) {
-            warn(noise.warning());
+            warn(noise.warning(state.seconds));
         }
         let audit = audit();
         if let Some(report) = &audit {
@@ -386,7 +386,8 @@ impl RenderInputs<'_> {
         preview: &mut Preview,
     ) -> Stop {
         let (job, settings) = (self.job, &self.job.settings);
-        let progress = Progress::new(settings.crop().area() * settings.samples().len() as u64, job.quiet);
+        let samples = settings.crop().area() * settings.samples().len() as u64;
+        let progress = Progress::to_noise(samples, settings.noise, job.quiet);
         progress.skip(state.film.samples());
         let interval = checkpointer.map(|checkpointer| checkpointer.interval);
         let limit = job.time_limit.and_then(|s| Duration::try_from_secs_f64(s).ok());

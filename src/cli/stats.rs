@@ -4,8 +4,9 @@ use super::audit::AuditReport;
 use super::error::CliError;
 use super::outputs::Outputs;
 use super::printing;
+use super::progress::samples_left;
 use crate::files::Output;
-use crate::film::{Film, Tile};
+use crate::film::{BLOCK, Film, Tile};
 use crate::integrator::ChainCounts;
 use crate::io::FileError;
 use crate::math::list;
@@ -219,18 +220,54 @@ impl NoiseOfRender {
         self.error <= self.level
     }
 
-    /// Warning that the noise level is not reached.
-    pub fn warning(&self) -> String {
+    /// Warning that the noise level is not reached after `seconds` of rendering.
+    pub fn warning(&self, seconds: f64) -> String {
         let Self {
             level, error, max_spp, ..
-        } = self;
+        } = *self;
+        let more = match samples_left(max_spp.into(), error, level) {
+            Some(left) => format!(
+                "raise --spp to about {}, which takes about {} more",
+                round_up(u64::from(max_spp) + left),
+                printing::duration(self.seconds_left(seconds).unwrap_or(0.0))
+            ),
+            None => format!("raise --spp to at least {MIN_SAMPLES}"),
+        };
         format!(
-            "noise level {} was not reached with at most {} per pixel: it is {}\n  help: raise --spp",
-            printing::percent(*level),
-            printing::count((*max_spp).into(), "sample"),
-            printing::percent(*error)
+            "noise level {} was not reached with at most {} per pixel: it is {}\n  help: {more}",
+            printing::percent(level),
+            printing::count(max_spp.into(), "sample"),
+            printing::percent(error)
         )
     }
+
+    /// Text for a render that was stopped after `seconds` of rendering: the time that the noise
+    /// level still needs. `None` if the level is reached.
+    pub fn shortfall(&self, seconds: f64) -> Option<String> {
+        let level = printing::percent(self.level);
+        (!self.is_reached()).then(|| match self.seconds_left(seconds) {
+            Some(left) => format!("noise level {level} needs about {} more", printing::duration(left)),
+            None => {
+                format!("the time for noise level {level} cannot be estimated before {MIN_SAMPLES} samples per pixel")
+            }
+        })
+    }
+
+    /// Estimated seconds until the noise level is reached, after `seconds` of rendering. `None`
+    /// before the error can be estimated.
+    fn seconds_left(&self, seconds: f64) -> Option<f64> {
+        let factor = (self.error / self.level).powi(2);
+        factor.is_finite().then(|| seconds * (factor - 1.0).max(0.0))
+    }
+}
+
+/// Minimum number of samples per pixel after which the error is estimated from blocks of samples.
+const MIN_SAMPLES: u32 = 2 * BLOCK;
+
+/// `count`, rounded up to two significant digits.
+fn round_up(count: u64) -> u64 {
+    let step = 10u64.pow(count.max(1).ilog10().saturating_sub(1));
+    count.div_ceil(step).saturating_mul(step)
 }
 
 impl From<&DroppedSample> for DroppedSampleEntry {
@@ -260,4 +297,37 @@ pub(super) fn peak_rss_bytes() -> Option<u64> {
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
     let kib: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
     Some(kib * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn noise(error: f64) -> NoiseOfRender {
+        NoiseOfRender {
+            level: 0.01,
+            error,
+            min_spp: 192,
+            mean_spp: 192.0,
+            max_spp: 192,
+        }
+    }
+
+    #[test]
+    fn half_the_error_needs_four_times_the_samples() {
+        assert_eq!(samples_left(1000, 0.02, 0.01), Some(3000));
+        assert_eq!(samples_left(1000, 0.01, 0.01), Some(0));
+        assert_eq!(samples_left(1000, f64::INFINITY, 0.01), None);
+        assert_eq!([round_up(7), round_up(768), round_up(1_610_000)], [7, 770, 1_700_000]);
+        let words = noise(0.02).warning(50.0);
+        assert!(
+            words.ends_with("help: raise --spp to about 770, which takes about 2 min 30 s more"),
+            "{words}"
+        );
+        let words = noise(0.02).shortfall(50.0);
+        assert_eq!(words.unwrap(), "noise level 1 % needs about 2 min 30 s more");
+        let words = noise(f64::INFINITY).shortfall(50.0).unwrap();
+        assert!(words.contains("cannot be estimated before 128 samples"), "{words}");
+        assert_eq!(noise(0.009).shortfall(50.0), None);
+    }
 }

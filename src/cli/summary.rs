@@ -99,8 +99,11 @@ pub(super) fn print_camera(session: &Session) {
 /// Prints scene, speed and files of the render, with more details if `--verbose` is set.
 pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
     let names: Vec<String> = images.iter().map(|(_, o)| o.path().display().to_string()).collect();
+    // A render that took all samples has a warning instead.
+    let shortfall = stats.noise.filter(|_| !stop.is_complete());
+    let shortfall = shortfall.and_then(|noise| noise.shortfall(stats.render_s));
     errln!(
-        "{}: {}x{}, {} of {} per pixel in {:.2} s ({:.2} million samples/s, {} {}), {}{}{}{} -> {}",
+        "{}: {}x{}, {} of {} per pixel in {:.2} s ({:.2} million samples/s, {} {}), {}{}{}{}{} -> {}",
         job.scene_path.display(),
         stats.width,
         stats.height,
@@ -121,6 +124,7 @@ pub(super) fn print(job: &Job, images: &Images, stats: &Stats, stop: Stop) {
             }
         )),
         stop.words(),
+        shortfall.map_or(String::new(), |words| format!(" ({words})")),
         match (job.settings.tone.exposure, stats.exposure) {
             (named @ (Exposure::Auto | Exposure::Studio), Some(stops)) => {
                 let brighter = ((100.0 * stops).round() / 100.0 + 1.0).min(MAX_EXPOSURE);

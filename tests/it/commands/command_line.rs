@@ -155,7 +155,21 @@ fn noise_level_ends_the_render() {
         words.contains("was not reached with at most 192 samples per pixel"),
         "{words}"
     );
+    assert!(words.contains("help: raise --spp to about "), "{words}");
     assert_eq!(noise["max_spp"], 192);
+}
+
+/// A render that is stopped before its noise level is reached says how long the level needs.
+#[test]
+fn stopped_render_says_how_long_its_noise_level_needs() {
+    let folder = lit_floor();
+    let line = "render s.toml --noise 0.00001 --time-limit 1s -o stopped.exr";
+    let said = words(&done(folder.path(), &split(line)));
+    let is_said = |text: &str| said.contains(&format!("stopped by --time-limit ({text}"));
+    assert!(
+        is_said("noise level 0.001 % needs about ") || is_said("the time for noise level 0.001 % cannot be estimated"),
+        "{said}"
+    );
 }
 
 #[test]
@@ -1127,6 +1141,24 @@ fn quiet_is_silent_and_version_has_backends() {
     );
     assert!(text.contains("brute"));
     assert_eq!(text.contains("embree 4."), cfg!(feature = "embree"), "{text}");
+}
+
+#[test]
+fn info_leaves_out_what_the_program_adds() {
+    let folder = lit_floor();
+    fs::write(folder.path().join("b.obj"), "v 10 0 0\nv 11 0 0\nv 10 1 0\nf 1 2 3\n").unwrap();
+    let info = json(&run(folder.path(), &["info", "b.obj", "--json"]));
+    let numbers = ["meshes", "triangles", "vertices", "added_triangles"].map(|key| info[key].as_u64().unwrap());
+    assert_eq!(numbers, [1, 1, 3, 2]);
+    let materials = info["materials"].as_array().unwrap().iter();
+    assert!(materials.clone().all(|material| material["name"] != "ground"), "{info}");
+    let text = printed(&done(folder.path(), &["info", "b.obj"]));
+    assert!(
+        text.contains("triangles  1 (a render adds 2 for the ground or the guessed lamp)\n"),
+        "{text}"
+    );
+    let text = printed(&done(folder.path(), &["info", "b.obj", "--env", "white"]));
+    assert!(text.contains("triangles  1 (a render adds 2"), "{text}");
 }
 
 #[test]

@@ -13,8 +13,8 @@ use crate::guess::{Elevation, drawing_axes};
 use crate::io::{FileError, LoadOptions, Warning};
 use crate::math::{UVec2, Vec2};
 use crate::options::{
-    ChosenIntegrator, IntegratorKind, IntegratorOptions, OptionGroup, Parameter, Quality, QualityOptions, SizeOptions,
-    ToneOptions,
+    ChosenIntegrator, IntegratorKind, IntegratorOptions, Named, OptionGroup, Parameter, Quality, QualityOptions,
+    SizeOptions, ToneOptions,
 };
 use crate::scene_file::{FileCamera, SceneFile, SceneOptions};
 use crate::session::{CameraSettings, Guesses, MAX_SAMPLES_FOR_NOISE, Settings, name_of_axis};
@@ -261,7 +261,18 @@ fn idle_flags(integrator: &ChosenIntegrator, flags: &IntegratorOptions) -> Vec<W
         key != "integrator" && flags.given().contains(&key) && !read.contains(&key)
     };
     let idle = IntegratorOptions::PARAMETERS.iter().filter(is_idle);
-    let text = |parameter: &Parameter| format!("--{}: {} does not use it", parameter.flag(), integrator.name());
+    let text = |parameter: &Parameter| {
+        let users = IntegratorKind::NAMES.iter();
+        let users = users.filter(|(_, kind)| kind.parameters().contains(&parameter.key));
+        let users: Vec<&str> = users.map(|(name, _)| *name).collect();
+        let remedy = match users.as_slice() {
+            [] => String::from("leave it out"),
+            [only] => format!("add --integrator {only}, or leave it out"),
+            _ => format!("leave it out, or choose --integrator among {}", users.join(", ")),
+        };
+        let flag = parameter.flag();
+        format!("--{flag}: {} does not use it\n  help: {remedy}", integrator.name())
+    };
     idle.map(|parameter| Warning::new("idle-flag", text(parameter)))
         .collect()
 }

@@ -3,7 +3,8 @@
 use super::args::RenderArgs;
 use super::outputs::Images;
 use super::printing;
-use crate::film::Spikes;
+use crate::color::{Exposure, Tone};
+use crate::film::{Image, Spikes, metered};
 use crate::io::{Format, Warning};
 use crate::render::Statistics;
 use crate::session::{Session, Settings};
@@ -38,6 +39,21 @@ pub(super) fn panorama_shape(session: &Session) -> Option<Warning> {
         )
     };
     (size.x != 2 * size.y).then(|| Warning::new("panorama-shape", text()))
+}
+
+/// Warning if a PNG of `image` is nearly black because its exposure, in `tone`, is low.
+pub(super) fn low_exposure(tone: Tone, image: &Image) -> Option<String> {
+    /// Minimum difference to the metered exposure, in stops: mid-grey becomes a code below 16.
+    const LOW: f32 = 5.0;
+    let stops = |exposure| metered(Tone { exposure, ..tone }, image).exposure.stops();
+    let (chosen, usual) = (stops(tone.exposure)?, stops(Exposure::Auto)?);
+    (usual - chosen > LOW).then(|| {
+        format!(
+            "the PNG is nearly black, because its exposure {chosen:+} is {:.0} stops below the metered exposure\n  \
+             help: use --exposure auto; `embrasure help black` lists other causes",
+            usual - chosen
+        )
+    })
 }
 
 /// Returns a note if the pixel filter may make pixels negative.

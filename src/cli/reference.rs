@@ -25,6 +25,8 @@ macro_rules! topics {
 pub(super) const TOPICS: &[Topic] = topics! {
     "camera" "cameras" = "tutorials/find-a-camera.md",
     "light" "lights" = "tutorials/light-a-room.md",
+    "black" "dark" = "how-to/black-picture.md",
+    "caustics" = "how-to/caustics.md",
     "batch" = "how-to/batch.md",
     "scene" "toml" = "reference/scene-file.md",
     "guesses" = "reference/guesses.md",

@@ -11,8 +11,8 @@ use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
 use super::outputs::{Images, Outputs, images_of_render};
 use super::picture_warnings::{
-    cut_warning, doubtful_warning, dropped_warning, idle_aov, narrow_picture, negative_lobes, panorama_shape,
-    spikes_warning,
+    cut_warning, doubtful_warning, dropped_warning, idle_aov, low_exposure, narrow_picture, negative_lobes,
+    panorama_shape, spikes_warning,
 };
 use super::pixel;
 use super::printing;
@@ -238,11 +238,19 @@ impl RenderInputs<'_> {
             let image = self.write(&state, stop, checkpointer.as_ref(), (&mut failures, &mut results));
             match self.renderer.darkness(&image) {
                 Some(darkness) => warn(format!(
-                    "the picture is {darkness}\n  help: `embrasure check {}` may find more",
+                    "the picture is {darkness}\n  help: `embrasure check {}` may find more, and `embrasure help black` lists causes",
                     job.scene_path.display()
                 )),
                 None => {
                     exposure = metered(job.settings.tone, &image).exposure.stops();
+                    let has_png = self
+                        .files
+                        .images
+                        .iter()
+                        .any(|(format, _)| matches!(format, Format::Png(_)));
+                    if has_png && job.options.tone.exposure.is_none() {
+                        low_exposure(job.settings.tone, &image).into_iter().for_each(&mut warn);
+                    }
                     let reason = self.renderer.reason_for_emptiness().filter(|_| !is_empty_told);
                     if let Some(reason) = reason {
                         warn(format!("the picture shows nothing: {reason}"));

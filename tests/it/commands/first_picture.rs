@@ -445,6 +445,45 @@ fn clamp_limits_indirect_light_only() {
     );
 }
 
+/// A flag of one integrator names this integrator in its warning.
+#[test]
+fn idle_flag_names_the_integrator_that_uses_it() {
+    let folder = scene();
+    let line = "render s.toml -q --spp 1 --debug-view normals -o x.png";
+    let said = words(&done(folder.path(), &split(line)));
+    let expected = "warning: --debug-view: path does not use it\n  help: add --integrator debug, or leave it out\n";
+    assert_eq!(said, expected);
+}
+
+/// A PNG that is nearly black at the exposure of the scene has a warning with the remedy, but not
+/// if an exposure is given.
+#[test]
+fn low_exposure_is_reported() {
+    let folder = scene();
+    let at = folder.path();
+    let said = |more: &str| {
+        let line = format!("render s.toml -q --spp 4 --material lamp.emission=0.01,0.01,0.01 {more}");
+        words(&done(at, &split(&line)))
+    };
+    let dark = said("-o x.png");
+    assert!(
+        dark.contains("warning: the PNG is nearly black, because its exposure +0 is "),
+        "{dark}"
+    );
+    assert!(
+        dark.contains("help: use --exposure auto; `embrasure help black`"),
+        "{dark}"
+    );
+    assert_eq!(said("-o x.png --exposure 0"), "");
+    assert_eq!(said("-o x.png --exposure auto"), "");
+    assert_eq!(said("-o x.exr"), "");
+    let page = printed(&done(at, &["help", "black"]));
+    assert!(
+        page.contains("My picture is black") && page.contains("the PNG is nearly black"),
+        "{page}"
+    );
+}
+
 /// The message about a black image has the reason, and no advice to raise the exposure.
 #[test]
 fn black_image_has_a_reason() {

@@ -150,7 +150,7 @@ fn plan(session: &Session, candidates: &[(String, CameraGuess)]) -> Result<Optio
     let signs = [
         plan.has_openings
             .then_some("blue: openings to the outside at this height"),
-        plan.has_sun.then_some("orange arrow: direction of the sunlight"),
+        plan.has_sun.then_some("yellow arrow: direction of the sunlight"),
     ];
     let signs: Vec<&str> = signs.into_iter().flatten().collect();
     if !signs.is_empty() {

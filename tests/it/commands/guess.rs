@@ -947,7 +947,7 @@ fn views_are_listed_and_drawn() {
     assert!(refused(folder.path(), &["views", "room.obj", "-o", "room.obj"], 2).contains("would overwrite"));
 }
 
-/// Number of blue pixels in each half of the plan of `text`, a room, and number of orange pixels.
+/// Number of blue pixels in each half of the plan of `text`, a room, and number of yellow pixels.
 fn signs_of_plan(text: &str) -> ([usize; 2], usize) {
     let folder = folder(&[("room.obj", text)]);
     let line = "views room.obj -q -o sheet.png --size 16x16 --spp 1";
@@ -960,24 +960,24 @@ fn signs_of_plan(text: &str) -> ([usize; 2], usize) {
     let width = reader.next_frame(&mut codes).unwrap().width as usize;
     // The plan has 452 rows and 312 columns, behind a margin of 12 pixels.
     let plan = (12..464).flat_map(|y| (12..324).map(move |x| (x, y)));
-    let (mut blue, mut orange) = ([0; 2], 0);
+    let (mut blue, mut yellow) = ([0; 2], 0);
     for (x, y) in plan {
         let at = 3 * (y * width + x);
         match codes[at..at + 3] {
             [r, _, b] if b > 230 && r < 90 => blue[usize::from(x >= 168)] += 1,
-            [255, _, 0] => orange += 1,
+            [255, _, 0] => yellow += 1,
             _ => {}
         }
     }
-    (blue, orange)
+    (blue, yellow)
 }
 
 /// A room without a wall at +x has an opening at the right edge of its plan, and sunlight. A closed
 /// room has neither.
 #[test]
 fn plan_shows_openings_and_sun() {
-    let ([left, right], orange) = signs_of_plan(&room(&["+x"]));
-    assert!(left == 0 && right > 500 && orange > 200, "{left} {right} {orange}");
+    let ([left, right], yellow) = signs_of_plan(&room(&["+x"]));
+    assert!(left == 0 && right > 500 && yellow > 200, "{left} {right} {yellow}");
     assert_eq!(signs_of_plan(&room(&[])), ([0; 2], 0));
 }
 

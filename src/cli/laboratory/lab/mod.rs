@@ -2,9 +2,8 @@
 //!
 //! `contenders` lists the estimators, `lessons` describes them, and `budget` limits their samples
 //! or time. `renderer` orders the renders and makes the reference. `runs` renders an estimator,
-//! with a snapshot at each point of the curves. `verdict` checks the reference.
-//! `tables`, `sheet`, `curves` and `page` write the
-//! result.
+//! with a snapshot at each point of the curves. `verdict` checks the reference. `tables`, `sheet`,
+//! `curves` and `page` write the result.
 
 mod bounces;
 mod budget;

@@ -54,8 +54,9 @@ const DRAWN: f32 = 0.7;
 /// Maximum ratio of width to depth of a plate that is seen at its edge. Phones, screens and
 /// pictures are not shown from their edges.
 const EDGE: f32 = 0.25;
-/// Minimum ratio of height to depth of a plate that is seen at its edge.
-const PLATE: f32 = 0.5;
+/// Minimum ratio of height to depth of a plate that is seen at its edge. Guitars and guns that
+/// stand on their long edge are such plates.
+const PLATE: f32 = 0.3;
 /// Minimum change of a surface's depth at a step, as a fraction of its distance.
 const STEP: f32 = 0.03;
 /// Curvature of a side in relief. If no side has as much, the drawings of textures are part of its
@@ -98,7 +99,8 @@ pub(super) struct Front {
 impl Front {
     /// The front that the file declares, or else the side with the most detail and materials: heads
     /// have eyes and a nose in front, and backs are smooth. Seats, feet, azimuth 0 and symmetry add
-    /// to the score of a side. The narrow side of a plate is never the front.
+    /// to the score of a side. The narrow side of a plate is not the front, unless shapes show that
+    /// it is: horses are narrow.
     pub fn of(tracer: &SceneTracer, horizon: &Horizon, frame: &Framing, axes: &FileAxes) -> Self {
         let toward = |side: Vec3| {
             let azimuth = horizon.azimuth(side)?;
@@ -122,7 +124,7 @@ impl Front {
         let pictures: Vec<Option<Picture>> = azimuths
             .par_iter()
             .map(|&azimuth| {
-                let is_shown = !Side::new(tracer, horizon, azimuth).is_edge();
+                let is_shown = faced == Some(azimuth) || !Side::new(tracer, horizon, azimuth).is_edge();
                 is_shown.then(|| Picture::take(tracer, horizon, frame, back(azimuth)))
             })
             .collect();

@@ -142,6 +142,81 @@ fn seats_and_feet_give_the_front() {
     }
 }
 
+/// `boxes` with the side at +z turned to the azimuth `front`, in degrees, and the guess for it.
+fn faces(text: &str, front: f32) {
+    let (sin, cos) = front.to_radians().sin_cos();
+    let text = turned(text, |[x, y, z]| [cos * x + sin * z, y, cos * z - sin * x]);
+    let (azimuth, words) = seen(&text);
+    assert!(apart(azimuth, front.into()) <= 75.0, "{azimuth} {front}: {words}");
+    assert!(
+        words.contains(&format!("; its front is at azimuth {front}°;")),
+        "{front}: {words}"
+    );
+}
+
+/// The front of an animal with a level back is the end at which its head overhangs its feet.
+#[test]
+fn head_in_front_of_the_feet_is_the_front() {
+    let mut elephant = Boxes::default()
+        .add([-0.4, 0.5, -0.9], [0.4, 1.2, 0.9])
+        .add([-0.3, 0.6, 0.9], [0.3, 1.2, 1.35])
+        .add([-0.08, 0.2, 1.35], [0.08, 1.0, 1.5])
+        .add([-0.04, 0.5, -1.0], [0.04, 1.1, -0.9]);
+    for (x, z) in [(-0.4, 0.6), (0.15, 0.6), (-0.4, -0.9), (0.15, -0.9)] {
+        elephant = elephant.add([x, 0.0, z], [x + 0.25, 0.5, z + 0.3]);
+    }
+    for front in [0.0, 180.0, 90.0] {
+        faces(&elephant.text, front);
+    }
+}
+
+/// The front of a fish is its blunt end.
+#[test]
+fn blunt_end_of_a_fish_is_the_front() {
+    let body = [
+        (0.0, -12.0),
+        (0.5, -11.0),
+        (1.6, -7.0),
+        (3.2, 0.0),
+        (3.4, 4.0),
+        (2.4, 7.0),
+        (0.0, 8.0),
+    ];
+    let fins = "v 0 0 -11\nv 0 3 -15\nv 0 -2 -15\nv 0 3 3\nv 0 5 0\nv 0 2.5 -3\nf 113 114 115\nf 116 117 118\n";
+    let fish = rings(&body, [0.6, 1.0]) + fins;
+    for front in [0.0, 180.0, 90.0] {
+        faces(&fish, front);
+    }
+}
+
+/// The front of furniture with a flat back is its open side: a cupboard without doors, a sofa with
+/// high arms, and a screen with a keyboard in front of it.
+#[test]
+fn open_side_is_the_front() {
+    let cupboard = Boxes::default()
+        .add([-0.5, 0.0, -0.25], [0.5, 2.0, -0.2])
+        .add([-0.5, 0.0, -0.2], [-0.45, 2.0, 0.25])
+        .add([0.45, 0.0, -0.2], [0.5, 2.0, 0.25])
+        .add([-0.45, 0.0, -0.2], [0.45, 0.05, 0.25])
+        .add([-0.45, 1.0, -0.2], [0.45, 1.05, 0.25])
+        .add([-0.45, 1.95, -0.2], [0.45, 2.0, 0.25]);
+    let sofa = Boxes::default()
+        .add([-1.0, 0.0, -0.45], [1.0, 0.4, 0.45])
+        .add([-1.0, 0.4, -0.45], [1.0, 0.9, -0.3])
+        .add([-1.0, 0.4, -0.3], [-0.8, 0.85, 0.45])
+        .add([0.8, 0.4, -0.3], [1.0, 0.85, 0.45]);
+    let computer = Boxes::default()
+        .add([-0.3, 0.12, -0.12], [0.3, 0.5, -0.08])
+        .add([-0.04, 0.0, -0.15], [0.04, 0.2, -0.12])
+        .add([-0.12, 0.0, -0.2], [0.12, 0.02, -0.02])
+        .add([-0.25, 0.0, 0.1], [0.25, 0.03, 0.25]);
+    for object in [cupboard, sofa, computer] {
+        for front in [0.0, 180.0, 90.0] {
+            faces(&object.text, front);
+        }
+    }
+}
+
 /// Models of Blockbench face −z.
 #[test]
 fn blockbench_models_face_minus_z() {

@@ -10,7 +10,7 @@ use crate::math::{Bounds3, Vec2, Vec3};
 use crate::sampling::warp::uniform_triangle;
 use crate::scene::Scene;
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 /// Maximum number of triangles that are measured, evenly spread over the scene's triangles.
 const MAX_TRIANGLES: u64 = 1 << 20;
@@ -27,6 +27,10 @@ const CELLS: i32 = 20;
 /// Points are on the lowest plane along an axis if their distance from it is within this fraction
 /// of the extent.
 const CONTACT: f32 = 0.015;
+/// Minimum |cos| between up and the normals of a flat end.
+const FLAT_END: f32 = 0.98;
+/// Number of cells along each edge of the outline in which flat ends are measured.
+const END_CELLS: u32 = 16;
 /// Minimum cosine between up and the normal of a surface that faces up.
 const MIN_UP_COSINE: f32 = 0.2;
 /// Maximum distance from 0, as a fraction of the extent along an axis, of a coordinate that counts
@@ -132,6 +136,8 @@ pub(super) struct UprightMeasures {
     pub standing: f32,
     /// Area of the box around the lowest points, as a fraction of the scene's outline.
     pub contact: f32,
+    /// Fraction of the scene's outline in which the lowest surface is flat and lies on the ground.
+    pub flat_end: f32,
     /// Fraction of the surfaces that face up.
     pub faces_up: f32,
     /// Fraction of the surfaces with nothing above.
@@ -178,6 +184,7 @@ impl Surfaces {
             measures: Direction::ALL.map(|up| UprightMeasures {
                 standing: standing[up.index()] / (stand + FEW_STAND),
                 contact: contact(&points, bounds, up),
+                flat_end: flat_end(&points, bounds, up),
                 faces_up: share(&points, |point| point.n.dot(up.vector()) > MIN_UP_COSINE),
                 open: open(tracer, &points, up.vector()),
                 depth: lathes[up.axis].depth(tracer, up.vector()),
@@ -267,6 +274,24 @@ fn contact(points: &[Point], bounds: Bounds3, up: Direction) -> f32 {
     } else {
         shares[(up.axis + 1) % 3] * shares[(up.axis + 2) % 3]
     }
+}
+
+/// Fraction of the scene's outline that the flat surfaces on the lowest plane cover.
+fn flat_end(points: &[Point], bounds: Bounds3, up: Direction) -> f32 {
+    let extent = (bounds.max - bounds.min).max(Vec3::splat(f32::MIN_POSITIVE));
+    let is_of_end = |point: &&Point| {
+        let is_low = (point.p[up.axis] - lowest(bounds, up)).abs() < CONTACT * extent[up.axis];
+        is_low && point.n[up.axis].abs() >= FLAT_END
+    };
+    let cell = |point: &Point| {
+        let of = |axis: usize| {
+            let share = (point.p[axis] - bounds.min[axis]) / extent[axis];
+            ((share * END_CELLS as f32) as u32).min(END_CELLS - 1)
+        };
+        of((up.axis + 1) % 3) * END_CELLS + of((up.axis + 2) % 3)
+    };
+    let cells: BTreeSet<u32> = points.iter().filter(is_of_end).map(cell).collect();
+    cells.len() as f32 / (END_CELLS * END_CELLS) as f32
 }
 
 /// Fraction of the points that have no surface above them.

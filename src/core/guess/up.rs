@@ -9,11 +9,11 @@
 //! penalty. It was fitted to 173 public files, whose upright axis was identified by eye, and with a
 //! weight of 0.3 to turned copies of them with other axes up. Evidence was kept if it lowered the
 //! loss in a cross-validation by repository. Weights of bodies of revolution and of other files
-//! were fitted later, with all other weights fixed, and weights of grounds and tips were set by
-//! hand. Weights of interiors were set by hand on 9 files and on 5 rooms in four positions. Wrong
-//! directions: 6 of the 183 files, and 5 of 147 files of 45 other repositories, for which nothing
-//! was fitted. Without bodies of revolution and other files they were 7 and 7; with an earlier
-//! version with 6 kinds of evidence 16 and 21.
+//! were fitted later, with all other weights fixed, and weights of grounds, tips and cut bases were
+//! set by hand. Weights of interiors were set by hand on 9 files and on 5 rooms in four positions.
+//! Wrong directions before cut bases were added: 6 of the 183 files, and 5 of 147 files of 45 other
+//! repositories, for which nothing was fitted. Without bodies of revolution and other files they
+//! were 7 and 7; with an earlier version with 6 kinds of evidence 16 and 21.
 
 use super::file_axes::{FileAxes, NamedThing};
 use super::scene_tracer::SceneTracer;
@@ -56,7 +56,7 @@ const MARGIN: f32 = 0.02;
 type Evidence = fn(&Surfaces, Direction) -> f32;
 
 /// Weights of the evidence in objects.
-const OUTSIDE: [(f32, Evidence); 16] = [
+const OUTSIDE: [(f32, Evidence); 17] = [
     (5.5, rests),
     (2.6, stands_on_parts),
     (6.5, faces_up),
@@ -73,6 +73,7 @@ const OUTSIDE: [(f32, Evidence); 16] = [
     (10.0, has_face),
     (5.0, is_ground),
     (-2.5, is_on_tip),
+    (4.0, is_cut_base),
 ];
 /// Weights of the evidence in interiors.
 const INSIDE: [(f32, Evidence); 4] = [
@@ -195,6 +196,25 @@ fn is_on_tip(surfaces: &Surfaces, up: Direction) -> f32 {
     let is_round = over_others(surfaces.round, up) >= ROUND;
     let is = is_slender && has_sides && !is_round && surfaces.measures(up).contact <= TIP;
     f32::from(u8::from(is))
+}
+
+/// A head or a figure of round surfaces has one flat end, at which it is cut or stands. The end
+/// opposite to a table top or a car roof has feet, which contact the ground too. Flat ends of
+/// pencils and keys are narrow.
+fn is_cut_base(surfaces: &Surfaces, up: Direction) -> f32 {
+    const WIDE: f32 = 0.2;
+    const OTHER: f32 = 0.25;
+    const CONTACT: f32 = 0.2;
+    const SLENDER: f32 = 2.5;
+    let flat_end = |up| surfaces.measures(up).flat_end;
+    let others = Direction::ALL.into_iter().filter(|&other| other != up);
+    let is_only = others.map(flat_end).all(|other| other <= OTHER * flat_end(up));
+    let has_feet = surfaces.measures(up.opposite()).contact >= CONTACT;
+    if is_only && !has_feet && surfaces.slimness[up.axis] <= SLENDER {
+        (flat_end(up) / WIDE).min(1.0)
+    } else {
+        0.0
+    }
 }
 
 /// Returns true if a scene with this `extent` is flat, and lies on the ground if `up` is up.

@@ -217,6 +217,28 @@ fn open_side_is_the_front() {
     }
 }
 
+/// A leaning bust stands on its only flat end, the cut below its neck.
+#[test]
+fn cut_base_is_at_the_bottom() {
+    let bust = [
+        (0.0, -2.5),
+        (1.3, -2.5),
+        (1.0, -1.6),
+        (0.6, -0.9),
+        (0.8, -0.3),
+        (1.1, 0.6),
+        (1.2, 1.6),
+        (0.9, 2.3),
+        (0.0, 2.5),
+    ];
+    let leaning = |sign: f32| {
+        let lean = move |[x, y, z]: [f32; 3]| [x, y + 0.9 * (z + 1.6).max(0.0), sign * z];
+        turned(&rings(&bust, [0.8, 1.0]), lean)
+    };
+    assert_eq!(up(&leaning(1.0)), [0.0, 0.0, 1.0]);
+    assert_eq!(up(&leaning(-1.0)), [0.0, 0.0, -1.0]);
+}
+
 /// Models of Blockbench face −z.
 #[test]
 fn blockbench_models_face_minus_z() {

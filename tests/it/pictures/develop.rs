@@ -486,9 +486,17 @@ fn each_part_gets_a_mask_of_its_own() {
     assert_eq!(std::fs::read_dir(at.join("some")).unwrap().count(), 1);
     done(
         at,
-        &["develop", "p.exr", "-q", "-o", "{object}.png", "-o", "{object}.exr"],
+        &[
+            "develop",
+            "p.exr",
+            "-q",
+            "-o",
+            "all-{object}.png",
+            "-o",
+            "all-{object}.exr",
+        ],
     );
-    assert!(at.join("p.png").exists());
+    assert!(at.join("all-p.png").exists() && at.join("all-p.exr").exists());
     // The mask of a name without a visible pixel is black, with a warning.
     let said = words(&done(at, &split("develop p.exr --matte away -o away.png")));
     assert!(

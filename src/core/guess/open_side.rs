@@ -68,8 +68,8 @@ impl DepthMap {
         })
     }
 
-    /// Difference between the mean depths of this side and of the opposite side `back`, if this side
-    /// is open and `back` is a back.
+    /// Difference between the mean depths of this side and of the opposite side `back`, if this
+    /// side is open and `back` is a back.
     fn deeper_than(&self, back: &Self, height: f32) -> Option<f32> {
         let difference = self.mean - back.mean;
         let is_body = self.depth >= THICK * self.width.min(height) && height >= HIGH * self.depth;

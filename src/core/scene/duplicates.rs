@@ -19,8 +19,10 @@ use crate::geometry::{GeomId, Hit, InstanceId, Mesh, Placement, PrimId, retain_t
 use crate::material::MaterialId;
 use crate::math::hash::{GOLDEN_GAMMA, mix};
 use crate::math::{Affine3A, Vec3};
+use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
 use std::hash::{BuildHasherDefault, Hasher};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Bits of a triangle's corners at shutter open and close. The corner with the smallest bits is
 /// first.
@@ -29,6 +31,9 @@ type TriangleKey = [[u32; 9]; 2];
 /// Coincident triangles of different meshes are reported if there are at least this many. A ray
 /// that hits one of them is tested with all of them.
 pub const MANY_COINCIDENT: u64 = 32;
+
+/// Minimum number of triangles of a task.
+const MIN_TASK: usize = 4096;
 
 /// Hashes of every [`TriangleSamples::STRIDE`]th triangle of all meshes.
 #[derive(Clone, Debug, Default)]
@@ -45,11 +50,11 @@ impl TriangleSamples {
     /// hash occurs this number of times.
     const MIN: usize = MANY_COINCIDENT as usize / Self::STRIDE;
 
-    fn add(&mut self, hash: u64) {
-        if self.seen % Self::STRIDE == 0 {
-            self.hashes.push(hash);
-        }
-        self.seen += 1;
+    fn add(&mut self, triangles: &[[u32; 3]], hash: impl Fn(&[u32; 3]) -> u64) {
+        let before = self.seen.next_multiple_of(Self::STRIDE) - self.seen;
+        let sampled = triangles.iter().skip(before).step_by(Self::STRIDE);
+        self.hashes.extend(sampled.map(hash));
+        self.seen += triangles.len();
     }
 
     /// Stored hashes that occur at least [`Self::MIN`] times.
@@ -151,17 +156,28 @@ pub(super) fn remove_repeated_triangles(mesh: &mut Mesh, samples: &mut TriangleS
         ..
     } = mesh;
     let corners_of = |corners: &[u32; 3]| Corners::in_mesh(positions, positions_close, corners);
-    let hashes = triangles.iter().map(|corners| corners_of(corners).hash());
-    let repeated = repeated(hashes.inspect(|hash| samples.add(*hash)), before);
+    let hash = |corners: &[u32; 3]| corners_of(corners).hash();
+    samples.add(triangles, hash);
+    let repeated = repeated(triangles.par_iter().with_min_len(MIN_TASK).map(hash), before);
     if repeated.is_empty() {
         return 0;
     }
+
+    // Compare the few triangles whose hashes are repeated
+    let all = triangles.par_iter().with_min_len(MIN_TASK).enumerate();
+    let candidates = all.filter(|(_, corners)| repeated.contains(&hash(corners)));
+    let candidates: Vec<usize> = candidates.map(|(i, _)| i).collect();
     let mut known = HashSet::new();
-    retain_triangles(triangles, parts, |corners| {
-        let corners = corners_of(corners);
-        !repeated.contains(&corners.hash()) || known.insert(corners.key())
-    });
-    (before - triangles.len()) as u64
+    let is_copy = |&i: &usize| !known.insert(corners_of(&triangles[i]).key());
+    let copies: Vec<usize> = candidates.into_iter().filter(is_copy).collect();
+    if !copies.is_empty() {
+        let (mut i, mut next) = (0, copies.iter().peekable());
+        retain_triangles(triangles, parts, |_| {
+            i += 1;
+            next.next_if_eq(&&(i - 1)).is_none()
+        });
+    }
+    copies.len() as u64
 }
 
 /// Removes instances that repeat another instance, and their entries in `objects`. Returns the
@@ -177,7 +193,8 @@ pub(super) fn remove_repeated_instances<P>(
         let steps = placement.steps().iter().flat_map(Affine3A::to_cols_array);
         std::iter::once(id(prototype)).chain(steps.map(bits)).collect()
     };
-    let repeated = repeated(instances.iter().map(|instance| hash_of(&key(instance))), before);
+    let hashes = instances.iter().map(|instance| hash_of(&key(instance)));
+    let repeated = repeated(hashes.collect::<Vec<u64>>().into_par_iter(), before);
     if repeated.is_empty() {
         return 0;
     }
@@ -209,7 +226,8 @@ impl Scene {
             self.emitters()
                 .map(|(geom, prim, inst)| self.corners_at_open(geom, prim, inst))
         };
-        let repeated = repeated(emitters().map(|corners| corners.hash()), self.lights.len());
+        let hashes: Vec<u64> = emitters().map(|corners| corners.hash()).collect();
+        let repeated = repeated(hashes.into_par_iter(), self.lights.len());
         let mut counts: HashMap<TriangleKey, u64> = HashMap::new();
         for corners in emitters().filter(|corners| repeated.contains(&corners.hash())) {
             *counts.entry(corners.key()).or_insert(0) += 1;
@@ -284,20 +302,19 @@ impl Hasher for SameHash {
 }
 
 /// Hashes that occur more than once. The set also contains a few hashes that occur once, because
-/// another hash had set the same bit. `count` is the number of all hashes.
-fn repeated(hashes: impl Iterator<Item = u64>, count: usize) -> SetOfHashes {
-    let mut repeated = SetOfHashes::default();
+/// another hash had set the same bit. These depend on the order of the threads. `count` is the
+/// number of all hashes.
+fn repeated(hashes: impl ParallelIterator<Item = u64>, count: usize) -> SetOfHashes {
     let bits = (16 * count as u64).next_power_of_two();
-    let mut seen = vec![0u64; (bits / 64).max(1) as usize];
-    for hash in hashes {
+    let words = (bits / 64).max(1);
+    let seen: Vec<AtomicU64> = (0..words).map(|_| AtomicU64::new(0)).collect();
+    let is_repeated = |hash: &u64| {
         let bit = hash & (bits - 1);
-        let (word, mask) = (&mut seen[(bit / 64) as usize], 1 << (bit % 64));
-        if *word & mask != 0 {
-            repeated.insert(hash);
-        }
-        *word |= mask;
-    }
-    repeated
+        let mask = 1 << (bit % 64);
+        seen[(bit / 64) as usize].fetch_or(mask, Ordering::Relaxed) & mask != 0
+    };
+    let repeated: Vec<u64> = hashes.filter(is_repeated).collect();
+    repeated.into_iter().collect()
 }
 
 #[cfg(test)]

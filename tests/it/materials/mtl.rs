@@ -118,8 +118,12 @@ fn textures_are_found_elsewhere() {
     let mtl = "newmtl m\nKd 1 1 1\nmap_Kd C:\\Users\\bob\\Textures\\Wall.PNG\nnewmtl n\nmap_Kd C:\\Users\\bob\\Textures\\Wall.PNG\n";
     let obj = format!("mtllib lib/a.mtl\n{SQUARE}usemtl n\nf 1/1 2/2 3/3\n");
     let scene = "version = 1\n[render]\ntexture_dir = [\"given\"]\n[image]\nwidth = 8\nheight = 8\n[[object]]\nobj = \"a.obj\"\n";
-    let folder = folder(&[("a.obj", &obj), ("s.toml", scene)]);
-    let at = folder.path();
+    // The parent folder is searched too, so it must have no folders of other tests.
+    let folder = folder(&[]);
+    let at = &folder.path().join("scene");
+    fs::create_dir(at).unwrap();
+    fs::write(at.join("a.obj"), obj).unwrap();
+    fs::write(at.join("s.toml"), scene).unwrap();
     for name in ["lib", "lib/textures", "maps", "given"] {
         fs::create_dir(at.join(name)).unwrap();
     }

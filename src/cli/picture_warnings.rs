@@ -41,12 +41,13 @@ pub(super) fn panorama_shape(session: &Session) -> Option<Warning> {
     (size.x != 2 * size.y).then(|| Warning::new("panorama-shape", text()))
 }
 
-/// Warning if a PNG of `image` is nearly black because its exposure, in `tone`, is low.
-pub(super) fn low_exposure(tone: Tone, image: &Image) -> Option<String> {
+/// Warning if a PNG of `image` with the tone `tone` is nearly black, because its exposure of
+/// `chosen` stops is low.
+pub(super) fn low_exposure(tone: Tone, chosen: f32, image: &Image) -> Option<String> {
     /// Minimum difference to the metered exposure, in stops: mid-grey becomes a code below 16.
     const LOW: f32 = 5.0;
-    let stops = |exposure| metered(Tone { exposure, ..tone }, image).exposure.stops();
-    let (chosen, usual) = (stops(tone.exposure)?, stops(Exposure::Auto)?);
+    let exposure = Exposure::Auto;
+    let usual = metered(Tone { exposure, ..tone }, image).exposure.stops()?;
     (usual - chosen > LOW).then(|| {
         format!(
             "the PNG is nearly black, because its exposure {chosen:+} is {:.0} stops below the metered exposure\n  \

@@ -11,7 +11,7 @@
 //! rows of the last picture for a second. A command with abandoned work ends without exit handlers.
 
 use super::printing::{escaped, in_colour, percent};
-use crate::film::Film;
+use crate::film::{BLOCK, Film};
 use crate::io::LoadObserver;
 use crate::render::Observer;
 use indicatif::{HumanCount, HumanDuration, ProgressBar, ProgressState, ProgressStyle};
@@ -283,13 +283,19 @@ impl LoadObserver for LoadingBar {
     }
 }
 
-/// Estimated number of further samples until the noise level `level` is reached, after `samples`
-/// samples with the error `error`: errors fall as 1/√n. `None` if `error` is not known yet.
-pub(super) fn samples_left(samples: u64, error: f64, level: f64) -> Option<u64> {
+/// Minimum number of samples per pixel after which the error is estimated from blocks of samples.
+pub(super) const MIN_SAMPLES: u32 = 2 * BLOCK;
+
+/// Estimated work until the noise level `level` is reached from the error `error`, as a multiple of
+/// the work so far: errors fall as 1/√n. `None` if `error` is not known yet.
+pub(super) fn work_left(error: f64, level: f64) -> Option<f64> {
     let factor = (error / level).powi(2);
-    factor
-        .is_finite()
-        .then(|| (samples as f64 * (factor - 1.0).max(0.0)).ceil() as u64)
+    factor.is_finite().then(|| (factor - 1.0).max(0.0))
+}
+
+/// Estimated number of further samples after `samples` samples, as [`work_left`] estimates it.
+pub(super) fn samples_left(samples: u64, error: f64, level: f64) -> Option<u64> {
+    work_left(error, level).map(|multiple| (samples as f64 * multiple).ceil() as u64)
 }
 
 /// Text for the remaining time `left`, which may be unknown.
@@ -328,10 +334,13 @@ impl Observer for Progress {
         if let Some(error) = error {
             self.bar.set_message(format!("error {}  ", percent(error)));
         }
-        // Methods that render whole iterations do not call `expect`
-        let left = self.noise.filter(|_| error.is_some());
-        let left = left.and_then(|level| samples_left(film.samples(), film.error().sqrt(), level));
-        left.into_iter().for_each(|left| self.set_left(left));
+        // Methods that render whole iterations do not call `expect`. With fewer samples, the error
+        // is estimated too large
+        let is_estimated = || film.tiles().iter().all(|tile| tile.samples() >= MIN_SAMPLES);
+        if let (Some(level), Some(error)) = (self.noise, error.filter(|_| is_estimated())) {
+            let left = samples_left(film.samples(), error, level);
+            left.into_iter().for_each(|left| self.set_left(left));
+        }
     }
 
     fn should_stop(&self) -> bool {

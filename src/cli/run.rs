@@ -248,8 +248,9 @@ impl RenderInputs<'_> {
                         .images
                         .iter()
                         .any(|(format, _)| matches!(format, Format::Png(_)));
-                    if has_png && job.options.tone.exposure.is_none() {
-                        low_exposure(job.settings.tone, &image).into_iter().for_each(&mut warn);
+                    if let Some(chosen) = exposure.filter(|_| has_png && job.options.tone.exposure.is_none()) {
+                        let warning = low_exposure(job.settings.tone, chosen, &image);
+                        warning.into_iter().for_each(&mut warn);
                     }
                     let reason = self.renderer.reason_for_emptiness().filter(|_| !is_empty_told);
                     if let Some(reason) = reason {

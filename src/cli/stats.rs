@@ -4,9 +4,9 @@ use super::audit::AuditReport;
 use super::error::CliError;
 use super::outputs::Outputs;
 use super::printing;
-use super::progress::samples_left;
+use super::progress::{MIN_SAMPLES, samples_left, work_left};
 use crate::files::Output;
-use crate::film::{BLOCK, Film, Tile};
+use crate::film::{Film, Tile};
 use crate::integrator::ChainCounts;
 use crate::io::FileError;
 use crate::math::list;
@@ -256,13 +256,9 @@ impl NoiseOfRender {
     /// Estimated seconds until the noise level is reached, after `seconds` of rendering. `None`
     /// before the error can be estimated.
     fn seconds_left(&self, seconds: f64) -> Option<f64> {
-        let factor = (self.error / self.level).powi(2);
-        factor.is_finite().then(|| seconds * (factor - 1.0).max(0.0))
+        work_left(self.error, self.level).map(|multiple| seconds * multiple)
     }
 }
-
-/// Minimum number of samples per pixel after which the error is estimated from blocks of samples.
-const MIN_SAMPLES: u32 = 2 * BLOCK;
 
 /// `count`, rounded up to two significant digits.
 fn round_up(count: u64) -> u64 {

@@ -6,10 +6,10 @@ use crate::cli::error::CliError;
 use crate::cli::outputs::Outputs;
 use crate::cli::printing;
 use crate::color::Tone;
+use crate::files::create_folder;
 use crate::io::{ExrFormat, FileError, Layers, Mattes};
 use crate::math::Glob;
 use std::collections::HashSet;
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -74,6 +74,13 @@ impl Kind {
     fn mattes(self, layers: &Layers) -> Option<&Mattes> {
         layers.mattes.iter().find(|mattes| mattes.layer.ends_with(self.layer))
     }
+
+    /// The path `path` with `text` in place of the placeholder.
+    fn path(self, path: &Path, text: &str) -> PathBuf {
+        path.to_string_lossy()
+            .replace(&format!("{{{}}}", self.name), text)
+            .into()
+    }
 }
 
 /// Writes a mask for each name of `kind` that matches `--matte`. Names without a visible pixel get
@@ -90,37 +97,29 @@ pub(super) fn write(
         return Err(no_layer(args, layers, kind).into());
     };
     let glob = Glob::new(pattern);
-    let names = mattes
-        .names
-        .iter()
-        .map(|(name, _)| name)
-        .filter(|name| glob.matches(name));
-    let names: Vec<&String> = names.collect();
-    if names.is_empty() {
+    let mut matching = mattes.names.iter().filter(|(name, _)| glob.matches(name)).peekable();
+    if matching.peek().is_none() {
         return Err(no_match(args, layers, pattern).into());
     }
     // The layer of parts also has the names of objects, for faces without a part.
-    let objects = layers
-        .mattes
-        .iter()
-        .filter(|other| other.layer.ends_with("CryptoObject"));
-    let is_object = |name: &str| {
-        objects
-            .clone()
-            .flat_map(|other| &other.names)
-            .any(|(other, _)| other == name)
-    };
+    let objects = layers.mattes.iter().filter(|other| {
+        let is_of_objects = other.layer.ends_with("CryptoObject");
+        kind.name == "part" && is_of_objects
+    });
+    let objects: HashSet<&String> = objects.flat_map(|other| &other.names).map(|(name, _)| name).collect();
+    let visible = layers.visible_ids(mattes);
     let (mut used, mut empty, mut written) = (HashSet::new(), Vec::new(), Vec::new());
-    for name in names {
-        let Some(mask) = layers.mask_of(mattes, name) else {
-            return Err(no_match(args, layers, name).into());
-        };
-        if mask.is_empty() {
-            if kind.name != "part" || !is_object(name) {
+    for entry in matching {
+        let (name, id) = entry;
+        if !visible.contains(&id.to_bits()) {
+            if !objects.contains(name) {
                 empty.push(name.clone());
             }
             continue;
         }
+        let Some(mask) = layers.mask_of(mattes, entry) else {
+            return Err(no_match(args, layers, name).into());
+        };
         let text = unused(file_name(name), &mut used);
         let paths: Vec<PathBuf> = args.output.iter().map(|path| kind.path(path, &text)).collect();
         paths.iter().try_for_each(|path| make_folder(path))?;
@@ -148,15 +147,6 @@ pub(super) fn write(
     Ok(ExitCode::SUCCESS)
 }
 
-impl Kind {
-    /// The path `path` with `text` in place of the placeholder.
-    fn path(self, path: &Path, text: &str) -> PathBuf {
-        path.to_string_lossy()
-            .replace(&format!("{{{}}}", self.name), text)
-            .into()
-    }
-}
-
 /// Error for a file that lacks the names of `kind`.
 fn no_layer(args: &DevelopArgs, layers: &Layers, kind: Kind) -> FileError {
     if layers.mattes.is_empty() {
@@ -171,9 +161,7 @@ fn no_layer(args: &DevelopArgs, layers: &Layers, kind: Kind) -> FileError {
 /// Creates the folder of `path`, if it does not exist.
 fn make_folder(path: &Path) -> Result<(), FileError> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    folder.map_or(Ok(()), |folder| {
-        fs::create_dir_all(folder).map_err(|error| FileError::system(folder, "cannot create the folder", &error))
-    })
+    folder.map_or(Ok(()), create_folder)
 }
 
 /// `name` as a part of a file name: separators of folders and other special characters become `_`.

@@ -17,5 +17,5 @@ pub use identity::FileId;
 pub use input::read_text;
 pub use memory::LoadObserver;
 pub use memory_limit::{LimitSource, MemoryLimit, in_words};
-pub use output::Output;
+pub use output::{Output, create_folder};
 pub use temporary::OutputLock;

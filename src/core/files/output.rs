@@ -255,6 +255,11 @@ fn sync_folder(folder: &Path) -> io::Result<()> {
     }
 }
 
+/// Creates the folder `folder` and its parents, unless they exist.
+pub fn create_folder(folder: &Path) -> Result<(), FileError> {
+    fs::create_dir_all(folder).map_err(|error| FileError::system(folder, "cannot create the folder", &error))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -50,16 +50,23 @@ impl Layers {
         })
     }
 
-    /// Mask of `name`, a name of the layer `mattes`. `None` if the layer does not have the name, or
-    /// the file does not have the channels of the layer.
-    pub fn mask_of(&self, mattes: &Mattes, name: &str) -> Option<MatteMask> {
-        let (name, id) = mattes.names.iter().find(|(known, _)| known == name)?;
+    /// Mask of one of the names of the layer `mattes`. `None` if the file does not have the
+    /// channels of the layer.
+    pub fn mask_of(&self, mattes: &Mattes, (name, id): &(String, f32)) -> Option<MatteMask> {
         self.covered(&mattes.layer, vec![name.clone()], &HashSet::from([id.to_bits()]))
     }
 
-    /// Mask of the names `names` of a layer. `ids` are the bits of the ids of these names. `None`
-    /// if the file does not have the channels of the layer.
-    fn covered(&self, layer: &str, names: Vec<String>, ids: &HashSet<u32>) -> Option<MatteMask> {
+    /// Bits of the ids that at least one pixel of the layer `mattes` shows.
+    pub fn visible_ids(&self, mattes: &Mattes) -> HashSet<u32> {
+        let pairs = self.pairs(&mattes.layer).into_iter();
+        let values = pairs.flat_map(|[of_ids, shares]| of_ids.values.iter().zip(&shares.values));
+        let visible = values.filter(|(_, share)| **share > 0.0);
+        visible.map(|(id, _)| id.to_bits()).collect()
+    }
+
+    /// Channels of the layer `layer`: pairs of ids and shares. Pairs with another data window than
+    /// the first are left out.
+    fn pairs(&self, layer: &str) -> Vec<[&LayerChannel; 2]> {
         let channel = |name: String| {
             self.channels
                 .iter()
@@ -70,11 +77,20 @@ impl Layers {
             let [r, g, b, a] = names.map(channel);
             Some([[r?, g?], [b?, a?]])
         });
-        let pairs: Vec<_> = pairs.flatten().collect();
+        let mut pairs: Vec<[&LayerChannel; 2]> = pairs.flatten().collect();
+        if let Some(window) = pairs.first().map(|[ids, _]| ids.window) {
+            pairs.retain(|pair| pair.iter().all(|channel| channel.window == window));
+        }
+        pairs
+    }
+
+    /// Mask of the names `names` of a layer. `ids` are the bits of the ids of these names. `None`
+    /// if the file does not have the channels of the layer.
+    fn covered(&self, layer: &str, names: Vec<String>, ids: &HashSet<u32>) -> Option<MatteMask> {
+        let pairs = self.pairs(layer);
         let window = pairs.first()?[0].window;
         let mut values = vec![0.0; window.area() as usize];
-        let is_in_window = |pair: &[&LayerChannel; 2]| pair.iter().all(|channel| channel.window == window);
-        for [of_ids, shares] in pairs.into_iter().filter(is_in_window) {
+        for [of_ids, shares] in pairs {
             let pixels = of_ids.values.iter().zip(&shares.values);
             for (value, (id, share)) in values.iter_mut().zip(pixels) {
                 if ids.contains(&id.to_bits()) {

@@ -106,9 +106,8 @@ impl Corners {
         }
     }
 
-    /// Hash of the key. It is computed without the key, because hashes of all triangles are
-    /// computed. It does not depend on which corner is first, but on the winding, because it is a
-    /// sum over the directed edges.
+    /// Hash of the corners, which is computed faster than the key. It is a sum over the directed
+    /// edges. So it depends on the winding, but not on which corner is first.
     fn hash(&self) -> u64 {
         let mut hashes = self.open.map(|p| hash_of_point(p, GOLDEN_GAMMA));
         if let Some(close) = self.close {

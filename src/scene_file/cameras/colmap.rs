@@ -6,7 +6,7 @@
 use super::{FileCamera, calibrated};
 use crate::camera::{Distortion, Intrinsics};
 use crate::files::input::read_bytes;
-use crate::files::{Output, read_text};
+use crate::files::{Output, create_folder, read_text};
 use crate::math::{DMat3, DQuat, DVec3, UVec2, excerpt};
 use crate::options::{CameraOptions, PoseConvention, PoseMatrix};
 use crate::scene_file::{FileError, Position};
@@ -359,7 +359,7 @@ pub(super) fn write(folder: &Path, camera: &FileCamera) -> Result<(), FileError>
         } = rotation;
         pictures += &format!("{id} {qw} {qx} {qy} {qz} {x} {y} {z} {id} {}\n\n", camera.name);
     }
-    std::fs::create_dir_all(folder).map_err(|error| FileError::system(folder, "cannot create the folder", &error))?;
+    create_folder(folder)?;
     let texts = [
         format!("# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n{lenses}"),
         format!("# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then a line of points\n{pictures}"),

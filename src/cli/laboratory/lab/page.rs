@@ -88,8 +88,7 @@ fn data(comparison: &Comparison) -> io::Result<Value> {
         let picture = pictures.picture(&reference.image)?;
         io::Result::Ok(json!({ "name": reference.name, "samples": reference.samples, "picture": picture }))
     });
-    let faults = comparison.verdict.faults.iter();
-    let warnings = faults.map(|fault| format!("{} To mend this, {}.", fault.text(), fault.help()));
+    let warnings = comparison.verdict.faults.iter().map(|fault| fault.advice());
     let witness = comparison.verdict.witness.as_ref().map(|(image, iterations)| {
         let picture = pictures.picture(image)?;
         io::Result::Ok(json!({ "samples": iterations, "picture": picture }))

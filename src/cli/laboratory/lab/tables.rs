@@ -34,7 +34,7 @@ impl Comparison {
     /// [`Comparison::table`], and the faults of the reference.
     pub fn markdown(&self) -> String {
         let faults = self.verdict.faults.iter();
-        let faults = faults.map(|fault| format!("\n**Warning.** {} To mend this, {}.\n", fault.text(), fault.help()));
+        let faults = faults.map(|fault| format!("\n**Warning.** {}\n", fault.advice()));
         self.table() + &faults.collect::<String>()
     }
 

@@ -64,6 +64,11 @@ impl Fault {
         }
     }
 
+    /// Sentences that describe the fault and its remedy.
+    pub fn advice(self) -> String {
+        format!("{} To mend this, {}.", self.text(), self.help())
+    }
+
     /// Remedy.
     pub fn help(self) -> &'static str {
         match self {
@@ -156,10 +161,10 @@ fn missing_light(reference: &RgbImage, others: [&RgbImage; 2]) -> f32 {
     let reference = luminances(reference);
     let [first, second] = others.map(luminances);
     let blocks = reference.len().max(1) as f32;
-    let mean = first.iter().zip(&second).map(|(a, b)| a.min(*b)).sum::<f32>() / blocks;
-    let others = first.iter().zip(&second).map(|(a, b)| a.min(*b));
-    let is_missing = |(other, known): &(f32, &f32)| *other > FACTOR * **known && other - **known > MIN_LIGHT * mean;
-    others.zip(&reference).filter(is_missing).count() as f32 / blocks
+    let both: Vec<f32> = first.iter().zip(&second).map(|(a, b)| a.min(*b)).collect();
+    let mean = both.iter().sum::<f32>() / blocks;
+    let is_missing = |(other, known): &(&f32, &f32)| **other > FACTOR * **known && *other - *known > MIN_LIGHT * mean;
+    both.iter().zip(&reference).filter(is_missing).count() as f32 / blocks
 }
 
 #[cfg(test)]

@@ -118,6 +118,20 @@ macro_rules! integrators {
                 }
             }
 
+            /// Value of the parameter `key` as text; `None` if the integrator does not read this
+            /// parameter.
+            fn text(&self, key: &str) -> Option<String> {
+                match self {
+                    $(Self::$kind(settings) => {
+                        $(if key == stringify!($key) {
+                            return Some(settings.$key.described());
+                        })*
+                        let _ = settings;
+                        None
+                    }),+
+                }
+            }
+
             /// Keys of the parameters that the integrator reads, with their values as text.
             pub fn values(&self) -> Vec<(&'static str, String)> {
                 match self {
@@ -262,8 +276,7 @@ impl IntegratorOptions {
                 integrator: Some(kind),
                 ..Self::default()
             };
-            let values = ChosenIntegrator::new(&options).values();
-            let (_, value) = values.into_iter().find(|(k, _)| *k == key)?;
+            let value = ChosenIntegrator::new(&options).text(key)?;
             (value != usual && value != "auto").then_some((name, value))
         };
         IntegratorKind::NAMES.iter().filter_map(of_kind).collect()

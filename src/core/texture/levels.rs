@@ -24,15 +24,31 @@ const MIN_WEIGHT: f32 = 1.0 / 1024.0;
 
 /// Appends the coarser levels of a picture to `samples`. Returns all levels, the finest first.
 ///
-/// `samples` holds the picture of `size` texels (columns, rows). A texel has `channels` samples. If
-/// there are two or four, the last sample is alpha. `decode` and `encode` take the index of a
-/// channel: `decode` converts a sample to a linear value, and `encode` converts a value to a
+/// `samples` holds the picture of `size` texels (columns, rows). A texel has `channels` samples, 1
+/// to 4. If there are two or four, the last sample is alpha. `decode` and `encode` take the index
+/// of a channel: `decode` converts a sample to a linear value, and `encode` converts a value to a
 /// sample. A coarse texel is the mean of the finer texels that it covers, computed from unrounded
 /// values. Colours are weighted by their alpha, because a transparent texel is not visible.
 pub(super) fn append<T: Copy>(
     samples: &mut Vec<T>,
     size: (usize, usize),
     channels: usize,
+    decode: impl Fn(usize, T) -> f32,
+    encode: impl Fn(usize, f32) -> T,
+) -> Vec<Level> {
+    match channels {
+        1 => append_texels::<T, 1>(samples, size, decode, encode),
+        2 => append_texels::<T, 2>(samples, size, decode, encode),
+        3 => append_texels::<T, 3>(samples, size, decode, encode),
+        _ => append_texels::<T, 4>(samples, size, decode, encode),
+    }
+}
+
+/// Appends the coarser levels as [`append`] does. The number of channels is a constant, so that the
+/// loops over channels are unrolled.
+fn append_texels<T: Copy, const N: usize>(
+    samples: &mut Vec<T>,
+    size: (usize, usize),
     decode: impl Fn(usize, T) -> f32,
     encode: impl Fn(usize, f32) -> T,
 ) -> Vec<Level> {
@@ -43,30 +59,28 @@ pub(super) fn append<T: Copy>(
     };
     let sizes: Vec<_> = std::iter::successors(Some(size), |&size| (size != (1, 1)).then(|| half(size))).collect();
     let rest: usize = sizes.iter().skip(1).map(|(width, height)| width * height).sum();
-    samples.reserve_exact(rest * channels);
+    samples.reserve_exact(rest * N);
 
     let mut levels = vec![level(0, size)];
-    let mut plane: Vec<f32> = Vec::new();
+    let mut plane: Vec<[f32; N]> = Vec::new();
     for pair in sizes.windows(2) {
-        let row_length = pair[0].0 * channels;
-        let row = |y: usize| y * row_length..(y + 1) * row_length;
+        let width = pair[0].0;
         plane = if levels.len() == 1 {
-            let read = |y: usize, values: &mut [f32]| {
-                let texels = samples[row(y)].chunks_exact(channels);
-                for (texel, values) in texels.zip(values.chunks_exact_mut(channels)) {
-                    for (c, (value, &sample)) in values.iter_mut().zip(texel).enumerate() {
-                        *value = decode(c, sample);
-                    }
-                    weigh(values);
+            let read = |y: usize, texels: &mut [[f32; N]]| {
+                let row = samples[y * width * N..][..width * N].chunks_exact(N);
+                for (texel, samples) in texels.iter_mut().zip(row) {
+                    *texel = weighed(std::array::from_fn(|c| decode(c, samples[c])));
                 }
             };
-            halved(pair[0], channels, read)
+            halved(pair[0], read)
         } else {
-            halved(pair[0], channels, |y, values| values.copy_from_slice(&plane[row(y)]))
+            halved(pair[0], |y, texels| {
+                texels.copy_from_slice(&plane[y * width..][..width])
+            })
         };
         levels.push(level(samples.len(), pair[1]));
-        for texel in plane.chunks_exact(channels) {
-            samples.extend((0..channels).map(|c| encode(c, unweighed(texel, c))));
+        for texel in &plane {
+            samples.extend((0..N).map(|c| encode(c, unweighed(texel, c))));
         }
     }
     levels
@@ -77,47 +91,54 @@ fn half((width, height): (usize, usize)) -> (usize, usize) {
     ((width / 2).max(1), (height / 2).max(1))
 }
 
-/// Multiplies the colours of a texel by its weight and replaces alpha by the weight. A texel
-/// without alpha does not change.
-fn weigh(texel: &mut [f32]) {
-    if texel.len() % 2 == 0 {
-        if let Some((weight, colors)) = texel.split_last_mut() {
-            *weight += MIN_WEIGHT;
-            colors.iter_mut().for_each(|color| *color *= *weight);
-        }
+/// The texel with its colours multiplied by its weight, and with the weight instead of alpha. A
+/// texel without alpha does not change.
+fn weighed<const N: usize>(texel: [f32; N]) -> [f32; N] {
+    if N % 2 == 1 {
+        return texel;
     }
+    let weight = texel[N - 1] + MIN_WEIGHT;
+    std::array::from_fn(|c| if c + 1 == N { weight } else { texel[c] * weight })
 }
 
-/// Channel `c` of a texel after [`weigh`] is undone: a colour divided by the weight, or alpha.
-fn unweighed(texel: &[f32], c: usize) -> f32 {
-    match texel.last() {
-        Some(&weight) if texel.len() % 2 == 0 && c + 1 == texel.len() => (weight - MIN_WEIGHT).max(0.0),
-        Some(&weight) if texel.len() % 2 == 0 => texel[c] / weight,
-        _ => texel[c],
+/// Channel `c` of a texel after [`weighed`] is undone: a colour divided by the weight, or alpha.
+fn unweighed<const N: usize>(texel: &[f32; N], c: usize) -> f32 {
+    if N % 2 == 1 {
+        return texel[c];
+    }
+    let weight = texel[N - 1];
+    if c + 1 == N {
+        (weight - MIN_WEIGHT).max(0.0)
+    } else {
+        texel[c] / weight
     }
 }
 
 /// Returns the picture of half the size. Each texel is a weighted mean of two or three columns and
 /// rows. `read` fills in a row of the larger picture.
-fn halved(size: (usize, usize), channels: usize, read: impl Fn(usize, &mut [f32])) -> Vec<f32> {
+fn halved<const N: usize>(size: (usize, usize), read: impl Fn(usize, &mut [[f32; N]])) -> Vec<[f32; N]> {
     let (width, height) = half(size);
-    let mut plane = Vec::with_capacity(width * height * channels);
-    let mut row = vec![0.0; size.0 * channels];
+    let add = |sum: &mut [f32; N], weight: f32, texel: &[f32; N]| {
+        for (s, v) in sum.iter_mut().zip(texel) {
+            *s += weight * v;
+        }
+    };
+    let mut plane = Vec::with_capacity(width * height);
+    let mut row = vec![[0.0; N]; size.0];
     let mut sum = row.clone();
     for y in 0..height {
-        sum.fill(0.0);
+        sum.fill([0.0; N]);
         for (from, weight) in taps(size.1, y) {
             read(from, &mut row);
-            sum.iter_mut().zip(&row).for_each(|(s, v)| *s += weight * v);
+            sum.iter_mut().zip(&row).for_each(|(s, v)| add(s, weight, v));
         }
-        for x in 0..width {
-            let start = plane.len();
-            plane.resize(start + channels, 0.0);
+        plane.extend((0..width).map(|x| {
+            let mut texel = [0.0; N];
             for (from, weight) in taps(size.0, x) {
-                let fine = &sum[from * channels..][..channels];
-                plane[start..].iter_mut().zip(fine).for_each(|(p, v)| *p += weight * v);
+                add(&mut texel, weight, &sum[from]);
             }
-        }
+            texel
+        }));
     }
     plane
 }

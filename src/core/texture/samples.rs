@@ -56,6 +56,8 @@ pub(super) static LINEAR: Codes = {
     codes
 };
 static SRGB: LazyLock<Codes> = LazyLock::new(|| LINEAR.map(srgb::decode));
+static LINEAR_QUANTIZER: LazyLock<Quantizer> = LazyLock::new(|| Quantizer::new(&LINEAR));
+static SRGB_QUANTIZER: LazyLock<Quantizer> = LazyLock::new(|| Quantizer::new(&SRGB));
 static SRGB_SHORTS: LazyLock<Box<ShortCodes>> = LazyLock::new(|| {
     let mut codes = Box::new([0.0; 1 << 16]);
     for (code, value) in codes.iter_mut().enumerate() {
@@ -94,15 +96,16 @@ impl Texels {
         let (samples, levels, max_value);
         match self {
             Self::Bytes(mut codes, curve) => {
-                let table = match curve {
-                    Curve::Linear => &LINEAR,
-                    Curve::Srgb => &*SRGB,
+                let linear = &*LINEAR_QUANTIZER;
+                let quantizer = match curve {
+                    Curve::Linear => linear,
+                    Curve::Srgb => &*SRGB_QUANTIZER,
                 };
-                let of = |c| if is_alpha(c) { &LINEAR } else { table };
-                let decode = |c, code: u8| of(c)[code as usize];
-                max_value = table[largest(&codes, channels) as usize];
-                levels = levels::append(&mut codes, size, channels, decode, |c, value| nearest(of(c), value));
-                samples = Samples::Bytes(codes, table);
+                let of = |c| if is_alpha(c) { linear } else { quantizer };
+                let decode = |c, code: u8| of(c).codes[code as usize];
+                max_value = quantizer.codes[largest(&codes, channels) as usize];
+                levels = levels::append(&mut codes, size, channels, decode, |c, value| of(c).nearest(value));
+                samples = Samples::Bytes(codes, quantizer.codes);
             }
             Self::Shorts(mut codes, Curve::Srgb) => {
                 let table: &ShortCodes = &SRGB_SHORTS;
@@ -213,19 +216,47 @@ pub(super) fn decode_short(code: u16) -> f32 {
     code as f32 * (1.0 / 65535.0)
 }
 
-/// Code whose value is nearest to `value`.
-fn nearest(codes: &Codes, value: f32) -> u8 {
-    let above = codes.partition_point(|&v| v < value).clamp(1, 255);
-    let below = above - 1;
-    let is_below = value - codes[below] < codes[above] - value;
-    if is_below { below as u8 } else { above as u8 }
+/// Number of equal parts of the interval from 0 to 1, in each of which a search for a code begins.
+/// The curve of sRGB is steepest at 0, where a part has at most one code.
+const PARTS: usize = 4096;
+
+/// The values of 8-bit codes, with the places where a search for a value begins.
+struct Quantizer {
+    codes: &'static Codes,
+    /// For each part of the interval, the smallest code whose value is not below the part's start.
+    first: [u8; PARTS],
+}
+
+impl Quantizer {
+    fn new(codes: &'static Codes) -> Self {
+        let first = |part: usize| codes.partition_point(|&v| v < part as f32 / PARTS as f32) as u8;
+        Self {
+            codes,
+            first: std::array::from_fn(first),
+        }
+    }
+
+    /// Code whose value is nearest to `value`.
+    fn nearest(&self, value: f32) -> u8 {
+        let part = (value * PARTS as f32) as usize;
+        let mut above = self.first[part.min(PARTS - 1)].max(1) as usize;
+        while above < 255 && self.codes[above] < value {
+            above += 1;
+        }
+        let below = above - 1;
+        let is_below = value - self.codes[below] < self.codes[above] - value;
+        if is_below { below as u8 } else { above as u8 }
+    }
 }
 
 /// Maximum of all samples except alpha.
 fn largest<T: Copy + Default + PartialOrd>(samples: &[T], channels: usize) -> T {
-    let colors = if channels < 3 { 1 } else { 3 };
-    let samples = samples.chunks_exact(channels).flat_map(|texel| &texel[..colors]);
-    samples.fold(T::default(), |max, &sample| if sample > max { sample } else { max })
+    let larger = |max, &sample: &T| if sample > max { sample } else { max };
+    if channels % 2 == 1 {
+        return samples.iter().fold(T::default(), larger);
+    }
+    let colors = samples.chunks_exact(channels).flat_map(|texel| &texel[..channels - 1]);
+    colors.fold(T::default(), larger)
 }
 
 /// Replaces values that are negative, NaN or larger than [`LARGEST`] by 0, and clamps alpha to 1.
@@ -258,13 +289,13 @@ mod tests {
 
     #[test]
     fn nearest_code_has_the_smallest_error() {
-        for table in [&LINEAR, &*SRGB] {
-            for (code, &value) in table.iter().enumerate() {
-                assert_eq!(nearest(table, value) as usize, code);
+        for quantizer in [&*LINEAR_QUANTIZER, &*SRGB_QUANTIZER] {
+            for (code, &value) in quantizer.codes.iter().enumerate() {
+                assert_eq!(quantizer.nearest(value) as usize, code);
             }
             for value in (0..1000).map(|i| i as f32 / 999.0).chain([-1.0, 2.0]) {
-                let error = |code: u8| (table[code as usize] - value).abs();
-                let code = nearest(table, value);
+                let error = |code: u8| (quantizer.codes[code as usize] - value).abs();
+                let code = quantizer.nearest(value);
                 assert!((0..=255).all(|other| error(code) <= error(other)));
             }
         }

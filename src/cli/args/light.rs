@@ -3,10 +3,12 @@
 
 use crate::color::{Spectrum, WRITTEN_COLORS};
 use crate::light::sky::SUN_IRRADIANCE;
+use crate::light::sun_position;
 use crate::options::nearest;
 #[cfg(feature = "view")]
 use crate::scene_file::LightSection;
 use crate::scene_file::{Environment, LightChanges, Sun};
+use toml::value::{Datetime, Offset};
 
 /// Flags that change the light of the scene file.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -16,6 +18,9 @@ pub(in crate::cli) struct LightFlags {
     pub env: Option<EnvFlag>,
 
     /// Add a sun: azimuth (0 is +z, 90 is +x), elevation, irradiance [default: 3]
+    ///
+    /// LATITUDE,LONGITUDE,TIME[,NORTH] is the sun of a place at a time: degrees to the north and to
+    /// the east, a time such as 2026-06-21T15:00+02:00, and the azimuth of north [default: 180, -z].
     #[arg(
         long,
         value_name = "AZ,EL[,STRENGTH]",
@@ -119,14 +124,28 @@ fn numbers(text: &str) -> Option<Vec<f32>> {
     text.split(',').map(|number| number.trim().parse().ok()).collect()
 }
 
-/// Parses `AZ,EL` or `AZ,EL,STRENGTH`.
+/// Azimuth of north if none is given: −z, or +y if +z is up.
+const NORTH: f64 = 180.0;
+
+/// Parses `AZ,EL`, `AZ,EL,STRENGTH`, or a place and a time.
 fn parse_sun(text: &str) -> Result<SunFlag, String> {
+    let words: Vec<&str> = text.split(',').map(str::trim).collect();
+    if let Some(time) = words.get(2).filter(|time| time.contains(':')) {
+        let at = sun_of_place([words[0], words[1]], time, words.get(3).copied())?;
+        return Ok(SunFlag {
+            written: text.into(),
+            sun: Sun {
+                at,
+                strength: SUN_IRRADIANCE,
+            },
+        });
+    }
     let (at, strength) = match numbers(text).as_deref() {
         Some(&[azimuth, elevation]) => ([azimuth, elevation], SUN_IRRADIANCE),
         Some(&[azimuth, elevation, strength]) => ([azimuth, elevation], strength),
         _ => {
             return Err(
-                "azimuth and elevation in degrees are expected, as in -45,40, or with a strength, as in -45,40,3; the tutorial `Light a room` finds both for a time of day".into(),
+                "azimuth and elevation in degrees are expected, as in -45,40, or with a strength, as in -45,40,3; or a place and a time, as in 52.5,13.4,2026-06-21T15:00+02:00".into(),
             );
         }
     };
@@ -143,6 +162,58 @@ fn parse_sun(text: &str) -> Result<SunFlag, String> {
         written: text.into(),
         sun: Sun { at, strength },
     })
+}
+
+/// Azimuth and elevation of the sun at a place and a time, in degrees. The azimuth is an azimuth of
+/// the scene, where north has the azimuth `north`.
+fn sun_of_place(place: [&str; 2], time: &str, north: Option<&str>) -> Result<[f32; 2], String> {
+    let degrees = |text: &str, max: f64| text.parse().ok().filter(|x: &f64| x.abs() <= max);
+    let (Some(latitude), Some(longitude)) = (degrees(place[0], 90.0), degrees(place[1], 360.0)) else {
+        return Err("a latitude from -90 to 90 and a longitude from -360 to 360 are expected before the time".into());
+    };
+    let Some(north) = north.map_or(Some(NORTH), |north| degrees(north, 360.0)) else {
+        return Err("the azimuth of north, from -360 to 360, is expected after the time".into());
+    };
+    let Some(seconds) = unix_seconds(time) else {
+        return Err(format!(
+            "`{time}` is not a date and a time with the offset from universal time, such as 2026-06-21T15:00+02:00 or 2026-06-21T13:00Z"
+        ));
+    };
+    let [from_north, elevation] = sun_position([latitude, longitude], seconds);
+    if elevation <= 0.0 {
+        return Err(format!(
+            "the sun is below the horizon then (elevation {elevation:.1}): choose an hour of daylight"
+        ));
+    }
+    let azimuth = (north - from_north + 180.0).rem_euclid(360.0) - 180.0;
+    Ok([azimuth, elevation].map(|x| ((100.0 * x).round() / 100.0) as f32))
+}
+
+/// Seconds of universal time since 1970 of a date, a time and an offset as in RFC 3339. `None` for
+/// other texts.
+fn unix_seconds(text: &str) -> Option<f64> {
+    let Datetime {
+        date: Some(date),
+        time: Some(time),
+        offset: Some(offset),
+    } = text.parse().ok()?
+    else {
+        return None;
+    };
+    let east = match offset {
+        Offset::Z => 0,
+        Offset::Custom { minutes } => i64::from(minutes),
+    };
+    // Days of the Gregorian calendar; the year begins in March, so that a leap day is its last day.
+    let (month, day) = (i64::from(date.month), i64::from(date.day));
+    let year = i64::from(date.year) - i64::from(month < 3);
+    let day_of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
+    let leap_days = year / 4 - year / 100 + year / 400;
+    /// Days from March 1 of the year 0 to 1970-01-01.
+    const EPOCH: i64 = 719_468;
+    let days = 365 * year + leap_days + day_of_year - EPOCH;
+    let minutes = 60 * i64::from(time.hour) + i64::from(time.minute) - east;
+    Some((86400 * days + 60 * minutes) as f64 + f64::from(time.second.unwrap_or(0)))
 }
 
 fn parse_strength(text: &str) -> Result<f32, String> {
@@ -193,6 +264,39 @@ mod tests {
             assert!(parse_env(wrong).is_err(), "{wrong}");
         }
         assert!(parse_env("stduio").unwrap_err().contains("did you mean studio"));
+    }
+
+    #[test]
+    fn suns_of_places_have_the_azimuth_of_the_scene() {
+        let at = |text: &str| parse_sun(text).map(|flag| flag.sun.at);
+        // Berlin: the calculator of NOAA has the azimuth 227.4 and the elevation 54.0.
+        let [azimuth, elevation] = at("52.52,13.4,2026-06-21T15:00+02:00").unwrap();
+        assert!(
+            (azimuth + 47.4).abs() < 0.5 && (elevation - 54.0).abs() < 0.5,
+            "{azimuth},{elevation}"
+        );
+        assert_eq!(at("52.52, 13.4, 2026-06-21T13:00:00Z"), Ok([azimuth, elevation]));
+        let [turned, _] = at("52.52,13.4,2026-06-21T15:00+02:00,90").unwrap();
+        assert!((turned - (azimuth - 90.0)).abs() < 0.02, "{turned}");
+        for wrong in [
+            "52.52,13.4,2026-06-21T15:00",
+            "52.52,13.4,15:00",
+            "100,13.4,2026-06-21T15:00Z",
+            "52.52,x,2026-06-21T15:00Z",
+            "52.52,13.4,2026-06-21T15:00Z,west",
+            "52.52,13.4,2026-06-21T01:00+02:00",
+        ] {
+            assert!(at(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn times_are_seconds_since_1970() {
+        assert_eq!(unix_seconds("1970-01-01T00:00Z"), Some(0.0));
+        assert_eq!(unix_seconds("2003-10-17T12:30:30-07:00"), Some(1_066_419_030.0));
+        assert_eq!(unix_seconds("2024-02-29T00:00Z"), Some(1_709_164_800.0));
+        assert_eq!(unix_seconds("2026-06-21 00:00Z"), Some(1_782_000_000.0));
+        assert_eq!(unix_seconds("2026-06-21"), None);
     }
 
     #[test]

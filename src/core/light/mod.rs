@@ -34,6 +34,7 @@ mod sphere;
 mod spot;
 mod studio;
 mod sun;
+mod sun_position;
 mod textured;
 mod triangle;
 
@@ -50,6 +51,7 @@ pub use sphere::SphereLight;
 pub use spot::SpotLight;
 pub use studio::{STUDIO_IRRADIANCE, STUDIO_SIZE, studio_image};
 pub use sun::SunLight;
+pub use sun_position::sun_position;
 pub use textured::{TexturedTriangle, Variation};
 pub use triangle::{MovingTriangle, TriangleLight, TriangleSampling};
 

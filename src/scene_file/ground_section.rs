@@ -20,6 +20,8 @@ section! {
         normal: [f32; 3], default "up";
         /// Radius, scene units
         radius: f32, default "50 times the radius of the scene", in Numbers::FromTo(1e-9, 1e10);
+        /// Radius at which shadows end, scene units
+        shadow_radius: f32, default "the radius, or the border of a bare OBJ's picture", in Numbers::FromTo(1e-9, 1e10);
         /// Albedo for all rays except camera rays
         albedo: ColorValue, default "0.5", in Numbers::FromTo(0.01, 1.0);
     }
@@ -34,6 +36,7 @@ impl GroundSection {
             normal: value(&self.normal).map(Vec3::from),
             up: value(&self.up).map_or(usual.up, Vec3::from),
             radius: value(&self.radius),
+            shadow_radius: value(&self.shadow_radius),
             albedo: value(&self.albedo).map_or(usual.albedo, |albedo| albedo.0.into()),
         }
     }

@@ -1,16 +1,16 @@
 //! Guessed light and guessed ground, written as sections of a scene file.
 
 use super::{Guesses, Settings};
-use crate::camera::CameraParameters;
+use crate::camera::{CameraDescription, CameraParameters};
 use crate::color::{Exposure, Spectrum};
 use crate::guess::{LightGuess, Survey};
 use crate::integrator::Background;
 use crate::io::{DEFAULT_LIGHT, Warning};
 use crate::light::Light;
 use crate::light::sky::{DEFAULT_TURBIDITY, SUN_IRRADIANCE};
-use crate::math::Vec3;
+use crate::math::{Bounds3, UVec2, Vec2, Vec3};
 use crate::scene::{GroundPlane, RectangleParameters, Scene};
-use crate::scene_file::{ColorValue, Environment, LightSection, SceneFile, Viewpoint};
+use crate::scene_file::{ColorValue, Environment, GroundSection, LightSection, SceneFile, Viewpoint};
 use toml::Spanned;
 
 /// Radiance of the guessed backdrop, W·sr⁻¹·m⁻²: a blue grey that differs from white, grey and
@@ -121,6 +121,56 @@ fn place_ground(file: &mut SceneFile, survey: &Survey) {
     }
 }
 
+/// Returns true if the shadows on the ground of `file` end where the picture ends: its background
+/// is a colour or transparency, so that a shadow that the border cuts is visible.
+fn has_shadows_to_end(file: &SceneFile, settings: &Settings) -> bool {
+    let shows_cuts = matches!(settings.background, Background::Transparent | Background::Color(_));
+    let is_free = |ground: &GroundSection| ground.radius.is_none() && ground.shadow_radius.is_none();
+    settings.guesses.ground && shows_cuts && file.ground.as_ref().is_some_and(is_free)
+}
+
+/// Ends the shadows on the ground of `file` inside the picture of the camera of `parameters`: at
+/// the distance from the middle of the ground to the nearest point of the ground on the border of
+/// the picture. The distance is at least the radius of the circle around the scene, so that some
+/// shadow is left if the scene fills the picture.
+fn end_shadows(
+    file: &mut SceneFile,
+    (bounds, up): (Bounds3, Vec3),
+    settings: &Settings,
+    parameters: &CameraParameters,
+) {
+    let Some(ground) = file.ground.as_mut() else { return };
+    let below = GroundPlane::below(bounds, up).point;
+    let given = ground.point.as_ref().map(|point| Vec3::from(*point.get_ref()));
+    let camera = CameraDescription::still(*parameters).camera(settings.resolution);
+    let (Some(middle), Ok(camera)) = (given.or(below), camera) else {
+        return;
+    };
+    let distances = border(settings.resolution).filter_map(|pixel| {
+        let ray = camera.ray(pixel, Vec2::splat(0.5), 0.0);
+        let t = (middle - ray.origin).dot(up) / ray.direction.dot(up);
+        (t > 0.0 && t.is_finite()).then(|| ray.at(t).distance(middle))
+    });
+    let nearest = distances.fold(f32::INFINITY, f32::min);
+    let across = 0.5 * (bounds.max - bounds.min);
+    let radius = nearest.max(across.reject_from_normalized(up).length());
+    if radius.is_finite() && radius > 0.0 {
+        ground.shadow_radius = Some(Spanned::new(0..0, radius));
+    }
+}
+
+/// Points on the border of a picture, in pixels.
+fn border(resolution: UVec2) -> impl Iterator<Item = Vec2> {
+    /// Number of points on each side.
+    const POINTS: u32 = 32;
+    let size = resolution.as_vec2();
+    (0..=POINTS).flat_map(move |i| {
+        let along = i as f32 / POINTS as f32;
+        let points = [(along, 0.0), (along, 1.0), (0.0, along), (1.0, along)];
+        points.map(|(x, y)| Vec2::new(x, y) * size)
+    })
+}
+
 /// The scene file with changes of light and ground, for the camera of `parameters` at `viewpoint`.
 /// If `survey` shows that the scene is an object and flags set its environment, a ground is added.
 /// `None` if nothing in `file` changes.
@@ -135,13 +185,17 @@ pub(super) fn changed(
     let has_ground = is_object && may_need_ground(file, settings, scene);
     let is_turned = up != Vec3::Y && has_ground_to_turn(file, settings.guesses);
     let lights = file.lights_seen_from(viewpoint);
-    if lights.is_none() && !has_ground && !is_turned {
+    if lights.is_none() && !has_ground && !is_turned && !has_shadows_to_end(file, settings) {
         return None;
     }
     let mut file = file.clone();
     file.settle_light(lights);
     if has_ground || is_turned {
         file.ground.get_or_insert_default().up = written(up);
+    }
+    if has_shadows_to_end(&file, settings) {
+        let bounds = survey.and_then(|survey| survey.part).unwrap_or(scene.bounds());
+        end_shadows(&mut file, (bounds, up), settings, parameters);
     }
     if has_ground {
         survey.into_iter().for_each(|survey| place_ground(&mut file, survey));
@@ -164,7 +218,8 @@ pub(super) fn lit(
 ) -> LitFile {
     let (mut file, guesses) = (file.clone(), settings.guesses);
     file.settle_light(None);
-    let mut settings = settled(settings, parameters);
+    let given = settings;
+    let mut settings = settled(given, parameters);
     let up = survey.horizon.up();
     let said_up = (up != Vec3::Y).then_some(up);
     let words: String = match guess {
@@ -181,6 +236,10 @@ pub(super) fn lit(
                 let ground = file.ground.get_or_insert_default();
                 if has_backdrop && ground.albedo.is_none() {
                     ground.albedo = Some(Spanned::new(0..0, ColorValue(GROUND_ALBEDO)));
+                }
+                if has_shadows_to_end(&file, given) {
+                    let bounds = survey.part.unwrap_or(scene.bounds());
+                    end_shadows(&mut file, (bounds, up), &settings, parameters);
                 }
                 place_ground(&mut file, survey);
             }

@@ -44,7 +44,7 @@ const DEFAULT_RADIUS: f32 = 50.0;
 /// radius. It keeps the ground from coinciding with surfaces at the bottom of the scene.
 const GAP: f32 = 1e-4;
 /// Distance from the middle of the ground at which shadows begin to fade, as a fraction of the
-/// ground's radius.
+/// radius at which they end.
 const FADE: f32 = 0.5;
 /// Minimum albedo of the ground. It is not 0, because the arriving light is estimated as the
 /// reflected light divided by the albedo.
@@ -67,6 +67,9 @@ pub struct GroundPlane {
     /// Radius around the point, in scene units. If it is `None`, the radius is 50 times the radius
     /// of the scene.
     pub radius: Option<f32>,
+    /// Radius at which shadows end, in scene units. Shadows never reach beyond `radius`. If it is
+    /// `None`, they end at `radius`.
+    pub shadow_radius: Option<f32>,
     /// Albedo for all rays except camera rays. Each channel is from 0.01 to 1.
     pub albedo: Spectrum,
 }
@@ -79,6 +82,7 @@ impl Default for GroundPlane {
             normal: None,
             up: Vec3::Y,
             radius: None,
+            shadow_radius: None,
             albedo: Spectrum::splat(0.5),
         }
     }
@@ -90,6 +94,7 @@ pub(super) struct PlacedPlane {
     point: Vec3,
     normal: Vec3,
     radius: f32,
+    shadow_radius: f32,
     albedo: Spectrum,
 }
 
@@ -125,8 +130,10 @@ impl GroundPlane {
             );
         }
         let is_radius = |r: f32| (MIN_RADIUS..=MAX_COORDINATE).contains(&r);
-        if let Some(radius) = self.radius.filter(|&r| !is_radius(r)) {
-            return bad("radius", radius.to_string(), "from 1e-9 to 1e10");
+        for (key, radius) in [("radius", self.radius), ("shadow_radius", self.shadow_radius)] {
+            if let Some(radius) = radius.filter(|&r| !is_radius(r)) {
+                return bad(key, radius.to_string(), "from 1e-9 to 1e10");
+            }
         }
         let albedo = self.albedo.to_array();
         if albedo.iter().any(|v| !(MIN_ALBEDO..=1.0).contains(v)) {
@@ -156,10 +163,12 @@ impl GroundPlane {
         // If the scene is almost as large as the coordinates that backends can trace, limit the
         // radius to these coordinates
         let room = 0.7 * (MAX_COORDINATE - point.abs().max_element()).max(0.0);
+        let radius = self.radius.unwrap_or((DEFAULT_RADIUS * size).min(room));
         let plane = PlacedPlane {
             point,
             normal: self.normal.map_or(up, |n| n.normalize_or(up)),
-            radius: self.radius.unwrap_or((DEFAULT_RADIUS * size).min(room)),
+            radius,
+            shadow_radius: self.shadow_radius.map_or(radius, |r| r.min(radius)),
             albedo: self.albedo,
         };
         // Reject a disk that cannot be traced: its corners round to one point, or are out of range
@@ -219,6 +228,7 @@ encode_fields!(PlacedPlane {
     point,
     normal,
     radius,
+    shadow_radius,
     albedo,
 });
 
@@ -332,9 +342,9 @@ impl Ground {
         (pick(factor, 0.0).into(), pick([1.0 - strength; 3], 1.0).into())
     }
 
-    /// Strength of shadows at `p`: 1 in the inner part of the disk, falling to 0 at its rim.
+    /// Strength of shadows at `p`: 1 near the middle, falling to 0 where shadows end.
     fn strength(&self, p: Vec3) -> f32 {
-        let r = p.distance(self.plane.point) / self.plane.radius;
+        let r = p.distance(self.plane.point) / self.plane.shadow_radius;
         smooth_step((1.0 - r) / (1.0 - FADE))
     }
 }
@@ -410,6 +420,10 @@ mod tests {
                 ..usual()
             },
             GroundPlane {
+                shadow_radius: Some(-1.0),
+                ..usual()
+            },
+            GroundPlane {
                 albedo: Spectrum::ZERO,
                 ..usual()
             },
@@ -438,6 +452,14 @@ mod tests {
             (1.0, 1.0, 0.0, 0.0)
         );
         assert!((strength(7.5) - 0.5).abs() < 1e-5);
+        let inner = GroundPlane {
+            shadow_radius: Some(2.0),
+            ..plane
+        };
+        let placed = inner.place(bounds()).unwrap();
+        let inner = Ground::new(GeomId(0), placed, &[]).unwrap();
+        let strength = |r: f32| inner.strength(inner.point() + r * Vec3::X);
+        assert_eq!((placed.radius, strength(0.9), strength(2.0)), (10.0, 1.0, 0.0));
         // Without any light the ground is invisible.
         assert_eq!(ground.shadow(ground.point(), 0.0, &[]), (Spectrum::ZERO, Spectrum::ONE));
     }

@@ -82,6 +82,9 @@ impl Job {
 
     /// Resolves all settings for a scene that was read.
     pub fn of_scene(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
+        if args.quiet {
+            printing::hide_notes();
+        }
         args.ground.apply(&mut scene);
         let name = args.camera_name.as_deref();
         let read = |path: &PathBuf| FileCamera::read(path, name);
@@ -317,6 +320,11 @@ pub(super) fn kind_of(path: &Path) -> Result<SceneKind, FileError> {
     if path.is_dir() {
         return Err(refused("this is a directory, not a scene"));
     }
+    let is_pattern = path.to_string_lossy().contains(['*', '?']);
+    if is_pattern && !path.exists() {
+        let help = "name one file; `embrasure help batch` shows how to render many files";
+        return Err(FileError::new(path, "no file has this name, and patterns are not expanded").help(help));
+    }
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     match extension.as_deref() {
         Some("toml") => Ok(SceneKind::Toml),
@@ -329,6 +337,13 @@ pub(super) fn kind_of(path: &Path) -> Result<SceneKind, FileError> {
                 let message = format!("{name} files cannot be read");
                 let help = format!("make an OBJ file: in Blender {import}, then File > Export > Wavefront (.obj)");
                 Err(FileError::new(path, message).help(help))
+            }
+            None if extension == "exr" => {
+                let help = format!(
+                    "`embrasure develop {} --list` shows what a picture contains",
+                    path.display()
+                );
+                Err(FileError::new(path, "a picture is not a scene").help(help))
             }
             None => Err(refused("the name of a scene ends in .toml or .obj")),
         },

@@ -41,20 +41,46 @@ pub(super) fn panorama_shape(session: &Session) -> Option<Warning> {
     (size.x != 2 * size.y).then(|| Warning::new("panorama-shape", text()))
 }
 
-/// Warning if a PNG of `image` with the tone `tone` is nearly black, because its exposure of
-/// `chosen` stops is low.
-pub(super) fn low_exposure(tone: Tone, chosen: f32, image: &Image) -> Option<String> {
-    /// Minimum difference to the metered exposure, in stops: mid-grey becomes a code below 16.
-    const LOW: f32 = 5.0;
+/// Stops between the metered exposure and that of a PNG that is nearly black: mid-grey becomes a
+/// code below 16.
+const DARK: f32 = 5.0;
+/// Stops between the exposure of a PNG that is nearly white and the metered exposure: mid-grey
+/// becomes 2.9, and the tone curves show this as white.
+const BRIGHT: f32 = 4.0;
+/// Metered exposure, in stops, above which hardly any light reaches the surfaces of the picture.
+const DIM: f32 = 8.0;
+
+/// Returns true if hardly any light reaches what the camera sees: the metered exposure of `image`
+/// is high.
+pub(super) fn is_dim(tone: Tone, image: &Image) -> bool {
+    metered_stops(tone, image).is_some_and(|stops| stops > DIM)
+}
+
+/// Warning if a PNG of `image` with the tone `tone` is nearly black or nearly white, because of its
+/// exposure of `chosen` stops. If the user has given this exposure, a black picture is meant: it
+/// may be one of a series. A white picture hardly ever is.
+pub(super) fn unusual_exposure(tone: Tone, (chosen, is_given): (f32, bool), image: &Image) -> Option<String> {
+    let usual = metered_stops(tone, image)?;
+    let (look, side, difference) = match chosen - usual {
+        difference if difference < -DARK && !is_given => ("black", "below", -difference),
+        difference if difference > BRIGHT => ("white", "above", difference),
+        _ => return None,
+    };
+    let more = if look == "black" {
+        "; `embrasure help black` lists other causes"
+    } else {
+        ""
+    };
+    Some(format!(
+        "the PNG is nearly {look}, because its exposure {chosen:+} is {difference:.0} stops {side} the metered exposure\n  \
+         help: use --exposure auto{more}"
+    ))
+}
+
+/// Metered exposure of `image` in stops; `None` if the image is black.
+fn metered_stops(tone: Tone, image: &Image) -> Option<f32> {
     let exposure = Exposure::Auto;
-    let usual = metered(Tone { exposure, ..tone }, image).exposure.stops()?;
-    (usual - chosen > LOW).then(|| {
-        format!(
-            "the PNG is nearly black, because its exposure {chosen:+} is {:.0} stops below the metered exposure\n  \
-             help: use --exposure auto; `embrasure help black` lists other causes",
-            usual - chosen
-        )
-    })
+    metered(Tone { exposure, ..tone }, image).exposure.stops()
 }
 
 /// Returns a note if the pixel filter may make pixels negative.

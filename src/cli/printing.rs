@@ -14,6 +14,7 @@ use anstream::{AutoStream, ColorChoice};
 use clap::builder::styling::{AnsiColor, Style};
 use std::fmt::{Arguments, Display};
 use std::io::{self, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 const ERROR: Style = AnsiColor::Red.on_default().bold();
@@ -22,6 +23,9 @@ const NOTE: Style = AnsiColor::Cyan.on_default().bold();
 
 /// First error of writing to the standard output.
 static LOST: Mutex<Option<io::Error>> = Mutex::new(None);
+
+/// True if [`note`] prints nothing.
+static HIDES_NOTES: AtomicBool = AtomicBool::new(false);
 
 /// Prints formatted text to the standard output, like `print!`.
 macro_rules! out {
@@ -159,8 +163,16 @@ pub(super) fn warning(text: impl Display) {
     let _ = writeln!(anstream::stderr(), "{WARNING}warning:{WARNING:#} {text}");
 }
 
+/// Hides all notes from now on, for `--quiet`.
+pub(super) fn hide_notes() {
+    HIDES_NOTES.store(true, Ordering::Relaxed);
+}
+
 /// Prints a note: an assumption that changes the picture.
 pub(super) fn note(text: impl Display) {
+    if HIDES_NOTES.load(Ordering::Relaxed) {
+        return;
+    }
     let text = escaped(&text.to_string());
     let _ = writeln!(anstream::stderr(), "{NOTE}note:{NOTE:#} {text}");
 }

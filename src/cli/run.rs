@@ -11,8 +11,8 @@ use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
 use super::outputs::{Images, Outputs, images_of_render};
 use super::picture_warnings::{
-    cut_warning, doubtful_warning, dropped_warning, idle_aov, low_exposure, narrow_picture, negative_lobes,
-    panorama_shape, spikes_warning,
+    cut_warning, doubtful_warning, dropped_warning, idle_aov, is_dim, narrow_picture, negative_lobes, panorama_shape,
+    spikes_warning, unusual_exposure,
 };
 use super::pixel;
 use super::printing;
@@ -236,7 +236,12 @@ impl RenderInputs<'_> {
         let (mut failures, mut results, mut exposure) = (Vec::new(), RenderResults::default(), None);
         if !state.is_empty() {
             let image = self.write(&state, stop, checkpointer.as_ref(), (&mut failures, &mut results));
-            match self.renderer.darkness(&image) {
+            let darkness = self.renderer.darkness(&image);
+            if darkness.is_some() || is_dim(job.settings.tone, &image) {
+                let warnings = self.renderer.warnings_of_lamps(&job.scene_path);
+                warnings.into_iter().for_each(|warning| warn(warning.text));
+            }
+            match darkness {
                 Some(darkness) => warn(format!(
                     "the picture is {darkness}\n  help: `embrasure check {}` may find more, and `embrasure help black` lists causes",
                     job.scene_path.display()
@@ -248,8 +253,9 @@ impl RenderInputs<'_> {
                         .images
                         .iter()
                         .any(|(format, _)| matches!(format, Format::Png(_)));
-                    if let Some(chosen) = exposure.filter(|_| has_png && job.options.tone.exposure.is_none()) {
-                        let warning = low_exposure(job.settings.tone, chosen, &image);
+                    if let Some(chosen) = exposure.filter(|_| has_png) {
+                        let is_given = job.options.tone.exposure.is_some();
+                        let warning = unusual_exposure(job.settings.tone, (chosen, is_given), &image);
                         warning.into_iter().for_each(&mut warn);
                     }
                     let reason = self.renderer.reason_for_emptiness().filter(|_| !is_empty_told);

@@ -32,6 +32,10 @@ pub(in crate::cli) struct CompareArgs {
     #[arg(long)]
     pub json: bool,
 
+    /// Print nothing: only the exit code tells the result
+    #[arg(short, long, conflicts_with = "json")]
+    pub quiet: bool,
+
     /// Probability of a false alarm over all tests, 0 to 1
     #[arg(long, value_name = "P", value_parser = parse_chance, default_value = "0.01")]
     pub significance: f64,
@@ -68,6 +72,7 @@ impl CompareArgs {
             reference: reference.into(),
             image: image.into(),
             json: true,
+            quiet: false,
             significance,
             tolerance: None,
             max_relmse: None,

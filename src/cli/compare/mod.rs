@@ -42,13 +42,13 @@ pub(super) fn compare(args: &CompareArgs) -> Result<ExitCode, CliError> {
     // Print the result first, because writing the picture may fail.
     if args.json {
         outln!("{:#}", comparison.json());
-    } else {
+    } else if !args.quiet {
         comparison.print();
     }
     if let Some(output) = output {
         let figure = map::draw(args.map, &pair, &comparison)?;
         figure.write(&output)?;
-        if !args.json {
+        if !args.json && !args.quiet {
             outln!("  {}: {}", output.path().display(), figure.legend);
         }
     }

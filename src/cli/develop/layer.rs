@@ -4,6 +4,7 @@ use crate::film::{LINES, Rect};
 use crate::io::{LayerChannel, Layers, Mattes, SampleKind};
 use crate::options::nearest;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
 
 /// Maximum number of names in a message.
 const MAX_NAMES: usize = 40;
@@ -163,7 +164,19 @@ impl Layer {
             "samples": self.samples(layers).map(SampleKind::name),
             "window": [window.min.x, window.min.y, window.max.x, window.max.y],
             "names": self.names(layers),
+            "numbers": self.numbers(layers).into_iter().collect::<BTreeMap<_, _>>(),
         })
+    }
+
+    /// Channels of the layer whose numbers have names, each with the names of the numbers 1, 2, …
+    pub fn numbers<'a>(&self, layers: &'a Layers) -> Vec<(&'a str, Vec<&'a str>)> {
+        let Some(names) = &layers.names else {
+            return Vec::new();
+        };
+        let channels = (self.components.iter()).map(|&(_, i)| layers.channels[i].name.as_str());
+        channels
+            .filter_map(|channel| Some((channel, names.of_ids(channel)?)))
+            .collect()
     }
 
     /// Names of the mattes of the layer; `None` if the layer has no mattes.
@@ -451,6 +464,7 @@ mod tests {
             backing: None,
             camera: None,
             mattes: Vec::new(),
+            names: None,
         }
     }
 

@@ -194,13 +194,23 @@ fn list(layers: &Layers, json: bool) {
         "{x}x{y} pixels, {}",
         printing::count(layers.channels.len() as u64, "channel")
     );
-    for layer in all {
+    for layer in &all {
         let flag = match layer.kind {
             LayerKind::Matte => "--matte NAME".into(),
             _ if layer.is_picture => "no flag".into(),
             _ => format!("--channel {}", layer.title()),
         };
         outln!("  {}; {flag}", layer.describe(layers));
+    }
+    for (channel, names) in all.iter().flat_map(|layer| layer.numbers(layers)) {
+        let numbered = names.iter().enumerate().take(MAX_LISTED);
+        let numbered: Vec<String> = numbered.map(|(i, name)| format!("{} {name}", i + 1)).collect();
+        let rest = if names.len() > MAX_LISTED {
+            format!(", and {} more (--json lists all)", names.len() - MAX_LISTED)
+        } else {
+            String::new()
+        };
+        outln!("numbers of {channel}: {}{rest}", numbered.join(", "));
     }
     for mattes in &layers.mattes {
         let kind = PLACEHOLDERS.iter().find(|(_, layer)| mattes.layer.ends_with(layer));

@@ -23,7 +23,7 @@ const SEED: &str = "embrasure.seed";
 const BACKEND: &str = "embrasure.backend";
 const BACKEND_VERSION: &str = "embrasure.backendVersion";
 const COMPLETE: &str = "embrasure.complete";
-const FEATURES: &str = "embrasure.features";
+pub(super) const FEATURES: &str = "embrasure.features";
 pub(super) const DENOISER: &str = "embrasure.denoiser";
 pub(super) const FINISH: &str = "embrasure.finish";
 pub(super) const TONE: &str = "embrasure.tone";
@@ -136,6 +136,20 @@ pub struct FeatureNames {
     /// Layers of light path expressions.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub paths: Vec<String>,
+}
+
+impl FeatureNames {
+    /// Names for the numbers 1, 2, … of the channel `channel`, such as `id.material`. `None` if
+    /// its numbers have no names.
+    pub fn of_ids(&self, channel: &str) -> Option<Vec<&str>> {
+        let names: Vec<&String> = match channel {
+            "id.object" => self.objects.iter().collect(),
+            "id.part" => self.objects.iter().chain(&self.parts_of_objects).collect(),
+            "id.material" => self.materials.iter().collect(),
+            _ => return None,
+        };
+        Some(names.into_iter().map(String::as_str).collect())
+    }
 }
 
 encode_fields!(FeatureNames {

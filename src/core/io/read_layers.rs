@@ -1,8 +1,8 @@
 use super::exr_file::{DataWindow, ExrFile, resolution};
 use super::exr_text::text_attribute;
 use super::mattes::{self, Mattes};
-use super::metadata::{DENOISER, FINISH, SETTINGS, TONE};
-use super::{FileError, Metadata};
+use super::metadata::{DENOISER, FEATURES, FINISH, SETTINGS, TONE};
+use super::{FeatureNames, FileError, Metadata};
 use crate::camera::CameraAttributes;
 use crate::files::memory::Allowance;
 use crate::film::{Backing, Image, Rect};
@@ -36,6 +36,8 @@ pub struct Layers {
     pub camera: Option<CameraAttributes>,
     /// Layers of mattes by name (Cryptomatte).
     pub mattes: Vec<Mattes>,
+    /// Names of objects, parts and materials; `None` in files without them.
+    pub names: Option<FeatureNames>,
 }
 
 impl Layers {
@@ -55,6 +57,7 @@ impl Layers {
             backing: image.backing,
             camera: metadata.camera,
             mattes: mattes::of_names(metadata.features.as_ref()),
+            names: metadata.features.clone(),
         }
     }
 }
@@ -128,6 +131,7 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
         ..asked
     };
     let settings = text(SETTINGS);
+    let names = text(FEATURES).and_then(|json| serde_json::from_str(&json).ok());
     let mut layers = file.layer_data.iter();
     let camera = layers.find_map(|layer| CameraAttributes::of_attributes(&layer.attributes));
     let mattes = mattes::of_file(path, &file);
@@ -183,5 +187,6 @@ pub fn read_layers(path: &Path) -> Result<Layers, FileError> {
         backing,
         camera,
         mattes,
+        names,
     })
 }

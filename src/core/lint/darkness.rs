@@ -29,6 +29,9 @@ pub fn reason_for_darkness(
     if scene.triangle_count() > 0 && is_invisible {
         return "all surfaces are invisible (opacity 0)".into();
     }
+    if scene.lights().iter().all(|light| light.power(1.0) == 0.0) {
+        return "no light of the scene emits".into();
+    }
     if let Some(finding) = inspect_view(accel, scene, camera, resolution, whole) {
         return finding.error.message;
     }

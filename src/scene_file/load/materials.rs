@@ -90,26 +90,29 @@ impl Loader<'_> {
         if is_file && names_maps && found.maps.is_empty() && !found.material.emits_or_transmits() {
             self.add_named_maps(&mut found, mesh, path, obj);
         }
-        if let Some(name) = group
-            .material
-            .as_ref()
-            .filter(|_| place.is_none() && found.maps.is_empty())
-        {
-            let undefined = self
-                .undefined
-                .entry(path.to_path_buf())
-                .or_insert_with(|| UndefinedMaterials {
-                    has_library: !obj.libraries.is_empty(),
-                    diffuse: found.material.diffuse.max_component(),
-                    materials: Vec::new(),
-                });
-            undefined.materials.push((name.clone(), group.line));
-        }
+        let is_undefined = place.is_none() && found.maps.is_empty();
+        let plain = found.material.diffuse.max_component();
         if is_file && !self.file.load.is_literal() {
             self.leave_out_color_as_opacity(&mut found);
             add_cut_out(&mut found);
         }
+        // A patch defines the material.
+        let is_patched = !used.parts.is_empty() || !self.patches.of_material(name).is_empty();
         let mut found = self.patched(found, &used.parts);
+        if let Some(name) = group.material.as_ref().filter(|_| is_undefined && !is_patched) {
+            let undefined = self.undefined.entry(path.to_path_buf());
+            let undefined = undefined.or_insert_with(|| UndefinedMaterials {
+                has_library: !obj.libraries.is_empty(),
+                diffuse: plain,
+                materials: Vec::new(),
+                nearest: Vec::new(),
+            });
+            if undefined.materials.is_empty() {
+                let defined = obj.materials.iter().map(|found| found.material.name.as_str());
+                undefined.nearest = nearest_names(name, defined).into_iter().map(String::from).collect();
+            }
+            undefined.materials.push((name.clone(), group.line));
+        }
         if is_file && names_maps {
             let untextured = self.untextured.entry(path.to_path_buf());
             let untextured = untextured.or_insert_with(|| UntexturedMaterials {
@@ -210,8 +213,12 @@ impl Loader<'_> {
                 None => error,
             };
             let first = undefined.materials.first().map_or("", |(name, _)| name.as_str());
+            let meant = match undefined.nearest.first() {
+                Some(near) => format!("did you mean `{}` in `usemtl`? Otherwise ", excerpt_of_name(near)),
+                None => String::new(),
+            };
             let help = format!(
-                "define {} in the MTL file, or as [material.\"{}\"] in a scene file",
+                "{meant}define {} in the MTL file, or as [material.\"{}\"] in a scene file",
                 if one { "it" } else { "them" },
                 excerpt_of_name(first)
             );
@@ -330,6 +337,8 @@ pub(super) struct UndefinedMaterials {
     diffuse: f32,
     /// Names of the materials, each with the line of its first `usemtl`.
     materials: Vec<(String, usize)>,
+    /// Names of defined materials that are similar to the first name, the nearest first.
+    nearest: Vec<String>,
 }
 
 /// Returns true if the libraries of a file name one colour texture, once or several times.

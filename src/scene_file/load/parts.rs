@@ -52,7 +52,14 @@ impl Loader<'_> {
         let mut errors: Vec<FileError> = unfit
             .map(|(index, (glob, _))| {
                 let literal = glob.literal();
-                let message = format!("no part of the scene has the name `{}`", excerpt_of_name(&literal));
+                let message = if glob.is_exact() {
+                    format!("no part of the scene has the name `{}`", excerpt_of_name(&literal))
+                } else {
+                    format!(
+                        "no part of the scene fits the pattern `{}`",
+                        excerpt_of_name(&glob.text(0))
+                    )
+                };
                 let rule = index.checked_sub(first_rule).and_then(|rule| self.parts.get(rule));
                 let error = match rule {
                     Some(patch) => self.file.error(patch.span.clone(), message),

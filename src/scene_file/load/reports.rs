@@ -133,9 +133,15 @@ pub(super) fn report_findings(
         findings.add(Severity::Warning, "lost-emitter", error);
     }
     if report.is_dark {
-        let error = file.whole("no light of the scene emits, so the picture is black");
-        let error =
-            error.help("set the radiance, intensity or irradiance of the lights above 0, or remove the lights to get the default light");
+        let message = "no light of the scene emits, so the picture is black";
+        let error = match file.light.as_slice() {
+            [only] => file.error(only.kind.span(), message).help(
+                "give this light a radiance, intensity or irradiance above 0, or remove it for the default light; --sun AZ,EL adds a sun",
+            ),
+            _ => file.whole(message).help(
+                "set the radiance, intensity or irradiance of the lights above 0, or remove the lights to get the default light",
+            ),
+        };
         findings.add(Severity::Warning, "no-light", error);
     }
     if report.default_light {

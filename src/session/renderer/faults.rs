@@ -2,8 +2,8 @@
 
 use super::Renderer;
 use crate::film::Image;
-use crate::io::{FileError, Warning};
-use crate::lint::{dark_lamps, reason_for_darkness, reason_for_emptiness};
+use crate::io::{FileError, Finding, Warning};
+use crate::lint::{dark_lamps, inspect_lamps, reason_for_darkness, reason_for_emptiness};
 use crate::options::IntegratorKind;
 use crate::session::inspect_camera;
 use std::path::Path;
@@ -42,13 +42,24 @@ impl Renderer<'_> {
         }
         let accel = self.accel.as_dyn();
         let (scene, camera) = (session.scene(), session.camera());
-        if sum > 0.0 {
+        // A denoiser may make a black picture slightly brighter.
+        let has_light = scene.lights().iter().any(|light| light.power(1.0) > 0.0);
+        if sum > 0.0 && has_light {
             let lamps = dark_lamps(accel, scene, camera, settings.resolution)?;
             return Some(format!("nearly black: {lamps}"));
         }
         let whole = |message: String| FileError::new(Path::new(""), message);
         let reason = reason_for_darkness(accel, scene, camera, settings.resolution, &whole);
         Some(format!("black: {reason}"))
+    }
+
+    /// Warnings about flat lamps that face a near surface, for a picture that is too dark. `name` is
+    /// the scene file.
+    pub fn warnings_of_lamps(&self, name: &Path) -> Vec<Warning> {
+        let findings = inspect_lamps(self.accel.as_dyn(), self.session.scene(), &|message| {
+            FileError::new(name, message)
+        });
+        findings.iter().map(Finding::warning).collect()
     }
 
     /// Text with the reason why no surface of the scene is visible in the picture; `None` if a

@@ -477,6 +477,12 @@ fn low_exposure_is_reported() {
     assert_eq!(said("-o x.png --exposure 0"), "");
     assert_eq!(said("-o x.png --exposure auto"), "");
     assert_eq!(said("-o x.exr"), "");
+    // A given exposure that makes the picture white is reported too.
+    let white = said("-o x.png --exposure 20");
+    assert!(
+        white.contains("warning: the PNG is nearly white, because its exposure +20 is "),
+        "{white}"
+    );
     let page = printed(&done(at, &["help", "black"]));
     assert!(
         page.contains("My picture is black") && page.contains("the PNG is nearly black"),
@@ -579,4 +585,112 @@ fn times_of_the_summary_add_up() {
     }
     assert!((sum - all).abs() < 1e-6 && all > 0.0, "{said}");
     assert!(names.contains(&"render") && names.contains(&"denoise"), "{said}");
+}
+
+/// A picture that a lamp leaves dark, because it faces a wall, names the lamp.
+#[test]
+fn lamp_that_faces_a_wall_is_named_by_render() {
+    let folder = folder(&[
+        ("m.mtl", "newmtl grey\nKd 0.5 0.5 0.5\n"),
+        (
+            "a.obj",
+            "mtllib m.mtl\nusemtl grey\nv -9 -1 9\nv 9 -1 9\nv 9 -1 -9\nv -9 -1 -9\nv 9 9 -9\nv -9 9 -9\n\
+             v -9 9 9\nv 9 9 9\nf 1 2 3 4\nf 4 3 5 6\nf 2 1 7 8\n",
+        ),
+        (
+            "s.toml",
+            "version = 1\n[camera]\nposition = [0, 1, 8]\nlook_at = [0, 0, 0]\n[image]\nwidth = 24\nheight = 16\n\
+             exposure = \"auto\"\n[render]\nsamples = 4\n[[object]]\nobj = \"a.obj\"\n\
+             [[light]]\ntype = \"rectangle\"\nposition = [0, 3, -8.95]\nsize = [1, 1]\nradiance = [0.0001, 0.0001, 0.0001]\n",
+        ),
+    ]);
+    let said = |direction: &str| {
+        let text = fs::read_to_string(folder.path().join("s.toml")).unwrap();
+        fs::write(folder.path().join("t.toml"), format!("{text}direction = {direction}\n")).unwrap();
+        words(&done(folder.path(), &split("render t.toml -q -o x.png")))
+    };
+    let backward = said("[0, 0, -1]");
+    assert!(
+        backward.contains("warning: t.toml: lamp `rectangle light` faces a surface that is 0.049 units away"),
+        "{backward}"
+    );
+    let forward = said("[0, 0, 1]");
+    assert!(!forward.contains("faces a surface"), "{forward}");
+}
+
+/// If a flag leaves a scene without light, the warning names this flag, and the picture is called
+/// black.
+#[test]
+fn environment_without_light_is_named() {
+    let folder = folder(&[(
+        "a.obj",
+        "v -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv 0 1 0\nf 1 2 3 4\nf 1 2 5\n",
+    )]);
+    let line = "render a.obj --env none --size 16x12 --spp 2 -o x.png";
+    let said = words(&done(folder.path(), &split(line)));
+    let named = "warning: a.obj: --env none: no light of the scene emits, so the picture is black";
+    assert!(
+        said.contains(named) && said.contains("or remove it for the default light"),
+        "{said}"
+    );
+    assert!(
+        said.contains("warning: the picture is black: no light of the scene emits") && !said.contains("is brighter"),
+        "{said}"
+    );
+}
+
+/// `-q` prints warnings, but no notes.
+#[test]
+fn quiet_render_has_no_notes() {
+    let folder = folder(&[
+        (
+            "a.mtl",
+            "# Blender 3.6.0 MTL File\nnewmtl m\nKd 0.5 0.5 0.5\nmap_Kd none.png\n",
+        ),
+        (
+            "a.obj",
+            "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl m\nf 1/1 2/1 3/1\n",
+        ),
+    ]);
+    let said = |more: &str| {
+        let line = format!("render a.obj --size 16x12 --spp 2 -o x.png {more}");
+        words(&done(folder.path(), &split(&line)))
+    };
+    assert!(said("").contains("note: "));
+    let quiet = said("-q");
+    assert!(quiet.contains("warning: ") && !quiet.contains("note: "), "{quiet}");
+}
+
+/// On a background colour, shadows on the ground end before the border of the picture. The pixels
+/// of the border then have exactly this colour.
+#[test]
+fn shadows_end_inside_the_picture() {
+    let cube = "v -1 0 1\nv 1 0 1\nv 1 0 -1\nv -1 0 -1\nv -1 2 1\nv 1 2 1\nv 1 2 -1\nv -1 2 -1\n\
+                f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\nf 5 6 7 8\nf 4 3 2 1\n";
+    let folder = folder(&[("cube.obj", cube)]);
+    let at = folder.path();
+    for flags in ["", "--env studio --ground", "--env sky"] {
+        let line =
+            format!("render cube.obj -q --background white --orbit 30,25,12 --size 48x36 --spp 16 -o w.png {flags}");
+        done(at, &split(&line));
+        let (codes, _) = png_of(&at.join("w.png"));
+        let is_border = |i: usize| i % 48 == 0 || i % 48 == 47 || i / 48 == 0 || i / 48 == 35;
+        let pixels: Vec<&[u8]> = codes.chunks_exact(3).collect();
+        let border = (0..48 * 36).filter(|&i| is_border(i)).all(|i| pixels[i] == [255; 3]);
+        // The ground beside the cube is darker than the background.
+        let shadows = pixels
+            .iter()
+            .filter(|p| p.iter().all(|&c| (180..250).contains(&c)))
+            .count();
+        assert!(border && shadows > 30, "{flags}: {border}, {shadows}");
+    }
+}
+
+/// A pattern and a picture are not scenes. The errors name the command that the user needs.
+#[test]
+fn names_of_other_files_are_refused_with_the_command() {
+    let folder = folder(&[("a.obj", "v 0 0 0\n"), ("x.exr", "")]);
+    let said = |line: &str| refused(folder.path(), &split(line), 1);
+    assert!(said("render *.obj").contains("`embrasure help batch` shows how to render many files"));
+    assert!(said("info x.exr").contains("`embrasure develop x.exr --list`"));
 }

@@ -644,6 +644,28 @@ fn missing_library_is_one_note() {
     assert!(said.contains(&format!("[material.\"{long}\"]")), "{said}");
 }
 
+/// If a material has no definition, the message proposes a defined material with a similar name. A
+/// patch that defines the material ends the message.
+#[test]
+fn missing_material_has_a_proposal() {
+    let folder = folder(&[
+        ("a.mtl", "newmtl windmill\nKd 0.5 0.5 0.5\n"),
+        ("a.obj", &format!("mtllib a.mtl\n{TRIANGLE}usemtl Windmil\nf 1 2 3\n")),
+    ]);
+    let said = |more: &str| {
+        let line = format!("render a.obj --size 4x4 --spp 1 -o x.exr {more}");
+        words(&done(folder.path(), &split(&line)))
+    };
+    let unknown = said("");
+    assert!(
+        unknown.contains("material `Windmil` is not defined")
+            && unknown.contains("help: did you mean `windmill` in `usemtl`?"),
+        "{unknown}"
+    );
+    let patched = said("--material Windmil.diffuse=0.1,0.2,0.3");
+    assert!(!patched.contains("not defined"), "{patched}");
+}
+
 /// A render reports the reason for an empty image.
 #[test]
 fn scenes_without_a_visible_face_have_a_reason() {

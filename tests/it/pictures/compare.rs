@@ -443,6 +443,10 @@ fn png_files_differ_beyond_a_tolerance() {
         code == 1 && text.contains("more than 1 level of 255; --tolerance"),
         "{text}"
     );
+    for (image, expected) in [("b.png", 0), ("c.png", 1)] {
+        let (code, text, _) = said(folder, &["compare", "a.png", image, "-q"]);
+        assert_eq!((code, text.as_str()), (expected, ""));
+    }
     let (_, text, _) = said(folder, &split("compare a.png c.png --tolerance 3"));
     assert!(text.contains("limit: 3.000000 is within --tolerance 3"), "{text}");
 }

@@ -535,6 +535,27 @@ fn each_part_gets_a_mask_of_its_own() {
     assert!(layers[0]["names"].is_null());
 }
 
+/// The list of layers has the names of the numbers of materials and objects. The channel has these
+/// numbers.
+#[test]
+fn numbers_of_ids_have_names() {
+    let folder = scene();
+    let at = folder.path();
+    done(at, &split("render s.toml -q --spp 4 --aov id -o a.exr"));
+    let text = printed(&done(at, &split("develop a.exr --list")));
+    assert!(text.contains("numbers of id.material: 1 floor, 2 lamp\n"), "{text}");
+    let found = json(&done(at, &split("develop a.exr --list --json")));
+    let of_layers = found
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|layer| &layer["numbers"]["id.material"]);
+    let names = of_layers.into_iter().find(|names| names.is_array()).unwrap();
+    let numbers = read_channel(&at.join("a.exr"), "id.material");
+    let largest = numbers.iter().fold(0.0f32, |max, &number| max.max(number));
+    assert_eq!(largest as usize, names.as_array().unwrap().len());
+}
+
 /// The mask of a material is the coverage of the material in each pixel. The masks of all materials
 /// add up to the coverage of all objects.
 #[test]

@@ -123,12 +123,13 @@ pub(super) fn info(args: &SceneArgs) -> Result<ExitCode, CliError> {
                 "name": Some(names.name(part.part)).filter(|name| !name.is_empty()),
                 "triangles": part.triangles,
                 "area": decimal_of(part.area),
+                "bounds": [in_file(part.bounds.min, origin), in_file(part.bounds.max, origin)],
             })
         });
         info["parts"] = values.collect();
         outln!("{info:#}");
     } else {
-        print_text(&info, (&parts, names), &warnings);
+        print_text(&info, (&parts, names, origin), &warnings);
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -192,7 +193,7 @@ pub(super) fn in_file(p: Vec3, origin: DVec3) -> [f64; 3] {
     position_text(p, origin).map(|x| x.parse().unwrap_or(f64::NAN))
 }
 
-fn print_text(info: &Value, (parts, names): (&[PartSize], &PartNames), warnings: &[Warning]) {
+fn print_text(info: &Value, (parts, names, origin): (&[PartSize], &PartNames, DVec3), warnings: &[Warning]) {
     let text = |v: &serde_json::Value| v.as_str().map_or_else(|| v.to_string(), str::to_string);
     let megabytes = |v: &serde_json::Value| v.as_u64().unwrap_or(0) as f64 / 1e6;
     outln!("{}", text(&info["scene"]));
@@ -305,7 +306,12 @@ fn print_text(info: &Value, (parts, names): (&[PartSize], &PartNames), warnings:
         let name = names.name(part.part);
         let name = if name.is_empty() { "(no name)" } else { &*name };
         let triangles = printing::count(part.triangles, "triangle");
-        outln!("    {name}: {triangles}, area {}", Value::from(decimal_of(part.area)));
+        let middle = in_file(part.bounds.center(), origin).map(|x| printing::measured(x));
+        outln!(
+            "    {name}: {triangles}, area {}, middle {}",
+            Value::from(decimal_of(part.area)),
+            middle.join(",")
+        );
     }
     if parts.len() > MAX_PARTS {
         let count = parts.len() - MAX_PARTS;

@@ -172,6 +172,13 @@ pub(super) fn develop(args: &DevelopArgs) -> Result<ExitCode, CliError> {
 /// Layers of the file. If the file is a checkpoint, the layers are computed from its sums, because
 /// a checkpoint stores only the sums and `R G B`.
 fn layers(args: &DevelopArgs) -> Result<Layers, CliError> {
+    let extension = args.input.extension().and_then(|extension| extension.to_str());
+    if extension.is_some_and(|extension| extension.eq_ignore_ascii_case("png")) && args.input.exists() {
+        let help = "give an .exr file: `render -o NAME.exr` writes one";
+        return Err(FileError::new(&args.input, "a PNG file has no light to develop")
+            .help(help)
+            .into());
+    }
     let layers = read_layers(&args.input)?;
     let is_checkpoint = layers.channels.len() == 3 && describe_checkpoint(&args.input).is_ok();
     if args.list || args.channel.is_some() || !is_checkpoint {

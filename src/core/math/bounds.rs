@@ -22,6 +22,14 @@ impl Bounds3 {
         self.max = self.max.max(p);
     }
 
+    /// Smallest box that contains this box and `other`.
+    pub fn union(self, other: Self) -> Self {
+        Self {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
+    }
+
     /// Returns true if the box contains no point.
     pub fn is_empty(&self) -> bool {
         self.min.cmpgt(self.max).any()

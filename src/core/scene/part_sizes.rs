@@ -2,6 +2,7 @@
 
 use super::Scene;
 use crate::geometry::{GeomId, Mesh, PrimId, UNNAMED, triangle_area};
+use crate::math::Bounds3;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -11,7 +12,7 @@ const TRIANGLES: usize = 1 << 12;
 const RANGES: usize = 64;
 
 /// Size of a part of the scene.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PartSize {
     /// Id of the part in [`Scene::part_names`]; [`UNNAMED`] for triangles without a part name.
     pub part: u32,
@@ -19,12 +20,15 @@ pub struct PartSize {
     pub triangles: u64,
     /// Sum of the triangle areas, in square scene units.
     pub area: f64,
+    /// Box around the triangles. Of a mesh of a prototype, it is the box before placement.
+    pub bounds: Bounds3,
 }
 
 impl PartSize {
-    fn add(&mut self, triangles: u64, area: f64) {
-        self.triangles += triangles;
-        self.area += area;
+    fn add(&mut self, other: &Self) {
+        self.triangles += other.triangles;
+        self.area += other.area;
+        self.bounds = self.bounds.union(other.bounds);
     }
 }
 
@@ -43,7 +47,9 @@ impl Scene {
         let mut sizes: Vec<PartSize> = numbers
             .map(|part| PartSize {
                 part,
-                ..PartSize::default()
+                triangles: 0,
+                area: 0.0,
+                bounds: Bounds3::EMPTY,
             })
             .collect();
         let ranges = geoms.iter().flat_map(|&geom| {
@@ -57,7 +63,7 @@ impl Scene {
             let of_range = |(geom, range): &(GeomId, Range<usize>)| sizes_in(self.mesh(*geom), range.clone());
             let of_ranges: Vec<Vec<PartSize>> = ranges.par_iter().map(of_range).collect();
             for size in of_ranges.into_iter().flatten() {
-                sizes[size.part as usize].add(size.triangles, size.area);
+                sizes[size.part as usize].add(&size);
             }
         }
         sizes.rotate_left(1);
@@ -72,14 +78,15 @@ fn sizes_in(mesh: &Mesh, range: Range<usize>) -> Vec<PartSize> {
     let mut sizes: Vec<PartSize> = Vec::new();
     for prim in range.map(|prim| PrimId(prim as u32)) {
         let [a, b, c] = mesh.corners(prim);
-        let (part, area) = (mesh.part(prim), triangle_area(a, b, c));
+        let triangle = PartSize {
+            part: mesh.part(prim),
+            triangles: 1,
+            area: triangle_area(a, b, c),
+            bounds: [a, b, c].into_iter().collect(),
+        };
         match sizes.last_mut() {
-            Some(last) if last.part == part => last.add(1, area),
-            _ => sizes.push(PartSize {
-                part,
-                triangles: 1,
-                area,
-            }),
+            Some(last) if last.part == triangle.part => last.add(&triangle),
+            _ => sizes.push(triangle),
         }
     }
     sizes

@@ -369,7 +369,11 @@ fn places_without_a_floor_are_refused() {
         words.starts_with("error: camera stand 9,0: this place has no floor\n"),
         "{words}"
     );
-    assert!(words.contains("x from -2 to 2, z from -3 to 3"), "{words}");
+    // The middle of the nearest of 24 x 24 cells of the room, which is 4 x 6 units wide
+    assert!(
+        words.contains("help: --stand 1.9") && words.contains(" is the nearest floor; or choose"),
+        "{words}"
+    );
     // Outside of the room, below the eaves, there is no floor. The roof is not a floor.
     let eaves = Boxes::default()
         .room([-4.0, 0.0, -3.0], [4.0, 2.7, 3.0], &[])

@@ -373,7 +373,17 @@ fn info_lists_parts() {
     let expected = ["Chair.001/seat", "Table/top wood", "Table/leg wood", "Table"].map(|name| (name, 2, 4.0));
     assert_eq!(found, expected);
     let text = printed(&run(folder.path(), &split("info s.toml")));
-    assert!(text.contains("Chair.001/seat: 2 triangles, area 4"), "{text}");
+    assert!(
+        text.contains("Chair.001/seat: 2 triangles, area 4.0, middle "),
+        "{text}"
+    );
+    // The boxes of all parts together are the box of the scene.
+    for (end, pick) in [(0, f64::min as fn(f64, f64) -> f64), (1, f64::max)] {
+        for axis in 0..3 {
+            let of_parts = parts.iter().map(|part| part["bounds"][end][axis].as_f64().unwrap());
+            assert_eq!(of_parts.reduce(pick), info["bounds"][end][axis].as_f64());
+        }
+    }
     // The text of `info` lists only the 100 largest parts.
     let face = |i: usize| format!("v {i} 0 0\nv {i} 1 0\nv {i} 0 1\nv {i} 1 1\ng {i}\nf -4 -3 -2");
     let many: String = (0..130)

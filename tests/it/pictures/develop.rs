@@ -401,7 +401,11 @@ fn invalid_develop_arguments_are_errors() {
         ("s.exr", 2, &["needs --output FILE", "help:"][..]),
         ("gone.exr -o x.png", 1, &["gone.exr", "help:"]),
         ("text.exr -o x.png", 1, &["text.exr", "EXR", "help:"]),
-        ("grey.png -o x.png", 1, &["grey.png", "EXR", "help:"]),
+        (
+            "grey.png -o x.png",
+            1,
+            &["a PNG file has no light to develop", "give an .exr file"],
+        ),
         ("s.exr -o x.jpg", 2, &[".jpg", ".png"]),
         ("s.exr -o s.exr", 2, &["would overwrite"]),
         ("s.exr -o x.png -o x.png", 2, &["same file"]),

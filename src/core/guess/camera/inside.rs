@@ -122,7 +122,8 @@ impl CameraFinder<'_> {
         };
         let place = stand.coordinates(&floors, origin);
         let Some(floor) = stand::floor(&floors, &scale, place, height, usual) else {
-            return Err(self.no_floor(&floors, &stand));
+            let has_floor = |place| stand::floor(&floors, &scale, place, height, usual).is_some();
+            return Err(self.no_floor(&floors, &stand, has_floor));
         };
         let eye = horizon.point(Vec3::new(place.x, floor + height, place.z));
         let target = look_at.unwrap_or_else(|| {
@@ -149,32 +150,54 @@ impl CameraFinder<'_> {
         Scale::new(self.request.unit, floors.room_height(), floors.height())
     }
 
-    /// Error for a place without a floor.
-    fn no_floor(&self, floors: &Floors, stand: &Stand) -> CameraError {
-        let bounds = self.tracer.region.bounds;
-        let axis = self.horizon().up().abs().max_position();
-        let across: Vec<String> = (0..3)
-            .filter(|&other| other != axis)
-            .map(|other| {
-                let [min, max] = [bounds.min, bounds.max]
-                    .map(|p| position_text(short(p, self.size()), self.request.origin)[other].clone());
-                format!("{} from {min} to {max}", ["x", "y", "z"][other])
-            })
-            .collect();
-        let is_anywhere = floors.at_any(stand.coordinates(floors, self.request.origin));
+    /// Error for a place without a floor. `has_floor` takes a place in the frame of the horizon.
+    fn no_floor(&self, floors: &Floors, stand: &Stand, has_floor: impl Fn(Vec3) -> bool) -> CameraError {
+        let origin = self.request.origin;
+        let is_anywhere = floors.at_any(stand.coordinates(floors, origin));
         let reason = if is_anywhere {
             "has no floor with room for a camera above it"
         } else {
             "has no floor"
         };
+        let near = self.places().filter(|near| has_floor(near.coordinates(floors, origin)));
+        let distance = |near: &Stand| {
+            let [x, z] = [0, 1].map(|i| near.place[i] - stand.place[i]);
+            x.hypot(z)
+        };
+        let nearest = near.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let other = match nearest {
+            Some(near) => format!("--stand {} is the nearest floor; or choose", near.place_text()),
+            None => "choose".into(),
+        };
         CameraError::no_place(
             "stand",
             format!("{}: this place {reason}", stand.place_text()),
-            format!(
-                "choose another place ({}), a lower HEIGHT, or a camera that `embrasure views SCENE -o views.png` shows",
-                across.join(", ")
-            ),
+            format!("{other} a lower HEIGHT, or a camera that `embrasure views SCENE -o views.png` shows"),
         )
+    }
+
+    /// Places on a grid over the whole scene.
+    fn places(&self) -> impl Iterator<Item = Stand> {
+        /// Number of places along each axis.
+        const PLACES: usize = 24;
+        let bounds = self.tracer.region.bounds;
+        let up = self.horizon().up().abs().max_position();
+        let origin = self.request.origin;
+        let across: Vec<usize> = (0..3).filter(|&axis| axis != up).collect();
+        let place = move |at: [usize; 2]| {
+            let along = at.map(|i| (i as f32 + 0.5) / PLACES as f32);
+            let [u, v] = [0, 1].map(|i| {
+                let axis = across[i];
+                let x = bounds.min[axis] + along[i] * (bounds.max[axis] - bounds.min[axis]);
+                let text = &position_text(short(Vec3::splat(x), bounds.radius()), origin)[axis];
+                text.parse().unwrap_or(f64::from(x) + origin[axis])
+            });
+            Stand {
+                place: [u, v],
+                height: None,
+            }
+        };
+        (0..PLACES * PLACES).map(move |i| place([i % PLACES, i / PLACES]))
     }
 
     /// Dissimilar views of an interior, the best first.

@@ -60,13 +60,15 @@ pub const DEFAULT_LIGHT: &str = "default-light";
 
 /// Names of the notes that a render prints, because the assumptions in these notes change the
 /// picture.
-const REPORTED_NOTES: [&str; 14] = [
+const REPORTED_NOTES: [&str; 16] = [
     DEFAULT_LIGHT,
     "mtl-dialect",
     "no-library",
     "negative-lobes",
     "found-elsewhere",
     "heights-or-normals",
+    "normals-as-color",
+    "opacity-of-map",
     "cut-out",
     "only-material",
     "unused-pictures",

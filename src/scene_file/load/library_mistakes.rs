@@ -18,7 +18,7 @@ impl Loader<'_> {
     pub(super) fn make_visible(&mut self) {
         let is_invisible = |source: &MaterialSource| {
             let found = &source.found;
-            found.opacity_line.is_some() && found.material.opacity == 0.0
+            found.opacity.is_some() && found.material.opacity == 0.0
         };
         let Some((first, names)) = self.mistake_of_all(is_invisible) else {
             return;
@@ -26,7 +26,7 @@ impl Loader<'_> {
         let message = format!(
             "all materials of the scene ({names}) have the opacity 0 and would be invisible; they are rendered opaque"
         );
-        let line = first.opacity_line.unwrap_or(first.line);
+        let line = first.opacity.map_or(first.line, |opacity| opacity.line);
         let error = FileError::new(&first.library, message).at(Position::line(line));
         let error = error.help("write `d 1` in the library; --strict keeps the materials invisible");
         self.warn("invisible-scene", error);

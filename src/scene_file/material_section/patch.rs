@@ -83,7 +83,7 @@ impl MaterialSection {
         material.abbe = value(&self.abbe).or(material.abbe);
         self.set_absorption_depth(material);
         if self.opacity.is_some() {
-            patched.opacity_line = None;
+            patched.opacity = None;
         }
 
         // Apply keys that decide the reflection model

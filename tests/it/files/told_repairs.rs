@@ -575,6 +575,37 @@ fn fully_invisible_scene_is_made_opaque() {
     );
 }
 
+/// Invisible materials of a library cause one warning, with the flag that reads them otherwise.
+#[test]
+fn invisible_materials_are_one_warning() {
+    let materials: String = (0..5)
+        .map(|i| format!("newmtl m{i}\nTr {}\n", u8::from(i < 2)))
+        .collect();
+    let faces: String = (0..5).map(|i| format!("usemtl m{i}\nf 1 2 3\n")).collect();
+    let folder = folder(&[
+        ("a.obj", &format!("mtllib a.mtl\n{TRIANGLE}{faces}")),
+        ("a.mtl", &materials),
+    ]);
+    let said = printed(&run(folder.path(), &split("check a.obj")));
+    let told = "a.mtl:2: warning: 2 materials are invisible, since their opacity is 0: `m0`, `m1` [invisible-material]";
+    assert!(said.contains(told), "{said}");
+    assert_eq!(said.matches("[invisible-material]").count(), 1, "{said}");
+    let help = "set their `opacity` with --material; --mtl-dialect meshlab reads `Tr` as opacity";
+    assert!(said.contains(help), "{said}");
+    // The opacity also makes a picture of the opacity invisible.
+    write_rgb_png(&folder.path().join("x.png"), 1, &[[255; 3]]);
+    let materials = materials.replacen("Tr 1\n", "d 0\nmap_d x.png\n", 1);
+    std::fs::write(folder.path().join("a.mtl"), materials).unwrap();
+    let said = printed(&run(folder.path(), &split("check a.obj --mtl-dialect spec")));
+    let told = "material `m0` is invisible, since its opacity is 0, which multiplies the texture of its opacity";
+    assert!(said.contains(told) && said.contains("`map_d` alone"), "{said}");
+    let said = printed(&run(folder.path(), &split("check a.obj")));
+    assert!(
+        !said.contains("`m0` is invisible") && said.contains("[opacity-of-map]"),
+        "{said}"
+    );
+}
+
 /// Messages of one kind are grouped, and so are the messages about unused materials.
 #[test]
 fn material_messages_are_grouped() {

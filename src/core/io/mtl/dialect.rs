@@ -4,7 +4,8 @@ pub enum MtlDialect {
     /// Dialect of the program that wrote the library, recognised by comments or by typical
     /// statements. If the program is unknown, [`MtlDialect::Spec`] is used, but `Ks` with `Ns 0`
     /// has no effect. `Tr` then means `d` if both are equal in all materials, or if all materials
-    /// would otherwise be fully transparent.
+    /// would otherwise be fully transparent. Of any program, `Tr` gets the other meaning if its
+    /// usual meaning makes most materials invisible.
     #[default]
     Auto,
     /// The literal reading: `Ks` and `Ns` are a Phong lobe. `Tr` is 1 − d and is used if there is
@@ -68,6 +69,23 @@ pub(super) enum TrMeaning {
     Opacity,
 }
 
+impl TrMeaning {
+    /// Description of the meaning for users. `is_visible` is true if most materials would be
+    /// invisible with the other meaning.
+    pub fn words(self, is_visible: bool) -> &'static str {
+        match (self, is_visible) {
+            (Self::Opacity, false) => "Tr is read as opacity",
+            (Self::Opacity, true) => {
+                "Tr is read as opacity, since as transparency it would make most materials invisible"
+            }
+            (_, false) => "Tr is read as transparency",
+            (_, true) => {
+                "Tr is read as transparency, since as opacity it would make most materials invisible (--mtl-dialect meshlab reads it as opacity)"
+            }
+        }
+    }
+}
+
 /// Opacity statements of a material.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Dissolve {
@@ -120,4 +138,17 @@ pub(super) fn is_tr_opacity(all: &[Dissolve]) -> bool {
     let is_clear = |dissolve: &Dissolve| dissolve.d.is_none() && dissolve.tr == Some(1.0);
     let all_clear = !all.is_empty() && all.iter().all(is_clear);
     all_same || all_clear
+}
+
+/// The other meaning of `Tr`, if `usual` makes more than half of the materials of a library
+/// invisible, and the other meaning makes fewer invisible: programs hardly ever write invisible
+/// surfaces, and versions of a program differ in the meaning. `None` if `usual` is right.
+pub(super) fn visible_meaning(usual: TrMeaning, all: &[Dissolve]) -> Option<TrMeaning> {
+    let other = match usual {
+        TrMeaning::Opacity => TrMeaning::Transparency,
+        _ => TrMeaning::Opacity,
+    };
+    let invisible = |meaning| all.iter().filter(|dissolve| dissolve.opacity(meaning).0 == 0.0).count();
+    let count = invisible(usual);
+    (2 * count > all.len() && invisible(other) < count).then_some(other)
 }

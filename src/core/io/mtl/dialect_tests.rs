@@ -504,3 +504,50 @@ fn highlights_of_exponent_0_have_no_effect() {
     let (materials, _, _) = read("newmtl m\nKd 0\nKs 0.9\nNs 0\nillum 3\n", MtlDialect::Auto);
     assert_eq!(materials[0].specular, Spectrum::splat(0.9), "a mirror");
 }
+
+/// Versions of MeshLab write opposite meanings of `Tr`. If one meaning makes most materials
+/// invisible, the other meaning is used.
+#[test]
+fn tr_has_the_meaning_that_leaves_surfaces_visible() {
+    let library = |header: &str, values: &[&str]| -> String {
+        let material = |tr: &&str| format!("newmtl m\nKd 0.5 0.5 0.5\nTr {tr}\n");
+        header.to_string() + &values.iter().map(material).collect::<String>()
+    };
+    let opacities = |text: &str, dialect| -> Vec<f32> {
+        let (materials, _, _) = read(text, dialect);
+        materials.iter().map(|material| material.opacity).collect()
+    };
+    let late = library("# Converted by Meshlab Group\n", &["0", "0", "0.25"]);
+    assert_eq!(opacities(&late, MtlDialect::Auto), [1.0, 1.0, 0.75]);
+    let (_, _, messages) = read(&late, MtlDialect::Auto);
+    let told = "Tr is read as transparency, since as opacity it would make most materials invisible";
+    assert!(
+        messages[0].contains(told) && messages[0].contains("--mtl-dialect meshlab"),
+        "{messages:?}"
+    );
+    assert_eq!(opacities(&late, MtlDialect::Meshlab), [0.0, 0.0, 0.25]);
+    let early = library("# Converted by Meshlab Group\n", &["1", "1", "0"]);
+    assert_eq!(opacities(&early, MtlDialect::Auto), [1.0, 1.0, 0.0]);
+    // The meaning of an unknown program changes, too, but not for a single invisible material.
+    let unknown = library("", &["1", "1", "0.25"]);
+    assert_eq!(opacities(&unknown, MtlDialect::Auto), [1.0, 1.0, 0.25]);
+    let (_, _, messages) = read(&unknown, MtlDialect::Auto);
+    let told = "Tr is read as opacity, since as transparency it would make most materials invisible";
+    assert!(messages[0].contains(told), "{messages:?}");
+    assert_eq!(opacities(&unknown, MtlDialect::Spec), [0.0, 0.0, 0.75]);
+    let one = library("", &["1", "0", "0.25"]);
+    assert_eq!(opacities(&one, MtlDialect::Auto), [0.0, 1.0, 0.75]);
+}
+
+/// Exporters write the opacity 0 beside a picture of the opacity.
+#[test]
+fn picture_of_the_opacity_replaces_an_opacity_of_0() {
+    for (opacity, told) in [("d 0", "d would make it invisible"), ("Tr 1", "Tr would make it")] {
+        let text = format!("newmtl m\n{opacity}\nmap_d a.png\nnewmtl n\nTr 0\n");
+        let (materials, slots, messages) = read(&text, MtlDialect::Auto);
+        assert_eq!((materials[0].opacity, &slots[0][..]), (1.0, &[MapSlot::Opacity][..]));
+        assert!(messages.iter().any(|message| message.contains(told)), "{messages:?}");
+        assert_eq!(read(&text, MtlDialect::Spec).0[0].opacity, 0.0);
+    }
+    assert_eq!(auto("newmtl m\nd 0.5\nmap_d a.png\n").opacity, 0.5);
+}

@@ -67,8 +67,17 @@ pub struct FileMaterial {
     pub library: PathBuf,
     /// Line of the material's `newmtl`.
     pub line: usize,
-    /// Line of the statement that sets the opacity, if the library has such a statement.
-    pub opacity_line: Option<usize>,
+    /// Statement that sets the opacity, if the library has such a statement.
+    pub opacity: Option<OpacityStatement>,
+}
+
+/// Statement of a library that sets the opacity of a material.
+#[derive(Clone, Copy, Debug)]
+pub struct OpacityStatement {
+    /// Line of the statement.
+    pub line: usize,
+    /// Advice on the flag with which the statement has another meaning, if it has one.
+    pub other: Option<&'static str>,
 }
 
 impl FileMaterial {
@@ -79,7 +88,7 @@ impl FileMaterial {
             maps: Vec::new(),
             library: PathBuf::new(),
             line: 0,
-            opacity_line: None,
+            opacity: None,
         }
     }
 
@@ -390,7 +399,7 @@ impl<'a> Library<'a> {
             }
             materials.push(FileMaterial {
                 material,
-                opacity_line: section.opacity_line(),
+                opacity: section.opacity_statement(reading.tr),
                 maps: section.maps,
                 library: path.to_path_buf(),
                 line: section.line,

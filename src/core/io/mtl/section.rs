@@ -6,7 +6,7 @@ mod effects;
 use super::dialect::{Dissolve, TrMeaning};
 use super::map::MapSlot;
 use super::reflectance::ior_of_dielectric;
-use super::{DEFAULT_DIFFUSE, MapRequest};
+use super::{DEFAULT_DIFFUSE, MapRequest, OpacityStatement};
 use crate::bsdf::Fresnel;
 use crate::color::Spectrum;
 use crate::color::xyz::equal_energy_to_linear;
@@ -55,6 +55,8 @@ pub(crate) struct Section {
     /// True if the last `Ni` is 0.
     pub(super) has_no_ior: bool,
     pub(super) dissolve: Dissolve,
+    /// True if the library is read literally.
+    pub(super) is_literal: bool,
     pub roughness: Option<f32>,
     pub metallic: Option<f32>,
     pub clearcoat: f32,
@@ -171,11 +173,19 @@ impl Section {
         self.line_of_statement(key).unwrap_or(self.line)
     }
 
-    /// Line of the statement that sets the opacity.
-    pub(super) fn opacity_line(&self) -> Option<usize> {
+    /// The statement that sets the opacity.
+    pub(super) fn opacity_statement(&self, tr: TrMeaning) -> Option<OpacityStatement> {
         let alpha = self.dissolve.alpha.map(|_| "kd");
         let mut keys = ["d", "tr", "tf"].into_iter().chain(alpha);
-        keys.find_map(|key| self.line_of_statement(key))
+        keys.find_map(|key| {
+            let line = self.line_of_statement(key)?;
+            let other = match tr {
+                _ if key != "tr" => None,
+                TrMeaning::Opacity => Some("--mtl-dialect spec reads `Tr` as transparency"),
+                _ => Some("--mtl-dialect meshlab reads `Tr` as opacity"),
+            };
+            Some(OpacityStatement { line, other })
+        })
     }
 
     fn line_of_statement(&self, key: &str) -> Option<usize> {
@@ -332,8 +342,13 @@ impl Section {
             ));
         }
 
-        let (opacity, contradiction) = self.dissolve.opacity(tr);
+        let (mut opacity, contradiction) = self.dissolve.opacity(tr);
         remarks.extend(contradiction.map(|words| MaterialRemark::warning("opacity", "tr", words)));
+        if opacity == 0.0 && self.has_map(MapSlot::Opacity) && !self.is_literal {
+            // Exporters write 0 if a picture gives the opacity.
+            opacity = 1.0;
+            remarks.push(self.opacity_of_map());
+        }
         match self.illum {
             // Glass, with Fresnel reflection. `Ks` is added if energy is left: as a Phong lobe with
             // `Ns`, except for illum 7, whose reflections are traced.
@@ -385,6 +400,24 @@ impl Section {
         }
         remarks.extend(self.lost_numbers(&material));
         (material, remarks)
+    }
+
+    /// Note that `map_d` alone gives the opacity, since the opacity of the statements is 0.
+    fn opacity_of_map(&self) -> MaterialRemark {
+        let (key, word) = match self.dissolve {
+            Dissolve { d: Some(_), .. } => ("d", "d"),
+            Dissolve { tr: Some(_), .. } => ("tr", "Tr"),
+            _ => ("kd", "the fourth number of Kd"),
+        };
+        let words = format!(
+            "{word} would make it invisible despite map_d, so map_d alone gives the opacity (--mtl-dialect spec multiplies both)"
+        );
+        MaterialRemark {
+            severity: Severity::Note,
+            code: "opacity-of-map",
+            key,
+            words,
+        }
     }
 
     /// Transmits `share` of the light that the surface would reflect. The base colour is the tint

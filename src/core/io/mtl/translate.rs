@@ -52,6 +52,7 @@ impl Section {
     /// Replaces the statements by statements with the meaning that they have in the program
     /// `writer`.
     pub(super) fn translate(&mut self, writer: Writer) {
+        self.is_literal = writer == Writer::Spec;
         // In Blender, a highlight of exponent 0 has a meaning: a valid roughness.
         let has_meaning = matches!(writer, Writer::Spec | Writer::Blender(_));
         if self.has_flat_highlight() && !has_meaning {

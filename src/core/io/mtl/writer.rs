@@ -3,7 +3,7 @@
 //!
 //! `translate` lists the statements of each program, with sources.
 
-use super::dialect::{MtlDialect, TrMeaning, is_tr_opacity};
+use super::dialect::{MtlDialect, TrMeaning, is_tr_opacity, visible_meaning};
 use super::map::MapSlot;
 use super::section::Section;
 use crate::color::Spectrum;
@@ -208,14 +208,16 @@ impl Interpretation {
         let dissolves: Vec<_> = sections.iter().map(|section| section.dissolve).collect();
         // Until 2023, MeshLab wrote the opacity as `Tr`, and since then the transparency.
         let is_late = !dissolves.is_empty() && dissolves.iter().all(|d| d.d.is_none() && d.tr == Some(0.0));
-        let tr = match writer {
+        let usual = match writer {
             Writer::Meshlab if !is_late => TrMeaning::Opacity,
             _ if is_auto && is_tr_opacity(&dissolves) => TrMeaning::Opacity,
             Writer::Max => TrMeaning::TransparencyFirst,
             _ => TrMeaning::Transparency,
         };
+        let other = is_auto.then(|| visible_meaning(usual, &dissolves)).flatten();
+        let tr = other.unwrap_or(usual);
         let guess = is_auto.then(|| match writer {
-            Writer::Unknown | Writer::Highlight => guess_of_unknown(tr, sections),
+            Writer::Unknown | Writer::Highlight => guess_of_unknown((tr, other.is_some()), sections),
             writer => {
                 let name = writer.name(version.map(|(version, _)| version.as_str()));
                 let (line, source) = match (signatures.library, signature) {
@@ -228,7 +230,11 @@ impl Interpretation {
                         (1, source)
                     }
                 };
-                Some((line, format!("{source}; {}", writer.meaning())))
+                let mut words = vec![writer.meaning()];
+                if writer == Writer::Meshlab || other.is_some() {
+                    words.insert(0, tr.words(other.is_some()));
+                }
+                Some((line, format!("{source}; {}", words.join("; "))))
             }
         });
         Self {
@@ -240,7 +246,9 @@ impl Interpretation {
 }
 
 /// Guesses about a library of an unknown program, in words, with the line of the first guess.
-fn guess_of_unknown(tr: TrMeaning, sections: &[Section]) -> Option<(usize, String)> {
+/// `tr` is the meaning of `Tr`. The flag is true if with the other meaning most materials would be
+/// invisible.
+fn guess_of_unknown((tr, is_visible): (TrMeaning, bool), sections: &[Section]) -> Option<(usize, String)> {
     let excess = excess_of(sections).map(|(section, sum)| {
         let name = excerpt_of_name(&section.name);
         let words = format!(
@@ -261,8 +269,12 @@ fn guess_of_unknown(tr: TrMeaning, sections: &[Section]) -> Option<(usize, Strin
         );
         (section.line_of("illum"), words)
     });
-    let tr = (tr == TrMeaning::Opacity).then(|| {
-        let words = "`Tr` is read as opacity: as transparency it would contradict the other statements";
+    let tr = (tr == TrMeaning::Opacity || is_visible).then(|| {
+        let words = if is_visible {
+            tr.words(true)
+        } else {
+            "`Tr` is read as opacity: as transparency it would contradict the other statements"
+        };
         (1, words.to_string())
     });
     let guesses: Vec<_> = [tr, excess, flat, opaque].into_iter().flatten().collect();
@@ -300,12 +312,13 @@ impl Writer {
             Self::Blender(_) => "Ks and Ns are read as specular level and roughness",
             Self::Max => "Ks and Ns are read as specular level and glossiness, and map_Kd replaces Kd",
             Self::Maya => "illum 4 is opaque, Tf is read as opacity, Ks and Ns as the highlight of a dielectric",
-            Self::Meshlab => "Tr is read as opacity, Ks and Ns as the highlight of a dielectric",
             Self::Sketchup => "its constant Ks is ignored",
             Self::Cinema4d => {
                 "Ks and Ns are read as the highlight of a dielectric, and illum 7 without Tf, Ni and d is opaque"
             }
-            Self::Wings3d | Self::Threedfier | Self::Highlight => "Ks and Ns are read as the highlight of a dielectric",
+            Self::Meshlab | Self::Wings3d | Self::Threedfier | Self::Highlight => {
+                "Ks and Ns are read as the highlight of a dielectric"
+            }
             Self::Rhino | Self::Assimp => "Ks and Ns are read as the highlight of a dielectric, and Tf is ignored",
         }
     }

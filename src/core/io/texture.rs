@@ -232,6 +232,16 @@ pub fn has_alpha(path: &Path) -> bool {
     header.is_ok_and(|header| header.channels % 2 == 0)
 }
 
+/// Returns true if the colours of a picture, or of its first tile, are a tangent-space normal map.
+/// Returns false if the picture cannot be read.
+pub fn is_normal_map(path: &Path) -> bool {
+    let tiles = Tiles::of_path(path);
+    let first = tiles.as_ref().and_then(|tiles| tiles.files().next());
+    let picture = read_picture(first.unwrap_or(path), ChannelSelection::Colors, Allowance::of_system());
+    let content = picture.ok().map(|picture| BumpContent::of(&picture));
+    matches!(content, Some(BumpContent::Normals | BumpContent::EncodedNormals))
+}
+
 /// Memory of a texture in bytes. The first number is the permanent memory. The second number is the
 /// additional memory while the texture is read and its levels are computed.
 fn cost(size: &PictureHeader, kind: TextureKind) -> (u64, u64) {

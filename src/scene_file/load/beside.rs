@@ -3,14 +3,15 @@
 //! file.
 
 use super::picture_names::{
-    MIN_NAME, TEXTURE_WORDS, are_alike, has_extension, is_generic, is_generic_word, is_other_word, is_texture_name,
-    name_of, rank_of_extension, stem_of, with_extensions, without_sizes, words_after, words_of,
+    MIN_NAME, TEXTURE_WORDS, are_alike, has_extension, has_words_of, is_generic, is_generic_word, is_other_word,
+    is_texture_name, name_of, rank_of_extension, stem_of, with_extensions, without_sizes, words_after, words_of,
 };
+use super::picture_roles::{Role, role_of};
 use super::preview::Background;
 use crate::geometry::Mesh;
 use crate::scene_file::find_file::FileFinder;
 use crate::scene_file::find_texture::is_texture_folder;
-use crate::scene_file::texture::texture_size;
+use crate::scene_file::texture::{is_normal_map, texture_size};
 use std::cell::OnceCell;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::fs::{self, File};
@@ -360,11 +361,13 @@ impl NearbyFiles {
     }
 
     /// Returns true if `set`, the name of a set of textures, is like the name of the OBJ file: one
-    /// name begins with the other. Names of other OBJ files of the folder have priority.
+    /// name begins with the other, or one has all words of the other. Names of other OBJ files of
+    /// the folder have priority.
     pub fn is_like_file(&self, set: &[String]) -> bool {
         let (name, file) = (set.concat(), self.file.concat());
         let is_of_other = || self.objs.iter().any(|obj| *obj == name && *obj != file);
-        are_alike(set, &self.file) && !self.is_of_longer(&name, &file) && !is_of_other()
+        let is_like = are_alike(set, &self.file) || has_words_of(set, &self.file) || has_words_of(&self.file, set);
+        is_like && !self.is_of_longer(&name, &file) && !is_of_other()
     }
 
     /// Returns true if `set`, the name of a set of textures, is like the name of the folder of the
@@ -462,16 +465,14 @@ impl NearbyFiles {
     }
 
     /// Pictures to suggest to the user as textures of the file, and the number of further pictures.
-    /// Pictures that share a word with the file come first. Pictures of other models are left out:
-    /// pictures that libraries other than `own` name, and pictures with the name of another OBJ
-    /// file. `rejected` is a picture of another name that is listed, too.
-    pub fn offers(&self, own: &[&Path], rejected: Option<&Path>) -> (Vec<PathBuf>, usize) {
+    /// Pictures that share a word with the file come first, and pictures of other properties than
+    /// colour come last. Pictures of other models are left out: pictures that libraries other than
+    /// `own` name, and pictures with the name of another OBJ file. `rejected` is a picture of
+    /// another name that is listed, too.
+    pub fn offers(&self, own: &[&Path], rejected: Option<&Path>) -> Offers {
         const SHOWN: usize = 3;
         let claimed = self.claimed(own);
-        let shares = |image: &Image| {
-            let mut words = image.words.iter().filter(|word| word.len() >= MIN_NAME);
-            words.any(|word| self.file.contains(word))
-        };
+        let shares = |image: &Image| shares_word(&image.words, &self.file);
         let is_of_other = |image: &Image| {
             let name = image.words.concat();
             self.objs.contains(&name) && name != self.file.concat()
@@ -481,13 +482,51 @@ impl NearbyFiles {
             let is_near = image.is_here || shares(image) || rejected == Some(&*image.path);
             is_near && !image.is_other() && !is_claimed(&claimed, &image.path) && !is_of_other(image)
         });
-        offered.sort_by_key(|image| (!shares(image), rejected != Some(&*image.path), !image.is_here));
+        offered.sort_by_key(|image| {
+            let is_rejected = rejected == Some(&*image.path);
+            (!may_be_color(&image.path), !shares(image), !is_rejected, !image.is_here)
+        });
         let count = offered.len();
         let own = offered.into_iter().filter(|image| !self.is_rendering(image));
         let shown: Vec<PathBuf> = own.take(SHOWN).map(|image| self.here.join(&image.path)).collect();
         let more = if shown.len() == SHOWN { count - SHOWN } else { 0 };
-        (shown, more)
+        Offers {
+            shown,
+            more,
+            file: self.file.clone(),
+        }
     }
+}
+
+/// Pictures to suggest to the user as colour textures.
+pub(super) struct Offers {
+    /// Paths of the first pictures.
+    shown: Vec<PathBuf>,
+    /// Number of further pictures.
+    more: usize,
+    /// Words of the name of the OBJ file.
+    file: Vec<String>,
+}
+
+/// Returns true if the name of a picture does not say that it is a texture of another property
+/// than colour.
+fn may_be_color(path: &Path) -> bool {
+    role_of(&stem_of(path)).is_none_or(|(_, role)| role == Role::Color)
+}
+
+/// Returns true if the name of a picture and another name share a word that names a thing.
+fn shares_word(picture: &[String], name: &[String]) -> bool {
+    let mut words = picture.iter().filter(|word| word.len() >= MIN_NAME);
+    words.any(|word| name.contains(word) && !is_generic_word(word))
+}
+
+/// Returns true if the name of the picture `path` is like one of the other names: they share a word
+/// that names a thing, and the picture has no other such word. `cat_portrait` is not like `cat`.
+fn is_like_any(path: &Path, names: [&[String]; 2]) -> bool {
+    let words = words_of(&stem_of(path));
+    let set = role_of(&stem_of(path)).map_or(words, |(set, _)| set);
+    let is_known = |word: &String| is_generic_word(word) || names.iter().any(|name| name.contains(word));
+    names.iter().any(|name| shares_word(&set, name)) && without_sizes(&set).iter().all(is_known)
 }
 
 /// Returns true if libraries of other models name the picture: `claimed` has its name.
@@ -495,17 +534,29 @@ pub(super) fn is_claimed(claimed: &HashSet<String>, picture: &Path) -> bool {
     claimed.contains(&name_of(picture))
 }
 
-/// Text that lists pictures, and a flag that makes the first picture the colour of `material`.
-/// `None` if there are no pictures.
-pub(super) fn offer_in_words(material: &str, (shown, more): (Vec<PathBuf>, usize)) -> Option<(String, String)> {
-    let first = shown.first()?.display().to_string();
+/// Text that lists pictures, and advice with a flag that makes a picture the colour of `material`:
+/// the first picture whose name is like the name of the OBJ file or of the material, if it is no
+/// normal map. `None` if there are no pictures.
+pub(super) fn offer_in_words(material: &str, offers: Offers) -> Option<(String, String)> {
+    let Offers { shown, more, file } = offers;
     let names: Vec<String> = shown.iter().map(|path| name_of_shown(path)).collect();
-    let more = match more {
-        0 => String::new(),
-        n => format!(" and {n} more"),
+    let (one, more) = match (names.len(), more) {
+        (0, _) => return None,
+        (1, 0) => ("it", String::new()),
+        (_, 0) => ("one of them", String::new()),
+        (_, n) => ("one of them", format!(" and {n} more")),
     };
-    let flag = format!("--material '{material}.diffuse_map={first}'");
-    Some((names.join(", ") + &more, flag))
+    let words = words_of(material);
+    let is_like = |path: &&PathBuf| is_like_any(path, [&file, &words]) && may_be_color(path);
+    let proposed = shown.iter().find(is_like).filter(|path| !is_normal_map(path));
+    let advice = match proposed {
+        Some(path) => {
+            let flag = format!("--material '{material}.diffuse_map={}'", path.display());
+            format!("to use {}, add {flag}", name_of_shown(path))
+        }
+        None => format!("if {one} is the texture, add --material '{material}.diffuse_map=FILE'"),
+    };
+    Some((names.join(", ") + &more, advice))
 }
 
 /// Name of a file for messages.

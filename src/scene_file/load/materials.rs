@@ -240,7 +240,7 @@ impl Loader<'_> {
             if let Some((names, flag)) = offer_in_words(&material, offers) {
                 let message =
                     format!("the file has texture coordinates, but no texture; pictures near the file: {names}");
-                let error = FileError::new(&path, message).help(format!("to use the first picture, add {flag}"));
+                let error = FileError::new(&path, message).help(flag);
                 self.findings.add(Severity::Note, "unused-pictures", error);
             }
         }

@@ -10,9 +10,11 @@ mod displacement;
 mod library_mistakes;
 mod materials;
 mod named_maps;
+mod normals_as_color;
 mod objects;
 mod parts;
 mod picture_names;
+mod picture_roles;
 mod preview;
 mod reports;
 mod shapes;
@@ -186,6 +188,9 @@ struct Loader<'a> {
     /// Missing textures for which a picture with the name of the OBJ file is used, by the file that
     /// names them and by the picture.
     stand_ins: BTreeMap<(PathBuf, PathBuf), Vec<MapRequest>>,
+    /// Colour textures in place of pictures that are normal maps: `None` inside if there is no such
+    /// texture, and `None` for pictures that are no normal maps.
+    normals_as_color: HashMap<PathBuf, Option<Option<PathBuf>>>,
     /// Height maps of materials that displace their surfaces.
     heights: HashMap<MaterialId, Option<displacement::DisplacementMap>>,
     /// Numbers of triangles without texture coordinates, by the OBJ file and the name of their
@@ -271,6 +276,7 @@ impl<'a> Loader<'a> {
             named_maps: BTreeMap::new(),
             part_names: BTreeMap::new(),
             stand_ins: BTreeMap::new(),
+            normals_as_color: HashMap::new(),
             heights: HashMap::new(),
             unmapped: BTreeMap::new(),
             unmapped_materials: HashMap::new(),

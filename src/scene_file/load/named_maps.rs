@@ -10,8 +10,9 @@
 //! not textures.
 
 use super::Loader;
-use super::beside::{Image, NearbyFiles, PictureMatch, is_claimed};
+use super::beside::{Image, NearbyFiles, Offers, PictureMatch, is_claimed};
 use super::picture_names::{are_alike, is_generic, stem_of, without_sizes, words_of};
+use super::picture_roles::{Role, role_of};
 use crate::color::Spectrum;
 use crate::geometry::Mesh;
 use crate::material::Gloss;
@@ -25,70 +26,6 @@ use std::path::{Path, PathBuf};
 
 /// Roughness of a surface whose texture set has a metallic map, but no roughness map.
 const ROUGHNESS: f32 = 0.5;
-
-/// Property that a texture defines.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Role {
-    Color,
-    Roughness,
-    /// Glossiness: 1 − roughness.
-    Gloss,
-    Metallic,
-    /// Roughness in the green channel and metallic in the blue channel, as in glTF.
-    Packed,
-    Normal,
-    /// Normal map whose green channel points down, as in DirectX.
-    DirectXNormal,
-    Opacity,
-    Emission,
-    Height,
-    Occlusion,
-}
-
-/// Words at the end of file names that name a role. They are in lower case, without separators.
-const WORDS: &[(Role, &[&str])] = &[
-    (
-        Role::Color,
-        &[
-            "basecolor",
-            "basecolour",
-            "basemap",
-            "albedo",
-            "diffuse",
-            "diff",
-            "dif",
-            "color",
-            "colour",
-            "col",
-            "texture",
-        ],
-    ),
-    (Role::Roughness, &["roughness", "rough", "rgh"]),
-    (Role::Gloss, &["glossiness", "gloss", "smoothness"]),
-    (Role::Metallic, &["metallic", "metalness", "metal"]),
-    (
-        Role::Packed,
-        &["metallicroughness", "occlusionroughnessmetallic", "orm", "arm"],
-    ),
-    (
-        Role::Normal,
-        &[
-            "normal",
-            "normals",
-            "normalgl",
-            "normalopengl",
-            "norm",
-            "nor",
-            "norgl",
-            "nrm",
-        ],
-    ),
-    (Role::DirectXNormal, &["normaldx", "normaldirectx", "nordx"]),
-    (Role::Opacity, &["opacity", "alpha"]),
-    (Role::Emission, &["emissive", "emission"]),
-    (Role::Height, &["height", "displacement", "disp"]),
-    (Role::Occlusion, &["ambientocclusion", "occlusion", "ao", "mixedao"]),
-];
 
 /// Textures whose names differ by the role.
 #[derive(Clone, Debug, Default)]
@@ -174,7 +111,7 @@ impl NamedMaps {
 
     /// Pictures to suggest to the user as textures of the file: [`NearbyFiles::offers`]. If there
     /// is only one texture set, its colour texture is among them.
-    pub fn offers(&self, own: &[&Path]) -> (Vec<PathBuf>, usize) {
+    pub fn offers(&self, own: &[&Path]) -> Offers {
         let mut sets = self.sets.values();
         let only = sets.next().filter(|_| sets.next().is_none());
         let color = only.and_then(|set| set.files.get(&Role::Color));
@@ -312,22 +249,6 @@ impl NamedMaps {
     }
 }
 
-/// Words of the name of the texture set of a picture, and role of the picture, from its name
-/// without extension.
-fn role_of(stem: &str) -> Option<(Vec<String>, Role)> {
-    let words = words_of(stem);
-    let words = without_sizes(&words);
-    // Find the longest end of the name that is a role
-    for count in (1..=words.len().min(3)).rev() {
-        let (set, end) = words.split_at(words.len() - count);
-        let end = end.concat();
-        if let Some((role, _)) = WORDS.iter().find(|(_, words)| words.contains(&&*end)) {
-            return Some((without_sizes(set).to_vec(), *role));
-        }
-    }
-    None
-}
-
 impl Loader<'_> {
     /// Texture sets near the OBJ file `path`. They are searched only once.
     pub(super) fn maps_beside(&mut self, path: &Path) -> &NamedMaps {
@@ -434,35 +355,6 @@ impl Loader<'_> {
             material.gloss = Gloss::Metallic(metallic);
             material.specular = Spectrum::ONE;
             material.roughness = if has_slot(MapSlot::Roughness) { 1.0 } else { ROUGHNESS };
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_have_a_set_and_a_role() {
-        for (stem, set, role) in [
-            ("chair_BaseColor", "chair", Role::Color),
-            ("Chair_Leg_Base_Color", "chairleg", Role::Color),
-            ("Bricks052_1K-JPG_NormalDX", "bricks052", Role::DirectXNormal),
-            ("rock_wall_nor_gl_4k", "rockwall", Role::Normal),
-            ("rock_wall_arm_4k", "rockwall", Role::Packed),
-            ("material_0_metallicRoughness", "material", Role::Packed),
-            ("Cigarette_1001_Roughness", "cigarette", Role::Roughness),
-            ("albedo", "", Role::Color),
-            ("Plane_DefaultMaterial_BaseMap", "planedefaultmaterial", Role::Color),
-            ("Wood AO", "wood", Role::Occlusion),
-            ("Woman_posed_001_dif_2k", "womanposed", Role::Color),
-            ("Woman_posed_001_norm_2k", "womanposed", Role::Normal),
-        ] {
-            let found = role_of(stem).map(|(words, role)| (words.concat(), role));
-            assert_eq!(found, Some((set.to_string(), role)), "{stem}");
-        }
-        for stem in ["", "photo", "colorful", "normal_map_of_x", "1001"] {
-            assert_eq!(role_of(stem), None, "{stem}");
         }
     }
 }

@@ -164,6 +164,16 @@ pub(super) fn are_alike(a: &[String], b: &[String]) -> bool {
     })
 }
 
+/// Returns true if `long` has all words of `short` in their order, and `short` has at least two
+/// words that name a thing: `mining_boot_left` has the words of `boot_left`.
+pub(super) fn has_words_of(long: &[String], short: &[String]) -> bool {
+    let mut words = long.iter();
+    let telling = short
+        .iter()
+        .filter(|word| word.len() >= MIN_NAME && !is_generic_word(word));
+    telling.count() >= 2 && short.iter().all(|word| words.any(|other| other == word))
+}
+
 /// Returns true if the last word of a name, without numbers, is a texture word.
 pub(super) fn is_texture_name(words: &[String]) -> bool {
     let last = without_sizes(words).last();
@@ -260,6 +270,20 @@ mod tests {
             ("12", "123"),
         ] {
             assert!(!alike(a, b) && !alike(b, a), "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn names_have_the_words_of_shorter_names() {
+        let has = |long: &str, short: &str| has_words_of(&words_of(long), &words_of(short));
+        assert!(has("STC_mining_boot", "STC_Boot") && has("old red car", "OldCar"));
+        for (long, short) in [
+            ("red_car", "car"),
+            ("car_red_old", "old_car"),
+            ("material_boot", "material_boot_left"),
+            ("mesh_boot_low", "mesh_low"),
+        ] {
+            assert!(!has(long, short), "{long} {short}");
         }
     }
 

@@ -58,6 +58,7 @@ impl Loader<'_> {
             } else {
                 self.find_texture(request, &material.name, obj)
             };
+            self.replace_normals_as_color(request);
             if let (MapSlot::Diffuse, Some(path)) = (request.statement.slot, &request.path) {
                 colors = Some((request.statement.file.clone(), path.clone()));
             }
@@ -119,11 +120,17 @@ impl Loader<'_> {
         let names = names.iter().map(String::as_str);
         match search.find(names.clone(), &mut self.finder) {
             Some(FoundTexture::AsNamed(path)) => {
-                let is_exact = |name: &str| !case_differs(folder, name, &path) && !name.contains('\\');
-                if !names.clone().any(is_exact) {
-                    let found = request.remark(&format!("is found as {}", path.display()));
-                    let help = "write the name exactly as the file is called; other systems may not find the file";
-                    self.findings.add(Severity::Note, "other-case", found.help(help));
+                let has_case = |name: &str| !case_differs(folder, name, &path);
+                if !names.clone().any(|name| has_case(name) && !name.contains('\\')) {
+                    let (code, words, help) = if names.clone().any(has_case) {
+                        let help = "separate folders by /, which programs on all systems read";
+                        ("backslashes", "has backslashes between folders, and is found as", help)
+                    } else {
+                        let help = "write the name exactly as the file is called; other systems may not find the file";
+                        ("other-case", "is found as", help)
+                    };
+                    let found = request.remark(&format!("{words} {}", path.display()));
+                    self.findings.add(Severity::Note, code, found.help(help));
                 }
                 Some(with_all_tiles(path, statement))
             }
@@ -150,7 +157,7 @@ impl Loader<'_> {
                 if statement.slot == MapSlot::Diffuse {
                     let offers = self.maps_beside(obj).offers(&[&request.place.file]);
                     if let Some((names, flag)) = offer_in_words(material, offers) {
-                        help += &format!("; pictures near the OBJ file: {names}; to use the first, add {flag}");
+                        help += &format!("; pictures near the OBJ file: {names}; {flag}");
                     }
                 }
                 let file = (request.place.file.clone(), statement.file.clone());

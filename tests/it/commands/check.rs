@@ -398,6 +398,20 @@ fn texture_case_and_coordinates_are_checked() {
     );
 }
 
+/// Names that differ from their files only in backslashes are not reported as other letter case.
+#[test]
+fn backslashes_are_reported_as_such() {
+    let folder = folder(&[
+        ("a.obj", &format!("{SQUARE}f 1 2 3 4\n")),
+        ("a.mtl", "newmtl m\nKd 0.5\nmap_Kd .\\wall.png\n"),
+    ]);
+    write_grey_png(&folder.path().join("wall.png"), &[200]);
+    let (report, _) = check(folder.path(), "a.obj");
+    let found: Vec<String> = findings(&report).iter().map(key).collect();
+    assert!(found.contains(&"note backslashes a.mtl:3:0".into()), "{found:?}");
+    assert!(!found.iter().any(|key| key.contains("other-case")), "{found:?}");
+}
+
 #[test]
 fn ambiguous_library_names_are_reported() {
     let plain = "newmtl m\nKd 0.5\n";

@@ -1,6 +1,7 @@
 //! Textures without a library entry, found by their file names.
 
 use crate::support::program::*;
+use crate::support::write_png;
 use std::fs;
 use tempfile::TempDir;
 
@@ -531,7 +532,7 @@ fn textures_without_extension_are_found() {
     }
     let (_, words) = found(&["x.png", "y.png"], None);
     assert!(
-        words.contains("x.png, y.png; to use the first, add --material 'wood.diffuse_map="),
+        words.contains("x.png, y.png; if one of them is the texture, add --material 'wood.diffuse_map=FILE'"),
         "{words}"
     );
 }
@@ -542,9 +543,23 @@ fn unused_images_are_listed_in_a_warning() {
     let (_, words) = picture(&folder, "");
     assert!(words.contains("b.png, c.png, d.png and 1 more"), "{words}");
     assert!(
-        words.contains("to use the first picture, add --material 'wood.diffuse_map=b.png'"),
+        words.contains("if one of them is the texture, add --material 'wood.diffuse_map=FILE'"),
         "{words}"
     );
+    // A picture is proposed only if its name is like that of the file or of the material, and if it
+    // may be a colour.
+    for (pictures, proposed) in [
+        (["old_wood.png", "c.png"], None),
+        (["wood_portrait.png", "c.png"], None),
+        (["wood_normal.png", "c.png"], None),
+        (["wood_tex.png", "c.png"], Some("wood_tex.png")),
+    ] {
+        let (_, words) = picture(&scene(PLAIN, &pictures), "");
+        let expected = proposed.map_or("if one of them is the texture".into(), |name| {
+            format!("to use {name}, add")
+        });
+        assert!(words.contains(&expected), "{pictures:?}: {words}");
+    }
     let (_, words) = picture(&folder, "--material wood.diffuse_map=b.png");
     assert!(!words.contains("[unused-pictures]"), "{words}");
     let (_, words) = picture(&folder, "--maps-by-name off");
@@ -668,4 +683,56 @@ fn generic_textures_beside_several_files_are_not_used() {
     assert!(used("default_diffuse.png", false));
     assert!(!used("default_diffuse.png", true));
     assert!(used("a_default_diffuse.png", true));
+}
+
+/// A texture set is used if its name has the words of the name of the file, and if no other set of
+/// the folder is like the file.
+#[test]
+fn texture_set_with_words_of_the_file_is_used() {
+    let expected = picture(&without_library(&[("a.obj", OBJ)], &["a.png"]), "").0;
+    let picture = |names: &[&str]| {
+        let files = [("b_mining_boot.obj", OBJ), ("c.obj", OBJ)];
+        let folder = without_library(&files, names);
+        let scene = SCENE.replace("a.obj", "b_mining_boot.obj");
+        fs::write(folder.path().join("s.toml"), scene).unwrap();
+        picture(&folder, "")
+    };
+    let (got, words) = picture(&["Mining_Old.png", "Boot_Mining_DIF.png", "B_Mining_Boot2_SPEC.png"]);
+    assert!(got != expected, "{words}");
+    let (got, words) = picture(&["Brick.png", "Mining_Boot_DIF.png"]);
+    assert!(
+        got == expected && words.contains("probably has Mining_Boot_DIF.png"),
+        "{words}"
+    );
+}
+
+/// A library that names a normal map as colour gets the colour texture of the same set.
+#[test]
+fn normal_map_is_not_a_color() {
+    let library = "newmtl wood\nKd 0.3 0.3 0.3\nmap_Kd oak_NOR.png\n";
+    let with = |normals: [u8; 3], colors: &[&str]| {
+        let folder = scene(library, &[]);
+        write_png(&folder.path().join("oak_NOR.png"), 4, &[normals; 16]);
+        let names = colors.iter().map(|name| folder.path().join(name));
+        names.for_each(|path| write_png(&path, 4, &[[200, 60, 20]; 16]));
+        folder
+    };
+    let blue = [128, 128, 255];
+    let named = scene("newmtl wood\nKd 0.3 0.3 0.3\nmap_Kd oak_COL.png\n", &[]);
+    write_png(&named.path().join("oak_COL.png"), 4, &[[200, 60, 20]; 16]);
+    let expected = picture(&named, "").0;
+    let (got, words) = picture(&with(blue, &["oak_COL.png", "fir_COL.png"]), "");
+    let told = "is a normal map where a colour is expected; oak_COL.png is used [normals-as-color]";
+    assert!(got == expected && words.contains(told), "{words}");
+    // Without one colour texture of this name, the material has its constant.
+    let plain = picture(&scene(PLAIN, &[]), "").0;
+    for colors in [&[][..], &["oak_COL.png", "oak_diffuse.png"]] {
+        let (got, words) = picture(&with(blue, colors), "");
+        assert!(got == plain && words.contains("has no colour texture"), "{words}");
+    }
+    // Other pictures of this name, and the literal reading, show the named picture.
+    let literal = picture(&with(blue, &["oak_COL.png"]), "--mtl-dialect spec").0;
+    let (wood, words) = picture(&with([180, 90, 40], &["oak_COL.png"]), "");
+    assert!(!words.contains("[normals-as-color]") && literal != expected, "{words}");
+    assert!(wood != expected && wood != literal);
 }

@@ -209,7 +209,10 @@ fn remark(obj: &Path, library: &ObjLibrary, options: &LoadOptions, findings: &mu
         let help = "write the name exactly as the file is called; other systems may not find the file";
         findings.add(Severity::Warning, "other-case", other_case.help(help));
     } else if name.contains('\\') {
-        let error = at_line(format!("material library `{shown}` is found as `{found}`"));
-        findings.add(Severity::Note, "other-case", error.help("separate folders by /"));
+        let error = at_line(format!(
+            "material library `{shown}` has backslashes between folders, and is found as `{found}`"
+        ));
+        let help = "separate folders by /, which programs on all systems read";
+        findings.add(Severity::Note, "backslashes", error.help(help));
     }
 }

@@ -3,14 +3,14 @@
 mod inside;
 
 use super::elevation::drawing_axes;
-use super::far_ground::without_far_ground;
+use super::far_ground::{without_far_ground, without_strays_below};
 use super::file_axes::FileAxes;
 use super::framing::Framing;
 use super::groups;
 use super::interior::{self, PlaceKind, upright_bounds};
 use super::light::LightGuess;
 use super::object::{self, Front};
-use super::region::Region;
+use super::region::{Region, WideGround};
 use super::scene_tracer::SceneTracer;
 use super::stand::Stand;
 use super::survey::Survey;
@@ -152,18 +152,18 @@ impl<'a> CameraFinder<'a> {
         let up = given.or(height_axis(request.origin));
         let needs_inside = request.stand.is_some() || request.orbit.is_none() && request.view == NamedView::Inside;
         let (survey, region, inside) = Survey::new(&tracer, up, &request.axes, needs_inside);
-        let (survey, is_up_of_siblings) = survey.with(&request.siblings);
-        tracer.region = if survey.is_interior {
-            region
-        } else {
-            let tracer = SceneTracer { region, ..tracer };
-            let region = groups::without_sheet(&tracer, &survey.horizon);
-            if region.has_wide_ground {
-                region
-            } else {
-                without_far_ground(&tracer, &survey.horizon)
+        let (mut survey, is_up_of_siblings) = survey.with(&request.siblings);
+        tracer.region = region;
+        if !survey.is_interior {
+            let region = groups::without_sheets(&tracer, &survey.horizon);
+            tracer.region = match region.ground {
+                Some(_) => region,
+                None => without_far_ground(&tracer, &survey.horizon),
+            };
+            if tracer.region.ground.is_some() {
+                survey.part = without_strays_below(&tracer, &survey.horizon).or(survey.part);
             }
-        };
+        }
         Self {
             survey,
             is_up_of_siblings,
@@ -393,8 +393,20 @@ impl<'a> CameraFinder<'a> {
             .map_or(usual, |front| [up, front])
     }
 
+    /// Front of the object. A backdrop hides the object from behind, so the open side of the
+    /// backdrop replaces this front.
     fn front(&self) -> Front {
-        Front::of(&self.tracer, self.horizon(), &self.frame(), &self.request.axes)
+        let front = Front::of(&self.tracer, self.horizon(), &self.frame(), &self.request.axes);
+        let Some(WideGround::Backdrop(open)) = self.tracer.region.ground else {
+            return front;
+        };
+        let is_hidden = self.horizon().direction(front.azimuth, 0.0).dot(open) < -0.5;
+        let azimuth = self.horizon().azimuth(open).filter(|_| is_hidden && !front.is_declared);
+        azimuth.map_or(front, |azimuth| Front {
+            azimuth: (azimuth / 90.0).round().rem_euclid(4.0) * 90.0,
+            is_declared: false,
+            is_clear: true,
+        })
     }
 
     fn width(&self) -> f32 {
@@ -416,10 +428,10 @@ impl<'a> CameraFinder<'a> {
             let scale = left_out_at.abs().max_element().max(self.size());
             position_text(short(left_out_at, scale), self.request.origin).join(",")
         };
-        let ground = if self.tracer.region.has_wide_ground {
-            "; its ground reaches beyond the view"
-        } else {
-            ""
+        let ground = match self.tracer.region.ground {
+            Some(WideGround::Flat) => "; its ground reaches beyond the view",
+            Some(WideGround::Backdrop(_)) => "; its backdrop reaches beyond the view",
+            None => "",
         };
         match left_out {
             0 => ground.into(),

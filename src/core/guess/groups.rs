@@ -2,7 +2,7 @@
 
 use super::floors::upright_bounds;
 use super::parts::SceneParts;
-use super::region::{Region, extent};
+use super::region::{Region, WideGround, extent};
 use super::scene_tracer::SceneTracer;
 use crate::math::{Bounds3, Horizon, Vec3};
 
@@ -24,6 +24,8 @@ const NEAR: f32 = 0.1;
 const SMALLER: f32 = 0.7;
 /// Maximum number of parts that are grouped: the largest parts.
 const MAX_PARTS: usize = 2048;
+/// Maximum number of sheets that the framing ignores: a ground and a paved place on it.
+const MAX_SHEETS: usize = 2;
 /// Maximum number of groups.
 const MAX_GROUPS: usize = 3;
 
@@ -58,27 +60,53 @@ pub(super) fn groups(tracer: &SceneTracer) -> Vec<Region> {
     groups.into_iter().map(region).collect()
 }
 
-/// Region of `tracer` without a ground that is much wider than the objects on it.
-pub(super) fn without_sheet(tracer: &SceneTracer, horizon: &Horizon) -> Region {
+/// Region of `tracer` without grounds that are much wider than the objects on them: flat sheets, of
+/// which one may be bent upwards behind the objects.
+pub(super) fn without_sheets(tracer: &SceneTracer, horizon: &Horizon) -> Region {
     let whole = tracer.region;
-    let mut boxes = SceneParts::of(tracer).boxes();
-    boxes.sort_by(|a, b| extent(&b.0).total_cmp(&extent(&a.0)));
-    let Some(((sheet, _), others)) = boxes.split_first() else {
-        return whole;
-    };
-    let Some(rest) = others.iter().map(|(part, _)| *part).reduce(|a, b| union(a, &b)) else {
-        return whole;
-    };
-    let [ground, object] = [*sheet, rest].map(|bounds| upright_bounds(bounds, horizon));
-    let (size, around) = (object.max - object.min, ground.max - ground.min);
-    let is_wide = around.x.min(around.z) >= WIDE_GROUND * size.x.max(size.z) && size.x.min(size.z) > 0.0;
-    let is_flat = around.y <= SHEET * extent(&ground);
-    let is_below = ground.max.y <= object.min.y + AT_BOTTOM * size.y;
-    if is_wide && is_flat && is_below {
-        whole.on_ground(rest)
-    } else {
-        whole
+    let parts = SceneParts::of(tracer);
+    let mut boxes: Vec<(usize, Bounds3)> = (0..).zip(parts.boxes()).map(|(i, (part, _))| (i, part)).collect();
+    boxes.sort_by(|a, b| extent(&b.1).total_cmp(&extent(&a.1)));
+    for count in 1..=MAX_SHEETS {
+        let Some((sheets, others)) = boxes.split_at_checked(count) else {
+            break;
+        };
+        let Some(rest) = others.iter().map(|(_, part)| *part).reduce(|a, b| union(a, &b)) else {
+            break;
+        };
+        let object = upright_bounds(rest, horizon);
+        let ground = |&(number, sheet): &(usize, Bounds3)| {
+            let sheet = upright_bounds(sheet, horizon);
+            if !is_wide_below(&sheet, &object) {
+                return None;
+            }
+            let is_flat = sheet.max.y - sheet.min.y <= SHEET * extent(&sheet);
+            if is_flat && sheet.max.y <= object.min.y + AT_BOTTOM * (object.max.y - object.min.y) {
+                return Some(WideGround::Flat);
+            }
+            let is_within = |axis: usize| (sheet.min[axis]..sheet.max[axis]).contains(&object.center()[axis]);
+            let open = || parts.open_side_of_backdrop(number, sheet, horizon);
+            (is_within(0) && is_within(2))
+                .then(open)
+                .flatten()
+                .map(WideGround::Backdrop)
+        };
+        let grounds: Option<Vec<WideGround>> = sheets.iter().map(ground).collect();
+        if let Some(grounds) = grounds {
+            let is_bent = |ground: &&WideGround| **ground != WideGround::Flat;
+            let bent = grounds.iter().find(is_bent).copied();
+            return whole.on_ground(rest, bent.unwrap_or(WideGround::Flat));
+        }
     }
+    whole
+}
+
+/// Returns true if `sheet` is much wider than `object`, and its bottom is not above the object's
+/// bottom.
+fn is_wide_below(sheet: &Bounds3, object: &Bounds3) -> bool {
+    let (size, around) = (object.max - object.min, sheet.max - sheet.min);
+    let is_wide = around.x.min(around.z) >= WIDE_GROUND * size.x.max(size.z) && size.x.min(size.z) > 0.0;
+    is_wide && sheet.min.y <= object.min.y + AT_BOTTOM * size.y
 }
 
 /// Returns true if `sheet` is flat, and reaches far beyond `others` along its plane.

@@ -2,7 +2,7 @@
 
 use super::scene_tracer::SceneTracer;
 use super::triangles::for_each_triangle;
-use crate::math::{Bounds3, Vec3};
+use crate::math::{Bounds3, Horizon, Vec3};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
@@ -19,6 +19,15 @@ const HULL: f32 = 0.8;
 const TOUCH: f32 = 1.5e-3;
 /// Minimum cosine between up and the normal of a surface that faces up.
 const FACES_UP: f32 = 0.9;
+/// Maximum distance of the floor and the wall of a backdrop from the sides of its box, as a
+/// fraction of its extent.
+const AT_SIDE: f32 = 0.1;
+/// Minimum fraction of a backdrop's area that its floor and its wall have. The round edge between
+/// them has the rest.
+const FLAT_SHARE: f32 = 0.6;
+/// Limits of a backdrop's area, as fractions of the area of the floor and one wall of its box: a
+/// round edge makes it smaller, and a solid bracket has two layers.
+const LAYER: [f32; 2] = [0.7, 1.2];
 /// Maximum number of surfaces of the tested part that a ray may hit before it hits another part.
 const MAX_OWN: u32 = 3;
 
@@ -86,6 +95,47 @@ impl<'a> SceneParts<'a> {
             .iter()
             .map(|part| (part.iter().copied().collect(), part.len()));
         boxes.collect()
+    }
+
+    /// Horizontal unit vector away from the wall of a backdrop; `None` if part `number` with the
+    /// upright box `bounds` is no backdrop. A backdrop is a single layer that consists of a floor
+    /// at the bottom of its box and a wall at one side of the box, perhaps with a round edge
+    /// between them.
+    pub fn open_side_of_backdrop(&self, number: usize, bounds: Bounds3, horizon: &Horizon) -> Option<Vec3> {
+        let size = bounds.max - bounds.min;
+        let sides = [Vec3::X, Vec3::NEG_X, Vec3::Z, Vec3::NEG_Z];
+        let (mut all, mut floor, mut walls) = (0.0, 0.0, [0.0f32; 4]);
+        for_each_triangle(self.tracer.scene, MAX_TRIANGLES, |triangle| {
+            if self.of_triangles.get(&triangle.name) != Some(&(number as u32)) {
+                return;
+            }
+            let [a, b, c] = triangle.corners.map(|p| horizon.coordinates(p));
+            let (normal, middle) = (horizon.coordinates(triangle.normal), (a + b + c) / 3.0);
+            let area = triangle.area as f32;
+            all += area;
+            if normal.y.abs() > FACES_UP && middle.y - bounds.min.y <= AT_SIDE * size.y {
+                floor += area;
+            }
+            for (wall, side) in walls.iter_mut().zip(sides) {
+                let end = if side.element_sum() > 0.0 {
+                    bounds.max
+                } else {
+                    bounds.min
+                };
+                let is_near = ((middle - end) * side).element_sum().abs() <= AT_SIDE * (size * side).length();
+                *wall += if is_near && normal.dot(side).abs() > FACES_UP {
+                    area
+                } else {
+                    0.0
+                };
+            }
+        });
+        let (side, wall) = sides.into_iter().zip(walls).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let width = size.x + size.z - (size * side).length();
+        let layer = size.x * size.z + size.y * width;
+        let is_layer = (LAYER[0] * layer..LAYER[1] * layer).contains(&all);
+        let is_backdrop = is_layer && floor > 0.0 && wall > 0.0 && floor + wall >= FLAT_SHARE * all;
+        is_backdrop.then(|| -horizon.point(side))
     }
 
     /// Returns true if a part belongs to the hull of the scene, such as its walls or its ground.

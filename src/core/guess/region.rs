@@ -32,6 +32,17 @@ const STRAY_GAP: f32 = 8.0;
 /// Minimum gap on each side of a region, if corners lie beyond both sides: these corners may belong
 /// to a ground or a dome around the region.
 const SURROUNDING_GAP: f32 = 100.0;
+
+/// Ground that reaches far beyond the objects on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum WideGround {
+    /// Flat or low on all sides.
+    Flat,
+    /// The floor of a backdrop: a sheet that is bent upwards behind the objects. The unit vector
+    /// points away from its wall.
+    Backdrop(Vec3),
+}
+
 /// The part of a scene that guesses use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Region {
@@ -43,8 +54,8 @@ pub(super) struct Region {
     pub left_out: u64,
     /// Middle of the corners beyond the limits.
     pub left_out_at: Vec3,
-    /// True if a ground reaches far beyond the bounds.
-    pub has_wide_ground: bool,
+    /// Ground that reaches far beyond the bounds, if there is one.
+    pub ground: Option<WideGround>,
     /// Fraction of the corners of all groups that lie in this region, if the region is one of
     /// several groups of parts.
     pub group: Option<f32>,
@@ -61,7 +72,7 @@ impl Region {
             },
             left_out: 0,
             left_out_at: Vec3::ZERO,
-            has_wide_ground: false,
+            ground: None,
             group: None,
         };
         let mut corners: Vec<Vec3> = Vec::new();
@@ -87,7 +98,7 @@ impl Region {
 
     /// Region of an object with the box `bounds`, which stands on a ground that reaches beyond the
     /// box.
-    pub fn on_ground(self, bounds: Bounds3) -> Self {
+    pub fn on_ground(self, bounds: Bounds3, ground: WideGround) -> Self {
         let margin = Vec3::splat(1e-4 * extent(&bounds));
         let limits = Bounds3 {
             min: self.limits.min.max(bounds.min - margin),
@@ -96,7 +107,7 @@ impl Region {
         Self {
             bounds,
             limits,
-            has_wide_ground: true,
+            ground: Some(ground),
             ..self
         }
     }

@@ -368,6 +368,105 @@ fn far_grounds_do_not_frame_the_scene() {
     assert!((with_river - alone).abs() < 0.2 * alone, "{with_river} {alone}");
 }
 
+/// Distance of the camera from its target, and the message of the guess.
+fn distance(text: &str) -> (f64, String) {
+    let folder = folder(&[("a.obj", text)]);
+    let camera = camera(folder.path(), "a.obj");
+    let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
+    let distance = (0..3).map(|i| (eye[i] - target[i]).powi(2)).sum::<f64>().sqrt();
+    (distance, camera["guess"].as_str().unwrap().into())
+}
+
+/// Stacks of boxes side by side, with one upright box each.
+fn figures() -> Boxes {
+    let mut figures = Boxes::default();
+    for i in 0..4 {
+        let x = 3.0 * i as f32;
+        figures = figures
+            .add([x, 0.0, 0.0], [x + 1.5, 1.0, 1.5])
+            .add([x + 0.4, 1.0, 0.4], [x + 1.1, 3.0, 1.1])
+            .add([x + 0.2, 3.0, 0.2], [x + 1.3, 3.5, 1.3]);
+    }
+    figures
+}
+
+/// A sheet that is bent upwards behind the objects does not set the frame. The camera stands at its
+/// open side.
+#[test]
+fn backdrops_do_not_frame_the_scene() {
+    let backdrop = |toward: f32| {
+        let mut text = figures().text;
+        // Profile of the sheet, from the open end to the top of its wall
+        let profile = [(40.0, 0.0), (0.0, 0.0), (-18.0, 0.0), (-20.0, 2.0), (-20.0, 30.0)];
+        for (z, y) in profile {
+            for x in [-35.0, 45.0] {
+                writeln!(text, "v {x} {y} {}", toward * z).unwrap();
+            }
+        }
+        let first = text.lines().filter(|line| line.starts_with("v ")).count() - 9;
+        for i in 0..4 {
+            let a = first + 2 * i;
+            writeln!(text, "f {} {} {} {}", a, a + 1, a + 3, a + 2).unwrap();
+        }
+        text
+    };
+    let (alone, _) = distance(&figures().text);
+    for toward in [1.0, -1.0] {
+        let (far, words) = distance(&backdrop(toward));
+        assert!((0.6..1.6).contains(&(far / alone)), "{far} {alone}: {words}");
+        assert!(words.contains("; its backdrop reaches beyond the view"), "{words}");
+        let (azimuth, words) = seen(&backdrop(toward));
+        let front = if toward > 0.0 { 0.0 } else { 180.0 };
+        assert!(apart(azimuth, front) < 95.0, "{azimuth} {front}: {words}");
+    }
+}
+
+/// A ground and a paved place on it are much wider than the objects on them.
+#[test]
+fn ground_below_a_paved_place_does_not_frame_the_scene() {
+    let sheet = |text: &mut String, half: f32, y: f32| {
+        for (x, z) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)] {
+            writeln!(text, "v {} {y} {}", 5.0 + half * x, half * z).unwrap();
+        }
+        text.push_str("f -4 -3 -2 -1\n");
+    };
+    let mut text = figures().text;
+    let (alone, _) = distance(&text);
+    sheet(&mut text, 20.0, -0.01);
+    sheet(&mut text, 50.0, -0.02);
+    let (far, words) = distance(&text);
+    assert!((0.6..1.6).contains(&(far / alone)), "{far} {alone}: {words}");
+    assert!(words.contains("; its ground reaches beyond the view"), "{words}");
+}
+
+/// A stray corner far below a wide ground does not move the guessed ground down, and does not hide
+/// that the wide ground is low.
+#[test]
+fn stray_corners_below_a_ground_are_ignored() {
+    let mut town = Boxes::default();
+    for i in 0..36 {
+        let (x, z) = ((i % 6) as f32 * 20.0, (i / 6) as f32 * 20.0);
+        town = town.add([x, 0.0, z], [x + 9.0, 6.0 + (i % 5) as f32, z + 9.0]);
+    }
+    let (alone, _) = distance(&town.text);
+    let text = town.text
+        + "v -600 -1 -600\nv -600 -1 700\nv 700 -1 700\nv 700 -1 -600\nf -4 -3 -2 -1\n\
+                            v 400 -180 400\nv 300 0 100\nv 250 0 100\nf -3 -2 -1\n";
+    let (far, words) = distance(&text);
+    assert!((0.6..1.6).contains(&(far / alone)), "{far} {alone}: {words}");
+    assert!(words.contains("; its ground reaches beyond the view"), "{words}");
+    let folder = folder(&[("a.obj", &text)]);
+    done(folder.path(), &split("init a.obj -o i.toml"));
+    let written = std::fs::read_to_string(folder.path().join("i.toml")).unwrap();
+    let (_, ground) = written.split_once("[ground]").unwrap();
+    let point = ground
+        .lines()
+        .find(|line| line.trim_start().starts_with("point"))
+        .unwrap();
+    let y: f64 = point.split(',').nth(1).unwrap().trim().parse().unwrap();
+    assert!((-3.0..-0.9).contains(&y), "{point}");
+}
+
 /// Eyes are at the front, and a tail is at the back.
 #[test]
 fn part_names_give_the_front() {

@@ -32,6 +32,15 @@ const FREE_DISTANCE: f32 = 0.3;
 /// Distance, in eye heights, below which a surface blocks a view.
 const NEAR: f32 = 0.8;
 
+/// Limits of a surface in the foreground: fraction of the distance of the floor in the same
+/// direction, and distance in eye heights. A table before the camera has smaller values.
+const FOREGROUND: [f32; 2] = [0.75, 1.6];
+/// Fraction of the directions near the horizon that may leave the scene without lowering the score
+/// of a place: doors and windows. More of them leave it at places outside of the walls.
+const OPEN_SIDES: f32 = 0.2;
+/// Fraction of the image that a foreground may cover without lowering the score of a view.
+const FREE_FOREGROUND: f32 = 0.12;
+
 /// A view from inside.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct InteriorView {
@@ -190,9 +199,84 @@ const SIDE_RAYS: u32 = 12;
 /// Minimum fraction of the rays that pass the side, and minimum length of their paths, as a
 /// fraction of the box's depth.
 const OPEN: (f32, f32) = (0.75, 0.15);
+/// Minimum fraction of the places without a surface above half the height of the scene, if there is
+/// no ceiling: walls cover the other places.
+const OPEN_ABOVE: f32 = 0.8;
 /// Minimum fraction of the side's width and height that the image shows. If the aspect ratios of
 /// side and image differ, the image crops the side.
 const SHOWN: f32 = 0.7;
+
+/// Azimuths of the sides of the scene's box, in the order in which they are tried.
+const SIDES: [f32; 4] = [0.0, 90.0, 270.0, 180.0];
+
+/// A side of the scene's box, in the frame of the horizon.
+struct BoxSide {
+    center: Vec3,
+    /// Half of the box's extents.
+    half: Vec3,
+    /// Unit vector out of the box.
+    out: Vec3,
+}
+
+impl BoxSide {
+    fn new(tracer: &SceneTracer, horizon: &Horizon, azimuth: f32) -> Self {
+        let box_ = upright_bounds(tracer.region.bounds, horizon);
+        Self {
+            center: 0.5 * box_.min + 0.5 * box_.max,
+            half: 0.5 * (box_.max - box_.min),
+            out: horizon.coordinates(horizon.direction(azimuth, 0.0)).round(),
+        }
+    }
+
+    /// Half of the box's extent across the side.
+    fn depth(&self) -> f32 {
+        (self.half * self.out).length()
+    }
+
+    /// Horizontal unit vector along the side.
+    fn across(&self) -> Vec3 {
+        Vec3::new(self.out.z, 0.0, -self.out.x)
+    }
+
+    /// Half of the side's width.
+    fn width(&self) -> f32 {
+        (self.half * self.across()).length()
+    }
+
+    /// Returns true if most rays pass the side, and go far into the box.
+    fn is_open(&self, tracer: &SceneTracer, horizon: &Horizon) -> bool {
+        let (depth, width) = (self.depth(), self.width());
+        let place = |u: f32, v: f32| {
+            self.center + self.out * depth * 1.01 + self.across() * width * u + Vec3::Y * self.half.y * v
+        };
+        let share = |i: u32| (i as f32 + 0.5) / SIDE_RAYS as f32 * 1.9 - 0.95;
+        let goes_in = |i: &u32| {
+            let origin = horizon.point(place(share(i % SIDE_RAYS), share(i / SIDE_RAYS)));
+            let seen = tracer.trace(origin, -horizon.point(self.out));
+            seen.is_some_and(|seen| seen.is_front && seen.distance > 2.0 * OPEN.1 * depth)
+        };
+        let count = (0..SIDE_RAYS * SIDE_RAYS).filter(goes_in).count();
+        count as f32 >= OPEN.0 * (SIDE_RAYS * SIDE_RAYS) as f32
+    }
+}
+
+/// Returns true if the scene is the corner of a room: two sides that adjoin have no walls, and
+/// there is no ceiling.
+pub(super) fn is_corner_of_room(tracer: &SceneTracer, horizon: &Horizon) -> bool {
+    let is_open = SIDES.map(|azimuth| BoxSide::new(tracer, horizon, azimuth).is_open(tracer, horizon));
+    // In `SIDES`, the second and the third side adjoin the first and the last side.
+    if !(is_open[0] || is_open[3]) || !(is_open[1] || is_open[2]) {
+        return false;
+    }
+    let floors = Floors::new(tracer, horizon);
+    let middle = 0.5 * (floors.bounds().min.y + floors.bounds().max.y);
+    let places = floors.places(PLACES);
+    let is_below_sky = |&&(x, z): &&(f32, f32)| {
+        let p = horizon.point(Vec3::new(x, middle, z));
+        tracer.trace(p, horizon.up()).is_none()
+    };
+    places.iter().filter(is_below_sky).count() as f32 >= OPEN_ABOVE * places.len() as f32
+}
 
 /// The view from outside through a side of the scene's box without a wall: some rooms are modelled
 /// to be seen like this. If several sides have no wall, the first of the azimuths 0, 90, 270 and
@@ -204,31 +288,19 @@ pub(super) fn through_open_side(
     fov: f32,
     aspect: f32,
 ) -> Option<InteriorView> {
-    let box_ = upright_bounds(tracer.region.bounds, horizon);
-    let (center, half) = (0.5 * box_.min + 0.5 * box_.max, 0.5 * (box_.max - box_.min));
-    [0.0, 90.0, 270.0, 180.0].into_iter().find_map(|azimuth| {
-        let out = horizon.coordinates(horizon.direction(azimuth, 0.0)).round();
-        let across = Vec3::new(out.z, 0.0, -out.x);
-        let depth = (half * out).length();
-        let width = (half * across).length();
-        let place = |u: f32, v: f32| center + out * depth * 1.01 + across * width * u + Vec3::Y * half.y * v;
-        let share = |i: u32| (i as f32 + 0.5) / SIDE_RAYS as f32 * 1.9 - 0.95;
-        let goes_in = |i: &u32| {
-            let origin = horizon.point(place(share(i % SIDE_RAYS), share(i / SIDE_RAYS)));
-            let seen = tracer.trace(origin, -horizon.point(out));
-            seen.is_some_and(|seen| seen.is_front && seen.distance > 2.0 * OPEN.1 * depth)
-        };
-        let count = (0..SIDE_RAYS * SIDE_RAYS).filter(goes_in).count();
-        if (count as f32) < OPEN.0 * (SIDE_RAYS * SIDE_RAYS) as f32 {
+    SIDES.into_iter().find_map(|azimuth| {
+        let side = BoxSide::new(tracer, horizon, azimuth);
+        if !side.is_open(tracer, horizon) {
             return None;
         }
+        let (depth, out) = (side.depth(), side.out);
         let slope = (0.5 * fov.clamp(1.0, 179.0)).to_radians().tan();
         // Move back until the side just fills the image, or further, until the image shows at least
         // the fraction `SHOWN` of the side's width and height.
-        let (by_height, by_width) = (half.y / slope, width / (slope * aspect));
+        let (by_height, by_width) = (side.half.y / slope, side.width() / (slope * aspect));
         let away = by_height.min(by_width).max(SHOWN * by_height.max(by_width));
         Some(InteriorView {
-            position: horizon.point(center + out * (depth + away)),
+            position: horizon.point(side.center + out * (depth + away)),
             direction: -horizon.point(out),
             distance: away + depth,
             height: 0.0,
@@ -298,10 +370,7 @@ impl Panorama {
     fn take(tracer: &SceneTracer, horizon: &Horizon, position: Vec3) -> Self {
         let column = |column: usize| {
             let azimuth = 360.0 * column as f32 / COLUMNS as f32;
-            std::array::from_fn(|row| {
-                let elevation = PITCH * (2.0 * (row as f32 + 0.5) / ROWS as f32 - 1.0);
-                tracer.trace(position, horizon.direction(azimuth, elevation))
-            })
+            std::array::from_fn(|row| tracer.trace(position, horizon.direction(azimuth, elevation(row))))
         };
         Self((0..COLUMNS).map(column).collect())
     }
@@ -309,6 +378,13 @@ impl Panorama {
     fn nearest(&self) -> f32 {
         let distances = self.0.iter().flatten().flatten().map(|seen| seen.distance);
         distances.fold(f32::INFINITY, f32::min)
+    }
+
+    /// Fraction of the directions near the horizon that hit no surface.
+    fn openness(&self) -> f32 {
+        let level = |column: &[Option<SurfaceHit>; ROWS]| [column[ROWS / 2 - 1], column[ROWS / 2]];
+        let open = self.0.iter().flat_map(level).filter(Option::is_none).count();
+        open as f32 / (2 * COLUMNS) as f32
     }
 
     /// The view with the largest score.
@@ -320,16 +396,21 @@ impl Panorama {
 
     /// The view whose middle is between `column` and the column before it. The score is the visible
     /// information in bits plus a term for the distance. Near surfaces that block the view lower
-    /// the score. Backs of surfaces lower it too, because they are not meant to be seen.
+    /// the score, and so do near surfaces above the floor in the lower half of the image, and open
+    /// sides of the place. Backs of surfaces lower it too, because they are not meant to be seen.
     fn view(&self, horizon: &Horizon, position: Vec3, column: usize, height: f32, width: f32) -> InteriorView {
         let mut tally = HitStatistics::default();
-        let (mut distances, mut near) = (Vec::with_capacity(WINDOW * ROWS), 0);
+        let (mut distances, mut near, mut foreground) = (Vec::with_capacity(WINDOW * ROWS), 0, 0);
         for i in 0..WINDOW {
             let column = (column + COLUMNS + i - WINDOW / 2) % COLUMNS;
-            for seen in &self.0[column] {
+            for (row, seen) in self.0[column].iter().enumerate() {
                 tally.add(seen.as_ref());
                 distances.extend(seen.map(|seen| seen.distance));
                 near += u32::from(seen.is_some_and(|seen| seen.distance < NEAR * height));
+                let down = -elevation(row).to_radians().sin();
+                let [share, heights] = FOREGROUND;
+                let limit = (heights * height).min(share * height / down.max(f32::MIN_POSITIVE));
+                foreground += u32::from(down > 0.0 && seen.is_some_and(|seen| seen.distance < limit));
             }
         }
         distances.sort_by(f32::total_cmp);
@@ -347,7 +428,17 @@ impl Panorama {
             distance,
             height,
             missing,
-            score: shows + reaches - 6.0 * share(near) - 6.0 * (missing - 0.25).max(0.0) - 4.0 * backs,
+            score: shows + reaches
+                - 6.0 * share(near)
+                - 8.0 * (share(foreground) - FREE_FOREGROUND).max(0.0)
+                - 3.0 * (self.openness() - OPEN_SIDES).max(0.0)
+                - 6.0 * (missing - 0.25).max(0.0)
+                - 4.0 * backs,
         }
     }
+}
+
+/// Elevation of a row of a panorama, in degrees.
+fn elevation(row: usize) -> f32 {
+    PITCH * (2.0 * (row as f32 + 0.5) / ROWS as f32 - 1.0)
 }

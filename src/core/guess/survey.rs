@@ -3,7 +3,7 @@
 use super::file_axes::FileAxes;
 use super::floors::Floors;
 use super::groups::groups;
-use super::interior::PlaceKind;
+use super::interior::{PlaceKind, is_corner_of_room};
 use super::region::Region;
 use super::rooms::Rooms;
 use super::scene_tracer::SceneTracer;
@@ -90,6 +90,9 @@ impl Survey {
             let up_scores = scores(&place, Some(&rooms.points));
             let (survey, region) = survey(up_scores, Some((rooms.openness, place.region)));
             if Floors::new(&place, &survey.horizon).has_wide_floor() {
+                if !needs_inside && is_corner_of_room(&place, &survey.horizon) {
+                    return of_object(survey.up_scores);
+                }
                 return (survey, region, PlaceKind::Anywhere);
             }
         }

@@ -593,6 +593,22 @@ fn rooms_without_a_wall_are_seen_through_it() {
     }
 }
 
+/// The corner of a room, without a ceiling and without two walls, is seen from outside and above.
+#[test]
+fn corner_of_a_room_is_an_object() {
+    for (open, front) in [(["+z", "+x", "+y"], 45.0), (["+z", "-x", "+y"], -45.0)] {
+        let folder = folder(&[("room.obj", &room(&open))]);
+        let camera = camera(folder.path(), "room.obj");
+        let words = camera["guess"].as_str().unwrap();
+        assert!(words.starts_with("an object"), "{words}");
+        let (azimuth, elevation) = angles(&camera);
+        assert!(
+            (azimuth - front).abs() < 45.0 && elevation > 14.0,
+            "{azimuth} {elevation}: {words}"
+        );
+    }
+}
+
 /// Lines that a render of `scene` in `folder` prints about the guessed camera and light. The render
 /// writes `x.exr` and `x.png`.
 fn guessed(folder: &Path, scene: &str, more: &[&str]) -> Vec<String> {

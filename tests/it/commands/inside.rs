@@ -55,6 +55,41 @@ fn plain_rooms_with_a_name_are_interiors() {
     }
 }
 
+/// The camera of an interior has free floor before it: no table covers the lower half of the image.
+#[test]
+fn cameras_inside_do_not_look_over_a_table() {
+    let rooms: [[([f32; 2], [f32; 2], f32); 3]; 2] = [
+        [
+            ([-0.7, 1.1], [1.0, 2.8], 0.9),
+            ([-1.7, -2.1], [-0.7, -0.5], 1.0),
+            ([0.5, 1.3], [2.2, 2.7], 0.8),
+        ],
+        [
+            ([-0.6, -1.8], [0.8, -0.9], 1.0),
+            ([-2.1, -1.7], [-0.7, -0.1], 0.8),
+            ([0.9, 0.0], [2.3, 1.5], 0.9),
+        ],
+    ];
+    for tables in rooms {
+        let mut room = Boxes::default().room([-2.5, 0.0, -3.5], [2.5, 2.7, 3.5], &[]);
+        for ([x0, z0], [x1, z1], height) in tables {
+            room = room.add([x0, 0.0, z0], [x1, height, z1]);
+        }
+        let folder = folder(&[("room.obj", &room.text)]);
+        let camera = camera(folder.path(), "room.obj");
+        let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
+        let way = [target[0] - eye[0], target[2] - eye[2]];
+        let length = way[0].hypot(way[1]);
+        for step in 0..10 {
+            let ahead = 0.1 * f64::from(step) / length;
+            let (x, z) = ((eye[0] + ahead * way[0]) as f32, (eye[2] + ahead * way[1]) as f32);
+            let is_above =
+                |&([x0, z0], [x1, z1], _): &([f32; 2], [f32; 2], f32)| (x0..x1).contains(&x) && (z0..z1).contains(&z);
+            assert!(!tables.iter().any(|table| is_above(table)), "{eye:.2?} {target:.2?}");
+        }
+    }
+}
+
 fn on_a_lawn(scene: Boxes) -> String {
     scene.add([-40.0, -0.2, -40.0], [40.0, 0.0, 40.0]).text
 }

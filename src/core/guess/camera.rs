@@ -3,6 +3,7 @@
 mod inside;
 
 use super::elevation::drawing_axes;
+use super::exporter;
 use super::far_ground::{without_far_ground, without_strays_below};
 use super::file_axes::FileAxes;
 use super::framing::Framing;
@@ -79,7 +80,7 @@ pub struct CameraGuess {
     pub scene_up: Vec3,
     /// Vertical field of view in degrees.
     pub vertical_fov: f32,
-    /// Second most probable up direction in the scene, if `scene_up` is uncertain.
+    /// Up direction to try if `scene_up` is wrong; `None` if `scene_up` is certain.
     pub other_up: Option<Vec3>,
     /// Description of the guess for users.
     pub words: String,
@@ -148,7 +149,8 @@ impl<'a> CameraFinder<'a> {
             region: Region::of(scene),
         };
         let declared = request.axes.declared.map(|axes| axes.up);
-        let given = request.up.or(declared).or(request.axes.only_up);
+        let only = request.axes.only_up.or_else(|| exporter::only_up(scene));
+        let given = request.up.or(declared).or(only);
         let up = given.or(height_axis(request.origin));
         let needs_inside = request.stand.is_some() || request.orbit.is_none() && request.view == NamedView::Inside;
         let (survey, region, inside) = Survey::new(&tracer, up, &request.axes, needs_inside);
@@ -463,7 +465,7 @@ impl<'a> CameraFinder<'a> {
                     _ if self.request.axes.declared.is_some() => ("", " as the file says"),
                     _ if self.is_up_of_siblings => ("", " as in other files of its folder"),
                     Some(scores) if scores.margin() < UNSURE => {
-                        other_up = Some(scores.second());
+                        other_up = Some(scores.alternative());
                         ("probably ", "")
                     }
                     _ => ("", ""),

@@ -33,6 +33,8 @@ pub enum NamedThing {
     Tall,
     /// A thing that does not lie on its wide side, such as a chair or a bookcase.
     Standing,
+    /// Several tall or standing things, which are not an interior.
+    Several,
     /// A thing that does not stand on its end, such as a car, an animal or a sofa.
     Long,
 }

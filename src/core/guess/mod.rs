@@ -13,6 +13,7 @@
 mod camera;
 mod elevation;
 mod emitters;
+mod exporter;
 mod facing;
 mod far_ground;
 mod file_axes;

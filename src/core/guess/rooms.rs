@@ -145,7 +145,12 @@ impl Rooms {
     /// Returns true if the region was made to be seen from inside. `thing` is the thing that the
     /// file name names.
     pub fn are_interior(&self, thing: Option<NamedThing>) -> bool {
-        let kinds = [NamedThing::Tall, NamedThing::Standing, NamedThing::Long];
+        let kinds = [
+            NamedThing::Tall,
+            NamedThing::Standing,
+            NamedThing::Several,
+            NamedThing::Long,
+        ];
         if thing.is_some_and(|thing| kinds.contains(&thing)) {
             return false;
         }

@@ -36,8 +36,9 @@ const USUAL_FOR_KEEPING_PROGRAM: f32 = 2.5;
 /// Score of the usual up axis of the program that wrote the file, if the scene is an interior.
 const USUAL_FOR_PROGRAM_INSIDE: f32 = 0.2;
 /// Score of the direction opposite to the usual up axis of the program: its settings offer other
-/// axes, but models upside down are mistakes.
-const AGAINST_PROGRAM: f32 = -2.5;
+/// axes, but models upside down are mistakes. It is larger than the evidence of one flat end
+/// (`is_cut_base`), because the flat end of a gem is its top.
+const AGAINST_PROGRAM: f32 = -4.5;
 /// Score of the axis perpendicular to a flat scene with the name of a building, of rooms or of
 /// land.
 const LIES: f32 = 4.0;
@@ -45,10 +46,14 @@ const LIES: f32 = 4.0;
 /// door, or the longest axis of a car. Of 78 public files with such a name, the rule excludes the
 /// right axis of 2.
 const NOT_BY_NAME: f32 = -4.0;
-/// Score of +y for flat letters in the plane of x and y. It is subtracted for z.
+/// Score of the direction of the tops of flat letters. It is subtracted for the axis along which
+/// the letters are thin.
 const LETTERS: f32 = 4.0;
-/// Direction that letters in the plane of x and y face.
-const FRONT: Direction = Direction::ALL[4];
+const Y: Direction = Direction::ALL[2];
+const Z: Direction = Direction::ALL[4];
+const MINUS_Z: Direction = Direction::ALL[5];
+/// Minimum and maximum ratio of a plate's thickness to its smaller width. Sheets are thinner.
+const PLATE: [f32; 2] = [0.01, 0.1];
 /// Score by which another direction must be better than +y.
 const MARGIN: f32 = 0.02;
 
@@ -126,9 +131,20 @@ fn is_balanced(surfaces: &Surfaces, up: Direction) -> f32 {
     -surfaces.off_balance[up.axis].min(0.15)
 }
 
-/// Towers, bottles and trees look similar if they are turned.
+/// Towers, bottles and trees look similar if they are turned. So do plates: tiles lie, but emblems,
+/// clocks and windows stand.
 fn is_turned(surfaces: &Surfaces, up: Direction) -> f32 {
-    over_others(surfaces.turn, up)
+    if (0..3).any(|axis| is_plate(surfaces, axis)) {
+        0.0
+    } else {
+        over_others(surfaces.turn, up)
+    }
+}
+
+/// Returns true if the scene is a plate that is thin along the axis `axis`.
+fn is_plate(surfaces: &Surfaces, axis: usize) -> bool {
+    let [thin, thick] = PLATE;
+    (thin..=thick).contains(&surfaces.slimness[axis])
 }
 
 /// The left and right halves are similar, and often the front and back halves. The top and bottom
@@ -200,7 +216,7 @@ fn is_on_tip(surfaces: &Surfaces, up: Direction) -> f32 {
 
 /// A head or a figure of round surfaces has one flat end, at which it is cut or stands. The end
 /// opposite to a table top or a car roof has feet, which contact the ground too. Flat ends of
-/// pencils and keys are narrow.
+/// pencils and keys are narrow. The two sides of a plate are not ends.
 fn is_cut_base(surfaces: &Surfaces, up: Direction) -> f32 {
     const WIDE: f32 = 0.2;
     const OTHER: f32 = 0.25;
@@ -210,7 +226,8 @@ fn is_cut_base(surfaces: &Surfaces, up: Direction) -> f32 {
     let others = Direction::ALL.into_iter().filter(|&other| other != up);
     let is_only = others.map(flat_end).all(|other| other <= OTHER * flat_end(up));
     let has_feet = surfaces.measures(up.opposite()).contact >= CONTACT;
-    if is_only && !has_feet && surfaces.slimness[up.axis] <= SLENDER {
+    let is_body = surfaces.slimness[up.axis] <= SLENDER && !is_plate(surfaces, up.axis);
+    if is_only && !has_feet && is_body {
         (flat_end(up) / WIDE).min(1.0)
     } else {
         0.0
@@ -239,13 +256,22 @@ fn is_excluded(thing: Option<NamedThing>, extent: Vec3, up: Direction) -> bool {
     }
 }
 
-/// Score of a direction for letters in the plane of x and y: they stand.
+/// Score of a direction for flat letters: they stand. If a program with +y up wrote them in the
+/// plane of x and z, they were modelled lying on the ground, and their tops are at −z.
 fn stands_as_letters(axes: &FileAxes, extent: Vec3, up: Direction) -> f32 {
-    if axes.thing != Some(NamedThing::Letters) || !lies(extent, FRONT) {
-        0.0
-    } else if up.vector() == Vec3::Y {
+    if axes.thing != Some(NamedThing::Letters) {
+        return 0.0;
+    }
+    let (thin, top) = if lies(extent, Z) {
+        (Z, Y)
+    } else if lies(extent, Y) && axes.usual_up == Some(Y.vector()) {
+        (Y, MINUS_Z)
+    } else {
+        return 0.0;
+    };
+    if up == top {
         LETTERS
-    } else if up.axis == FRONT.axis {
+    } else if up.axis == thin.axis {
         -LETTERS
     } else {
         0.0
@@ -318,13 +344,16 @@ impl UpScores {
         best.0
     }
 
-    /// The direction with the second highest score.
-    pub(super) fn second(&self) -> Vec3 {
+    /// The direction to try if the best direction is wrong: +y or +z, because other directions are
+    /// rarely up, even if their score is the second highest.
+    pub(super) fn alternative(&self) -> Vec3 {
+        let [y, z] = [Y, Z].map(|up| self.0[up.index()]);
         let best = self.best();
-        let others = Direction::ALL.into_iter().zip(self.0);
-        let others = others.filter(|(up, _)| up.vector() != best);
-        let second = others.max_by(|(_, a), (_, b)| a.total_cmp(b));
-        second.map_or(Vec3::Z, |(up, _)| up.vector())
+        if best == Y.vector() || best != Z.vector() && z > y {
+            Z.vector()
+        } else {
+            Y.vector()
+        }
     }
 
     /// Returns true if other files of the folder can change the best direction.
@@ -414,6 +443,23 @@ impl FreeRays {
         Self {
             mean: sum / count.max(1.0),
             clear: clear / count.max(1.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn alternative_is_y_or_z() {
+        for (scores, alternative) in [
+            ([0.0, 0.0, 1.0, 0.0, 4.0, 3.0], Vec3::Y),
+            ([3.0, 0.0, 4.0, 3.5, -1.0, 0.0], Vec3::Z),
+            ([0.0, 0.0, 2.0, 3.5, 1.0, 4.0], Vec3::Y),
+            ([4.0, 3.0, 0.0, 0.0, 1.0, 0.0], Vec3::Z),
+        ] {
+            assert_eq!(UpScores(scores).alternative(), alternative, "{scores:?}");
         }
     }
 }

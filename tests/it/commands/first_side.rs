@@ -305,9 +305,14 @@ fn fixed_up_axis_of_a_program_is_used() {
     for head in [
         "# Apple ModelIO OBJ File: a\n",
         "# Blender 4.0.2\no Shape_IndexedFaceSet.001\n",
+        "# OBJ Exported from DrPetter's Sculptris\n# symmetry 1\n",
+        // Names of Google Blocks
+        "mtllib materials.mtl\no group134438707\ng mesh134438707\n",
     ] {
         assert_eq!(up(&format!("{head}{text}")), [0.0, 1.0, 0.0], "{head}");
     }
+    let head = "# Object Export From Tinkercad Server 2015\n";
+    assert_eq!(up(&format!("{head}{}", chair().text)), [0.0, 0.0, 1.0]);
 }
 
 /// Low walls stand on the plane of x and y, which is the floor if the file is named after a
@@ -325,7 +330,9 @@ fn walls_of_a_flat_building_are_horizontal() {
     assert_eq!(up_of("floor_2.obj", &walls.text), [0.0, 0.0, 1.0]);
 }
 
-/// Letters in the plane of x and y stand if the file has the name of letters.
+/// Letters in the plane of x and y stand if the file has the name of letters. Letters in the plane
+/// of x and z were modelled on the ground if the program usually writes +y up. Their tops are then
+/// at −z.
 #[test]
 fn letters_stand() {
     let mut letters = Boxes::default();
@@ -340,6 +347,52 @@ fn letters_stand() {
     }
     assert_eq!(up_of("my_text.obj", &letters.text), [0.0, 1.0, 0.0]);
     assert_eq!(up_of("keys.obj", &letters.text), [0.0, 0.0, 1.0]);
+    let mut row = Boxes::default();
+    for i in 0..6 {
+        let x = 1.2 * i as f32 - 3.6;
+        row = row
+            .add([x, 0.0, 0.0], [x + 0.3, 1.6, 0.3])
+            .add([x + 0.3, 1.3, 0.0], [x + 0.9, 1.6, 0.3])
+            .add([x + 0.3, 0.5, 0.0], [x + 0.7, 0.8, 0.3]);
+    }
+    let lying = turned(&row.text, |[x, y, z]| [x, z, -y]);
+    let lying = format!("# Blender v2.91.0 OBJ File: ''\n{lying}");
+    assert_eq!(up_of("my_text.obj", &lying), [0.0, 0.0, -1.0]);
+    assert_eq!(up_of("keys.obj", &lying), [0.0, 1.0, 0.0]);
+}
+
+/// A plate with a hole and four similar sides stands, as emblems and windows do, if no program is
+/// known.
+#[test]
+fn plate_with_similar_sides_stands() {
+    let ring = Boxes::default()
+        .add([-5.0, -5.0, -0.25], [5.0, -4.0, 0.25])
+        .add([-5.0, 4.0, -0.25], [5.0, 5.0, 0.25])
+        .add([-5.0, -4.0, -0.25], [-4.0, 4.0, 0.25])
+        .add([4.0, -4.0, -0.25], [5.0, 4.0, 0.25]);
+    assert_eq!(up(&ring.text), [0.0, 1.0, 0.0]);
+}
+
+/// A gem whose flat end is up is not turned over if the program usually writes +y up.
+#[test]
+fn gem_of_a_known_program_is_not_upside_down() {
+    let gem = rings(&[(0.0, -0.8), (1.0, 0.0), (0.75, 0.25), (0.0, 0.25)], [1.0, 1.0]);
+    let gem = turned(&gem, |[x, y, z]| [x, z, -y]);
+    assert_eq!(up(&gem), [0.0, -1.0, 0.0]);
+    assert_eq!(up(&format!("# Blender 4.2.8\n{gem}")), [0.0, 1.0, 0.0]);
+}
+
+/// The name of a row of statues does not exclude the axis along which the statues stand.
+#[test]
+fn names_of_several_things_exclude_no_axis() {
+    let mut statues = Boxes::default();
+    for i in 0..12 {
+        let (x, z) = (6.0 * (i % 4) as f32, 6.0 * (i / 4) as f32);
+        statues = statues
+            .add([x, 0.0, z], [x + 1.5, 0.5, z + 1.5])
+            .add([x + 0.4, 0.5, z + 0.4], [x + 1.1, 4.0, z + 1.1]);
+    }
+    assert_eq!(up_of("courtyardStatues.obj", &statues.text), [0.0, 1.0, 0.0]);
 }
 
 /// A few flat triangles far around all others do not set the frame, although they share corners

@@ -12,8 +12,14 @@ use std::path::Path;
 const HEAD: u64 = 4096;
 /// Programs that usually write models with +y up, as most viewers expect. Programs with an MTL
 /// dialect are not listed.
-const TURN: [&str; 8] = [
+const TURN: [&str; 14] = [
     "sweet home",
+    "daz studio",
+    "makehuman",
+    "jmc2obj",
+    "mview obj exporter",
+    MAYA,
+    "zbrush",
     "art of illusion",
     "magicavoxel",
     "blockbench",
@@ -22,6 +28,8 @@ const TURN: [&str; 8] = [
     "houdini",
     "probuilder",
 ];
+/// Comment of Maya, which does not name itself.
+const MAYA: &str = "units for non-parametric coordinates";
 /// Programs of surveyors, scanners and engineers that usually write models with +z up. Programs
 /// with an MTL dialect are not listed.
 const KEEP: [&str; 10] = [
@@ -37,8 +45,12 @@ const KEEP: [&str; 10] = [
     "gdal",
 ];
 
-/// Programs that always write models with +y up.
-const ONLY_Y: [&str; 1] = ["apple modelio"];
+/// Programs that always write models with +y up. Sculptris has no other axis: all of 4 public files
+/// that name it are upright.
+const ONLY_Y: [&str; 2] = ["apple modelio", "sculptris"];
+/// Programs that always write models with +z up. Things stand on the work plane of Tinkercad, and
+/// all of 6 public files that name it are upright.
+const ONLY_Z: [&str; 1] = ["tinkercad"];
 /// Text in the names of meshes that were imported from VRML. In VRML, +y is up.
 const OF_VRML: &str = "indexedfaceset";
 /// Words in file names, by the kind of thing that they name. Words may be in plural.
@@ -246,8 +258,8 @@ fn named_thing(stem: &str) -> Option<NamedThing> {
         let is_end = |of_kind: &str| of_kind.len() >= MIN_END && singular.ends_with(of_kind);
         let kind = find(&|of_kind| of_kind == word || of_kind == singular).or_else(|| find(&is_end));
         match kind {
-            // Several tall things beside each other are not tall together
-            Some(NamedThing::Tall) if singular != word => Some(NamedThing::Standing),
+            // A row or a field of upright things is wider than high
+            Some(NamedThing::Tall | NamedThing::Standing) if singular != word => Some(NamedThing::Several),
             _ => kind,
         }
     };
@@ -263,16 +275,16 @@ fn axes_of(head: &str) -> FileAxes {
         name.is_some_and(|name| name.contains(OF_VRML))
     };
     let has_only_y = comments().any(|comment| is_named(comment, &ONLY_Y)) || head.lines().any(is_of_vrml);
+    let has_only_z = comments().any(|comment| is_named(comment, &ONLY_Z));
     let dialect = Signature::find(head).map(|signature| signature.dialect);
     FileAxes {
         keeps_usual_up: dialect == Some(MtlDialect::Blender),
-        only_up: has_only_y.then_some(Vec3::Y),
+        only_up: has_only_y.then_some(Vec3::Y).or(has_only_z.then_some(Vec3::Z)),
         declared: comments().find_map(declared_axes),
         usual_up: match dialect {
             Some(MtlDialect::Meshlab | MtlDialect::Threedfier) => Some(Vec3::Z),
-            // Maya keeps the up axis of its scene, and Assimp keeps the up axis of the file that it
-            // converts. In both cases, the axis is unknown.
-            Some(MtlDialect::Maya | MtlDialect::Assimp) => None,
+            // Assimp keeps the up axis of the file that it converts.
+            Some(MtlDialect::Assimp) => None,
             Some(_) => Some(Vec3::Y),
             None => comments().find_map(|comment| match (is_named(comment, &TURN), is_named(comment, &KEEP)) {
                 (true, _) => Some(Vec3::Y),
@@ -368,7 +380,8 @@ mod tests {
             ("city-map", Some(NamedThing::Land)),
             ("my_text", Some(NamedThing::Letters)),
             ("house_door.001", Some(NamedThing::Tall)),
-            ("TwoTrees", Some(NamedThing::Standing)),
+            ("TwoTrees", Some(NamedThing::Several)),
+            ("courtyardStatues", Some(NamedThing::Several)),
             ("carDoor", Some(NamedThing::Tall)),
             ("Bus", Some(NamedThing::Long)),
             ("scar", None),

@@ -1,13 +1,15 @@
 //! Shapes that show the front of an object. The back-rest of a seat is at its back. Feet stick out
 //! to the front of the ankles, and so do the paws and hooves of animals on four legs. The head of
 //! such an animal is high at its front, or overhangs its front legs. The front of a fish or a bird
-//! is blunt, and its back is a tail. The front of a vehicle is lower than its back. Cupboards,
-//! sofas and football goals are open at the front (`open_side`).
+//! is blunt, and its back is a tail. The front of a vehicle is lower than its back, and the
+//! gun of a tank points to the front (`barrel`). Cupboards, sofas and football goals are open at
+//! the front (`open_side`).
 //!
 //! Limits were set on some 700 public files. Their seats and people were identified by name and by
 //! eye. Both are rare among other files: about one in a hundred has the shape of a seat or of feet.
 //! Limits of overhangs, blunt ends and open sides were set on 155 other files, and tested on 128.
 
+use super::barrel::barrel_sticks_out;
 use super::open_side::{DepthMap, open_side};
 use super::side_points::{SIDES, SidePoint, axis_of, likeness, placed, range};
 use super::surfaces::Point;
@@ -51,6 +53,9 @@ const LEG: f32 = 0.25;
 const FOOT: RangeInclusive<f32> = 0.05..=0.35;
 /// Length by which the toes stick out farther than the heel, as a fraction of the person's height.
 const TOES: RangeInclusive<f32> = 0.03..=0.25;
+/// Minimum length by which the toes stick out in front of the ankle, as a fraction of the person's
+/// height: the backs of machines that overhang their feet in front do not.
+const BEYOND_ANKLES: f32 = 0.015;
 
 /// Minimum and maximum of height divided by length, for an animal on four legs.
 const ON_LEGS: RangeInclusive<f32> = 0.4..=1.6;
@@ -110,7 +115,7 @@ const LOWER: [f32; 2] = [0.05, 0.1];
 const ROOF: f32 = 0.8;
 /// Minimum distance of the middle of the roof behind the vehicle's middle, as a fraction of its
 /// length.
-const ROOF_BEHIND: f32 = 0.04;
+const ROOF_BEHIND: f32 = 0.03;
 /// Fraction of an end's points that are above its height.
 const TOP: f32 = 0.05;
 
@@ -156,7 +161,9 @@ pub(super) fn facing(points: &[Point], bounds: Bounds3, horizon: &Horizon) -> Op
         let is_long = is_long_body(points, bounds, horizon);
         SIDES.into_iter().find(|azimuth| is_long && is_car(azimuth))
     };
-    let shown = animal.or_else(car).or_else(seat);
+    let has_barrel = |azimuth: &f32| barrel_sticks_out(&placed(points, bounds, horizon, *azimuth));
+    let tank = SIDES.into_iter().find(has_barrel);
+    let shown = tank.or(animal).or_else(car).or_else(seat);
     shown
         .or_else(|| SIDES.into_iter().find(has_toes))
         .or_else(|| open_side(points, bounds, horizon))
@@ -347,8 +354,9 @@ fn toes_stick_out(points: &[SidePoint], height: f32) -> bool {
         let (Some(foot), Some(ankle)) = (leg(FEET), leg(ANKLES)) else {
             return false;
         };
-        let toes = ((foot.1 - ankle.1) - (ankle.0 - foot.0)) / height;
-        FOOT.contains(&((foot.1 - foot.0) / height)) && TOES.contains(&toes)
+        let beyond = (foot.1 - ankle.1) / height;
+        let toes = beyond - (ankle.0 - foot.0) / height;
+        beyond >= BEYOND_ANKLES && FOOT.contains(&((foot.1 - foot.0) / height)) && TOES.contains(&toes)
     })
 }
 

@@ -10,6 +10,7 @@
 //! Scores are compared with a margin, and results are rounded, so that two backends, which differ
 //! by rounding, agree. The number of threads changes nothing.
 
+mod barrel;
 mod camera;
 mod elevation;
 mod emitters;

@@ -80,9 +80,17 @@ const FACING: f32 = 4.0;
 const BACKS: f32 = 2.0;
 /// Penalty of the long sides of a vehicle or an animal.
 const LONG_SIDE: f32 = 3.0;
-/// A front is clear if its score exceeds the scores of all other sides by this margin. The score
-/// has the unit of the bonuses, and does not include the bonus of azimuth 0.
-const CLEAR: f32 = 1.0;
+/// A front is clear if its score exceeds the scores of all other sides by this margin. The first
+/// margin is for the side that shapes or names show, and for the usual front of the program, or
+/// else azimuth 0. The second is for other sides: twice the detail of all other sides alone is
+/// found at a wrong side as often as at the front. The score has the unit of the bonuses, and does
+/// not include the bonus of azimuth 0.
+const CLEAR: [f32; 2] = [1.0, 2.0];
+/// Minimum symmetry of the front of a single thing, if shapes or names show it. Otherwise the scene
+/// may have several things that face different sides: the front is not clear, and the bonus of
+/// names is [`FACING_OF_SEVERAL`].
+const OF_ONE: f32 = 0.15;
+const FACING_OF_SEVERAL: f32 = 0.5;
 
 /// Front side of an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,14 +125,18 @@ impl Front {
         let of_program = axes.usual_front.and_then(toward);
         let points = surfaces::points(tracer);
         let named = named_front(tracer, &points, horizon).and_then(toward);
+        let are_letters = axes.thing == Some(NamedThing::Letters);
         let faced = facing(&points, upright_bounds(tracer.region.bounds, horizon), horizon);
+        let faced = faced.filter(|_| !are_letters);
         let is_long = is_long_body(&points, upright_bounds(tracer.region.bounds, horizon), horizon);
         let azimuths = [0.0, 180.0, 90.0, 270.0];
         let back = |azimuth: f32| horizon.direction(azimuth, 5.0);
         let pictures: Vec<Option<Picture>> = azimuths
             .par_iter()
             .map(|&azimuth| {
-                let is_shown = faced == Some(azimuth) || !Side::new(tracer, horizon, azimuth).is_edge();
+                let side = Side::new(tracer, horizon, azimuth);
+                let is_end = side.is_edge() || are_letters && side.width < side.depth;
+                let is_shown = faced == Some(azimuth) || !is_end;
                 is_shown.then(|| Picture::take(tracer, horizon, frame, back(azimuth)))
             })
             .collect();
@@ -142,10 +154,12 @@ impl Front {
                     0.0
                 };
                 let detail = 1.0 + picture.curvature() + drawings;
-                let mut evidence = detail.log2() + picture.materials() + SYMMETRY * picture.symmetry();
+                let symmetry = picture.symmetry();
+                let mut evidence = detail.log2() + picture.materials() + SYMMETRY * symmetry;
                 evidence -= BACKS * (1.0 - picture.tally().front_share());
                 evidence += if faced == Some(azimuth) { FACING } else { 0.0 };
-                evidence += if named == Some(azimuth) { FACING } else { 0.0 };
+                let of_name = if symmetry < OF_ONE { FACING_OF_SEVERAL } else { FACING };
+                evidence += if named == Some(azimuth) { of_name } else { 0.0 };
                 let is_side = is_long && Side::new(tracer, horizon, azimuth).is_long();
                 evidence -= if is_side { LONG_SIDE } else { 0.0 };
                 evidence
@@ -170,10 +184,18 @@ impl Front {
             .collect();
         let best = first_best(&scores);
         let others = (0..azimuths.len()).filter(|&i| i != best).map(|i| evidence[i]);
+        let margin = evidence[best] - others.fold(f32::NEG_INFINITY, f32::max);
+        let azimuth = azimuths[best];
+        let [at_usual, elsewhere] = CLEAR;
+        let is_usual = azimuth == of_program.unwrap_or(0.0);
+        let is_shape = faced == Some(azimuth) || named == Some(azimuth);
+        let is_of_one = pictures[best]
+            .as_ref()
+            .is_some_and(|picture| picture.symmetry() >= OF_ONE);
         Self {
-            azimuth: azimuths[best],
+            azimuth,
             is_declared: false,
-            is_clear: evidence[best] - others.fold(f32::NEG_INFINITY, f32::max) >= CLEAR,
+            is_clear: margin >= if is_usual || is_shape { at_usual } else { elsewhere } && (is_of_one || !is_shape),
         }
     }
 }
@@ -244,7 +266,11 @@ pub(super) fn three_quarter(
     } else {
         0.0
     };
-    let turns: &[f32] = if is_plate { &TURNS_OF_PLATE } else { &TURNS };
+    let turns: &[f32] = match axes.thing {
+        Some(NamedThing::Letters) if is_plate => &TURNS_OF_PLATE[..2],
+        _ if is_plate => &TURNS_OF_PLATE,
+        _ => &TURNS,
+    };
     let turned = |turn: &f32| front + turn + more * turn.signum();
     let candidates: Vec<(f32, f32)> = elevations
         .iter()

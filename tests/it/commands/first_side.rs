@@ -361,6 +361,29 @@ fn letters_stand() {
     assert_eq!(up_of("keys.obj", &lying), [0.0, 1.0, 0.0]);
 }
 
+/// The front of letters is their broad side, although the first letter is blunt like the head of a
+/// fish. Letters are seen within 20 degrees of it.
+#[test]
+fn broad_side_of_letters_is_the_front() {
+    let mut letters = Boxes::default();
+    for ([x0, y0], [x1, y1]) in [
+        ([0.3, 0.0], [0.4, 0.85]),
+        ([0.0, 0.85], [0.7, 1.0]),
+        ([0.8, 0.0], [1.15, 0.5]),
+        ([1.3, 0.1], [1.6, 0.5]),
+        ([1.75, 0.25], [2.0, 0.4]),
+    ] {
+        letters = letters.add([x0, y0, -0.1], [x1, y1, 0.1]);
+    }
+    let folder = folder(&[("a_text.obj", &letters.text)]);
+    let camera = camera(folder.path(), "a_text.obj");
+    let (eye, target) = (vector(&camera["position"]), vector(&camera["look_at"]));
+    let azimuth = (eye[0] - target[0]).atan2(eye[2] - target[2]).to_degrees();
+    let words = camera["guess"].as_str().unwrap();
+    assert!(apart(azimuth, 0.0) <= 20.5, "{azimuth}: {words}");
+    assert!(words.contains("front is at azimuth 0°"), "{words}");
+}
+
 /// A plate with a hole and four similar sides stands, as emblems and windows do, if no program is
 /// known.
 #[test]
@@ -621,6 +644,56 @@ fn low_bonnet_is_the_front() {
         let expected = format!("; its front is at azimuth {front}°;");
         assert!(words.contains(&expected), "{words}");
     }
+}
+
+/// The gun of a tank points to its front.
+#[test]
+fn gun_of_a_tank_is_in_front() {
+    let mut tank = Boxes::default();
+    for x in [-0.9, 0.5] {
+        tank = tank.add([x, 0.0, -1.6], [x + 0.4, 0.5, 1.6]);
+    }
+    let tank = tank
+        .add([-0.8, 0.2, -1.2], [0.8, 0.75, 1.2])
+        .add([-0.6, 0.75, -0.8], [0.6, 1.2, 0.5])
+        .add([-0.06, 0.9, 0.5], [0.06, 1.0, 2.5]);
+    for front in [0.0, 90.0, 180.0] {
+        faces(&tank.text, front);
+    }
+}
+
+/// Two machines with flat backs, which overhang their feet in front, are not a figure with toes at
+/// the back. Their detailed side is the front.
+#[test]
+fn backs_of_machines_are_not_toes() {
+    let mut machines = Boxes::default();
+    for x in [-0.6, 0.1] {
+        machines = machines
+            .add([x, 0.0, 0.0], [x + 0.5, 0.08, 0.3])
+            .add([x, 0.08, 0.0], [x + 0.5, 1.6, 0.4]);
+        for i in 0..24 {
+            let (u, v) = (0.12 * (i % 4) as f32, 0.2 * (i / 4) as f32);
+            machines = machines.add([x + u, 0.3 + v, 0.4], [x + u + 0.06, 0.4 + v, 0.43]);
+        }
+    }
+    for front in [0.0, 180.0] {
+        faces(&format!("# Blender 4.2.8\n{}", machines.text), front);
+    }
+}
+
+/// Eyes in a scene of several things do not show its front, if its halves differ from there.
+#[test]
+fn eyes_of_one_of_several_things_are_not_the_front() {
+    let things = Boxes::default()
+        .add([-5.0, 0.0, -0.5], [-4.0, 1.5, 0.5])
+        .add([-1.0, 0.0, -2.5], [0.5, 3.0, -1.0])
+        .add([2.0, 0.0, 0.2], [2.5, 2.0, 1.8])
+        .add([4.0, 0.0, -1.0], [5.0, 0.8, 0.0]);
+    let text = format!("{}g eyes\n", things.text);
+    let things = Boxes { text, ..things };
+    let text = things.add([-4.8, 1.0, 0.5], [-4.2, 1.2, 0.6]).text;
+    let (_, words) = seen(&text);
+    assert!(words.contains("front is at azimuth 0°"), "{words}");
 }
 
 /// Flat letters on a ground are seen from so far above that they can be read. A sheet without gaps

@@ -423,7 +423,8 @@ impl<'a> Library<'a> {
                 findings.push(Finding::new(Severity::Note, "idle-number", error).repeated(number, places));
             }
         }
-        if let Some((line, words)) = reading.guess.filter(|_| is_read_otherwise) {
+        let is_told = is_read_otherwise || reading.is_tr_changed;
+        if let Some((line, words)) = reading.guess.filter(|_| is_told) {
             let error = FileError::new(path, words).at(Position::line(line));
             let help = "--mtl-dialect spec reads the file literally: Ks and Ns as a Phong lobe, Tr as transparency";
             findings.add(Severity::Note, "mtl-dialect", error.help(help));

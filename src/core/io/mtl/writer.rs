@@ -150,6 +150,8 @@ fn blender_version(comment: &str) -> Option<(String, BlenderExport)> {
 pub(super) struct Interpretation {
     pub writer: Writer,
     pub tr: TrMeaning,
+    /// True if `tr` is not the usual meaning of the writer, so that surfaces stay visible.
+    pub is_tr_changed: bool,
     /// Line and description of the guess, for a message. `None` if the user chose the dialect, or
     /// if nothing was guessed.
     pub guess: Option<(usize, String)>,
@@ -167,6 +169,7 @@ impl Interpretation {
     pub const LETTER: Self = Self {
         writer: Writer::Spec,
         tr: TrMeaning::Transparency,
+        is_tr_changed: false,
         guess: None,
     };
 
@@ -240,6 +243,7 @@ impl Interpretation {
         Self {
             writer,
             tr,
+            is_tr_changed: other.is_some(),
             guess: guess.flatten(),
         }
     }

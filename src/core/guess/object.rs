@@ -192,10 +192,11 @@ impl Front {
         let is_of_one = pictures[best]
             .as_ref()
             .is_some_and(|picture| picture.symmetry() >= OF_ONE);
+        let needed = if is_usual || is_shape { at_usual } else { elsewhere };
         Self {
             azimuth,
             is_declared: false,
-            is_clear: margin >= if is_usual || is_shape { at_usual } else { elsewhere } && (is_of_one || !is_shape),
+            is_clear: margin >= needed && (is_of_one || !is_shape),
         }
     }
 }

@@ -53,8 +53,8 @@ impl Renderer<'_> {
         Some(format!("black: {reason}"))
     }
 
-    /// Warnings about flat lamps that face a near surface, for a picture that is too dark. `name` is
-    /// the scene file.
+    /// Warnings about flat lamps that face a near surface, for a picture that is too dark. `name`
+    /// is the scene file.
     pub fn warnings_of_lamps(&self, name: &Path) -> Vec<Warning> {
         let findings = inspect_lamps(self.accel.as_dyn(), self.session.scene(), &|message| {
             FileError::new(name, message)

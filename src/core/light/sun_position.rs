@@ -63,8 +63,8 @@ mod tests {
         assert!((elevation - 39.88838).abs() < 0.02, "{elevation}");
     }
 
-    /// At an equinox the sun rises in the east and stands above the equator at noon. At the solstice
-    /// of June it stands at the zenith of the tropic of Cancer.
+    /// At an equinox the sun rises in the east and stands above the equator at noon. At the
+    /// solstice of June it stands at the zenith of the tropic of Cancer.
     #[test]
     fn seasons_and_times_of_day_are_right() {
         // 2026-03-20, 14:46 is the equinox. Noon at the longitude 0 is about 12:07.

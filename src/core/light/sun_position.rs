@@ -53,8 +53,8 @@ mod tests {
     use super::*;
 
     /// Example of Reda and Andreas 2004, "Solar position algorithm for solar radiation
-    /// applications" (NREL/TP-560-34302, table A5.1): 2003-10-17, 12:30:30 at UTC−7. Their elevation
-    /// includes a refraction of 0.016°, for the air pressure of the place.
+    /// applications" (NREL/TP-560-34302, table A5.1): 2003-10-17, 12:30:30 at UTC−7. Their
+    /// elevation includes a refraction of 0.016°, for the air pressure of the place.
     #[test]
     fn position_is_that_of_a_more_exact_algorithm() {
         let unix_seconds = 1_066_419_030.0;

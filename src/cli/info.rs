@@ -338,12 +338,15 @@ fn largest(parts: &[PartSize]) -> Vec<&PartSize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Bounds3;
 
     #[test]
     fn largest_and_first_parts_are_chosen() {
         let part = |triangles| PartSize {
             triangles,
-            ..PartSize::default()
+            part: 0,
+            area: 0.0,
+            bounds: Bounds3::EMPTY,
         };
         let mut parts: Vec<PartSize> = (0..300).map(|_| part(1)).collect();
         parts[299] = part(7);

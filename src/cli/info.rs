@@ -306,7 +306,7 @@ fn print_text(info: &Value, (parts, names, origin): (&[PartSize], &PartNames, DV
         let name = names.name(part.part);
         let name = if name.is_empty() { "(no name)" } else { &*name };
         let triangles = printing::count(part.triangles, "triangle");
-        let middle = in_file(part.bounds.center(), origin).map(|x| printing::measured(x));
+        let middle = in_file(part.bounds.center(), origin).map(printing::measured);
         outln!(
             "    {name}: {triangles}, area {}, middle {}",
             Value::from(decimal_of(part.area)),

@@ -55,10 +55,13 @@ fn plain_rooms_with_a_name_are_interiors() {
     }
 }
 
+/// A table: two corners in the plane of the floor, and its height.
+type Table = ([f32; 2], [f32; 2], f32);
+
 /// The camera of an interior has free floor before it: no table covers the lower half of the image.
 #[test]
 fn cameras_inside_do_not_look_over_a_table() {
-    let rooms: [[([f32; 2], [f32; 2], f32); 3]; 2] = [
+    let rooms: [[Table; 3]; 2] = [
         [
             ([-0.7, 1.1], [1.0, 2.8], 0.9),
             ([-1.7, -2.1], [-0.7, -0.5], 1.0),
@@ -83,9 +86,8 @@ fn cameras_inside_do_not_look_over_a_table() {
         for step in 0..10 {
             let ahead = 0.1 * f64::from(step) / length;
             let (x, z) = ((eye[0] + ahead * way[0]) as f32, (eye[2] + ahead * way[1]) as f32);
-            let is_above =
-                |&([x0, z0], [x1, z1], _): &([f32; 2], [f32; 2], f32)| (x0..x1).contains(&x) && (z0..z1).contains(&z);
-            assert!(!tables.iter().any(|table| is_above(table)), "{eye:.2?} {target:.2?}");
+            let is_above = |&([x0, z0], [x1, z1], _): &Table| (x0..x1).contains(&x) && (z0..z1).contains(&z);
+            assert!(!tables.iter().any(is_above), "{eye:.2?} {target:.2?}");
         }
     }
 }

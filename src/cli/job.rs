@@ -82,9 +82,6 @@ impl Job {
 
     /// Resolves all settings for a scene that was read.
     pub fn of_scene(args: &RenderArgs, mut scene: SceneFile) -> Result<Self, CliError> {
-        if args.quiet {
-            printing::hide_notes();
-        }
         args.ground.apply(&mut scene);
         let name = args.camera_name.as_deref();
         let read = |path: &PathBuf| FileCamera::read(path, name);

@@ -34,6 +34,9 @@ use std::time::{Duration, Instant};
 /// Renders with the arguments, and writes the images.
 pub(super) fn render(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let start = Instant::now();
+    if args.quiet {
+        printing::hide_notes();
+    }
     let mut job = Job::to_show(args)?;
     // Check first that all files can be written.
     let mut outputs = Outputs::default();

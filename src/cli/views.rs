@@ -26,6 +26,9 @@ const SIZE: u32 = 240;
 
 /// Renders small pictures of the candidates, and writes the sheet.
 pub(super) fn views(args: &ViewsArgs) -> Result<ExitCode, CliError> {
+    if args.quiet {
+        printing::hide_notes();
+    }
     let render = RenderArgs {
         scene: args.scene.clone(),
         camera: CameraArgs(CameraOptions {

@@ -19,8 +19,9 @@ pub(in crate::cli) struct LightFlags {
 
     /// Add a sun: azimuth (0 is +z, 90 is +x), elevation, irradiance [default: 3]
     ///
-    /// LATITUDE,LONGITUDE,TIME[,NORTH] is the sun of a place at a time: degrees to the north and to
-    /// the east, a time such as 2026-06-21T15:00+02:00, and the azimuth of north [default: 180].
+    /// LATITUDE,LONGITUDE,TIME is the sun of a place at a time: degrees to the north and to the
+    /// east, and a time such as 2026-06-21T15:00+02:00. A fourth number is the azimuth of north
+    /// (default: 180).
     #[arg(
         long,
         value_name = "AZ,EL[,STRENGTH]",

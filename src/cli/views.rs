@@ -4,6 +4,7 @@ use super::args::{CameraArgs, Flags, RenderArgs, ViewsArgs};
 use super::error::CliError;
 use super::job::Job;
 use super::outputs::Outputs;
+use super::printing;
 use super::progress::{InterruptGuard, LoadingBar, Progress, TimedProgress, is_interrupted};
 use super::warnings::ShownWarnings;
 use crate::color::srgb;

@@ -4,7 +4,8 @@
 
 use super::picture_names::{
     MIN_NAME, TEXTURE_WORDS, are_alike, has_extension, has_words_of, is_generic, is_generic_word, is_other_word,
-    is_texture_name, name_of, rank_of_extension, stem_of, with_extensions, without_sizes, words_after, words_of,
+    is_piece_name, is_texture_name, name_of, rank_of_extension, stem_of, with_extensions, without_sizes, words_after,
+    words_of,
 };
 use super::picture_roles::{Role, role_of};
 use super::preview::Background;
@@ -308,7 +309,8 @@ impl NearbyFiles {
     /// The only picture of the folder, if its sides are powers of two and one of these rules holds.
     /// `parts` are names of parts of the OBJ file.
     ///
-    /// 1. The folder has no other OBJ file, and no library names the picture.
+    /// 1. The folder has no other OBJ file, no library names the picture, and its name is not that
+    ///    of a piece of a model, such as leaves.
     /// 2. The folder has no library, and the name of the picture has a texture word.
     /// 3. The name of the file, without numbers, begins or ends a word of the picture: `lunarrock`
     ///    for `rock3`. No library names the picture.
@@ -339,7 +341,8 @@ impl NearbyFiles {
             let has = words.any(|word| word.starts_with(kind) || word.ends_with(kind));
             has && kind.len() >= MIN_WORD_WITHIN && !is_of_other()
         };
-        (self.is_alone() || may_be_shared() || is_of_kind()).then(|| only.path.clone())
+        let is_of_all = self.is_alone() && !is_piece_name(&only.words);
+        (is_of_all || may_be_shared() || is_of_kind()).then(|| only.path.clone())
     }
 
     /// Libraries of the folder whose names have a word of a part of the OBJ file.

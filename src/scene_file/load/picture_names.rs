@@ -68,6 +68,12 @@ const OTHER_WORDS: [&str; 36] = [
     "thumb",
     "thumbnail",
 ];
+/// Names of things that are seldom a whole model. A picture of leaves is the texture of the leaves
+/// of a tree, and not of its trunk.
+const PIECE_WORDS: [&str; 14] = [
+    "bark", "branch", "branches", "eye", "eyes", "foliage", "glass", "grass", "hair", "leaf", "leaves", "needles",
+    "tire", "wheel",
+];
 /// Words in names that programs give, or that name no model.
 const GENERIC_WORDS: &[&str] = &[
     "asset",
@@ -172,6 +178,12 @@ pub(super) fn has_words_of(long: &[String], short: &[String]) -> bool {
         .iter()
         .filter(|word| word.len() >= MIN_NAME && !is_generic_word(word));
     telling.count() >= 2 && short.iter().all(|word| words.any(|other| other == word))
+}
+
+/// Returns true if the words of a picture's name say that the picture belongs to a piece of a
+/// model.
+pub(super) fn is_piece_name(words: &[String]) -> bool {
+    words.iter().any(|word| PIECE_WORDS.contains(&&**word))
 }
 
 /// Returns true if the last word of a name, without numbers, is a texture word.

@@ -352,6 +352,11 @@ fn only_picture_belongs_to_models_with_a_name_like_it() {
     assert_eq!(found("Untitled.obj", fox, &["texture.png", "x.png"]), None);
     assert_eq!(found("rock3.obj", "", &["lunarrock_s.png"]), is("lunarrock_s.png?"));
     assert_eq!(found("test.obj", "", &["lunarrock_s.png"]), None);
+    // A picture of leaves would hide the trunk of a tree.
+    let tree = [("tree.obj", plain.as_str())];
+    let found = |squares: &[&str]| found_textures("tree.obj", &tree, &[], squares);
+    assert_eq!(found(&["leaves.png"]), None);
+    assert_eq!(found(&["green.png"]), is("green.png?"));
 }
 
 /// Pictures with the name of the OBJ file are also found in picture folders beside the folder of

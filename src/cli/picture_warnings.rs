@@ -50,17 +50,16 @@ const BRIGHT: f32 = 4.0;
 /// Metered exposure, in stops, above which hardly any light reaches the surfaces of the picture.
 const DIM: f32 = 8.0;
 
-/// Returns true if hardly any light reaches what the camera sees: the metered exposure of `image`
+/// Returns true if hardly any light reaches what the camera sees: the metered exposure of `stops`
 /// is high.
-pub(super) fn is_dim(tone: Tone, image: &Image) -> bool {
-    metered_stops(tone, image).is_some_and(|stops| stops > DIM)
+pub(super) fn is_dim(stops: f32) -> bool {
+    stops > DIM
 }
 
-/// Warning if a PNG of `image` with the tone `tone` is nearly black or nearly white, because of its
-/// exposure of `chosen` stops. If the user has given this exposure, a black picture is meant: it
-/// may be one of a series. A white picture hardly ever is.
-pub(super) fn unusual_exposure(tone: Tone, (chosen, is_given): (f32, bool), image: &Image) -> Option<String> {
-    let usual = metered_stops(tone, image)?;
+/// Warning if a PNG is nearly black or nearly white, because its exposure of `chosen` stops differs
+/// from the metered exposure of `usual` stops. If the user has given the exposure (`is_given`), a
+/// black picture is meant: it may be one of a series. A white picture hardly ever is.
+pub(super) fn unusual_exposure(chosen: f32, usual: f32, is_given: bool) -> Option<String> {
     let (look, side, difference) = match chosen - usual {
         difference if difference < -DARK && !is_given => ("black", "below", -difference),
         difference if difference > BRIGHT => ("white", "above", difference),
@@ -78,7 +77,7 @@ pub(super) fn unusual_exposure(tone: Tone, (chosen, is_given): (f32, bool), imag
 }
 
 /// Metered exposure of `image` in stops; `None` if the image is black.
-fn metered_stops(tone: Tone, image: &Image) -> Option<f32> {
+pub(super) fn metered_stops(tone: Tone, image: &Image) -> Option<f32> {
     let exposure = Exposure::Auto;
     metered(Tone { exposure, ..tone }, image).exposure.stops()
 }

@@ -11,8 +11,8 @@ use super::error::{CliError, INTERRUPTED};
 use super::job::Job;
 use super::outputs::{Images, Outputs, images_of_render};
 use super::picture_warnings::{
-    cut_warning, doubtful_warning, dropped_warning, idle_aov, is_dim, narrow_picture, negative_lobes, panorama_shape,
-    spikes_warning, unusual_exposure,
+    cut_warning, doubtful_warning, dropped_warning, idle_aov, is_dim, metered_stops, narrow_picture, negative_lobes,
+    panorama_shape, spikes_warning, unusual_exposure,
 };
 use super::pixel;
 use super::printing;
@@ -22,6 +22,7 @@ use super::stop::Stop;
 use super::summary::{self, print_camera, print_choices, print_picture};
 use super::tev::Preview;
 use crate::accel::{Auditor, BackendInfo};
+use crate::color::Exposure;
 use crate::files::{guarded, in_words};
 use crate::film::{Image, Spikes, metered};
 use crate::io::{FileError, Format, LoadObserver, Metadata, Warning};
@@ -239,34 +240,9 @@ impl RenderInputs<'_> {
         let (mut failures, mut results, mut exposure) = (Vec::new(), RenderResults::default(), None);
         if !state.is_empty() {
             let image = self.write(&state, stop, checkpointer.as_ref(), (&mut failures, &mut results));
-            let darkness = self.renderer.darkness(&image);
-            if darkness.is_some() || is_dim(job.settings.tone, &image) {
-                let warnings = self.renderer.warnings_of_lamps(&job.scene_path);
-                warnings.into_iter().for_each(|warning| warn(warning.text));
-            }
-            match darkness {
-                Some(darkness) => warn(format!(
-                    "the picture is {darkness}\n  help: `embrasure check {}` may find more, and `embrasure help black` lists causes",
-                    job.scene_path.display()
-                )),
-                None => {
-                    exposure = metered(job.settings.tone, &image).exposure.stops();
-                    let has_png = self
-                        .files
-                        .images
-                        .iter()
-                        .any(|(format, _)| matches!(format, Format::Png(_)));
-                    if let Some(chosen) = exposure.filter(|_| has_png) {
-                        let is_given = job.options.tone.exposure.is_some();
-                        let warning = unusual_exposure(job.settings.tone, (chosen, is_given), &image);
-                        warning.into_iter().for_each(&mut warn);
-                    }
-                    let reason = self.renderer.reason_for_emptiness().filter(|_| !is_empty_told);
-                    if let Some(reason) = reason {
-                        warn(format!("the picture shows nothing: {reason}"));
-                    }
-                }
-            }
+            let of_look;
+            (exposure, of_look) = self.inspect_look(&image, is_empty_told);
+            of_look.into_iter().for_each(&mut warn);
             if let Some(lost) = preview.finish(&image) {
                 warn(lost.to_string());
             }
@@ -295,6 +271,44 @@ impl RenderInputs<'_> {
             job.shown_warnings.note_doubt_about_up(guess);
         }
         finish(failures, stop, checkpointer.is_some())
+    }
+
+    /// Exposure of PNG files in stops, and warnings about a picture that shows little. The exposure
+    /// is `None` if the picture is black. If `is_empty_told`, a warning already says that the
+    /// picture shows no surface.
+    fn inspect_look(&self, image: &Image, is_empty_told: bool) -> (Option<f32>, Vec<String>) {
+        let (job, tone) = (self.job, self.job.settings.tone);
+        let mut images = self.files.images.iter();
+        let has_png = images.any(|(format, _)| matches!(format, Format::Png(_)));
+        let darkness = self.renderer.darkness(image);
+        let exposure = match darkness {
+            Some(_) => None,
+            None => metered(tone, image).exposure.stops(),
+        };
+        // Metering takes time, so a picture is metered once, and only for PNG files.
+        let usual = match tone.exposure {
+            Exposure::Auto => exposure,
+            _ if has_png => metered_stops(tone, image),
+            _ => None,
+        };
+        let mut warnings = Vec::new();
+        if darkness.is_some() || usual.is_some_and(is_dim) {
+            let of_lamps = self.renderer.warnings_of_lamps(&job.scene_path);
+            warnings.extend(of_lamps.into_iter().map(|warning| warning.text));
+        }
+        if let Some(darkness) = darkness {
+            warnings.push(format!(
+                "the picture is {darkness}\n  help: `embrasure check {}` may find more, and `embrasure help black` lists causes",
+                job.scene_path.display()
+            ));
+            return (exposure, warnings);
+        }
+        if let Some((chosen, usual)) = exposure.zip(usual).filter(|_| has_png) {
+            warnings.extend(unusual_exposure(chosen, usual, job.options.tone.exposure.is_some()));
+        }
+        let reason = self.renderer.reason_for_emptiness().filter(|_| !is_empty_told);
+        warnings.extend(reason.map(|reason| format!("the picture shows nothing: {reason}")));
+        (exposure, warnings)
     }
 
     /// Writes all results of `state`, and returns its image. Every output is tried, so that a full

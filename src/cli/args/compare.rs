@@ -32,7 +32,7 @@ pub(in crate::cli) struct CompareArgs {
     #[arg(long)]
     pub json: bool,
 
-    /// Print nothing: only the exit code tells the result
+    /// Print nothing; the exit code is the result
     #[arg(short, long, conflicts_with = "json")]
     pub quiet: bool,
 

@@ -131,8 +131,13 @@ const NORTH: f64 = 180.0;
 /// Parses `AZ,EL`, `AZ,EL,STRENGTH`, or a place and a time.
 fn parse_sun(text: &str) -> Result<SunFlag, String> {
     let words: Vec<&str> = text.split(',').map(str::trim).collect();
-    if let Some(time) = words.get(2).filter(|time| time.contains(':')) {
-        let at = sun_of_place([words[0], words[1]], time, words.get(3).copied())?;
+    let of_place = match *words {
+        [latitude, longitude, time] => Some(([latitude, longitude], time, None)),
+        [latitude, longitude, time, north] => Some(([latitude, longitude], time, Some(north))),
+        _ => None,
+    };
+    if let Some((place, time, north)) = of_place.filter(|(_, time, _)| time.contains(':')) {
+        let at = sun_of_place(place, time, north)?;
         return Ok(SunFlag {
             written: text.into(),
             sun: Sun {
@@ -285,6 +290,7 @@ mod tests {
             "100,13.4,2026-06-21T15:00Z",
             "52.52,x,2026-06-21T15:00Z",
             "52.52,13.4,2026-06-21T15:00Z,west",
+            "52.52,13.4,2026-06-21T15:00Z,90,3",
             "52.52,13.4,2026-06-21T01:00+02:00",
         ] {
             assert!(at(wrong).is_err(), "{wrong}");

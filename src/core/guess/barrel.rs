@@ -9,32 +9,33 @@ const ON_GROUND: f32 = 0.08;
 /// Minimum length and width of the part that stands on the ground, as fractions of the object's
 /// length and width.
 const BASE: [f32; 2] = [0.45, 0.6];
-/// Fraction of the base's length or width that belongs to a corner of the base, and minimum
-/// fraction of the base's points in each corner: tracks end in corners. Pans and jugs are round.
+/// Fraction of the base's length or width that belongs to a corner of the base.
 const CORNER: f32 = 0.2;
+/// Minimum fraction of the base's points in each corner: tracks end in corners. Pans and jugs are
+/// round.
 const IN_CORNER: f32 = 0.05;
-/// Half the length of the middle of the base, as a fraction of its length, and minimum fraction of
-/// the base's points in it. Animals have no legs there: their tails are thin too.
+/// Half the length of the middle of the base, as a fraction of its length.
 const MIDDLE: f32 = 0.17;
+/// Minimum fraction of the base's points in its middle. Animals have no legs there: their tails are
+/// thin too.
 const IN_MIDDLE: f32 = 0.2;
 /// Minimum ratio of the object's length, with its barrel, to its width.
 const LONG: f32 = 1.3;
-/// Number of slices across the object's length, and minimum number of slices that show only the
-/// barrel.
+/// Number of slices across the object's length.
 const SLICES: usize = 24;
+/// Minimum number of slices that show only the barrel.
 const MIN_SLICES: usize = 2;
 /// Minimum number of points of a slice.
 const MIN_IN_SLICE: usize = 3;
-/// Maximum width and height of the barrel, and minimum height above the ground, as fractions of the
-/// object's width and height.
+/// Maximum width and height of the barrel, as fractions of the object's width and height.
 const THIN: [f32; 2] = [0.25, 0.25];
+/// Minimum height of the barrel above the ground, as a fraction of the object's height.
 const ABOVE: f32 = 0.3;
 /// Minimum width of the opposite end of the object, as a fraction of its width.
 const WIDE_END: f32 = 0.4;
 
 /// Returns true if the object is long, stands on tracks, and has a thin horizontal part that sticks
-/// out at the front. `points` are in coordinates of the side that is taken as the
-/// front.
+/// out at the front. `points` are in coordinates of the side that is taken as the front.
 ///
 /// Of 490 public files, 5 of 11 tanks and nothing else have this shape. The guns of the other tanks
 /// are wide or end above the hull.

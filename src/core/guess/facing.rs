@@ -1,9 +1,9 @@
 //! Shapes that show the front of an object. The back-rest of a seat is at its back. Feet stick out
 //! to the front of the ankles, and so do the paws and hooves of animals on four legs. The head of
 //! such an animal is high at its front, or overhangs its front legs. The front of a fish or a bird
-//! is blunt, and its back is a tail. The front of a vehicle is lower than its back, and the
-//! gun of a tank points to the front (`barrel`). Cupboards, sofas and football goals are open at
-//! the front (`open_side`).
+//! is blunt, and its back is a tail. The front of a vehicle is lower than its back, and the gun of
+//! a tank points to the front (`barrel`). Cupboards, sofas and football goals are open at the front
+//! (`open_side`).
 //!
 //! Limits were set on some 700 public files. Their seats and people were identified by name and by
 //! eye. Both are rare among other files: about one in a hundred has the shape of a seat or of feet.

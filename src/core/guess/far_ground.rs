@@ -104,9 +104,13 @@ pub(super) fn without_far_ground(tracer: &SceneTracer, horizon: &Horizon) -> Reg
     let object = upright_bounds(rest, horizon);
     // A stray corner far below the scene makes the outline high, but not the middle of the scene.
     let top = top.max(core.min.y + LOW * (object.max.y - object.min.y));
-    let sum = |ground: &mut dyn Iterator<Item = &(f32, f64)>| ground.map(|(_, area)| area).sum::<f64>();
-    let low = sum(&mut ground.iter().filter(|(highest, _)| *highest <= top));
-    let is_low = low >= f64::from(LOW_SHARE) * sum(&mut ground.iter());
+    let all: f64 = ground.iter().map(|(_, area)| area).sum();
+    let low: f64 = ground
+        .iter()
+        .filter(|(highest, _)| *highest <= top)
+        .map(|(_, area)| area)
+        .sum();
+    let is_low = low >= f64::from(LOW_SHARE) * all;
     if is_low && area(object) > 0.0 && area(outline) >= WIDER * area(object) {
         whole.on_ground(rest, WideGround::Flat)
     } else {

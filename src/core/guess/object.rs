@@ -87,9 +87,9 @@ const LONG_SIDE: f32 = 3.0;
 /// not include the bonus of azimuth 0.
 const CLEAR: [f32; 2] = [1.0, 2.0];
 /// Minimum symmetry of the front of a single thing, if shapes or names show it. Otherwise the scene
-/// may have several things that face different sides: the front is not clear, and the bonus of
-/// names is [`FACING_OF_SEVERAL`].
+/// may have several things that face different sides, and the front is not clear.
 const OF_ONE: f32 = 0.15;
+/// Bonus of names instead of [`FACING`], if the scene may have several things.
 const FACING_OF_SEVERAL: f32 = 0.5;
 
 /// Front side of an object.

@@ -217,7 +217,7 @@ pub(super) fn decode_short(code: u16) -> f32 {
 }
 
 /// Number of equal parts of the interval from 0 to 1, in each of which a search for a code begins.
-/// The curve of sRGB is steepest at 0, where a part has at most one code.
+/// sRGB has most codes near 0, where a part has one code at most.
 const PARTS: usize = 4096;
 
 /// The values of 8-bit codes, with the places where a search for a value begins.

@@ -310,7 +310,7 @@ impl NearbyFiles {
     /// `parts` are names of parts of the OBJ file.
     ///
     /// 1. The folder has no other OBJ file, no library names the picture, and its name is not that
-    ///    of a piece of a model, such as leaves.
+    ///    of another piece of a model, such as leaves.
     /// 2. The folder has no library, and the name of the picture has a texture word.
     /// 3. The name of the file, without numbers, begins or ends a word of the picture: `lunarrock`
     ///    for `rock3`. No library names the picture.
@@ -341,7 +341,7 @@ impl NearbyFiles {
             let has = words.any(|word| word.starts_with(kind) || word.ends_with(kind));
             has && kind.len() >= MIN_WORD_WITHIN && !is_of_other()
         };
-        let is_of_all = self.is_alone() && !is_piece_name(&only.words);
+        let is_of_all = self.is_alone() && !is_piece_name(&only.words, &self.file);
         (is_of_all || may_be_shared() || is_of_kind()).then(|| only.path.clone())
     }
 

@@ -23,6 +23,8 @@ use toml::Spanned;
 /// Maximum number of unused materials that are named in warnings. Further materials are only
 /// counted.
 const MAX_NAMED: usize = 100;
+/// Maximum number of undefined names that are compared with the names of defined materials.
+const MAX_COMPARED: usize = 16;
 
 impl Loader<'_> {
     /// Material with the name of the group. It is searched in the scene file, then in the libraries
@@ -105,11 +107,12 @@ impl Loader<'_> {
                 has_library: !obj.libraries.is_empty(),
                 diffuse: plain,
                 materials: Vec::new(),
-                nearest: Vec::new(),
+                meant: None,
             });
-            if undefined.materials.is_empty() {
+            if undefined.meant.is_none() && undefined.materials.len() < MAX_COMPARED {
                 let defined = obj.materials.iter().map(|found| found.material.name.as_str());
-                undefined.nearest = nearest_names(name, defined).into_iter().map(String::from).collect();
+                let near = nearest_names(name, defined).first().map(ToString::to_string);
+                undefined.meant = near.map(|near| (name.clone(), near));
             }
             undefined.materials.push((name.clone(), group.line));
         }
@@ -213,8 +216,11 @@ impl Loader<'_> {
                 None => error,
             };
             let first = undefined.materials.first().map_or("", |(name, _)| name.as_str());
-            let meant = match undefined.nearest.first() {
-                Some(near) => format!("did you mean `{}` in `usemtl`? Otherwise ", excerpt_of_name(near)),
+            let meant = match &undefined.meant {
+                Some((name, near)) => {
+                    let [name, near] = [name, near].map(|name| excerpt_of_name(name));
+                    format!("does `usemtl {name}` mean `{near}`? Otherwise ")
+                }
                 None => String::new(),
             };
             let help = format!(
@@ -237,10 +243,10 @@ impl Loader<'_> {
             };
             let own: Vec<&Path> = untextured.libraries.iter().map(PathBuf::as_path).collect();
             let offers = self.maps_beside(&path).offers(&own);
-            if let Some((names, flag)) = offer_in_words(&material, offers) {
+            if let Some((names, advice)) = offer_in_words(&material, offers) {
                 let message =
                     format!("the file has texture coordinates, but no texture; pictures near the file: {names}");
-                let error = FileError::new(&path, message).help(flag);
+                let error = FileError::new(&path, message).help(advice);
                 self.findings.add(Severity::Note, "unused-pictures", error);
             }
         }
@@ -337,8 +343,8 @@ pub(super) struct UndefinedMaterials {
     diffuse: f32,
     /// Names of the materials, each with the line of its first `usemtl`.
     materials: Vec<(String, usize)>,
-    /// Names of defined materials that are similar to the first name, the nearest first.
-    nearest: Vec<String>,
+    /// The first of the names that is similar to the name of a defined material, and this name.
+    meant: Option<(String, String)>,
 }
 
 /// Returns true if the libraries of a file name one colour texture, once or several times.

@@ -180,10 +180,11 @@ pub(super) fn has_words_of(long: &[String], short: &[String]) -> bool {
     telling.count() >= 2 && short.iter().all(|word| words.any(|other| other == word))
 }
 
-/// Returns true if the words of a picture's name say that the picture belongs to a piece of a
-/// model.
-pub(super) fn is_piece_name(words: &[String]) -> bool {
-    words.iter().any(|word| PIECE_WORDS.contains(&&**word))
+/// Returns true if the words of a picture's name say that the picture belongs to a piece of the
+/// model, and the words of the model's name do not: `wheel` is the texture of `car_wheel`.
+pub(super) fn is_piece_name(words: &[String], model: &[String]) -> bool {
+    let mut pieces = words.iter().filter(|word| PIECE_WORDS.contains(&&***word));
+    pieces.any(|word| !model.contains(word))
 }
 
 /// Returns true if the last word of a name, without numbers, is a texture word.

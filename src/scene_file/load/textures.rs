@@ -156,8 +156,8 @@ impl Loader<'_> {
                 };
                 if statement.slot == MapSlot::Diffuse {
                     let offers = self.maps_beside(obj).offers(&[&request.place.file]);
-                    if let Some((names, flag)) = offer_in_words(material, offers) {
-                        help += &format!("; pictures near the OBJ file: {names}; {flag}");
+                    if let Some((names, advice)) = offer_in_words(material, offers) {
+                        help += &format!("; pictures near the OBJ file: {names}; {advice}");
                     }
                 }
                 let file = (request.place.file.clone(), statement.file.clone());

@@ -690,7 +690,7 @@ fn missing_material_has_a_proposal() {
     let unknown = said("");
     assert!(
         unknown.contains("material `Windmil` is not defined")
-            && unknown.contains("help: did you mean `windmill` in `usemtl`?"),
+            && unknown.contains("help: does `usemtl Windmil` mean `windmill`?"),
         "{unknown}"
     );
     let patched = said("--material Windmil.diffuse=0.1,0.2,0.3");

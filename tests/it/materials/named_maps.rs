@@ -357,6 +357,9 @@ fn only_picture_belongs_to_models_with_a_name_like_it() {
     let found = |squares: &[&str]| found_textures("tree.obj", &tree, &[], squares);
     assert_eq!(found(&["leaves.png"]), None);
     assert_eq!(found(&["green.png"]), is("green.png?"));
+    let wheel = [("car_wheel.obj", plain.as_str())];
+    let found = found_textures("car_wheel.obj", &wheel, &[], &["wheel.png"]);
+    assert_eq!(found, is("wheel.png?"));
 }
 
 /// Pictures with the name of the OBJ file are also found in picture folders beside the folder of

@@ -159,6 +159,7 @@ impl CameraFinder<'_> {
         } else {
             "has no floor"
         };
+        let height = stand.height.map_or(String::new(), |height| format!(",{height}"));
         let near = self.places().filter(|near| has_floor(near.coordinates(floors, origin)));
         let distance = |near: &Stand| {
             let [x, z] = [0, 1].map(|i| near.place[i] - stand.place[i]);
@@ -166,7 +167,7 @@ impl CameraFinder<'_> {
         };
         let nearest = near.min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let other = match nearest {
-            Some(near) => format!("--stand {} is the nearest floor; or choose", near.place_text()),
+            Some(near) => format!("--stand {}{height} is the nearest floor; or choose", near.place_text()),
             None => "choose".into(),
         };
         CameraError::no_place(
